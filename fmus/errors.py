@@ -1,0 +1,19 @@
+"""The root of every error that selflock raises for a user's mistake.
+
+    SelflockError
+    ├── BuildError            an FMU cannot be packed                 (fmus.build)
+    ├── DescriptionError      a system description is wrong           (master.errors)
+    ├── PartFailed            a coupled part failed while it ran      (master.errors)
+    ├── ResultError           a result file cannot be read or written (master.errors)
+    └── DataError             a rig or a log cannot be used           (diagnosis.errors)
+
+The command line prints the message of a SelflockError alone, without a traceback, and exits with 2.
+"""
+
+
+class SelflockError(Exception):
+    """A mistake in what the user gave, told in one message that names the thing and says what to do."""
+
+
+class BuildError(SelflockError):
+    """An FMU cannot be packed."""

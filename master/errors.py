@@ -1,0 +1,27 @@
+"""What can go wrong while coupling. The tree stands in fmus.errors."""
+
+from fmus.errors import SelflockError
+
+
+class DescriptionError(SelflockError):
+    """A system description is wrong: an unknown name, a missing connection, a unit or a type that does not fit."""
+
+
+class ResultError(SelflockError):
+    """A result file cannot be read or written."""
+
+
+class PartFailed(SelflockError):
+    """A part failed. Carries what a person needs to find out why; the run keeps its results so far."""
+
+    def __init__(self, part: str, time: float, size: float, status: str, inputs: dict, log: list, hint: str = ""):
+        self.part, self.time, self.size, self.status = part, time, size, status
+        self.inputs, self.log, self.hint = inputs, log, hint
+        said = "\n".join(f"    {line}" for line in log[-5:]) or "    (it said nothing)"
+        given = ", ".join(f"{name} = {value:.6g}" if isinstance(value, float) else f"{name} = {value}" for name, value in inputs.items())
+        message = f"{part} answered {status} at t = {time:.9g} s (step {size:.3g} s).\n  its last words:\n{said}"
+        if given:
+            message += f"\n  its inputs: {given}"
+        if hint:
+            message += f"\n  try: {hint}"
+        super().__init__(message)

@@ -1,0 +1,63 @@
+"""The one face of whatever the master couples: an FMU, the vehicle, a load on a bench.
+
+A part is described by its variables and stepped from communication point to communication point.
+Numbers cross the face as float64, Booleans as 0.0 and 1.0; strings only through `set` and `get`.
+
+Meaning of time: at a step from t to t + h a part is given its inputs as known at t. A part that is
+given an angle together with its speed carries the angle on with the speed inside the step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol, Sequence, runtime_checkable
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """One variable of a part, as FMI 2.0 describes it."""
+
+    name: str
+    causality: str  # parameter | input | output | local
+    type: str = "Real"  # Real | Integer | Boolean | String
+    unit: str = ""  # FMI name of the unit, such as "N.m"; "" means not declared or dimensionless
+    start: Any = None
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    variability: str = "continuous"
+    description: str = ""
+    depends_on: tuple[str, ...] | None = None  # outputs: inputs that act on it without a step; None: not told
+
+
+@runtime_checkable
+class Part(Protocol):
+    """What the master needs of a part.
+
+    Life: constructed · bind · set parameters and starts · enter_initialization · exit_initialization ·
+    (write · step · read)* · terminate · close. `reset` returns to the state after construction.
+    """
+
+    name: str  # the component's name in the system
+    variables: dict[str, Variable]
+    can_roll_back: bool
+    log: Sequence[str]  # what the part said last, newest at the end
+
+    u: np.ndarray  # float64, inputs in the order given to bind
+    y: np.ndarray  # float64, outputs in the order given to bind
+
+    def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None: ...
+    def set(self, name: str, value: Any) -> None: ...
+    def get(self, name: str) -> Any: ...
+    def enter_initialization(self, start: float, stop: float | None) -> None: ...
+    def exit_initialization(self) -> None: ...
+    def write(self) -> None: ...  # u goes in
+    def read(self) -> None: ...  # y comes out
+    def step(self, time: float, size: float) -> None: ...  # raises PartFailed
+    def save(self) -> Any: ...
+    def restore(self, state: Any) -> None: ...
+    def reset(self) -> None: ...
+    def terminate(self) -> None: ...
+    def close(self) -> None: ...

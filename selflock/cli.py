@@ -1,0 +1,147 @@
+"""The command line. It knows all and holds no logic: every command is one Python call."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+from rich.console import Console
+
+from fmus.errors import SelflockError
+
+app = typer.Typer(
+    name="selflock",
+    help="FMI 2.0 co-simulation of robot drives with self-locking gears, and the diagnosis of measured ones.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+console = Console()
+errors = Console(stderr=True, soft_wrap=True)
+
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
+
+
+def _overrides(pairs: list[str]) -> dict[str, str]:
+    """component.variable=value pairs as a dictionary; values stay text, the system knows their types."""
+    settings = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not equals or "." not in name:
+            raise SelflockError(f"--set {pair}: write it as component.variable=value, such as rear_reducer.friction_kinetic=0.02.")
+        settings[name.strip()] = value.strip()
+    return settings
+
+
+@app.command()
+def build(
+    out: Out = Path("out/fmus"),
+    only: Annotated[Optional[list[str]], typer.Argument(help="Names of FMUs, such as Reducer Motor; all when none is given.")] = None,
+) -> None:
+    """Pack the components as FMUs that run alone in any FMI 2.0 tool."""
+    from fmus.build import build_all
+
+    for path in build_all(out, only or None):
+        console.print(path)
+
+
+@app.command()
+def run(
+    system: Annotated[Path, typer.Argument(help="A system file (.toml) or a system structure (.ssp).")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Result file, .csv or .parquet.")],
+    set_: Annotated[Optional[list[str]], typer.Option("--set", help="component.variable=value; may be repeated.")] = None,
+    stop: Annotated[Optional[float], typer.Option(help="Stop time in s.")] = None,
+) -> None:
+    """Run a coupled system and write its table of results."""
+    from master import run as run_system
+
+    console.print(run_system(system, settings=_overrides(set_ or []), stop=stop, out=out, progress=True).summary())
+
+
+@app.command()
+def study(out: Out = Path("out/study")) -> None:
+    """Reproduce the published study: eight runs, its figures, its claims, one report."""
+    from master.study import study as run_study
+
+    result = run_study(out, progress=True)
+    console.print(result.table())
+    console.print(f"Open [bold]{result.report}[/bold]")
+
+
+@app.command()
+def replay(
+    rig: Annotated[Path, typer.Argument(help="Rig file (.toml): what the columns of the log are.")],
+    log: Annotated[Path, typer.Argument(help="Measured log: .csv, .parquet or .mat.")],
+    out: Out = Path("out/replay"),
+) -> None:
+    """Impose a measured motion on the simulation and draw what it computes over what was measured."""
+    from diagnosis import replay as run_replay
+
+    console.print(run_replay(rig, log, out).summary())
+
+
+@app.command()
+def diagnose(
+    rig: Annotated[Path, typer.Argument(help="Rig file (.toml): what the columns of the logs are, and what is known of the drive.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    test: Annotated[Optional[list[Path]], typer.Option("--test", help="A log to hold out for measuring the gain; may be repeated.")] = None,
+    out: Out = Path("out/diagnosis"),
+) -> None:
+    """Name what the simulation gets wrong, extend the model, measure the gain.
+
+    Exit code: 0 a cause was found, 3 nothing is missing, 4 something is missing but none of the known causes, 2 bad input.
+    """
+    from diagnosis import diagnose as run_diagnosis
+
+    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True)
+    console.print(result.summary())
+    raise typer.Exit(result.exit_code)
+
+
+@app.command()
+def export(
+    system: Annotated[Path, typer.Argument(help="A system file (.toml).")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="The .ssp file to write.")],
+) -> None:
+    """Write a system as a standard SSP 1.0 archive with its FMUs inside."""
+    from master.ssp import export as export_ssp
+
+    console.print(export_ssp(system, out))
+
+
+@app.command()
+def sweep(
+    study_file: Annotated[Path, typer.Argument(metavar="STUDY", help="A sweep description (.toml).")],
+    out: Out = Path("out/sweep"),
+    workers: Annotated[Optional[int], typer.Option(help="Processes on this machine; all cores when not given.")] = None,
+    scheduler: Annotated[Optional[str], typer.Option(help="Address of an existing Dask scheduler.")] = None,
+) -> None:
+    """Run a system over many parameter values; go on where an interrupted sweep stopped."""
+    from sweep import sweep as run_sweep
+
+    console.print(run_sweep(study_file, out, workers=workers, scheduler=scheduler, progress=True).summary())
+
+
+@app.command("sweep-report")
+def sweep_report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]) -> None:
+    """Draw the plots a designer looks at."""
+    from sweep import report
+
+    console.print(f"Open [bold]{report(folder)}[/bold]")
+
+
+def main() -> None:
+    """Entry of the `selflock` command: a SelflockError is one message and exit code 2."""
+    try:
+        app()
+    except SelflockError as error:
+        errors.print(f"[bold red]error:[/bold red] ", end="")
+        errors.print(str(error), markup=False, highlight=False)
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""modelDescription.xml of a slave: what hosts, checkers and people read of an FMU before it runs.
+
+Nothing in it depends on when or where it is made, so that two builds of the same content are the same bytes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import Element, SubElement
+
+from . import units
+
+if TYPE_CHECKING:
+    from .slave import Slave, Variable
+
+CAPABILITIES = {
+    "needsExecutionTool": "true",  # a Python on the machine
+    "canHandleVariableCommunicationStepSize": "true",
+    "canInterpolateInputs": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canNotUseMemoryManagementFunctions": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+}
+
+
+def describe(slave: Slave) -> Element:
+    name = slave.modelName or type(slave).__name__
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=name,
+        guid=str(slave.guid),
+        description=_sentence(slave),
+        version=slave.version or "",
+        generationTool="selflock",
+        variableNamingConvention="flat",
+        numberOfEventIndicators="0",
+    )
+    SubElement(root, "CoSimulation", modelIdentifier=name, **CAPABILITIES)
+    table = slave._table
+    _add_units(root, sorted({row.unit for row in table if row.unit}))
+    categories = SubElement(root, "LogCategories")
+    for category, text in slave.log_categories.items():
+        SubElement(categories, "Category", name=category, description=text)
+    start, stop, step = slave.experiment
+    SubElement(root, "DefaultExperiment", startTime=_text(start), stopTime=_text(stop), stepSize=_text(step))
+    variables = SubElement(root, "ModelVariables")
+    for place, row in enumerate(table):
+        variables.append(_variable(slave, place, row))
+    _add_structure(root, slave)
+    return root
+
+
+def _sentence(slave: Slave) -> str:
+    """The first line of the face's docstring."""
+    return (type(slave).__doc__ or slave.modelName or "").strip().splitlines()[0]
+
+
+def _text(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
+
+
+def _add_units(root: Element, names: list[str]) -> None:
+    if not names:
+        return
+    definitions = SubElement(root, "UnitDefinitions")
+    for name in names:
+        unit = units.parse(name)
+        powers = {base: str(power) for base, power in zip(units.BASES, unit.powers) if power}
+        conversion = {key: _text(value) for key, value, off in (("factor", unit.factor, 1.0), ("offset", unit.offset, 0.0)) if value != off}
+        SubElement(SubElement(definitions, "Unit", name=name), "BaseUnit", **powers, **conversion)
+
+
+def _variable(slave: Slave, place: int, row: Variable) -> Element:
+    causality = "input" if place < slave._first_output else "output" if place < slave._first_parameter else "parameter"
+    changing = "continuous" if row.type == "Real" else "discrete"
+    variability = ("tunable" if row.tunable else "fixed") if causality == "parameter" else changing
+    initial = {"parameter": {"initial": "exact"}, "output": {"initial": "calculated"}}.get(causality, {})
+    variable = Element(
+        "ScalarVariable",
+        name=row.name,
+        valueReference=str(place),
+        description=row.description,
+        causality=causality,
+        variability=variability,
+        **initial,
+    )
+    attributes = {}
+    if row.type == "Real":
+        limits = {"unit": row.unit or None, "min": row.minimum, "max": row.maximum, "nominal": row.nominal}
+        attributes = {key: _text(value) for key, value in limits.items() if value is not None}
+    elif row.type == "Integer":
+        attributes = {key: str(int(value)) for key, value in {"min": row.minimum, "max": row.maximum}.items() if value is not None}
+    if causality != "output":
+        attributes["start"] = _text(row.start)
+    SubElement(variable, row.type, attributes)
+    return variable
+
+
+def _add_structure(root: Element, slave: Slave) -> None:
+    """Outputs, and as initial unknowns the same: each with the inputs (at the start also the parameters) it depends on."""
+    structure = SubElement(root, "ModelStructure")
+    parameters = range(slave._first_parameter, len(slave._table))
+    for name, always in (("Outputs", ()), ("InitialUnknowns", parameters)):
+        if not slave.outputs:
+            continue
+        unknowns = SubElement(structure, name)
+        for place, row in enumerate(slave.outputs, slave._first_output):
+            known = sorted((*(slave._place[name] for name in row.depends_on), *always))
+            indices = " ".join(str(place + 1) for place in known)
+            kinds = " ".join(["dependent"] * len(known))
+            SubElement(unknowns, "Unknown", index=str(place + 1), dependencies=indices, dependenciesKind=kinds)

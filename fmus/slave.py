@@ -1,0 +1,315 @@
+"""What every FMU of ours shares: a slave made of a law and plain tables of variables.
+
+A face is a subclass that names its law and its variables:
+
+    class Motor(Slave):
+        law = dc                                    # Parameters, State, Output, start(p), advance(p, s, *inputs, dt)
+        inputs = (Variable("voltage", "V", 0.0, "…"), …)        # in the order of advance's arguments, Real first
+        outputs = (Variable("current", "A", 0.0, "…", depends_on=("voltage",)), …)    # in the order of law.Output
+        parameters = (Variable("resistance", "Ohm", 0.5, "…", minimum=0.0), …)        # at least law.Parameters
+
+Values lie in one list, numbers as floats (Boolean: 0.0 and 1.0); a value reference is a place in it: inputs
+first, then outputs, then parameters. So the set, step and get of a communication step are a few list accesses.
+
+No exception may reach pythonfmu (it answers with a use after free). What is wrong is told in one logged sentence
+and remembered: every later step answers false, until the slave is reset or a sound state is restored.
+
+Only the standard library and pythonfmu's Fmi2Slave may be used here and in the laws: it all runs in any host.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from math import inf, nan
+from typing import Any, NamedTuple
+
+from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
+
+
+class Variable(NamedTuple):
+    """A row of a face's tables. The type of `start` is the FMI type: float Real, bool Boolean, int Integer, str String."""
+
+    name: str
+    unit: str  # as in fmus.units; "" for none
+    start: Any
+    description: str
+    minimum: float | None = None  # inclusive
+    maximum: float | None = None
+    nominal: float | None = None
+    depends_on: tuple[str, ...] = ()  # outputs: inputs that act on it without a step
+    tunable: bool = False  # parameters: may change between steps
+
+    @property
+    def type(self) -> str:
+        return {float: "Real", bool: "Boolean", int: "Integer", str: "String"}[type(self.start)]
+
+
+INSTANTIATED, INITIALIZING, STEPPING, TERMINATED = range(4)
+
+
+class Slave(Fmi2Slave):
+    """An FMI 2.0 co-simulation slave around a law. Subclasses give the tables; see the module's text."""
+
+    law: Any = None
+    inputs: tuple[Variable, ...] = ()
+    outputs: tuple[Variable, ...] = ()
+    parameters: tuple[Variable, ...] = ()
+    starts: dict[str, Any] = {}  # other start values, baked in by the build
+    identity = "unpacked"  # the content of the packed FMU, set by the build
+    script = ""  # the module that pythonfmu imports, set by the build
+    experiment = (0.0, 10.0, 1e-3)  # start, stop and step of the default experiment, s
+
+    _script_uses: list[dict] = []
+
+    def __init_subclass__(cls, **kwargs: Any):
+        super().__init_subclass__(**kwargs)
+        table = (*cls.inputs, *cls.outputs, *cls.parameters)
+        cls._table = tuple(row._replace(start=type(row.start)(cls.starts.get(row.name, row.start))) for row in table)
+        cls._place = {row.name: place for place, row in enumerate(table)}
+        cls._first_output, cls._first_parameter = len(cls.inputs), len(cls.inputs) + len(cls.outputs)
+        plain = 0  # the leading inputs that need no look beyond "is it finite?"
+        while plain < len(cls.inputs) and table[plain].type == "Real" and table[plain].minimum is table[plain].maximum is None:
+            plain += 1
+        cls._plain = plain
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        self._values = [float(row.start) if row.type != "String" else nan for row in self._table]
+        self._texts = {place: row.start for place, row in enumerate(self._table) if row.type == "String"}
+        self._phase, self._stale, self._fault, self._unfit = INSTANTIATED, False, "", ""
+        self._parameters = self._state = self._advance = None
+        self._leave_host_clean()
+
+    def _leave_host_clean(self) -> None:
+        """Take back what pythonfmu's library does to the process at every instantiation.
+
+        It puts the resources folder on sys.path (the modules of other FMUs would be searched there), and it
+        drops one reference too many to the globals of the script, which would be freed under its feet.
+        """
+        while self.resources in sys.path:
+            sys.path.remove(self.resources)
+        if self.script in sys.modules:
+            self._script_uses.append(vars(sys.modules[self.script]))
+
+    # What a face may override.
+
+    def complete(self, p: Any) -> Any:
+        """Parameters with those filled in that follow from others."""
+        return p
+
+    def check(self, p: Any) -> str:
+        """What is wrong with these parameters together, as a sentence; "" when they are fit."""
+        return ""
+
+    def begin(self, p: Any, *inputs: float) -> Any:
+        """The state at the start."""
+        return self.law.start(p)
+
+    def stepper(self) -> Any:
+        """The function (p, state, *inputs, dt) -> (state, outputs) that makes a step; dt = 0 gives the outputs alone."""
+        return self.law.advance
+
+    # FMI 2.0, in the order of a slave's life.
+
+    def value(self, name: str) -> Any:
+        """The value of a variable by its name."""
+        place = self._place[name]
+        return self._texts.get(place, self._values[place])
+
+    def setup_experiment(self, start_time: float = 0.0, stop_time: float | None = None, tolerance: float | None = None) -> None:
+        if start_time - start_time != 0.0:
+            self.complain(f"start time {start_time} is not a finite number")
+
+    def enter_initialization_mode(self) -> None:
+        self._phase, self._stale = INITIALIZING, True
+
+    def exit_initialization_mode(self) -> None:
+        self._initialize()
+        if self._unfit:
+            self.complain(self._unfit)
+        self._phase = STEPPING
+
+    def _initialize(self) -> None:
+        """State and outputs from the start values as they are now."""
+        v, first, last = self._values, self._first_output, self._first_parameter
+        self._stale = False
+        try:
+            self._parameters, self._unfit = self._fit_parameters()
+            if not self._unfit:
+                self._advance = self.stepper()
+                self._state = self.begin(self._parameters, *v[:first])
+                self._state, out = self._advance(self._parameters, self._state, *v[:first], 0.0)
+                v[first:last] = out
+                if sum(out) - sum(out) != 0.0:
+                    self._unfit = f"outputs at the start are not finite: {self._shown(self.outputs, first)}"
+        except Exception as error:
+            self._unfit = f"cannot start: {type(error).__name__}: {error}"
+        if self._unfit:
+            v[first:last] = [nan] * (last - first)
+
+    def _fit_parameters(self) -> tuple[Any, str]:
+        values = [self.value(name) for name in self.law.Parameters._fields]
+        p = self.complete(self.law.Parameters(*values))
+        return p, self.check(p)
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        if self._fault or self._phase != STEPPING or not 0.0 < step_size < inf or current_time - current_time != 0.0:
+            return self._refuse(current_time, step_size)
+        v, first = self._values, self._first_output
+        try:
+            state, out = self._advance(self._parameters, self._state, *v[:first], step_size)
+        except Exception as error:
+            return self._fail(current_time, step_size, f"{type(error).__name__}: {error}")
+        total = sum(out)
+        if total - total != 0.0:
+            return self._fail(current_time, step_size, "its result is not finite")
+        self._state = state
+        v[first : self._first_parameter] = out
+        return True
+
+    def _refuse(self, time: float, size: float) -> bool:
+        if self._fault:
+            self.say(f"no step from t = {time:.9g} s: {self._fault}")
+        elif self._phase != STEPPING:
+            self.complain("a step is possible only between initialization and termination")
+        elif time - time != 0.0:
+            self.complain(f"communication point {time} is not a finite number")
+        else:
+            self.complain(f"step size {size} s is not a positive finite number")
+        return False
+
+    def _fail(self, time: float, size: float, what: str) -> bool:
+        inputs = self._shown(self.inputs, 0)
+        self.complain(f"the step from t = {time:.9g} s of {size:.9g} s failed: {what}; inputs: {inputs}")
+        return False
+
+    def _shown(self, rows: tuple[Variable, ...], first: int) -> str:
+        return ", ".join(f"{row.name} = {value:.6g}" for row, value in zip(rows, self._values[first:])) or "none"
+
+    def terminate(self) -> None:
+        self._phase = TERMINATED
+
+    # What is wrong.
+
+    def complain(self, sentence: str) -> None:
+        """Log the sentence and refuse every later step with it."""
+        self._fault = self._fault or sentence
+        self.say(sentence)
+
+    def say(self, sentence: str, status: Fmi2Status = Fmi2Status.error) -> None:
+        self.log(sentence.replace("%", " percent"), status)  # hosts take the text as a format
+
+    # Values.
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        v, plain = self._values, self._plain
+        for vr, value in zip(vrs, values):
+            if 0 <= vr < plain and value - value == 0.0:
+                v[vr] = value
+            else:
+                self._set(vr, value, "Real")
+        self._stale = self._phase == INITIALIZING
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self._set_all(vrs, values, "Integer")
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self._set_all(vrs, values, "Boolean")
+
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        self._set_all(vrs, values, "String")
+
+    def _set_all(self, vrs: list[int], values: list, type: str) -> None:
+        for vr, value in zip(vrs, values):
+            self._set(vr, value, type)
+        self._stale = self._phase == INITIALIZING
+
+    def _set(self, vr: int, value: Any, type: str) -> None:
+        """Set one value with every check; a value that is not fit is not taken."""
+        if not 0 <= vr < len(self._table):
+            return self.complain(f"no variable has the value reference {vr}")
+        row = self._table[vr]
+        if row.type != type:
+            return self.complain(f"{row.name} is of type {row.type}, not {type}")
+        if self._first_output <= vr < self._first_parameter:
+            return self.complain(f"{row.name} is an output and cannot be set")
+        if vr >= self._first_parameter and self._phase == STEPPING and not row.tunable:
+            return self.complain(f"{row.name} is a fixed parameter and cannot change after initialization")
+        if type == "String":
+            self._texts[vr] = value
+            return None
+        if value - value != 0.0:
+            return self.complain(f"{row.name} = {value} is not a finite number")
+        if (row.minimum is not None and value < row.minimum) or (row.maximum is not None and value > row.maximum):
+            low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
+            return self.complain(f"{row.name} = {value:.9g} {row.unit} is outside its range [{low:.9g}, {high:.9g}]")
+        self._values[vr] = float(value)
+        if vr >= self._first_parameter and self._phase == STEPPING:
+            self._tune()
+        return None
+
+    def _tune(self) -> None:
+        """Take over a parameter that changed between steps; the state goes on."""
+        try:
+            parameters, unfit = self._fit_parameters()
+        except Exception as error:
+            parameters, unfit = self._parameters, f"{type(error).__name__}: {error}"
+        if unfit:
+            self.complain(unfit)
+        else:
+            self._parameters = parameters
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        if self._stale:
+            self._initialize()
+        v = self._values
+        try:
+            return [v[vr] for vr in vrs]
+        except IndexError:
+            self.complain(f"no variable has one of the value references {vrs}")
+            return [nan] * len(vrs)
+
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return [int(value) if value - value == 0.0 else 0 for value in self.get_real(vrs)]
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return [value - value == 0.0 and value != 0.0 for value in self.get_real(vrs)]
+
+    def get_string(self, vrs: list[int]) -> list[str]:
+        return [self._texts.get(vr, "") for vr in vrs]
+
+    # The whole state: values, law's state, phase, fault.
+
+    def _get_fmu_state(self) -> tuple:
+        return (self.identity, list(self._values), dict(self._texts), self._state, self._phase, self._stale, self._fault, self._unfit)
+
+    def _set_fmu_state(self, state: tuple) -> None:
+        if not isinstance(state, tuple) or state[0] != self.identity:
+            return self.complain("the state to restore is not one of this FMU")
+        _, values, texts, law_state, self._phase, self._stale, self._fault, self._unfit = state
+        self._values, self._texts = list(values), dict(texts)
+        self._state = None if law_state is None else self.law.State(*law_state)
+        if self._phase == STEPPING and not self._unfit:
+            self._parameters, self._unfit = self._fit_parameters()
+            self._advance = self.stepper()
+        return None
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: tuple) -> bytes:
+        return json.dumps(state).encode()  # floats as repr: exact
+
+    @staticmethod
+    def _fmu_state_from_bytes(data: bytes) -> Any:
+        try:
+            identity, values, texts, *rest = json.loads(data.decode())
+            return (identity, values, {int(place): text for place, text in texts.items()}, *rest)
+        except (ValueError, TypeError, AttributeError):
+            return None  # restoring it complains: an exception must not leave here
+
+    def to_xml(self, model_options: dict[str, str] | None = None) -> Any:
+        """modelDescription.xml; see fmus.description."""
+        from .description import describe
+
+        return describe(self)

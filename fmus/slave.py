@@ -46,6 +46,24 @@ class Variable(NamedTuple):
         return {float: "Real", bool: "Boolean", int: "Integer", str: "String"}[type(self.start)]
 
 
+def rows(base: tuple, effects: tuple = ()) -> tuple[Variable, ...]:
+    """Parameter rows of a face from a law's own parameters and those of its effects.
+
+    A law's bounds are physics' and hold. An effect's bounds are those of a fit: only a magnitude's zero is kept.
+    """
+    table = {}
+    for parameter in base:
+        low = None if parameter.low == -inf else parameter.low
+        high = None if parameter.high == inf else parameter.high
+        table[parameter.name] = Variable(parameter.name, parameter.unit, float(parameter.off), parameter.description, low, high)
+    for effect in effects:
+        for parameter in effect.parameters:
+            low = 0.0 if parameter.low >= 0.0 else None
+            text = f"{effect.name}: {parameter.description}"
+            table.setdefault(parameter.name, Variable(parameter.name, parameter.unit, float(parameter.off), text, low))
+    return tuple(table.values())
+
+
 INSTANTIATED, INITIALIZING, STEPPING, TERMINATED = range(4)
 
 

@@ -1,0 +1,13 @@
+"""What a real motor does beyond eq 15-20. Every file here is found by itself; each is off by default.
+
+Hooks are functions hook(p, x) of the Parameters and of the Condition at the start of the step (fmus.motor.dc):
+
+    resistance   Ohm added to the winding                                    summed
+    weakening    w >= 0: both constants K_e and K_m are divided by 1 + w     summed
+    drop         V lost between terminals and winding, against the current   summed
+    torque       N.m on the shaft beside K_m I                               summed
+"""
+
+from ...effect import discover
+
+EFFECTS = discover(__name__, __path__)

@@ -1,0 +1,110 @@
+"""DC motor, eq 15-20 of the study, in closed form over a step with held voltage and speed.
+
+    U = K_e w + L I' + R I        (15, 17)      M = K_m I            (16)
+    P_E = U I                     (18)          P_M = M w            (20)
+    held and stalled: P_E = R / K_m^2 M^2       (19)
+
+The current of a held step is an exponential, so that a step is exact however small L/R is; L = 0 (current without
+delay) and R = 0 are its limits. With a voltage U_b lost at the brushes the equation is linear on each side of I = 0,
+and the instant at which the current dies is known too.
+
+Plain functions on floats, as numba compiles them too. Torque is positive in the direction of positive speed.
+"""
+
+from math import exp, expm1, inf, log
+from typing import NamedTuple
+
+from ..effect import Parameter, parameters_type, total
+from .effects import EFFECTS
+
+BASE = (
+    Parameter("resistance", "Ohm", 0.6, 0.0, inf, "resistance R of the armature winding"),
+    Parameter("inductance", "H", 0.0002, 0.0, inf, "inductance L of the armature winding; 0: current without delay"),
+    Parameter("voltage_constant", "V.s/rad", 0.03, 0.0, inf, "K_e: back-emf per speed"),
+    Parameter("torque_constant", "N.m/A", 0.03, 0.0, inf, "K_m: torque per current"),
+    Parameter("thermal_time", "s", 300.0, 0.0, inf, "time constant of warming; matters to effects of heat alone"),
+)
+Parameters = parameters_type(BASE, EFFECTS)
+
+
+class State(NamedTuple):
+    current: float  # A
+    angle: float  # rad, turned since the start
+    heat: float  # W, copper loss filtered with the thermal time constant
+
+
+class Output(NamedTuple):
+    current: float  # A
+    torque: float  # N.m on the rotor
+    electric_power: float  # W, eq 18
+    mechanical_power: float  # W, eq 20
+
+
+class Condition(NamedTuple):
+    """What an effect's hook sees: the start of the step."""
+
+    voltage: float  # V
+    speed: float  # rad/s
+    current: float  # A
+    angle: float  # rad
+    heat: float  # W
+
+
+added_resistance = total(EFFECTS, "resistance")
+weakening = total(EFFECTS, "weakening")
+voltage_drop = total(EFFECTS, "drop")
+added_torque = total(EFFECTS, "torque")
+
+
+def free_current(current, voltage, resistance, inductance, dt):
+    """Current after dt of L I' = U - R I with held U (eq 17; the back-emf is in U), A."""
+    if inductance == 0.0:
+        return voltage / resistance
+    if resistance == 0.0:
+        return current + voltage * dt / inductance
+    x = resistance * dt / inductance
+    return current * exp(-x) - voltage / resistance * expm1(-x)
+
+
+def next_current(current, voltage, drop, resistance, inductance, dt):
+    """As free_current, with a voltage `drop` >= 0 lost against the current's direction; at most it stops the current."""
+    if drop == 0.0:
+        return free_current(current, voltage, resistance, inductance, dt)
+    if inductance == 0.0:
+        return (max(voltage - drop, 0.0) + min(voltage + drop, 0.0)) / resistance
+    left = dt
+    if current != 0.0:
+        net = voltage - drop if current > 0.0 else voltage + drop
+        end = free_current(current, net, resistance, inductance, dt)
+        if end * current > 0.0:
+            return end
+        # the current dies inside the step: R I / U_net = -expm1(-x) at the instant x = R t / L
+        if resistance > 0.0:
+            left -= inductance / resistance * log(1.0 - resistance * current / net)
+        else:
+            left += inductance * current / net
+    net = max(voltage - drop, 0.0) + min(voltage + drop, 0.0)
+    return free_current(0.0, net, resistance, inductance, max(left, 0.0))
+
+
+def start(p):
+    """At rest, cold and without current."""
+    return State(0.0, 0.0, 0.0)
+
+
+def advance(p, s, voltage, speed, dt):
+    """A step of dt >= 0 with held voltage (V) and rotor speed (rad/s)."""
+    x = Condition(voltage, speed, s.current, s.angle, s.heat)
+    resistance = p.resistance + added_resistance(p, x)
+    strength = 1.0 / (1.0 + weakening(p, x))
+    net = voltage - p.voltage_constant * strength * speed
+    if dt == 0.0 and p.inductance > 0.0:
+        current = s.current
+    else:
+        current = next_current(s.current, net, voltage_drop(p, x), resistance, p.inductance, dt)
+    loss = resistance * (s.current * s.current + s.current * current + current * current) / 3.0
+    heat = loss - (loss - s.heat) * exp(-dt / p.thermal_time) if p.thermal_time > 0.0 else loss
+    angle = s.angle + speed * dt
+    end = Condition(voltage, speed, current, angle, heat)
+    torque = p.torque_constant * (1.0 / (1.0 + weakening(p, end))) * current + added_torque(p, end)
+    return State(current, angle, heat), Output(current, torque, voltage * current, torque * speed)

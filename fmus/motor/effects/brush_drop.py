@@ -1,0 +1,17 @@
+"""A voltage lost at the brushes, constant in magnitude and against the current."""
+
+from ...effect import Effect, Parameter
+
+
+def drop(p, x):
+    return p.brush_voltage
+
+
+EFFECT = Effect(
+    component="motor",
+    name="brush_drop",
+    summary="U = K_e w + L I' + R I + U_b sgn I",
+    parameters=(Parameter("brush_voltage", "V", 0.0, 0.0, 3.0, "voltage lost at the pair of brushes"),),
+    source="Hughes, Drury: Electric Motors and Drives, ch. 3 (brush volt-drop)",
+    hooks={"drop": drop},
+)

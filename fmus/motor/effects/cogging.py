@@ -1,0 +1,23 @@
+"""Torque that varies with the rotor's angle without any current: magnets and slots attract each other."""
+
+from math import sin
+
+from ...effect import Effect, Parameter
+
+
+def torque(p, x):
+    return p.cogging_torque * sin(p.cogging_periods * x.angle + p.cogging_phase)
+
+
+EFFECT = Effect(
+    component="motor",
+    name="cogging",
+    summary="M_c = A sin(n angle + phase); angle 0 at the start",
+    parameters=(
+        Parameter("cogging_torque", "N.m", 0.0, 0.0, 0.1, "amplitude"),
+        Parameter("cogging_periods", "", 12.0, 1.0, 60.0, "periods per turn of the rotor"),
+        Parameter("cogging_phase", "rad", 0.0, -3.2, 3.2, "phase at the start"),
+    ),
+    source="Hendershot, Miller: Design of Brushless Permanent-Magnet Machines, ch. 5",
+    hooks={"torque": torque},
+)

@@ -1,0 +1,25 @@
+"""The supply's voltage drops with the current drawn from it.
+
+A chopper with duty d = U / U_s passes d I to the supply, whose voltage falls by R_s d I; the motor sees d times
+that. So the sag acts as a resistance R_s d^2 in the motor's circuit, and shows at high duty only.
+"""
+
+from ...effect import Effect, Parameter
+
+
+def resistance(p, x):
+    duty = x.voltage / p.supply_voltage
+    return p.supply_resistance * duty * duty
+
+
+EFFECT = Effect(
+    component="motor",
+    name="supply_sag",
+    summary="U - R_s (U/U_s)^2 I instead of U",
+    parameters=(
+        Parameter("supply_resistance", "Ohm", 0.0, 0.0, 5.0, "inner resistance of the supply"),
+        Parameter("supply_voltage", "V", 24.0, 1.0, 100.0, "voltage of the supply without load"),
+    ),
+    source="Mohan, Undeland, Robbins: Power Electronics, ch. 7 (averaged chopper)",
+    hooks={"resistance": resistance},
+)

@@ -1,0 +1,22 @@
+"""The torque constant falls with current (saturation, armature reaction) and with heat (magnets)."""
+
+from ...effect import Effect, Parameter
+
+
+def weakening(p, x):
+    """w of K = K_0 / (1 + w): a part with the current's magnitude, a part with the filtered copper loss."""
+    return p.weakening_per_current * abs(x.current) + p.weakening_per_loss * x.heat
+
+
+EFFECT = Effect(
+    component="motor",
+    name="torque_constant",
+    summary="K = K_0 / (1 + a |I| + b q), q' = (I^2 R - q) / thermal_time",
+    parameters=(
+        Parameter("weakening_per_current", "1/A", 0.0, 0.0, 0.5, "loss of torque constant with current"),
+        Parameter("weakening_per_loss", "1/W", 0.0, 0.0, 0.1, "loss of torque constant with copper loss (hot magnets)"),
+    ),
+    source="Hughes, Drury: Electric Motors and Drives, ch. 3 (armature reaction); ferrite magnets lose 0.2 percent per K",
+    hooks={"weakening": weakening},
+    frees=("thermal_time",),
+)

@@ -74,6 +74,7 @@ class Slave(Fmi2Slave):
     inputs: tuple[Variable, ...] = ()
     outputs: tuple[Variable, ...] = ()
     parameters: tuple[Variable, ...] = ()
+    needs: tuple[str, ...] = ()  # other components' folders that the face imports from
     starts: dict[str, Any] = {}  # other start values, baked in by the build
     identity = "unpacked"  # the content of the packed FMU, set by the build
     script = ""  # the module that pythonfmu imports, set by the build

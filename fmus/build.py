@@ -1,0 +1,189 @@
+"""Packs a component into an FMU that runs alone.
+
+    Motor.fmu
+    ├── modelDescription.xml, model.png
+    ├── binaries/linux64, win64                  see fmus.loader
+    ├── documentation/index.html
+    └── resources
+        ├── slavemodule.txt                      names the script
+        ├── selflock_<hash>_motor.py             the script that pythonfmu imports: one import
+        ├── selflock_<hash>/                     the sources as they are here, and model.py with the start values
+        └── pythonfmu/                           as installed
+
+The hash is of all the sources and start values: what one process loads of one FMU never meets the module of another,
+nor that of an older build. The same content always makes the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import tempfile
+import zipfile
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Iterable
+from xml.etree.ElementTree import indent, tostring
+
+import pythonfmu
+
+from . import documentation, loader
+from .errors import BuildError
+from .slave import Slave
+
+ROOT = Path(__file__).resolve().parent.parent
+SHARED = ("fmus/__init__.py", "fmus/effect.py", "fmus/slave.py")
+FACES = {
+    "Reducer": "fmus.reducer.fmu",
+    "Motor": "fmus.motor.fmu",
+    "Controller": "fmus.controller.fmu",
+    "Load": "fmus.load.fmu",
+    "Sensor": "fmus.sensor.fmu",
+}
+EARLIEST = (1980, 1, 1, 0, 0, 0)  # the earliest a zip file knows
+
+
+def build_all(out: str | Path, only: Iterable[str] | None = None) -> list[Path]:
+    """Build every FMU, or those named in `only`, into the folder `out`."""
+    names = list(FACES) if only is None else list(only)
+    for name in names:
+        face_of(name)  # a wrong name is told before anything is written
+    return [build(name, out) for name in names]
+
+
+def build(name: str, out: str | Path, **starts: Any) -> Path:
+    """Build one FMU into the folder `out`, or as the file `out` if that ends in .fmu; `starts`: other start values."""
+    face = face_of(name)
+    path = Path(out) if str(out).endswith(".fmu") else Path(out) / f"{name}.fmu"
+    return pack(face, sources_of(face), path, starts)
+
+
+def built(name: str, **starts: Any) -> Path:
+    """The FMU from the user's cache, built if it is not there yet. Safe beside other processes that do the same."""
+    face = face_of(name)
+    sources = sources_of(face)
+    recipe = [Path(__file__), Path(documentation.__file__), *sorted(Path(loader.__file__).parent.glob("*.[cp]*"))]
+    key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), loader.compiler_name().encode())
+    path = _cache_folder() / f"{name}_{key}" / f"{name}.fmu"
+    return path if path.is_file() else pack(face, sources, path, starts)
+
+
+@cache
+def face_of(name: str) -> type[Slave]:
+    """The class behind the name of an FMU."""
+    if name not in FACES:
+        raise BuildError(f"There is no FMU {name!r}. There are {', '.join(FACES)}.")
+    return getattr(import_module(FACES[name]), name)
+
+
+def sources_of(face: type[Slave]) -> dict[str, bytes]:
+    """The files that a face needs to run: what is shared, its own folder and the folders it names in `needs`."""
+    folders = (face.__module__.split(".")[1], *face.needs)
+    files = [*SHARED, *(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / "fmus" / folder).rglob("*.py"))]
+    return {name.replace(os.sep, "/"): (ROOT / name).read_bytes() for name in sorted(set(files))}
+
+
+def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[str, Any] | None = None) -> Path:
+    """Write the FMU of a face, made of `sources` (path below the project -> content), to `path`."""
+    starts = dict(starts or {})
+    name, module = face.__name__, face.__module__
+    key = _hash(sources, starts, name.encode())
+    package, script = f"selflock_{key}", f"selflock_{key}_{name.lower()}"
+    model = _model(face, starts, package, script)
+
+    files: dict[str, bytes] = {f"resources/{package}/{file}": _imports_moved(text, package) for file, text in sources.items()}
+    for folder in {parent for file in sources for parent in Path(file).parents}:
+        files.setdefault(f"resources/{package}/{folder.as_posix()}/__init__.py".replace("/./", "/"), b"")
+    files[f"resources/{package}/model.py"] = (
+        f'"""The face of this FMU with its start values."""\n\nfrom .{module} import {name} as Face\n\n\n'
+        f"class {name}(Face):\n    identity = {key!r}\n    script = {script!r}\n    starts = {starts!r}\n"
+    ).encode()
+    files[f"resources/{script}.py"] = f"from {package}.model import {name}\n".encode()
+    files["resources/slavemodule.txt"] = script.encode()
+    for file in sorted(Path(pythonfmu.__file__).parent.glob("*.py")):
+        files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
+    files |= loader.binaries(name)
+    files["documentation/index.html"] = documentation.page(model, key).encode()
+    files["model.png"] = documentation.icon(name)
+    model.guid = _guid(files)
+    xml = model.to_xml()
+    indent(xml)
+    files["modelDescription.xml"] = tostring(xml, encoding="UTF-8", xml_declaration=True)
+    _write_zip(path, files)
+    return path
+
+
+def _model(face: type[Slave], starts: dict[str, Any], package: str, script: str) -> Slave:
+    """The slave as it will be in the FMU, tried once: start values that cannot work are refused here."""
+    name = face.__name__
+    plain = {row.name: row for row in (*face.inputs, *face.parameters)}
+    for key, value in starts.items():
+        if key not in plain:
+            raise BuildError(f"{name} has no parameter or input {key!r}. It has {', '.join(plain)}.")
+        wanted = type(plain[key].start)
+        if not isinstance(value, wanted) and not (wanted is float and type(value) is int):
+            raise BuildError(f"{name}.{key} = {value!r}: a {plain[key].type} value is needed.")
+        starts[key] = wanted(value)
+    model = type(name, (face,), {"starts": starts, "__doc__": face.__doc__})(instance_name=name, resources="")
+    for key, value in starts.items():
+        model._set(model._place[key], value, plain[key].type)
+    model.enter_initialization_mode()
+    model.exit_initialization_mode()
+    if model._fault:
+        raise BuildError(f"{name} cannot start with these values: {model._fault}.")
+    return model
+
+
+def _imports_moved(text: bytes, package: str) -> bytes:
+    """Absolute imports of this project's packages, where a source has any, now name the FMU's own package."""
+    return re.sub(rb"(?m)^(\s*)(from|import) (fmus|master)\b", rb"\1\2 " + package.encode() + rb".\3", text)
+
+
+def _hash(sources: dict[str, bytes], starts: dict[str, Any], *more: bytes) -> str:
+    content = [*(part for name, text in sorted(sources.items()) for part in (name.encode(), text)), repr(sorted(starts.items())).encode()]
+    digest = hashlib.sha256(pythonfmu.__version__.encode())
+    for part in (*content, *more):
+        digest.update(len(part).to_bytes(8, "big") + part)
+    return digest.hexdigest()[:12]
+
+
+def _guid(files: dict[str, bytes]) -> str:
+    digest = hashlib.sha256()
+    for name, content in sorted(files.items()):
+        digest.update(name.encode() + hashlib.sha256(content).digest())
+    text = digest.hexdigest()
+    return f"{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}"
+
+
+def _write_zip(path: Path, files: dict[str, bytes]) -> None:
+    """Write at once or not at all: nobody ever sees half an FMU."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, unfinished = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
+    except OSError as error:
+        raise BuildError(f"Cannot write {path}: {error.strerror}.") from error
+    try:
+        with os.fdopen(handle, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+            for name, content in sorted(files.items(), key=lambda item: (item[0] != "modelDescription.xml", item[0])):
+                entry = zipfile.ZipInfo(name, EARLIEST)
+                entry.compress_type, entry.create_system = zipfile.ZIP_DEFLATED, 3
+                entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
+                archive.writestr(entry, content)
+        os.chmod(unfinished, 0o644)
+        os.replace(unfinished, path)
+    except BaseException:
+        Path(unfinished).unlink(missing_ok=True)
+        raise
+
+
+def _cache_folder() -> Path:
+    """SELFLOCK_CACHE, else the user's cache folder, else the temporary folder."""
+    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "selflock")
+    try:
+        Path(home).mkdir(parents=True, exist_ok=True)
+        usable = os.access(home, os.W_OK)
+    except OSError:
+        usable = False
+    return Path(home) if usable else Path(tempfile.gettempdir()) / f"selflock-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"

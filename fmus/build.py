@@ -42,6 +42,23 @@ FACES = {
     "Load": "fmus.load.fmu",
     "Sensor": "fmus.sensor.fmu",
 }
+# pythonfmu's library runs the script at every instantiation, and each time drops one reference too many to the
+# script's globals: they would be freed under its feet. So the script takes one more each time it runs.
+SCRIPT = """\
+from {package}.model import {name}
+
+{name}.script_globals.append(globals())
+"""
+MODEL = '''\
+"""The face of this FMU with its start values."""
+
+from .{module} import {name} as Face
+
+
+class {name}(Face):
+    identity = {key!r}
+    starts = {starts!r}
+'''
 EARLIEST = (1980, 1, 1, 0, 0, 0)  # the earliest a zip file knows
 
 
@@ -91,16 +108,14 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     name, module = face.__name__, face.__module__
     key = _hash(sources, starts, name.encode())
     package, script = f"selflock_{key}", f"selflock_{key}_{name.lower()}"
-    model = _model(face, starts, package, script)
+    model = _model(face, starts)
 
     files: dict[str, bytes] = {f"resources/{package}/{file}": _imports_moved(text, package) for file, text in sources.items()}
     for folder in {parent for file in sources for parent in Path(file).parents}:
         files.setdefault(f"resources/{package}/{folder.as_posix()}/__init__.py".replace("/./", "/"), b"")
-    files[f"resources/{package}/model.py"] = (
-        f'"""The face of this FMU with its start values."""\n\nfrom .{module} import {name} as Face\n\n\n'
-        f"class {name}(Face):\n    identity = {key!r}\n    script = {script!r}\n    starts = {starts!r}\n"
-    ).encode()
-    files[f"resources/{script}.py"] = f"from {package}.model import {name}\n".encode()
+    names = {"package": package, "module": module, "name": name, "key": key, "starts": starts}
+    files[f"resources/{package}/model.py"] = MODEL.format(**names).encode()
+    files[f"resources/{script}.py"] = SCRIPT.format(**names).encode()
     files["resources/slavemodule.txt"] = script.encode()
     for file in sorted(Path(pythonfmu.__file__).parent.glob("*.py")):
         files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
@@ -115,7 +130,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     return path
 
 
-def _model(face: type[Slave], starts: dict[str, Any], package: str, script: str) -> Slave:
+def _model(face: type[Slave], starts: dict[str, Any]) -> Slave:
     """The slave as it will be in the FMU, tried once: start values that cannot work are refused here."""
     name = face.__name__
     plain = {row.name: row for row in (*face.inputs, *face.parameters)}

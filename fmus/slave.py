@@ -77,10 +77,9 @@ class Slave(Fmi2Slave):
     needs: tuple[str, ...] = ()  # other components' folders that the face imports from
     starts: dict[str, Any] = {}  # other start values, baked in by the build
     identity = "unpacked"  # the content of the packed FMU, set by the build
-    script = ""  # the module that pythonfmu imports, set by the build
     experiment = (0.0, 10.0, 1e-3)  # start, stop and step of the default experiment, s
 
-    _script_uses: list[dict] = []
+    script_globals: list[dict] = []  # see fmus.build.SCRIPT
 
     def __init_subclass__(cls, **kwargs: Any):
         super().__init_subclass__(**kwargs)
@@ -99,18 +98,8 @@ class Slave(Fmi2Slave):
         self._texts = {place: row.start for place, row in enumerate(self._table) if row.type == "String"}
         self._phase, self._stale, self._fault, self._unfit = INSTANTIATED, False, "", ""
         self._parameters = self._state = self._advance = None
-        self._leave_host_clean()
-
-    def _leave_host_clean(self) -> None:
-        """Take back what pythonfmu's library does to the process at every instantiation.
-
-        It puts the resources folder on sys.path (the modules of other FMUs would be searched there), and it
-        drops one reference too many to the globals of the script, which would be freed under its feet.
-        """
-        while self.resources in sys.path:
+        while self.resources in sys.path:  # pythonfmu's library put it there: other FMUs' imports would look there
             sys.path.remove(self.resources)
-        if self.script in sys.modules:
-            self._script_uses.append(vars(sys.modules[self.script]))
 
     # What a face may override.
 

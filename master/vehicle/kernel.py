@@ -1,0 +1,397 @@
+"""The vehicle's forces, compiled: ground, guide, teeth, belt, drives; and the loop that steps the space.
+
+pymunk moves the bodies and keeps the joints; every force is a penalty evaluated here. Chipmunk moves a
+body by its velocity first and changes the velocity afterwards, so forces are evaluated at the positions
+that the step arrives at, x + v dt; evaluated at x they would lag a step behind and feed energy in.
+
+All compiled code stands in this file, because numba keeps what it compiled as long as the file with the
+outermost function is unchanged.
+
+Planar values: one body stands for both sides of the robot. SI units; angles counter-clockwise positive in
+the x-forward y-up plane. Bodies: 0 chassis, 1 front holder, 2 rear holder, then the front and rear segments.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from master.vehicle.munk import call_step, compiled, load, store
+
+CONSTANTS = np.dtype([(name, float) for name in """
+    dt gravity sides driven belt hold_stiffness hold_damping
+    ground_stiffness ground_exponent ground_damping ground_depth ground_friction
+    bristle_stiffness bristle_damping ground_top shoe
+    guide_stiffness guide_damping guide_radius holder_length
+    tooth_stiffness tooth_damping tooth_angle belt_radius sprocket_inertia segment_weight
+    front_hinge_x rear_hinge_x hinge_y holder_center holder_weight
+""".split()])
+
+# what is told, one row each for front track, rear track and the chassis' underside
+NORMAL, TANGENT, MOMENT, GRAVITY = range(4)
+# inputs
+FRONT_TORQUE, REAR_TORQUE, FRONT_SPROCKET, REAR_SPROCKET, SPROCKET_SPEED, FRONT_HOLD, REAR_HOLD = range(7)
+
+
+@compiled
+def damping(c_max, h, x):
+    """Damping coefficient in N.s/m at penetration x, eq 24."""
+    if x <= 0.0:
+        return 0.0
+    if x >= h:
+        return c_max
+    return c_max * x * x * (3.0 * h - 2.0 * x) / (h * h * h)
+
+
+@compiled
+def normal_force(k, e, c_max, h, x, rate):
+    """Normal force in N at penetration x that grows with `rate`, eq 23: max(0, k x^e + c(x) rate).
+
+    The rate in eq 23 is that of the distance of the surfaces, as in the multibody package the study used:
+    minus the rate of the penetration, so that damping resists the motion in both directions.
+    """
+    if x <= 0.0:
+        return 0.0
+    return max(0.0, k * x**e + damping(c_max, h, x) * rate)
+
+
+@compiled
+def clearance(gx, gy, x, y, reach):
+    """Signed distance of a point from the ground's polyline (negative inside) and the outward unit normal.
+
+    Edges farther than `reach` along x are not looked at; without any the distance is infinite.
+    """
+    low, high = 0, len(gx) - 1
+    while high - low > 1:  # last point left of what is reached
+        middle = (low + high) // 2
+        if gx[middle] < x - reach:
+            low = middle
+        else:
+            high = middle
+    best, where, vertex = math.inf, -1, False
+    bx = by = 0.0
+    i = low
+    while i < len(gx) - 1 and gx[i] <= x + reach:
+        ex, ey = gx[i + 1] - gx[i], gy[i + 1] - gy[i]
+        s = ((x - gx[i]) * ex + (y - gy[i]) * ey) / (ex * ex + ey * ey)
+        end = s <= 0.0 or s >= 1.0
+        s = min(1.0, max(0.0, s))
+        dx, dy = x - gx[i] - s * ex, y - gy[i] - s * ey
+        square = dx * dx + dy * dy
+        if square < best:
+            best, bx, by, where, vertex = square, dx, dy, i + (1 if s >= 1.0 else 0), end
+        i += 1
+    if where < 0:
+        return math.inf, 0.0, 1.0
+    nx = ny = 0.0
+    for i in range(max(0, where - 1) if vertex else where, min(where + 1, len(gx) - 1)):
+        ex, ey = gx[i + 1] - gx[i], gy[i + 1] - gy[i]
+        length = math.sqrt(ex * ex + ey * ey)
+        nx -= ey / length
+        ny += ex / length
+    length = math.sqrt(nx * nx + ny * ny)
+    nx, ny = nx / length, ny / length
+    if not vertex:
+        return bx * nx + by * ny, nx, ny
+    distance = math.sqrt(best)
+    if distance < 1e-12:
+        return 0.0, nx, ny
+    side = 1.0 if bx * nx + by * ny >= 0.0 else -1.0
+    return side * distance, side * bx / distance, side * by / distance
+
+
+@compiled
+def friction(p, normal, slip, bristle):
+    """Tangential force in N and the bristle's new deflection in m: a spring and damper with a slip limit (Coulomb)."""
+    bristle += slip * p.dt
+    force = -p.bristle_stiffness * bristle - p.bristle_damping * slip
+    limit = p.ground_friction * normal
+    if abs(force) > limit:
+        force = math.copysign(limit, force)
+        bristle = -force / p.bristle_stiffness
+    return force, bristle
+
+
+@compiled
+def touch(p, gx, gy, x, y, vx, vy, bristle):
+    """Ground force on a shoe at (x, y) moving with (vx, vy): fx, fy, normal, tangent, tangent's direction, new bristle."""
+    distance, nx, ny = clearance(gx, gy, x, y, p.shoe + 0.03)
+    depth = p.shoe - distance
+    if depth <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
+    normal = normal_force(p.ground_stiffness, p.ground_exponent, p.ground_damping, p.ground_depth, depth, -(vx * nx + vy * ny))
+    tangent, bristle = friction(p, normal, vx * ny - vy * nx, bristle)
+    return normal * nx + tangent * ny, normal * ny - tangent * nx, normal, tangent, ny, -nx, bristle
+
+
+@compiled
+def sprocket(p, state, track, u, chassis_angle, chassis_rate):
+    """Angle and rate of a sprocket in the plane where the step arrives."""
+    if p.driven > 0.0:
+        return state[track] + state[2 + track] * p.dt, state[2 + track]
+    rate = u[SPROCKET_SPEED] + chassis_rate
+    return state[track] + u[SPROCKET_SPEED] * p.dt + chassis_angle, rate
+
+
+@compiled
+def turn_sprocket(p, state, track, u, torque):
+    """Moves a sprocket on and returns the torque that its drive puts on the chassis; `torque`: from the track, N.m."""
+    if p.driven > 0.0:
+        drive = p.sides * u[FRONT_SPROCKET + track]
+        state[track] += state[2 + track] * p.dt
+        state[2 + track] += (torque + drive) / p.sprocket_inertia * p.dt
+        return -drive
+    state[track] += u[SPROCKET_SPEED] * p.dt
+    state[2 + track] = u[SPROCKET_SPEED]
+    return torque
+
+
+@compiled
+def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body, at, bristle, told):
+    """Forces of a segmented track. Written to the segments; what the holder gets is returned.
+
+    (hx, hy) hinge, (hvx, hvy) its velocity, (c, s) the holder's direction, w its rate; angle and rate of the
+    sprocket. Returns force and moment about the hinge on the holder, torque on the sprocket.
+    """
+    position, velocity, force = at[0], at[1], at[2]
+    radius, length, guide_k, guide_c = p.guide_radius, p.holder_length, p.guide_stiffness, p.guide_damping
+    n = bristle.shape[1]
+    fx = fy = moment = turning = 0.0
+    normal_sum = tangent_sum = pressure = gravity = 0.0
+    top = p.ground_top + p.shoe
+    for i in range(n):
+        place = body[3 + track * n + i]
+        vx, vy = load(place + velocity), load(place + velocity + 8)
+        x, y = load(place + position) + vx * p.dt, load(place + position + 8) + vy * p.dt
+        rx, ry = x - hx, y - hy
+        along, across = rx * c + ry * s, ry * c - rx * s
+        gravity += rx
+        sx = sy = 0.0
+
+        # the guide: a stadium about the line from hinge to idler, pushing outwards only
+        qx, qy = along, across
+        if along > 0.0:
+            qx = max(0.0, along - length)
+        if qx == 0.0:
+            distance = abs(qy)
+            qy = math.copysign(1.0, qy)
+        else:
+            distance = math.sqrt(qx * qx + qy * qy)
+            qx /= distance
+            qy /= distance
+        ox, oy = qx * c - qy * s, qx * s + qy * c
+        depth = radius - distance
+        wx, wy = vx - hvx + w * ry, vy - hvy - w * rx  # velocity relative to the holder
+        if depth > 0.0:
+            push = guide_k * depth - guide_c * (wx * ox + wy * oy)
+            if push > 0.0:
+                sx += push * ox
+                sy += push * oy
+                moment -= push * (rx * oy - ry * ox)
+
+        # the teeth: the nearest one holds the segment by a spring along the pitch circle
+        if along < 0.0:
+            grip = min(1.0, -2.0 * along / radius)
+            grip = grip * grip * (3.0 - 2.0 * grip)
+            gap = math.atan2(ry, rx) - angle
+            gap -= p.tooth_angle * math.floor(gap / p.tooth_angle + 0.5)
+            slip = (vy - hvy) * ox - (vx - hvx) * oy - rate * distance
+            pull = -grip * (p.tooth_stiffness * distance * gap + p.tooth_damping * slip)
+            sx -= pull * oy
+            sy += pull * ox
+            turning -= pull * distance
+        fx -= sx
+        fy -= sy
+
+        if y < top:
+            gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, x, y, vx, vy, bristle[track, i])
+            bristle[track, i] = b
+            sx += gfx
+            sy += gfy
+            normal_sum += normal
+            tangent_sum += tangent
+            pressure += normal * (rx * tx + ry * ty)
+        else:
+            bristle[track, i] = 0.0
+        store(place + force, sx)
+        store(place + force + 8, sy)
+    told[track, NORMAL], told[track, TANGENT], told[track, MOMENT] = normal_sum, tangent_sum, pressure
+    told[track, GRAVITY] = gravity * p.segment_weight
+    return fx, fy, moment, turning
+
+
+@compiled
+def outline(place, length, radius):
+    """Point of the stadium at arc length `place` from under the hinge, counter-clockwise, and the direction there."""
+    half = math.pi * radius
+    if place < length:
+        return place, -radius, 1.0, 0.0
+    if place < length + half:
+        a = (place - length) / radius
+        return length + radius * math.sin(a), -radius * math.cos(a), math.cos(a), math.sin(a)
+    if place < 2.0 * length + half:
+        return 2.0 * length + half - place, radius, -1.0, 0.0
+    a = (place - 2.0 * length - half) / radius
+    return -radius * math.sin(a), radius * math.cos(a), -math.cos(a), -math.sin(a)
+
+
+@compiled
+def belt_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, holder_angle, bristle, told):
+    """Forces of a belt without inertia of its own shape: points that slide along the outline carry the contact.
+
+    A point's velocity is that of the holder there plus the belt's along its direction, so by virtual power a
+    ground force acts on the holder where it stands, its part along the belt turns the sprocket, and the
+    holder is relieved of that torque. Returns as `track_forces`.
+    """
+    radius, length = p.guide_radius, p.holder_length
+    n = bristle.shape[1]
+    perimeter = 2.0 * (length + math.pi * radius)
+    travel = p.belt_radius * (angle - holder_angle)
+    speed = p.belt_radius * (rate - w)
+    fx = fy = moment = turning = 0.0
+    normal_sum = tangent_sum = pressure = 0.0
+    top = p.ground_top + p.shoe
+    for i in range(n):
+        place = (travel + (i + 0.5) * perimeter / n) % perimeter
+        along, across, ux, uy = outline(place, length, radius)
+        rx, ry = along * c - across * s, along * s + across * c
+        y = hy + ry
+        if y >= top:
+            bristle[track, i] = 0.0
+            continue
+        dx, dy = ux * c - uy * s, ux * s + uy * c
+        vx, vy = hvx - w * ry + speed * dx, hvy + w * rx + speed * dy
+        gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, hx + rx, y, vx, vy, bristle[track, i])
+        bristle[track, i] = b
+        pull = p.belt_radius * (gfx * dx + gfy * dy)
+        fx += gfx
+        fy += gfy
+        moment += rx * gfy - ry * gfx - pull
+        turning += pull
+        normal_sum += normal
+        tangent_sum += tangent
+        pressure += normal * (rx * tx + ry * ty)
+    told[track, NORMAL], told[track, TANGENT], told[track, MOMENT] = normal_sum, tangent_sum, pressure
+    told[track, GRAVITY] = 0.0
+    return fx, fy, moment, turning
+
+
+@compiled
+def forces(p, gx, gy, belly, u, state, body, at, bristle, scrape, told):
+    """All forces on all bodies at the positions where the next step of the space arrives."""
+    position, velocity, force, turn, spin, torque = at[0], at[1], at[2], at[3], at[4], at[5]
+    dt = p.dt
+    place = body[0]
+    cvx, cvy, cw = load(place + velocity), load(place + velocity + 8), load(place + spin)
+    cx, cy = load(place + position) + cvx * dt, load(place + position + 8) + cvy * dt
+    ca = load(place + turn) + cw * dt
+    chassis_torque = chassis_fx = chassis_fy = 0.0
+
+    for track in range(2):
+        place = body[1 + track]
+        w = load(place + spin)
+        angle = load(place + turn) + w * dt
+        c, s = math.cos(angle), math.sin(angle)
+        ox, oy = p.holder_center * c, p.holder_center * s  # from the hinge to the centre of mass
+        hx, hy = load(place + position) - ox, load(place + position + 8) - oy
+        hvx, hvy = load(place + velocity) + w * oy, load(place + velocity + 8) - w * ox
+        hx += load(place + velocity) * dt
+        hy += load(place + velocity + 8) * dt
+        wheel, rate = sprocket(p, state, track, u, ca, cw)
+        if p.belt > 0.0:
+            fx, fy, moment, turning = belt_forces(
+                p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, wheel, rate, angle, bristle, told)
+        else:
+            fx, fy, moment, turning = track_forces(
+                p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, wheel, rate, body, at, bristle, told)
+        told[track, GRAVITY] += p.holder_weight * ox
+        chassis_torque += turn_sprocket(p, state, track, u, turning)
+        drive = p.sides * u[FRONT_TORQUE + track]
+        if p.hold_stiffness > 0.0:
+            drive += p.hold_stiffness * (u[FRONT_HOLD + track] - angle + ca) - p.hold_damping * (w - cw)
+        chassis_torque -= drive
+        store(place + force, fx)
+        store(place + force + 8, fy)
+        store(place + torque, moment + drive - ox * fy + oy * fx)
+
+    normal_sum = tangent_sum = pressure = 0.0
+    c, s = math.cos(ca), math.sin(ca)
+    for i in range(len(scrape)):
+        rx, ry = belly[i, 0] * c - belly[i, 1] * s, belly[i, 0] * s + belly[i, 1] * c
+        if cy + ry >= p.ground_top + p.shoe:
+            scrape[i] = 0.0
+            continue
+        vx, vy = cvx - cw * ry, cvy + cw * rx
+        gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, cx + rx, cy + ry, vx, vy, scrape[i])
+        scrape[i] = b
+        chassis_fx += gfx
+        chassis_fy += gfy
+        chassis_torque += rx * gfy - ry * gfx
+        normal_sum += normal
+        tangent_sum += tangent
+    told[2, NORMAL], told[2, TANGENT] = normal_sum, tangent_sum
+    store(body[0] + force, chassis_fx)
+    store(body[0] + force + 8, chassis_fy)
+    store(body[0] + torque, chassis_torque)
+
+
+@compiled
+def advance(steps, step, space, constants, gx, gy, belly, u, state, body, at, bristle, scrape, told):
+    """`steps` inner steps: forces into the bodies, then cpSpaceStep at address `step` on `space`."""
+    p = constants[0]
+    for _ in range(steps):
+        forces(p, gx, gy, belly, u, state, body, at, bristle, scrape, told)
+        call_step(step, space, p.dt)
+
+
+@compiled
+def only_forces(constants, gx, gy, belly, u, state, body, at, bristle, scrape, told):
+    """The forces of one inner step, for whoever steps the space himself."""
+    forces(constants[0], gx, gy, belly, u, state, body, at, bristle, scrape, told)
+
+
+@compiled
+def sound(body, at, limit):
+    """Whether every body's position and speed are finite and the speeds below the limit in m/s."""
+    for place in body:
+        for k in range(2):
+            if not abs(load(place + at[1] + 8 * k)) < limit or not abs(load(place + at[0] + 8 * k)) < 1e6:
+                return False
+    return True
+
+
+OUTPUTS = tuple("""
+    front_angle front_speed rear_angle rear_speed
+    front_sprocket_angle front_sprocket_speed rear_sprocket_angle rear_sprocket_speed
+    chassis_x chassis_y chassis_pitch chassis_vx chassis_vy chassis_pitch_rate
+    front_pressure_x rear_pressure_x front_ground_normal rear_ground_normal front_ground_tangent rear_ground_tangent
+    front_gravity_moment rear_gravity_moment chassis_ground_normal
+""".split())
+
+
+@compiled
+def outputs(constants, state, zero, body, at, told, out):
+    """The outputs, in the order of OUTPUTS, from the bodies and what the last step told; `zero`: sprocket angles at the start."""
+    p = constants[0]
+    position, velocity, turn, spin = at[0], at[1], at[3], at[4]
+    place = body[0]
+    angle, rate = load(place + turn), load(place + spin)
+    for track in range(2):
+        holder = body[1 + track]
+        out[2 * track] = load(holder + turn) - angle
+        out[2 * track + 1] = load(holder + spin) - rate
+        relative = p.driven > 0.0
+        out[4 + 2 * track] = state[track] - zero[track] - (angle if relative else 0.0)
+        out[5 + 2 * track] = state[2 + track] - (rate if relative else 0.0)
+        normal = told[track, NORMAL]
+        out[14 + track] = told[track, MOMENT] / normal if normal > 0.0 else 0.0
+        out[16 + track] = normal
+        out[18 + track] = told[track, TANGENT]
+        out[20 + track] = told[track, GRAVITY] / p.sides
+    c, s = math.cos(angle), math.sin(angle)
+    mx, my = 0.5 * (p.front_hinge_x + p.rear_hinge_x), p.hinge_y
+    rx, ry = mx * c - my * s, mx * s + my * c
+    out[8], out[9], out[10] = load(place + position) + rx, load(place + position + 8) + ry, angle
+    out[11], out[12], out[13] = load(place + velocity) - rate * ry, load(place + velocity + 8) + rate * rx, rate
+    out[22] = told[2, NORMAL]

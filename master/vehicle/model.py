@@ -1,0 +1,259 @@
+"""The vehicle's bodies and joints in pymunk, and the arrays that the compiled forces work on."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pymunk
+import pymunk.batch
+from pymunk._chipmunk_cffi import lib
+
+from master.errors import DescriptionError
+from master.vehicle import ground, kernel, munk
+from master.vehicle.parameters import SIDES
+
+_ALL = pymunk.batch.BodyFields
+_FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _ALL.FORCE | _ALL.TORQUE
+_BATCH_AT = (0, 24, 48, 16, 40, 64)  # bytes of position, velocity, force, angle, angular velocity, torque in a row of the batch
+_BELLY = 7  # points of the chassis' underside that can touch the ground
+
+
+class Geometry:
+    """Lengths that follow from the parameters."""
+
+    def __init__(self, v: dict[str, Any]):
+        runs = v["segments"] - v["teeth"]
+        if v["segments"] % 2 or v["teeth"] % 2 or runs < 4:
+            raise DescriptionError("segments and teeth must be even numbers, segments at least 4 more than teeth.")
+        self.length = v["holder_length"]
+        self.pitch = 2.0 * self.length / runs
+        half = math.pi / v["teeth"]
+        self.pitch_radius = self.pitch / (2.0 * math.sin(half))  # circle of the pins
+        self.center_radius = self.pitch / (2.0 * math.tan(half))  # circle of the segments' centres
+        self.belt_radius = self.pitch * v["teeth"] / (2.0 * math.pi)  # travel of the track per angle of the sprocket
+        # the guide presses into the arcs by what turns the tension round a tooth's angle
+        self.guide_radius = self.center_radius + v["track_tension"] * 2.0 * math.sin(half) / v["guide_stiffness"]
+
+    def pins(self, v: dict[str, Any]) -> np.ndarray:
+        """The track's pins in the holder's frame, counter-clockwise from under the hinge."""
+        n, arc = (v["segments"] - v["teeth"]) // 2, v["teeth"] // 2
+        r, step = self.pitch_radius, 2.0 * math.pi / v["teeth"]
+        points = [(i * self.pitch, -r) for i in range(n)]
+        points += [(self.length + r * math.sin(i * step), -r * math.cos(i * step)) for i in range(arc)]
+        points += [(self.length - i * self.pitch, r) for i in range(n)]
+        points += [(-r * math.sin(i * step), r * math.cos(i * step)) for i in range(arc)]
+        return np.array(points)
+
+
+class Model:
+    """A built vehicle: `space`, `bodies` (chassis, holders, segments), `joints` and the arrays of the kernel."""
+
+    def __init__(self, values: dict[str, Any], direct: bool = True):
+        v = self.values = values
+        if v["track"] not in ("segmented", "belt"):
+            raise DescriptionError(f"track = {v['track']!r} is not known. Write segmented or belt.")
+        self.gx, self.gy = ground.profile(v["ground"])
+        self.geometry = Geometry(v)
+        self.belt = v["track"] == "belt"
+        self.constants = np.zeros(1, kernel.CONSTANTS)
+        self._fill()
+        self._make_bodies()
+
+        count = v["segments"]
+        self.inputs = np.zeros(7)
+        self.state = np.zeros(4)
+        self.zero = np.zeros(2)
+        self.bristle = np.zeros((2, count))
+        self.scrape = np.zeros(_BELLY)
+        self.told = np.zeros((3, 4))
+        self.outputs = np.zeros(len(kernel.OUTPUTS))
+        reach = 0.5 * v["wheelbase"]
+        self.belly = np.column_stack([np.linspace(-reach, reach, _BELLY), np.full(_BELLY, v["belly_height"] + v["shoe_height"])])
+        self.belly -= (v["chassis_center_x"], v["chassis_center_y"])
+
+        layout = munk.layout() if direct else None
+        self.layout = layout
+        self.step_address, self.space_address = munk.space_step(), munk.address(self.space._space)
+        if layout:
+            self.at = np.array(layout[:6], np.int64)
+            self.body = np.array([munk.address(b._body) for b in self.bodies], np.int64)
+        else:
+            rows = len(self.bodies)
+            self._rows = np.zeros((rows + 8, 9))  # slack beyond the exact size: the batch grows its arrays by itself otherwise
+            self._batch = pymunk.batch.Buffer()
+            self._batch.set_float_buf(self._rows)
+            self.at = np.array(_BATCH_AT, np.int64)
+            self.body = self._rows.ctypes.data + 72 * np.arange(rows, dtype=np.int64)
+            self._fetch()
+
+    def _fill(self) -> None:
+        v, g, c = self.values, self.geometry, self.constants
+        for name in ("gravity", "ground_stiffness", "ground_exponent", "ground_damping", "ground_depth", "ground_friction",
+                     "bristle_stiffness", "bristle_damping", "guide_stiffness", "guide_damping", "tooth_stiffness", "tooth_damping",
+                     "holder_length"):
+            c[name] = v[name]
+        c["sides"], c["driven"], c["belt"] = SIDES, v["driven_sprockets"], self.belt
+        c["ground_top"], c["shoe"] = max(self.gy), v["shoe_height"]
+        c["guide_radius"], c["belt_radius"], c["tooth_angle"] = g.guide_radius, g.belt_radius, 2.0 * math.pi / v["teeth"]
+        track = v["segments"] * v["segment_mass"]
+        spin = 0.5 * v["sprocket_mass"] * g.pitch_radius**2 + (track * g.belt_radius**2 if self.belt else 0.0)
+        c["sprocket_inertia"] = SIDES * spin
+        c["segment_weight"] = 0.0 if self.belt else SIDES * v["segment_mass"] * v["gravity"]
+        c["front_hinge_x"] = 0.5 * v["wheelbase"] - v["chassis_center_x"]
+        c["rear_hinge_x"] = -0.5 * v["wheelbase"] - v["chassis_center_x"]
+        c["hinge_y"] = -v["chassis_center_y"]
+
+    def _holder(self) -> tuple[float, float, float]:
+        """Mass, centre of mass in front of the hinge and inertia about it, of both sides' holders with what is fixed to them."""
+        v, g = self.values, self.geometry
+        pieces = [  # mass, distance, inertia about its own centre
+            (v["holder_mass"], v["holder_center"], v["holder_mass"] * g.length**2 / 12.0),
+            (v["idler_mass"], g.length, 0.5 * v["idler_mass"] * g.pitch_radius**2),
+            (v["sprocket_mass"], 0.0, 0.0),  # its spin is a state of its own
+        ]
+        if self.belt:
+            mass = v["segments"] * v["segment_mass"]
+            pins = g.pins(v) - (0.5 * g.length, 0.0)
+            pieces.append((mass, 0.5 * g.length, mass * float(np.mean(np.sum(pins**2, axis=1)))))
+        mass = sum(m for m, _, _ in pieces)
+        center = sum(m * x for m, x, _ in pieces) / mass
+        inertia = sum(i + m * (x - center) ** 2 for m, x, i in pieces)
+        return SIDES * mass, center, SIDES * inertia
+
+    def _make_bodies(self) -> None:
+        v, g = self.values, self.geometry
+        space = self.space = pymunk.Space()
+        space.gravity, space.iterations = (0.0, -v["gravity"]), v["iterations"]
+        mass, center, inertia = self._holder()
+        self.constants["holder_center"], self.constants["holder_weight"] = center, mass * v["gravity"]
+
+        half = 0.5 * v["wheelbase"]
+        angles = (v["front_start_angle"], v["rear_start_angle"])
+        pins = [np.array([(s * half + x * math.cos(a) - y * math.sin(a), x * math.sin(a) + y * math.cos(a)) for x, y in g.pins(v)])
+                for s, a in zip((1.0, -1.0), angles)]
+        origin, pitch = self._place(np.vstack(pins))
+        turn = np.array([[math.cos(pitch), math.sin(pitch)], [-math.sin(pitch), math.cos(pitch)]])
+
+        def world(point):
+            return tuple(origin + np.asarray(point, float) @ turn)
+
+        chassis = pymunk.Body(v["chassis_mass"], v["chassis_inertia"])
+        chassis.position, chassis.angle = world((v["chassis_center_x"], v["chassis_center_y"])), pitch
+        self.bodies, self.joints = [chassis], []
+        for s, a in zip((1.0, -1.0), angles):
+            holder = pymunk.Body(mass, inertia)
+            holder.position = world((s * half + center * math.cos(a), center * math.sin(a)))
+            holder.angle = pitch + a
+            self.bodies.append(holder)
+            self.joints.append(pymunk.PivotJoint(chassis, holder, (s * half - v["chassis_center_x"], -v["chassis_center_y"]), (-center, 0.0)))
+        if not self.belt:
+            m = SIDES * v["segment_mass"]
+            for points, a in zip(pins, angles):
+                links = []
+                for start, end in zip(points, np.roll(points, -1, axis=0)):
+                    link = pymunk.Body(m, m * (g.pitch**2 + v["shoe_height"] ** 2) / 12.0)
+                    link.position = world(0.5 * (start + end))
+                    link.angle = pitch + math.atan2(end[1] - start[1], end[0] - start[0])
+                    links.append(link)
+                self.joints += [pymunk.PivotJoint(one, other, (0.5 * g.pitch, 0.0), (-0.5 * g.pitch, 0.0))
+                                for one, other in zip(links, links[1:] + links[:1])]
+                self.bodies += links
+        space.add(*self.bodies, *self.joints)
+
+    def _place(self, pins: np.ndarray) -> tuple[np.ndarray, float]:
+        """Where the middle between the hinges goes and the pitch, so that the tracks just touch the ground."""
+        v, half = self.values, 0.5 * self.values["wheelbase"]
+        x0 = v["start_x"]
+        low, high = ground.height(self.gx, self.gy, x0 - half), ground.height(self.gx, self.gy, x0 + half)
+        pitch = math.atan2(high - low, 2.0 * half)
+        c, s = math.cos(pitch), math.sin(pitch)
+        points = np.column_stack([x0 + pins[:, 0] * c - pins[:, 1] * s, pins[:, 0] * s + pins[:, 1] * c])
+        reach, shoe = self.geometry.pitch_radius, v["shoe_height"]
+
+        def gap(y):
+            return min(kernel.clearance(self.gx, self.gy, px, py + y, 3.0 * reach)[0] for px, py in points) - shoe
+
+        y = max(low, high) + 4.0 * (reach + v["holder_length"])
+        for _ in range(60):  # down by the distance that is left: never through, and soon there
+            distance = min(gap(y), 0.25)
+            y -= distance
+            if abs(distance) < 1e-6:
+                break
+        return np.array([x0, y]), pitch
+
+    def advance(self, size: float) -> None:
+        """One macro step: as many equal inner steps as keep each within inner_step."""
+        steps = max(1, math.ceil(size / self.values["inner_step"] - 1e-9))
+        self.constants["dt"] = size / steps
+        arrays = (self.constants, self.gx, self.gy, self.belly, self.inputs, self.state, self.body, self.at, self.bristle, self.scrape, self.told)
+        if self.layout:
+            kernel.advance(steps, self.step_address, self.space_address, *arrays)
+            return
+        for _ in range(steps):
+            kernel.only_forces(*arrays)
+            pymunk.batch.set_space_bodies(self.space, _FIELDS, self._batch)
+            self.space.step(size / steps)
+            self._fetch()
+
+    def _fetch(self) -> None:
+        self._batch.clear()
+        pymunk.batch.get_space_bodies(self.space, _FIELDS, self._batch)
+
+    def settle(self, time: float) -> None:
+        """Lets the robot come to rest on the ground with its drives held where they are, sprockets turning as they will."""
+        v, c, driven = self.values, self.constants, float(self.constants["driven"][0])
+        speed = 0.0 if driven else self.inputs[kernel.SPROCKET_SPEED]
+        saved = self.inputs.copy()
+        self.inputs[:] = 0.0
+        self.inputs[kernel.SPROCKET_SPEED] = speed
+        self.inputs[kernel.FRONT_HOLD], self.inputs[kernel.REAR_HOLD] = v["front_start_angle"], v["rear_start_angle"]
+        c["driven"], c["hold_stiffness"], c["hold_damping"] = 0.0, SIDES * v["holding_stiffness"], SIDES * v["holding_stiffness"] * 2e-3
+        for track in range(2):  # the teeth stand where the segments are
+            self.state[track] = (v["front_start_angle"], v["rear_start_angle"])[track] + 0.5 * float(c["tooth_angle"][0])
+        steps = round(time / 1e-3)
+        for _ in range(steps):
+            self.advance(1e-3)
+        c["driven"], c["hold_stiffness"], c["hold_damping"] = driven, 0.0, 0.0
+        self.inputs[:] = saved
+        angle = self.bodies[0].angle
+        if driven:
+            self.state[:2] += angle
+            self.state[2:] = self.bodies[0].angular_velocity
+        self.zero[:] = self.state[:2] - (angle if driven else 0.0)
+
+    def tell(self) -> np.ndarray:
+        """The outputs as they are now."""
+        kernel.outputs(self.constants, self.state, self.zero, self.body, self.at, self.told, self.outputs)
+        return self.outputs
+
+    def sound(self) -> bool:
+        return kernel.sound(self.body, self.at, 1e3)
+
+    @property
+    def exact(self) -> bool:
+        """Whether a saved state continues bit for bit: only where the joints' warm start can be read."""
+        return self.layout is not None
+
+    def save(self) -> tuple:
+        """Everything that decides what comes next, the joints' warm start among it."""
+        lay = self.layout
+        bodies = np.array([np.concatenate([munk.doubles(b._body, lay.position, 2), munk.doubles(b._body, lay.velocity, 2),
+                                           munk.doubles(b._body, lay.angle, 1), munk.doubles(b._body, lay.angular_velocity, 1),
+                                           munk.doubles(b._body, lay.transform, 6)]) for b in self.bodies])
+        joints = np.array([munk.doubles(j._constraint, lay.impulse, 2) for j in self.joints])
+        arrays = tuple(a.copy() for a in (self.inputs, self.state, self.zero, self.bristle, self.scrape, self.told))
+        return bodies, joints, arrays, float(lib.cpSpaceGetCurrentTimeStep(self.space._space))
+
+    def restore(self, saved: tuple) -> None:
+        lay = self.layout
+        bodies, joints, arrays, dt = saved
+        for b, row in zip(self.bodies, bodies):
+            for offset, part in zip((lay.position, lay.velocity, lay.angle, lay.angular_velocity, lay.transform), np.split(row, (2, 4, 5, 6))):
+                munk.doubles(b._body, offset, len(part))[:] = part
+        for j, pair in zip(self.joints, joints):
+            munk.doubles(j._constraint, lay.impulse, 2)[:] = pair
+        for mine, theirs in zip((self.inputs, self.state, self.zero, self.bristle, self.scrape, self.told), arrays):
+            mine[:] = theirs
+        lib.cpSpaceSetCurrentTimeStep(self.space._space, dt)

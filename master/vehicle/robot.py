@@ -1,0 +1,137 @@
+"""The tracked robot as a part that the master couples."""
+
+from __future__ import annotations
+
+from typing import Any, Sequence
+
+import numpy as np
+
+from master.errors import DescriptionError, PartFailed
+from master.face import Variable
+from master.vehicle import kernel
+from master.vehicle.model import Model
+from master.vehicle.parameters import INPUTS, VARIABLES, checked
+
+
+class Robot:
+    """A robot with tracks around front and rear holders that turn about the chassis, seen from the side.
+
+    One planar holder stands for the left and the right one: torques go in for one side and count twice.
+    Parameters may be given by name: `Robot("robot", track="belt", ground="slope:20")`.
+    A step of any size is divided into equal inner steps not longer than `inner_step`; torques are held over it.
+    Rolling back is exact where pymunk's memory could be read (see munk.py); `can_roll_back` says so.
+    """
+
+    variables: dict[str, Variable] = VARIABLES
+
+    def __init__(self, name: str = "robot", **settings: Any):
+        self.name = name
+        self.log: list[str] = []
+        self._settings = settings
+        self.u, self.y = np.zeros(0), np.zeros(0)
+        self._in, self._out = np.zeros(0, int), np.zeros(0, int)
+        self.reset()
+
+    def reset(self) -> None:
+        self.log.clear()
+        self._values = {v.name: v.start for v in VARIABLES.values() if v.causality in ("parameter", "input")}
+        self._model: Model | None = None
+        self._running = False
+        for name, value in self._settings.items():
+            self.set(name, value)
+
+    @property
+    def can_roll_back(self) -> bool:
+        return self.model.exact
+
+    @property
+    def model(self) -> Model:
+        """The vehicle built from the parameters and settled on its ground; built when first asked for."""
+        if self._model is None:
+            model = Model(self._values)
+            model.inputs[: len(INPUTS)] = [self._values[name] for name in INPUTS]
+            model.settle(self._values["settling_time"])
+            if not model.sound():
+                raise DescriptionError(f"{self.name}: the robot does not come to rest on its ground; a shorter inner_step, softer contacts "
+                                       "or another start_x may help.")
+            model.tell()
+            self._model = model
+        return self._model
+
+    def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        for name in (*inputs, *outputs):
+            if name not in INPUTS and name not in kernel.OUTPUTS:
+                raise DescriptionError(f"{self.name}: there is no input or output {name!r}.")
+        self._in = np.array([INPUTS.index(name) for name in inputs], int)
+        self._out = np.array([kernel.OUTPUTS.index(name) for name in outputs], int)
+        self.u, self.y = np.array([self._values[name] for name in inputs], float), np.zeros(len(outputs))
+
+    def set(self, name: str, value: Any) -> None:
+        value = checked(self.name, name, value)
+        if name in INPUTS:
+            if self._model is not None:
+                self._model.inputs[INPUTS.index(name)] = value
+        elif self._running:
+            raise DescriptionError(f"{self.name}.{name} is a parameter and can be set only before the start.")
+        if not self._running:
+            self._model = None if name not in INPUTS or name == "sprocket_speed" else self._model
+        self._values[name] = value
+
+    def get(self, name: str) -> Any:
+        if name == "sprocket_radius":
+            return self.model.geometry.pitch_radius
+        if name in kernel.OUTPUTS:
+            return float(self.model.outputs[kernel.OUTPUTS.index(name)])
+        if name in INPUTS and self._model is not None:
+            return float(self._model.inputs[INPUTS.index(name)])
+        if name not in self._values:
+            raise DescriptionError(f"{self.name}: there is no variable {name!r}.")
+        return self._values[name]
+
+    def enter_initialization(self, start: float, stop: float | None) -> None:
+        pass
+
+    def exit_initialization(self) -> None:
+        self.model.tell()
+        self._running = True
+
+    def write(self) -> None:
+        if self._running:
+            self.model.inputs[self._in] = self.u
+        else:
+            for place, value in zip(self._in, self.u):
+                if value != self._values[INPUTS[place]]:
+                    self.set(INPUTS[place], float(value))
+
+    def read(self) -> None:
+        self.y[:] = self.model.outputs[self._out]
+
+    def step(self, time: float, size: float) -> None:
+        model = self.model
+        if not (size > 0.0 and np.isfinite(model.inputs).all()):
+            self._fail(time, size, "give a positive step and finite inputs.")
+        model.advance(size)
+        if not model.sound():
+            self._fail(time, size, "a shorter inner_step or communication step, softer contacts or guides, or less torque.")
+        model.tell()
+
+    def _fail(self, time: float, size: float, hint: str) -> None:
+        inputs = {name: float(value) for name, value in zip(INPUTS, self.model.inputs)}
+        self.log.append(f"the bodies' positions or speeds are no longer finite (inner step {self.model.constants['dt'][0]:.3g} s)"
+                        if all(np.isfinite(list(inputs.values()))) else "an input is not finite")
+        raise PartFailed(self.name, time, size, "error", inputs, self.log, hint)
+
+    def save(self) -> Any:
+        if not self.can_roll_back:
+            raise DescriptionError(f"{self.name} cannot be saved: pymunk's memory has another layout than expected. Run without rollback.")
+        return self.model.save()
+
+    def restore(self, state: Any) -> None:
+        self.model.restore(state)
+        self.model.tell()
+
+    def terminate(self) -> None:
+        pass
+
+    def close(self) -> None:
+        self._model = None

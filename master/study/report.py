@@ -1,0 +1,108 @@
+"""The study's report: one HTML file that needs no network."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from PIL import Image
+
+from master.study.claims import Claim, Curves, Runs
+from master.study.figures import COLOURS
+from master.study.manoeuvre import DURATION, WINDOWS
+from master.study.runs import POSTURE_EVERY, SYSTEM, Done
+from master.system import load
+
+SAMPLE = 0.01  # s, of the curves under the moving robot
+PHASES = [
+    (0.0, 2.0, "both track holders point forward"),
+    (2.0, 3.0, "the rear holder is lifted"),
+    (3.0, 4.0, "the rear holder is lowered"),
+    (4.0, 6.0, "front holder forward, rear holder backward"),
+    (6.0, 8.0, "all holders press down and raise the platform"),
+    (8.0, 10.0, "the platform stands on the tips"),
+]
+
+
+def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[Path, str]], done: list[Done]) -> Path:
+    """The report with everything inside: figures, claims, parameters, moving robot."""
+    environment = Environment(loader=PackageLoader("master.study", "."), undefined=StrictUndefined, autoescape=True, trim_blocks=True)
+    postures = next(one.postures for one in done if one.postures)
+    html = environment.get_template("report.html.j2").render(
+        facts=runs.facts,
+        claims=claims,
+        figures={number: _embedded(file, caption) for number, (file, caption) in figures.items()},
+        parameters=parameters(SYSTEM.read_text(encoding="utf-8")),
+        step=load(SYSTEM).run.step,
+        done=done,
+        motion=_script_data(_motion(runs, postures)),
+        script=Markup(Path(__file__).with_name("report.js").read_text(encoding="utf-8")),
+    )
+    path.write_text(html, encoding="utf-8")
+    return path
+
+
+def _embedded(file: Path, caption: str) -> dict:
+    with Image.open(file) as image:
+        width, height = image.size
+    data = base64.b64encode(file.read_bytes()).decode()
+    return {"data": data, "width": width // 2, "height": height // 2, "caption": caption}
+
+
+def _script_data(data: dict) -> Markup:
+    return Markup(json.dumps(data, separators=(",", ":")).replace("</", "<\\/"))
+
+
+def _motion(runs: Runs, postures: dict[float, dict]) -> dict:
+    """What the moving robot needs: postures in whole mm from the chassis, input torques of the eight runs."""
+    times = sorted(postures)
+    lines = postures[times[0]]["lines"]
+    frames = []
+    for time in times:
+        posture = postures[time]
+        points = np.concatenate([np.asarray(line["points"]) for line in posture["lines"]]) - (posture["x"], 0.0)
+        frames.append([round(1000 * posture["x"]), *np.rint(1000 * points).astype(int).ravel().tolist()])
+    torque = {mode: [_sampled(run) for _, run in sorted(of.items())] for mode, of in (("kinematic", runs.kinematic), ("dynamic", runs.dynamic))}
+    settled = np.concatenate([np.array(curve)[int(0.5 / SAMPLE) :] for curves in torque.values() for curve in curves])
+    low, high = float(settled.min()), float(settled.max())
+    room = 0.08 * (high - low)
+    return {
+        "duration": DURATION,
+        "every": POSTURE_EVERY,
+        "lines": [{key: value for key, value in line.items() if key != "points"} | {"n": len(line["points"])} for line in lines],
+        "frames": frames,
+        "sample": SAMPLE,
+        "torque": torque,
+        "range": [low - room, high + room],
+        "tick": _tick(high - low),
+        "friction": sorted(runs.kinematic),
+        "colours": [COLOURS[mu] for mu in sorted(runs.kinematic)],
+        "windows": list(WINDOWS.values()),
+        "phases": PHASES,
+    }
+
+
+def _sampled(run: Curves) -> list[float]:
+    return np.round(np.interp(np.arange(0, DURATION + SAMPLE / 2, SAMPLE), run.time, run.F), 4).tolist()
+
+
+def _tick(span: float) -> float:
+    """A round distance of about a fifth of the span."""
+    power = 10.0 ** np.floor(np.log10(span / 5))
+    return float(min((m * power for m in (1, 2, 5, 10)), key=lambda tick: abs(tick - span / 5)))
+
+
+def parameters(system: str) -> list[tuple[str, str, str]]:
+    """Name, value and comment (unit and source) of every commented start value in a system file; twins only once."""
+    found, component = [], ""
+    for line in system.splitlines():
+        if table := re.match(r"\[components\.(\w+)", line):
+            component = table[1]
+        elif (entry := re.match(r"(\w+) = (\S+)\s+# (.+)", line)) and not component.startswith("front_"):
+            found.append((f"{component}.{entry[1]}", entry[2].strip('"'), entry[3]))
+    return found

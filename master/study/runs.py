@@ -1,0 +1,147 @@
+"""The runs of the study: eight of the paper, and those that its claims about standstill, contact and advice need."""
+
+from __future__ import annotations
+
+import time as clock
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Callable
+
+from fmus.build import built
+from master import load, read, run
+from master.study.claims import Curves, Facts, Runs
+from master.system import System
+
+SYSTEM = Path(__file__).with_name("robot.toml")
+FRICTION = (0.0, 0.01, 0.02, 0.03)
+SWEEP = (0.0, 0.005, 0.01, 0.015, 0.0175, 0.02, 0.0225, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06)
+CONTACT = ("ground_stiffness", "ground_damping", "ground_depth")
+POSTURE_EVERY = 0.04  # s
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run: what it varies, its settings beyond the system file, and whether its postures are kept."""
+
+    group: str  # kinematic | dynamic | standstill | contact | sweep
+    key: Any
+    mode: str
+    friction: float
+    settings: dict[str, Any] = field(default_factory=dict)
+    postures: bool = False
+
+    @property
+    def name(self) -> str:
+        key = "_".join(str(part) for part in self.key) if isinstance(self.key, tuple) else self.key
+        return f"{self.group}_{key}"
+
+
+def cases() -> list[Case]:
+    """All runs, the long ones first."""
+    dynamic = [Case("dynamic", mu, "dynamic", mu, postures=mu == FRICTION[-1]) for mu in FRICTION]
+    kinematic = [Case("kinematic", mu, "kinematic", mu) for mu in FRICTION]
+    standstill = [Case("standstill", 0, "kinematic", 0.0, {"setpoints.sprocket_speed_set": 0.0})]
+    contact = [Case("contact", (name, factor), "kinematic", 0.0) for name in CONTACT for factor in (0.7, 1.3)]
+    sweep = [Case("sweep", mu, "dynamic", mu, {"robot.track": "belt"}) for mu in SWEEP]
+    return dynamic + sweep + kinematic + standstill + contact
+
+
+def system(mode: str = "dynamic", path: Path = SYSTEM) -> System:
+    """The robot's system. In kinematic mode the motion is imposed on the reducers' input shafts: no motors, no controllers."""
+    robot = load(path)
+    if mode == "kinematic":
+        gone = {name for name in robot.components if name.endswith(("_controller", "_motor"))}
+        robot.components = {name: component for name, component in robot.components.items() if name not in gone}
+        robot.connections = {
+            target: connection
+            for target, connection in robot.connections.items()
+            if not gone & {_owner(target), _owner(connection.source)}
+        }
+        robot.bonds = [bond for bond in robot.bonds if not gone & {_owner(bond.effort), _owner(bond.flow)}]
+        robot.run.order = [name for name in robot.run.order if name not in gone]
+        robot.run.open_inputs = True  # no motor drives the reducers
+        for name in reducers(robot):
+            robot.components[name].start["kinematic"] = True
+    return robot
+
+
+def reducers(robot: System) -> list[str]:
+    return [name for name in robot.components if name.endswith("_reducer")]
+
+
+def _owner(name: str) -> str:
+    return name.partition(".")[0]
+
+
+def settings_of(case: Case, robot: System) -> dict[str, Any]:
+    """Everything that makes this run differ from the system file."""
+    settings = {f"{name}.friction_{kind}": case.friction for name in reducers(robot) for kind in ("kinetic", "static")}
+    if case.group == "contact":
+        parameter, factor = case.key
+        settings[f"robot.{parameter}"] = factor * robot.components["robot"].start[parameter]
+    return settings | case.settings
+
+
+@dataclass
+class Done:
+    """A finished run: its table's file, the coupling's energy error, and the postures by time."""
+
+    case: Case
+    path: Path
+    energy: Any
+    postures: dict[float, dict]
+    seconds: float
+
+
+def run_case(case: Case, folder: Path) -> Done:
+    """Run one case and write its table as Parquet."""
+    robot = system(case.mode)
+    postures: dict[float, dict] = {}
+
+    def observe(time: float, parts) -> None:
+        if time >= len(postures) * POSTURE_EVERY - 1e-9:
+            postures[round(time, 6)] = parts["robot"].posture()
+
+    path = folder / f"{case.name}.parquet"
+    began = clock.perf_counter()
+    result = run(robot, settings=settings_of(case, robot), out=path, observe=observe if case.postures else None)
+    return Done(case, path, result.energy, postures, clock.perf_counter() - began)
+
+
+def run_all(folder: Path, progress: Callable[[str, int, int], None] | None = None, workers: int = 2) -> list[Done]:
+    """All cases, side by side in processes of their own. `progress` is told each finished case, how many, of how many."""
+    folder.mkdir(parents=True, exist_ok=True)
+    todo = cases()
+    for name in ("Reducer", "Motor", "Controller"):
+        built(name)  # once, before the processes ask for them
+    done = []
+    with ProcessPoolExecutor(workers) as pool:
+        for future in as_completed([pool.submit(run_case, case, folder) for case in todo]):
+            done.append(future.result())
+            if progress:
+                progress(done[-1].case.name, len(done), len(todo))
+    return sorted(done, key=lambda one: todo.index(one.case))
+
+
+def facts(robot: System) -> Facts:
+    """The parameters that the claims need, as the system file has them."""
+    reducer, motor = robot.components["rear_reducer"].start, robot.components["rear_motor"].start
+    return Facts(
+        gear_ratio=reducer["gear_ratio"],
+        resistance=motor["resistance"],
+        torque_constant=motor["torque_constant"],
+        sprocket_radius=robot.components["robot"].start["sprocket_radius"],
+    )
+
+
+def read_runs(done: list[Done]) -> Runs:
+    """The tables of finished runs, ordered for the claims."""
+    runs = Runs(facts(system()))
+    for one in done:
+        curves = Curves(read(one.path)[0])
+        if one.case.group == "standstill":
+            runs.standstill = curves
+        else:
+            getattr(runs, one.case.group)[one.case.key] = curves
+    return runs

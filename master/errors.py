@@ -14,11 +14,14 @@ class ResultError(SelflockError):
 class PartFailed(SelflockError):
     """A part failed. Carries what a person needs to find out why; the run keeps its results so far."""
 
+    result = None  # master.Result: what was computed until then
+
     def __init__(self, part: str, time: float, size: float, status: str, inputs: dict, log: list, hint: str = ""):
         self.part, self.time, self.size, self.status = part, time, size, status
         self.inputs, self.log, self.hint = inputs, log, hint
         said = "\n".join(f"    {line}" for line in log[-5:]) or "    (it said nothing)"
-        given = ", ".join(f"{name} = {value:.6g}" if isinstance(value, float) else f"{name} = {value}" for name, value in inputs.items())
+        numbers = ((name, f"{value:.6g}" if isinstance(value, float) else value) for name, value in inputs.items())
+        given = ", ".join(f"{name} = {value}" for name, value in numbers)
         message = f"{part} answered {status} at t = {time:.9g} s (step {size:.3g} s).\n  its last words:\n{said}"
         if given:
             message += f"\n  its inputs: {given}"

@@ -38,6 +38,10 @@ class Part(Protocol):
 
     Life: constructed · bind · set parameters and starts · enter_initialization · exit_initialization ·
     (write · step · read)* · terminate · close. `reset` returns to the state after construction.
+
+    A part may also have `at(time)`: then its outputs are functions of time alone; `at` fills y for any time, and
+    it is never stepped. `units` may tell what its units are (as BaseUnit in FMI), `variable_step = False` that it
+    takes steps of one size only.
     """
 
     name: str  # the component's name in the system
@@ -45,8 +49,8 @@ class Part(Protocol):
     can_roll_back: bool
     log: Sequence[str]  # what the part said last, newest at the end
 
-    u: np.ndarray  # float64, inputs in the order given to bind
-    y: np.ndarray  # float64, outputs in the order given to bind
+    u: np.ndarray  # float64, inputs in the order given to bind; made by bind, then only changed in place
+    y: np.ndarray  # float64, outputs in the order given to bind; likewise
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None: ...
     def set(self, name: str, value: Any) -> None: ...

@@ -1,0 +1,174 @@
+"""How the parts are stepped together: Jacobi and Gauss-Seidel, with own steps of components.
+
+Communication points are t_n = start + n·H, from the index, so that no time drifts. In a macro step from t_n to
+t_n+1 = t_n + H every part gets its inputs and steps:
+
+- **Jacobi**: all inputs are outputs at t_n. First order, independent of any order.
+- **Gauss-Seidel**: one part after the other; inputs from parts stepped before are at t_n+1, all others at t_n.
+- A part with a smaller step h = H/m makes m steps; under Gauss-Seidel what it takes from parts stepped before is
+  interpolated between their outputs at t_n and t_n+1, at the end of each of its steps.
+- A part with a larger step h = M·H steps once in M macro steps; its outputs are then shown on the straight line
+  from its old values to its new ones. Booleans, integers and discrete values wait for its step's end.
+- A source with `at(time)` is evaluated at the start of each step of each part that listens to it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Callable
+
+from master.errors import DescriptionError
+from master.wiring import Link, Wiring
+
+
+class Seat:
+    """A part's place in a run: its buffers, and where its inputs come from, all found before the first step."""
+
+    def __init__(self, name: str, wiring: Wiring):
+        self.name = name
+        self.part = wiring.parts[name]
+        self.write, self.step, self.read = self.part.write, self.part.step, self.part.read
+        self.at: Callable[[float], None] | None = getattr(self.part, "at", None)
+        inputs, outputs = wiring.bound[name]
+        self.inputs, self.outputs = list(inputs), list(outputs)
+        self.u, self.out = memoryview(self.part.u), memoryview(self.part.y)
+        run = wiring.system.run
+        own = wiring.system.components[name].step
+        self.small, self.large = _ratios(name, own, run.step)
+        self.size = run.step / self.small * self.large
+        self.shown = memoryview(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
+        self.before = memoryview(self.part.y.copy())  # `shown` at the start of the macro step
+        self.keep = False  # whether anyone interpolates from `before`
+        self.origin = memoryview(self.part.y.copy())  # outputs at the start of a long step
+        variables = [self.part.variables[output] for output in self.outputs]
+        self.smooth = [v.type == "Real" and v.variability == "continuous" for v in variables]
+        self.evaluated = math.nan  # time of the last `at`
+        self.plain, self.scaled, self.between, self.clocked, self.texts = [], [], [], [], []
+        self.ports, self.input_faults, self.output_faults = [], [], []
+
+    def listen(self, link: Link, source: Seat, ahead: bool) -> None:
+        """Take an input from `source`; `ahead`: it has made the macro step before this part does."""
+        if link.text:
+            self.texts.append((link.input, source.part, link.output))
+            return
+        i, j = self.inputs.index(link.input), source.outputs.index(link.output)
+        if source.at is not None:
+            self.clocked.append((source, i, j, link.factor, link.offset))
+        elif ahead and self.small > 1 and source.smooth[j]:
+            source.keep = True
+            self.between.append((i, source, j, link.factor, link.offset))
+        elif link.factor == 1.0 and link.offset == 0.0:
+            self.plain.append((i, source.shown, j))
+        else:
+            self.scaled.append((i, source.shown, j, link.factor, link.offset))
+
+    def gather(self, time: float, part_done: float) -> None:
+        """Inputs for a step from `time`; `part_done`: how much of the macro step is behind at this step's end."""
+        u = self.u
+        for i, y, j in self.plain:
+            u[i] = y[j]
+        for i, y, j, factor, offset in self.scaled:
+            u[i] = factor * y[j] + offset
+        for i, source, j, factor, offset in self.between:
+            old = source.before[j]
+            u[i] = factor * (old + (source.shown[j] - old) * part_done) + offset
+        if self.texts:
+            for name, source, output in self.texts:
+                self.part.set(name, source.get(output))
+        if self.clocked:
+            self.look(time)
+
+    def look(self, time: float) -> None:
+        """Inputs that are functions of time, at `time`."""
+        for source, i, j, factor, offset in self.clocked:
+            if source.evaluated != time:
+                source.evaluate(time)
+            self.u[i] = factor * source.out[j] + offset
+
+    def evaluate(self, time: float) -> None:
+        self.at(time)
+        self.evaluated = time
+        for fault in self.output_faults:
+            fault(time, self.out)
+
+    def go(self, time: float, size: float) -> None:
+        """One step with the inputs gathered."""
+        for fault in self.input_faults:
+            fault(time, self.u)
+        self.write()
+        self.step(time, size)
+        self.read()
+        for fault in self.output_faults:
+            fault(time + size, self.out)
+        for port in self.ports:
+            port.add(size)
+
+    def turn(self, index: int, time: float, step: float, gather: bool) -> None:
+        """This part's share of macro step `index`, from `time`. `gather`: renew inputs before every own step."""
+        if self.keep:
+            self.before[:] = self.shown
+        if self.small == 1 and self.large == 1:
+            if gather:
+                self.gather(time, 1.0)
+            self.go(time, step)
+        elif self.small > 1:
+            for k in range(self.small):
+                now = time + step * k / self.small
+                if gather:
+                    self.gather(now, (k + 1) / self.small)
+                elif self.clocked:
+                    self.look(now)
+                self.go(now, self.size)
+        else:
+            phase = index % self.large
+            if phase == 0:
+                self.origin[:] = self.out
+                if gather:
+                    self.gather(time, 1.0)
+                self.go(time, self.size)
+            self.show((phase + 1) / self.large)
+
+    def show(self, done: float) -> None:
+        """Outputs of a long step as they are when `done` of it is over."""
+        for j, smooth in enumerate(self.smooth):
+            old, new = self.origin[j], self.out[j]
+            self.shown[j] = old + (new - old) * done if smooth and done < 1.0 else old if done < 1.0 else new
+
+
+def _ratios(name: str, own: float, step: float) -> tuple[int, int]:
+    """How many own steps make one macro step, or how many macro steps one own step."""
+    if not own:
+        return 1, 1
+    for value, result in ((step / own, lambda n: (n, 1)), (own / step, lambda n: (1, n))):
+        n = round(value) if value < 1e9 else 0
+        if n >= 1 and abs(value - n) < 1e-9 * n:
+            return result(n)
+    raise DescriptionError(f"[components.{name}] step = {own:g} s neither divides the communication step {step:g} s nor is a multiple of it.")
+
+
+def seats(wiring: Wiring) -> list[Seat]:
+    """Every part's seat, in the order of stepping, listening to the others."""
+    run = wiring.system.run
+    order = run.order or list(wiring.parts)
+    table = {name: Seat(name, wiring) for name in order}
+    rank = {name: n for n, name in enumerate(order)}
+    for link in wiring.links:
+        ahead = run.algorithm == "gauss-seidel" and rank[link.source] < rank[link.target]
+        table[link.target].listen(link, table[link.source], ahead)
+    return list(table.values())
+
+
+def gauss_seidel(stepped: list[Seat], index: int, time: float, step: float) -> None:
+    for seat in stepped:
+        seat.turn(index, time, step, True)
+
+
+def jacobi(stepped: list[Seat], index: int, time: float, step: float) -> None:
+    for seat in stepped:
+        if seat.large == 1 or index % seat.large == 0:
+            seat.gather(time, 0.0)
+    for seat in stepped:
+        seat.turn(index, time, step, False)
+
+
+ALGORITHMS = {"gauss-seidel": gauss_seidel, "jacobi": jacobi}

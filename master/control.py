@@ -1,0 +1,148 @@
+"""Communication steps of changing size, on a grid of powers of two so that time never drifts.
+
+- **power**: from the energy that the coupling lost or made at the bonds in the step (master.energy), relative to
+  the largest power seen there. Needs no rollback, but uses it where every part can.
+- **doubling**: every step is made once in full and once in two halves; the difference of the outputs estimates the
+  error, of second order in the step for a method of first order. The halves count. Every part must roll back.
+
+A step whose error is beyond the tolerance is made again with half of it; one far below lets the step double.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from master.algorithms import ALGORITHMS, Seat
+from master.errors import DescriptionError
+from master.wiring import Wiring
+
+if TYPE_CHECKING:
+    from master.energy import Pair
+    from master.simulation import _Simulation
+
+LEVELS = 10  # step_min = step / 2**LEVELS unless told
+
+
+def check(wiring: Wiring, pairs: list[Pair]) -> None:
+    """Refuse a step control that these parts cannot have."""
+    run = wiring.system.run
+    if not run.step_control:
+        return
+    where = f'[run] step_control = "{run.step_control}"'
+    if not run.tolerance > 0.0:
+        raise DescriptionError(f"[run] tolerance = {run.tolerance:g}: it must be above zero.")
+    if run.interval:
+        raise DescriptionError(f"{where} records every communication point; leave out interval.")
+    for name, component in wiring.system.components.items():
+        if component.step:
+            raise DescriptionError(f"{where}: {name} has a step of its own; own steps need a fixed communication step.")
+        if not getattr(wiring.parts[name], "variable_step", True):
+            raise DescriptionError(f"{where}: {name} takes steps of one size only. Use a fixed step.")
+    if run.step_control == "power" and not pairs:
+        raise DescriptionError(f"{where}: there are no bonds at which to see power. Declare them as [[bonds]].")
+    if run.step_control == "doubling":
+        fixed = [seat for seat in wiring.parts.values() if not seat.can_roll_back and not hasattr(seat, "at")]
+        if fixed:
+            raise DescriptionError(f'{where}: {", ".join(p.name for p in fixed)} cannot roll back. Use step_control = "power".')
+        if wiring.system.faults:
+            raise DescriptionError(f"{where} does not go with [[faults]], which do not roll back. Use a fixed step.")
+
+
+class Snapshot:
+    """All parts at one instant, to come back to."""
+
+    def __init__(self, seats: list[Seat]):
+        self.seats = [(seat, seat.part.save(), seat.part.u.copy(), seat.part.y.copy()) for seat in seats]
+        self.ports = [(port, port.last, port.energy, port.turnover) for seat in seats for port in seat.ports]
+
+    def restore(self) -> None:
+        for seat, state, u, y in self.seats:
+            seat.part.restore(state)
+            seat.part.u[:], seat.part.y[:] = u, y
+        for port, port.last, port.energy, port.turnover in self.ports:
+            pass
+
+
+class _Power:
+    """How much of the tolerated power the coupling lost or made in a step, at the worst bond."""
+
+    def __init__(self, simulation: _Simulation, stepped: list[Seat]):
+        self.simulation, self.tolerance, self.stepped = simulation, simulation.system.run.tolerance, stepped
+        self.largest = [0.0] * len(simulation.balances)
+        self.algorithm = ALGORITHMS[simulation.system.run.algorithm]
+        self.back = all(seat.part.can_roll_back for seat in stepped) and not simulation.system.faults
+
+    def attempt(self, index: int, time: float, size: float) -> tuple[float, Snapshot | None]:
+        snapshot = Snapshot(self.stepped) if self.back else None
+        old = [(b.lost, b.turnover) for b in self.simulation.balances]
+        self.algorithm(self.stepped, index, time, size)
+        worst = 0.0
+        for k, (bond, (lost, turnover)) in enumerate(zip(self.simulation.balances, old)):
+            self.largest[k] = max(self.largest[k], (bond.turnover - turnover) / size)
+            if self.largest[k]:
+                worst = max(worst, abs(bond.lost - lost) / (size * self.largest[k] * self.tolerance))
+        return worst, snapshot
+
+    grow = 0.25  # the loss of power grows with the step
+
+
+class _Doubling:
+    """The difference between one step and two half ones, in tolerances, of the worst output."""
+
+    def __init__(self, simulation: _Simulation, stepped: list[Seat]):
+        self.simulation, self.tolerance, self.stepped = simulation, simulation.system.run.tolerance, stepped
+        self.algorithm = ALGORITHMS[simulation.system.run.algorithm]
+        self.scales = [np.array([_nominal(seat, name) for name in seat.outputs]) for seat in stepped]
+
+    def attempt(self, index: int, time: float, size: float) -> tuple[float, Snapshot | None]:
+        snapshot = Snapshot(self.stepped)
+        self.algorithm(self.stepped, index, time, size)
+        coarse = [seat.part.y.copy() for seat in self.stepped]
+        snapshot.restore()
+        self.algorithm(self.stepped, index, time, size / 2)
+        self.algorithm(self.stepped, index, time + size / 2, size / 2)
+        worst = 0.0
+        for seat, rough, scale in zip(self.stepped, coarse, self.scales):
+            fine = seat.part.y
+            np.maximum(scale, np.abs(fine), out=scale)
+            error = np.abs(fine - rough) / (self.tolerance * np.where(scale > 0.0, scale, 1.0))
+            worst = max(worst, float(np.max(error[seat.smooth], initial=0.0)))
+        return worst, snapshot
+
+    grow = 0.2  # the error of a step grows with its square
+
+
+def _nominal(seat: Seat, name: str) -> float:
+    return abs(seat.part.variables[name].nominal or 0.0)
+
+
+def run(simulation: _Simulation) -> None:
+    """Step from start to stop with a step that follows the error."""
+    description = simulation.system.run
+    stepped = [seat for seat in simulation.seats if seat.at is None]
+    levels = LEVELS if not description.step_min else max(0, math.ceil(math.log2(description.step / description.step_min) - 1e-9))
+    tick = description.step / 2**levels
+    total = round((simulation.stop - description.start) / description.step) * 2**levels
+    estimate = (_Power if description.step_control == "power" else _Doubling)(simulation, stepped)
+    position, size = 0, 1
+    while position < total:
+        time = description.start + position * tick
+        if simulation.faults.parameters:
+            simulation.faults.switch(time)
+        error, snapshot = estimate.attempt(simulation.index, time, size * tick)
+        if error > 1.0 and size > 1:
+            size //= 2
+            if snapshot is not None:
+                snapshot.restore()
+                simulation.rejected += 1
+                continue
+            position += 2 * size
+        else:
+            position += size
+            if error < estimate.grow and size < 2**levels and position % (2 * size) == 0:
+                size *= 2
+        simulation.index += 1
+        simulation.arrive(description.start + position * tick)

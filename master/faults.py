@@ -1,0 +1,149 @@
+"""Faults on purpose: a variable made wrong in a window of time.
+
+A fault on an output is seen by everyone and recorded; one on an input by that part alone. A tunable parameter can
+be stuck at a value or offset, and is put back at the end of the window.
+"""
+
+from __future__ import annotations
+
+import random
+from bisect import bisect_right
+from collections import deque
+from typing import Any, Callable
+
+from master.algorithms import Seat
+from master.errors import DescriptionError
+from master.system import Fault
+from master.wiring import Wiring, typed
+
+Change = Callable[[float, float], float]  # (time, true value) -> what is seen instead
+
+
+class Faults:
+    """The faults of a system, ready to be put into a run."""
+
+    def __init__(self, wiring: Wiring):
+        self._wiring = wiring
+        self._signals: list[tuple[str, str, bool, Fault]] = []  # component, variable, is it an input
+        self.parameters: list[_Parameter] = []
+        for fault in wiring.system.faults:
+            component, variable = wiring.variable(fault.variable, "[[faults]]")
+            _check(fault, variable)
+            if variable.causality in ("input", "output"):
+                self._signals.append((component, variable.name, variable.causality == "input", fault))
+            else:
+                self.parameters.append(_Parameter(wiring, component, variable, fault))
+
+    def install(self, seats: dict[str, Seat]) -> None:
+        for component, name, is_input, fault in self._signals:
+            seat = seats[component]
+            position = (seat.inputs if is_input else seat.outputs).index(name)
+            change, integer = change_of(fault), seat.part.variables[name].type != "Real"
+            (seat.input_faults if is_input else seat.output_faults).append(_at(position, change, integer))
+        for seat in seats.values():
+            for fault in seat.output_faults:
+                fault(self._wiring.system.run.start, seat.out)
+
+    def switch(self, time: float) -> None:
+        for parameter in self.parameters:
+            parameter.switch(time)
+
+
+def _at(position: int, change: Change, integer: bool):
+    def fault(time: float, values: memoryview) -> None:
+        value = change(time, values[position])
+        values[position] = round(value) if integer else value
+
+    return fault
+
+
+def _check(fault: Fault, variable) -> None:
+    where = f"[[faults]] {fault.variable}"
+
+    def refuse(why: str):
+        raise DescriptionError(f"{where}: {why}")
+
+    if variable.type == "String":
+        refuse("strings cannot be made wrong, numbers can.")
+    if not fault.stop > fault.start:
+        refuse(f"its stop {fault.stop:g} s must be after its start {fault.start:g} s.")
+    if fault.kind == "offset" and fault.value is None:
+        refuse("an offset needs the value to add.")
+    if fault.kind == "delay" and not fault.delay > 0.0:
+        refuse("a delay needs a delay above zero, in s.")
+    if fault.kind == "noise" and not fault.deviation > 0.0:
+        refuse("noise needs a deviation above zero, in the variable's unit.")
+    if fault.kind == "noise" and fault.seed is None:
+        refuse("noise needs a seed, so that the run can be repeated.")
+    if variable.causality not in ("input", "output"):
+        if variable.causality != "parameter" or variable.variability != "tunable":
+            refuse(f"it is a {variable.variability} {variable.causality}; inputs, outputs and tunable parameters can be made wrong.")
+        if fault.kind not in ("stuck", "offset") or fault.value is None:
+            refuse("a parameter can be stuck at a value, or offset by one.")
+
+
+def change_of(fault: Fault) -> Change:
+    """What a fault does to a value at a time."""
+    begin, end = fault.start, fault.stop
+
+    if fault.kind == "offset":
+        return lambda time, value: value + fault.value if begin <= time < end else value
+
+    if fault.kind == "drop-out":
+        lost = 0.0 if fault.value is None else fault.value
+        return lambda time, value: lost if begin <= time < end else value
+
+    if fault.kind == "noise":
+        gauss = random.Random(fault.seed).gauss
+        return lambda time, value: value + gauss(0.0, fault.deviation) if begin <= time < end else value
+
+    if fault.kind == "stuck":
+        held = fault.value
+
+        def stuck(time: float, value: float) -> float:
+            nonlocal held
+            if not begin <= time < end:
+                return value
+            if held is None:
+                held = value
+            return held
+
+        return stuck
+
+    times, values = deque(), deque()
+
+    def delay(time: float, value: float) -> float:
+        times.append(time)
+        values.append(value)
+        wanted = time - fault.delay
+        while len(times) > 2 and times[1] <= wanted:
+            times.popleft()
+            values.popleft()
+        if not begin <= time < end:
+            return value
+        k = bisect_right(times, wanted)
+        if k == 0:
+            return values[0]
+        if k == len(times):
+            return values[-1]
+        share = (wanted - times[k - 1]) / (times[k] - times[k - 1])
+        return values[k - 1] + share * (values[k] - values[k - 1])
+
+    return delay
+
+
+class _Parameter:
+    """A parameter that is wrong for a while."""
+
+    def __init__(self, wiring: Wiring, component: str, variable: Any, fault: Fault):
+        self.part, self.variable, self.fault = wiring.parts[component], variable, fault
+        self.right = wiring.values.get(component, {}).get(variable.name, variable.start)
+        wrong = fault.value if fault.kind == "stuck" else (self.right or 0.0) + fault.value
+        self.wrong = typed(variable, wrong, f"[[faults]] {fault.variable}")
+        self.active = False
+
+    def switch(self, time: float) -> None:
+        active = self.fault.start <= time < self.fault.stop
+        if active != self.active:
+            self.active = active
+            self.part.set(self.variable.name, self.wrong if active else self.right)

@@ -1,0 +1,279 @@
+"""Any FMI 2.0 co-simulation FMU as a part: the C functions called directly, on buffers allocated once."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import time as clock
+from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
+from pathlib import Path
+from typing import Any, Sequence
+
+import numpy as np
+
+from fmpy import fmi2
+from fmpy.model_description import ModelVariable
+from master import binary
+from master.errors import DescriptionError, PartFailed
+from master.face import Variable
+
+OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
+SETTABLE = ("parameter", "structuralParameter", "input")
+KIND = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": ctypes.c_char_p}
+PARTIAL_STEPS = 1000  # how often an FMU may discard the rest of one step
+
+HINTS = {
+    DISCARD: "a smaller [run] step, or a smaller `step` for this component; its inputs may also be out of its range.",
+    ERROR: "read what it said above; check its inputs and its parameters in the system file.",
+    FATAL: "`process = true` for this component keeps the master safe from it; report it to whoever made the FMU.",
+}
+
+
+class FmuPart:
+    """One instance of an FMU.
+
+    Integers, Booleans and enumerations cross as floats in `u` and `y`; strings only through `set` and `get`.
+    A step that the FMU discards after a last successful time is finished from there with the same inputs.
+    """
+
+    def __init__(self, name: str, path: Path | str):
+        self.name, self.path = name, Path(path)
+        self._binary = binary.open_fmu(path)
+        described = self._binary.description
+        slave = described.coSimulation
+        self.once_per_process = slave.canBeInstantiatedOnlyOncePerProcess
+        self.variable_step = slave.canHandleVariableCommunicationStepSize
+        self.can_roll_back = slave.canGetAndSetFMUstate
+        self._known = {v.name: v for v in described.modelVariables}
+        self.variables = _variables(described)
+        self.units = {u.name: _si(u.baseUnit) for u in described.unitDefinitions if u.baseUnit is not None}
+        self.u = self.y = np.zeros(0)
+        self._writes, self._reads, self._inputs = [], [], ()
+        self._time, self._size, self._free = c_double(0.0), c_double(0.0), c_int(1)
+        self._do_step = self._function("fmi2DoStep")
+        self._instance = c_void_p()
+        self._alive = False  # between exit of initialization and terminate
+        self._callbacks, self.log = binary.callbacks()
+        self._instantiate()
+
+    # --- life ----------------------------------------------------------------------------------------------------
+
+    def _function(self, name: str, result=c_int):
+        try:
+            function = self._binary.library[name]  # a fresh object: argument types of others do not reach it
+        except AttributeError:
+            raise DescriptionError(f"{self.path} is no FMI 2.0 co-simulation FMU: its binary lacks {name}.") from None
+        function.restype = result
+        return function
+
+    def _instantiate(self) -> None:
+        instantiate = self._function("fmi2Instantiate", c_void_p)
+        guid = self._binary.description.guid.encode()
+        resources = (self._binary.folder / "resources").as_uri().encode()
+        self._instance = c_void_p(instantiate(self.name.encode(), c_int(1), guid, resources, byref(self._callbacks), c_int(0), c_int(1)))
+        if not self._instance:
+            raise PartFailed(self.name, 0.0, 0.0, "no instance", {}, list(self.log), f"see whether {self.path} runs alone in another tool.")
+
+    def _call(self, name: str, *arguments) -> None:
+        status = self._function(name)(self._instance, *arguments)
+        if status > WARNING:
+            self._fail(status, name)
+
+    def enter_initialization(self, start: float, stop: float | None) -> None:
+        self._time.value = start
+        self._call("fmi2SetupExperiment", c_int(0), c_double(0.0), c_double(start), c_int(stop is not None), c_double(stop or 0.0))
+        self._call("fmi2EnterInitializationMode")
+
+    def exit_initialization(self) -> None:
+        self._call("fmi2ExitInitializationMode")
+        self._alive = True
+
+    def reset(self) -> None:
+        self._call("fmi2Reset")
+        self._alive = False
+
+    def terminate(self) -> None:
+        if self._alive:
+            self._alive = False
+            self._call("fmi2Terminate")
+
+    def close(self) -> None:
+        if self._instance:
+            self._alive = False
+            self._function("fmi2FreeInstance", None)(self._instance)
+            self._instance = c_void_p()
+
+    # --- single values -------------------------------------------------------------------------------------------
+
+    def set(self, name: str, value: Any) -> None:
+        variable = self._variable(name)
+        kind = _kind(variable)
+        value = str(value).encode() if kind == "String" else float(value) if kind == "Real" else int(value)
+        self._call(f"fmi2Set{kind}", byref(c_uint(variable.valueReference)), c_size_t(1), byref(KIND[kind](value)))
+
+    def get(self, name: str) -> Any:
+        variable = self._variable(name)
+        kind = _kind(variable)
+        value = KIND[kind]()
+        self._call(f"fmi2Get{kind}", byref(c_uint(variable.valueReference)), c_size_t(1), byref(value))
+        if kind == "String":
+            return (value.value or b"").decode("utf-8", "replace")
+        return bool(value.value) if kind == "Boolean" else value.value
+
+    def _variable(self, name: str) -> ModelVariable:
+        if name not in self._known:
+            raise DescriptionError(f"{self.name} has no variable {name}.")
+        return self._known[name]
+
+    # --- the path of every step ----------------------------------------------------------------------------------
+
+    def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """Say which numbers go in through `u` and come out through `y`, in this order."""
+        self._inputs = tuple(inputs)
+        self.u = np.array([float(self.variables[name].start or 0.0) for name in inputs], dtype=float)
+        self.y = np.zeros(len(outputs))
+        self._writes = [_Block(self, "Set", kind, names, self.u) for kind, names in self._by_kind(inputs)]
+        self._reads = [_Block(self, "Get", kind, names, self.y) for kind, names in self._by_kind(outputs)]
+
+    def _by_kind(self, names: Sequence[str]):
+        groups: dict[str, list[tuple[int, int]]] = {}
+        for position, name in enumerate(names):
+            variable = self._variable(name)
+            groups.setdefault(_kind(variable), []).append((position, variable.valueReference))
+        return groups.items()
+
+    def write(self) -> None:
+        for block in self._writes:
+            if block.typed is not None:
+                block.typed[:] = block.values[block.positions]
+            status = block.function(self._instance, block.references, block.count, block.pointer)
+            if status > 1:
+                self._fail(status, block.name)
+
+    def read(self) -> None:
+        for block in self._reads:
+            status = block.function(self._instance, block.references, block.count, block.pointer)
+            if status > 1:
+                self._fail(status, block.name)
+            if block.typed is not None:
+                block.values[block.positions] = block.typed
+
+    def step(self, time: float, size: float) -> None:
+        self._time.value = time
+        self._size.value = size
+        status = self._do_step(self._instance, self._time, self._size, self._free)
+        if status > 1:
+            self._unfinished(status, time, time + size)
+
+    def _unfinished(self, status: int, time: float, end: float) -> None:
+        """A step that did not end with OK: wait for a pending one, go on from where a discarded one stopped."""
+        tiny = 1e-9 * (end - time)
+        for _ in range(PARTIAL_STEPS):
+            if status == PENDING:
+                status = self._wait()
+            if status <= WARNING:
+                return
+            reached = self._status("fmi2GetRealStatus", c_double(math.nan), fmi2.fmi2LastSuccessfulTime) if status == DISCARD else math.nan
+            if status != DISCARD or self._status("fmi2GetBooleanStatus", c_int(0), fmi2.fmi2Terminated):
+                break
+            if reached >= end - tiny:
+                return
+            if not reached > time + tiny:
+                break
+            time = self._time.value = reached
+            self._size.value = end - reached
+            status = self._do_step(self._instance, self._time, self._size, self._free)
+        self._size.value = end - time
+        self._fail(status, "fmi2DoStep")
+
+    def _wait(self) -> int:
+        while (status := self._status("fmi2GetStatus", c_int(PENDING), fmi2.fmi2DoStepStatus)) == PENDING:
+            clock.sleep(1e-4)
+        return status
+
+    def _status(self, name: str, value, what: int):
+        self._function(name)(self._instance, c_int(what), byref(value))
+        return value.value
+
+    def _fail(self, status: int, function: str) -> None:
+        inputs = {name: value for name, value in zip(self._inputs, self.u.tolist())}
+        said = f"{binary.STATUS[status] if status < 6 else status} to {function}"
+        if status == FATAL:
+            self._instance = c_void_p()  # FMI: after Fatal nothing may be called any more, not even free
+        raise PartFailed(self.name, self._time.value, self._size.value, said, inputs, list(self.log), HINTS.get(status, ""))
+
+    # --- roll back -----------------------------------------------------------------------------------------------
+
+    def save(self) -> _State:
+        self._free = c_int(0)  # from now on the master may come back to an earlier point
+        state = _State(self)
+        self._call("fmi2GetFMUstate", byref(state.pointer))
+        return state
+
+    def restore(self, state: _State) -> None:
+        self._call("fmi2SetFMUstate", state.pointer)
+
+
+class _State:
+    """A saved state of an FMU instance; freed with this object."""
+
+    def __init__(self, part: FmuPart):
+        self.part, self.pointer = part, c_void_p()
+
+    def __del__(self):
+        if self.pointer and self.part._instance:
+            self.part._function("fmi2FreeFMUstate")(self.part._instance, byref(self.pointer))
+
+
+class _Block:
+    """All variables of one type that go in, or come out, with one C call."""
+
+    def __init__(self, part: FmuPart, way: str, kind: str, members: list[tuple[int, int]], values: np.ndarray):
+        if kind == "String":
+            raise DescriptionError(f"{part.name}: strings do not travel with the numbers of a step.")
+        self.name = f"fmi2{way}{kind}"
+        self.function = part._function(self.name)
+        self.positions = np.array([position for position, _ in members])
+        self._references = np.array([reference for _, reference in members], dtype=np.uint32)
+        self.values = values
+        direct = kind == "Real" and len(members) == len(values)
+        self.typed = None if direct else np.zeros(len(members), dtype=float if kind == "Real" else np.intc)
+        self.references = c_void_p(self._references.ctypes.data)
+        self.count = c_size_t(len(members))
+        self.pointer = c_void_p((values if direct else self.typed).ctypes.data)
+
+
+def _kind(variable: ModelVariable) -> str:
+    return "Integer" if variable.type == "Enumeration" else variable.type
+
+
+def _si(unit) -> tuple[dict[str, int], float, float]:
+    """A BaseUnit: its exponents, and factor and offset from it to SI."""
+    exponents = {base: getattr(unit, base) for base in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
+    return {base: int(e) for base, e in exponents.items() if e}, float(unit.factor), float(unit.offset)
+
+
+def _variables(described) -> dict[str, Variable]:
+    depends = {}
+    for unknown in described.outputs:
+        if unknown.variable is not None and unknown.dependencies is not None:
+            depends[unknown.variable.name] = tuple(v.name for v in unknown.dependencies if v.causality == "input")
+    return {v.name: _face(v, depends.get(v.name)) for v in described.modelVariables}
+
+
+def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:
+    kind, declared = _kind(v), v.declaredType
+    def number(text):
+        return None if text is None or kind not in ("Real", "Integer") else float(text)
+    def attribute(name):
+        own = getattr(v, name)
+        return own if own is not None or declared is None else getattr(declared, name)
+    start = v.start
+    if start is not None and kind != "String":
+        start = {"Real": float, "Integer": int, "Boolean": lambda t: str(t).lower() in ("true", "1")}[kind](start)
+    return Variable(
+        name=v.name, causality="parameter" if v.causality == "structuralParameter" else v.causality or "local", type=kind,
+        unit=attribute("unit") or "", start=start, minimum=number(attribute("min")), maximum=number(attribute("max")),
+        nominal=number(attribute("nominal")), variability=v.variability or "continuous", description=v.description or "",
+        depends_on=depends_on if v.causality == "output" else None,
+    )  # fmt: skip

@@ -1,0 +1,209 @@
+"""Tables of results: one column "time" and one per "component.variable", units kept.
+
+CSV for people: the unit stands in the header, `rear_motor.torque [N.m]`. Parquet for long runs: the unit is in the
+field's metadata. A run that writes to a file does so in pieces: its memory does not grow with the log.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.csv as csv
+import pyarrow.parquet as pq
+
+from master.errors import ResultError
+
+ROWS = 4096  # in memory before they are written
+KINDS = {"Real": np.dtype(float), "Integer": np.dtype("int64"), "Boolean": np.dtype(bool), "String": np.dtype(object)}
+
+
+@dataclass(frozen=True)
+class Column:
+    name: str
+    unit: str = ""
+    type: str = "Real"
+
+    @property
+    def header(self) -> str:
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+class Sink:
+    """Takes rows of numbers and strings, keeps or writes them in pieces."""
+
+    def __init__(self, columns: list[Column]):
+        self.columns = columns
+        self.rows = 0  # put into the sink so far
+        self._numbers = [c for c in columns if c.type != "String"]
+        self._texts = [c.name for c in columns if c.type == "String"]
+        self.width = len(self._numbers)
+        self._block = np.empty((ROWS, self.width))
+        self.flat = memoryview(self._block.reshape(-1))  # row r starts at r · width
+        self.words: list[list[str]] = []
+        self.fill = 0
+
+    def row_done(self) -> None:
+        self.fill += 1
+        self.rows += 1
+        if self.fill == ROWS:
+            self.flush()
+
+    def last(self) -> np.ndarray:
+        """The row that is being filled."""
+        return self._block[self.fill]
+
+    def flush(self) -> None:
+        if self.fill:
+            self.put(self._frame())
+            self.fill = 0
+            self.words.clear()
+
+    def _frame(self) -> pd.DataFrame:
+        block = self._block[: self.fill]
+        data = {c.name: block[:, k].astype(KINDS[c.type]) for k, c in enumerate(self._numbers)}
+        data |= {name: [row[k] for row in self.words] for k, name in enumerate(self._texts)}
+        return pd.DataFrame({c.name: data[c.name] for c in self.columns})
+
+    def put(self, frame: pd.DataFrame) -> None:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        self.flush()
+
+
+class Memory(Sink):
+    path = None
+
+    def __init__(self, columns: list[Column]):
+        super().__init__(columns)
+        self._frames: list[pd.DataFrame] = []
+
+    def put(self, frame: pd.DataFrame) -> None:
+        self._frames.append(frame)
+
+    def table(self) -> pd.DataFrame:
+        if not self._frames:
+            return pd.DataFrame({c.name: np.empty(0, KINDS[c.type]) for c in self.columns})
+        if len(self._frames) > 1:
+            self._frames = [pd.concat(self._frames, ignore_index=True)]
+        return self._frames[0]
+
+
+class File(Sink):
+    def __init__(self, columns: list[Column], path: Path):
+        super().__init__(columns)
+        self.path = path
+
+    def table(self) -> pd.DataFrame:
+        return read(self.path)[0]
+
+
+class Csv(File):
+    def __init__(self, columns: list[Column], path: Path):
+        super().__init__(columns, path)
+        self._file = path.open("w", encoding="utf-8", newline="")
+        pd.DataFrame(columns=[c.header for c in columns]).to_csv(self._file, index=False)
+
+    def put(self, frame: pd.DataFrame) -> None:
+        frame.to_csv(self._file, index=False, header=False, na_rep="nan")
+
+    def close(self) -> None:
+        super().close()
+        self._file.close()
+
+
+class Parquet(File):
+    def __init__(self, columns: list[Column], path: Path):
+        super().__init__(columns, path)
+        arrow = {"Real": pa.float64(), "Integer": pa.int64(), "Boolean": pa.bool_(), "String": pa.string()}
+        units = json.dumps({c.name: c.unit for c in columns})
+        self._schema = pa.schema([pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata={"units": units})
+        self._writer = pq.ParquetWriter(path, self._schema)
+
+    def put(self, frame: pd.DataFrame) -> None:
+        self._writer.write_table(pa.Table.from_pandas(frame, schema=self._schema, preserve_index=False).cast(self._schema))
+
+    def close(self) -> None:
+        super().close()
+        self._writer.close()
+
+
+FILES = {".csv": Csv, ".parquet": Parquet}
+
+
+def sink(columns: list[Column], path: Path | str | None) -> Sink:
+    """Where rows go: into memory, or into a file by the ending of its name."""
+    if path is None:
+        return Memory(columns)
+    path = Path(path)
+    kind = FILES.get(path.suffix.lower())
+    if kind is None:
+        raise ResultError(f"{path}: results are written as .csv or .parquet; choose one of these endings.")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return kind(columns, path)
+    except OSError as error:
+        raise ResultError(f"{path} cannot be written: {error.strerror or error}.") from None
+
+
+def read(path: Path | str) -> tuple[pd.DataFrame, dict[str, str]]:
+    """A table of results and the units of its columns, from a .csv or .parquet file."""
+    path = Path(path)
+    try:
+        if path.suffix.lower() == ".parquet":
+            table = pq.read_table(path)
+            units = {f.name: ((f.metadata or {}).get(b"unit") or b"").decode() for f in table.schema}
+            return table.replace_schema_metadata(None).to_pandas(), units
+        if path.suffix.lower() == ".csv":
+            frame = csv.read_csv(path, convert_options=csv.ConvertOptions(null_values=[], strings_can_be_null=False)).to_pandas()
+            split = [re.fullmatch(r"(.*?)(?: \[(.*)\])?", name).groups() for name in frame.columns]
+            frame.columns = pd.Index([name for name, _ in split])
+            return frame, {name: unit or "" for name, unit in split}
+    except FileNotFoundError:
+        raise ResultError(f"There is no result file {path}.") from None
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise ResultError(f"{path} is no table of results: {error}") from None
+    raise ResultError(f"{path}: results are read from .csv or .parquet files.")
+
+
+@dataclass
+class Result:
+    """What a run gave."""
+
+    system: str
+    units: dict[str, str]
+    energy: pd.DataFrame  # per bond: given, taken, lost [J], relative (lost / turnover)
+    loops: list[str]  # algebraic loops
+    time: float  # simulated until, s
+    steps: int  # communication steps made
+    rejected: int  # steps done again, under step control
+    duration: float  # wall time in s
+    path: Path | None
+    sink: Any = field(repr=False)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The results; read from the file where they were written to one."""
+        return self.sink.table()
+
+    def summary(self) -> str:
+        speed = f", {self.time / self.duration:.3g} x real time" if self.duration > 0 else ""
+        lines = [f"{self.system}: {self.time:.6g} s in {self.steps} steps, {self.duration:.2f} s of computing{speed}"]
+        if self.rejected:
+            lines.append(f"  {self.rejected} steps were made again with a smaller step")
+        for loop in self.loops:
+            lines.append(f"  algebraic loop, its values lag by a step: {loop}")
+        for name, bond in self.energy.iterrows():
+            percent = f" ({100 * bond.relative:+.2g} % of its turnover)" if math.isfinite(bond.relative) else ""
+            lines.append(f"  energy the coupling lost at {name}: {bond.lost:+.3g} J{percent}")
+        if self.path:
+            lines.append(f"  results: {self.path}")
+        return "\n".join(lines)

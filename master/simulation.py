@@ -1,0 +1,261 @@
+"""A run from start to stop."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from pathlib import Path
+from typing import Any, Callable
+
+import pandas as pd
+
+from master import control, energy
+from master.algorithms import ALGORITHMS, Seat, seats
+from master.errors import DescriptionError, PartFailed
+from master.face import Part
+from master.faults import Faults
+from master.initial import initialize
+from master.results import Column, Result, Sink, sink
+from master.system import System, load
+from master.wiring import Wiring, wire
+
+Observer = Callable[[float, dict[str, Part]], None]
+
+
+def run(
+    system: System | Path | str,
+    settings: dict[str, Any] | None = None,
+    stop: float | None = None,
+    out: Path | str | None = None,
+    progress: bool | Callable[[float], None] = False,
+    observe: Observer | None = None,
+) -> Result:
+    """Couple the components of `system` from its start to `stop` [s].
+
+    settings: "component.variable" = value, over those of the system; text is taken as the variable's type wants it.
+    out: a .csv or .parquet file to write to; without one the table stays in memory.
+    progress: True draws a bar; a function is called with the fraction done.
+    observe: called as observe(time, parts) at the start and after every communication step.
+
+    A part that fails raises PartFailed, whose `result` holds what was computed until then.
+    """
+    if not isinstance(system, System):
+        system = load(system)
+    end = system.run.stop if stop is None else float(stop)
+    _check_times(system, end)
+    with _Progress(progress, system.run.start, end) as tell:
+        return _Simulation(system, settings, end, out, tell, observe).result()
+
+
+class _Simulation:
+    def __init__(self, system: System, settings, stop: float, out, tell, observe: Observer | None):
+        self.began = clock.perf_counter()
+        self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
+        self.index, self.rejected = 0, 0
+        self.time = system.run.start
+        self.wiring = wire(system, settings)
+        try:
+            self.faults = Faults(self.wiring)
+            self.pairs = energy.bonds(self.wiring)
+            control.check(self.wiring, self.pairs)
+            self.sink = sink(_columns(self.wiring), out)
+        except BaseException:
+            self.wiring.close()
+            raise
+        self.loops: list[str] = []
+        self.balances: list[energy.Balance] = []
+        self.seats: list[Seat] = []
+
+    def result(self) -> Result:
+        """Run, close everything whatever happens, and give the result, or raise the failure with the result in it."""
+        try:
+            self._start()
+            with _failing(self):
+                self._go()
+                for part in self.wiring.parts.values():
+                    part.terminate()
+            return self._result()
+        finally:
+            self.sink.close()
+            self.wiring.close()
+
+    def _start(self) -> None:
+        wiring, start = self.wiring, self.system.run.start
+        self.loops = initialize(wiring, self.stop)
+        for part in wiring.parts.values():
+            at = getattr(part, "at", None)
+            at(start) if at else part.read()
+        self.seats = seats(wiring)
+        by_name = {seat.name: seat for seat in self.seats}
+        for pair in self.pairs:
+            balance, giver, taker = energy.balance(wiring, pair)
+            by_name[giver].ports.append(balance.giver)
+            by_name[taker].ports.append(balance.taker)
+            self.balances.append(balance)
+        self.faults.install(by_name)
+        self.recorder = Recorder(wiring, by_name, self.sink)
+
+    def _go(self) -> None:
+        run = self.system.run
+        self.arrive(run.start)
+        if run.step_control:
+            control.run(self)
+            return
+        stepped = [seat for seat in self.seats if seat.at is None]
+        algorithm, windows, arrive = ALGORITHMS[run.algorithm], self.faults, self.arrive
+        start, step = run.start, run.step
+        count = round((self.stop - start) / step)
+        every = max(1, round(run.interval / step)) if run.interval else 1
+        time = start
+        for index in range(count):
+            if windows.parameters:
+                windows.switch(time)
+            algorithm(stepped, index, time, step)
+            time = start + (index + 1) * step
+            self.index = index + 1
+            arrive(time, (index + 1) % every == 0)
+
+    def arrive(self, time: float, record: bool = True) -> None:
+        """At a communication point: write a row, let others look."""
+        self.time = time
+        if record:
+            self.recorder.row(time)
+        if self.observe is not None:
+            self.observe(time, self.wiring.parts)
+        self.tell(time)
+
+    def _result(self) -> Result:
+        self.sink.flush()
+        table = pd.DataFrame(
+            {b.name: {"given": b.given, "taken": b.taken, "lost": b.lost, "relative": b.relative} for b in self.balances},
+            index=["given", "taken", "lost", "relative"], dtype=float,
+        ).T  # fmt: skip
+        units = {column.name: column.unit for column in self.sink.columns}
+        run = self.system.run
+        return Result(
+            self.system.name, units, table, self.loops, self.time - run.start, self.index, self.rejected,
+            clock.perf_counter() - self.began, self.sink.path, self.sink,
+        )  # fmt: skip
+
+
+class _failing:
+    """Hands the results so far to whatever failure ends a run, and says where they are."""
+
+    def __init__(self, simulation: _Simulation):
+        self.simulation = simulation
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        if isinstance(error, PartFailed):
+            simulation = self.simulation
+            simulation.sink.flush()
+            error.result = result = simulation._result()
+            where = f"in {result.path}" if result.path else "in the `result` of this exception"
+            error.args = (f"{error}\n  the results until t = {simulation.time:.9g} s are {where}",)
+        return False
+
+
+class Recorder:
+    """Writes rows: first the time, then each component's recorded variables."""
+
+    def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
+        self.sink = sink
+        self.timed = [seat for seat in seats.values() if seat.at is not None]
+        self.pieces, self.texts = [], []  # (first, last, values) in a row; (part, name)
+        position = 1
+        for name, chosen in wiring.record.items():
+            seat, part = seats[name], wiring.parts[name]
+            for variable in chosen:
+                if part.variables[variable].type == "String":
+                    self.texts.append((part, variable))
+                    continue
+                if variable in seat.outputs:
+                    values, k = seat.shown, seat.outputs.index(variable)
+                else:
+                    values, k = seat.u, seat.inputs.index(variable)
+                last = self.pieces[-1] if self.pieces else None
+                if last and last[2] is values and last[4] == k:  # next to the one before: copied together
+                    last[1] += 1
+                    last[4] += 1
+                else:
+                    self.pieces.append([position, position + 1, values, k, k + 1])
+                position += 1
+        self.pieces = [(first, last, values[k:end]) for first, last, values, k, end in self.pieces]
+
+    def row(self, time: float) -> None:
+        sink = self.sink
+        for seat in self.timed:
+            if seat.evaluated != time:
+                seat.evaluate(time)
+        flat, base = sink.flat, sink.fill * sink.width
+        flat[base] = time
+        for first, last, values in self.pieces:
+            flat[base + first : base + last] = values
+        row = sink.last()
+        if not math.isfinite(row.dot(row)):
+            self._look_for_nonsense(row, time)
+        if self.texts:
+            sink.words.append([part.get(name) for part, name in self.texts])
+        sink.row_done()
+
+    def _look_for_nonsense(self, row, time: float) -> None:
+        numbers = [column.name for column in self.sink.columns if column.type != "String"]
+        for name, value in zip(numbers, row.tolist()):
+            if not math.isfinite(value):
+                hint = "a smaller step; see which of its inputs grew before this in the results."
+                raise PartFailed(name, time, 0.0, f"{value}", {}, ["(the value is not a finite number)"], hint)
+
+
+def _columns(wiring: Wiring) -> list[Column]:
+    columns = [Column("time", "s")]
+    for name, chosen in wiring.record.items():
+        for variable in chosen:
+            v = wiring.parts[name].variables[variable]
+            columns.append(Column(f"{name}.{variable}", v.unit, v.type))
+    return columns
+
+
+def _check_times(system: System, stop: float) -> None:
+    run = system.run
+    if not run.step > 0.0 or not math.isfinite(run.step):
+        raise DescriptionError(f"[run] step = {run.step:g}: a step above zero is wanted here.")
+    if not stop > run.start or not math.isfinite(stop):
+        raise DescriptionError(f"The stop time {stop:g} s must be after the start {run.start:g} s.")
+    for what, length in (("The time from start to stop", stop - run.start), ("[run] interval", run.interval)):
+        steps = length / run.step
+        if abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
+            raise DescriptionError(f"{what}, {length:g} s, is not a whole number of steps of {run.step:g} s.")
+
+
+class _Progress:
+    """A bar, a function, or nothing; told the time now and then."""
+
+    def __init__(self, progress, start: float, stop: float):
+        self.start, self.length, self.bar = start, stop - start, None
+        self.next, self.function = 0.0, progress if callable(progress) else None
+        if progress is True:
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+            self.bar = Progress(TextColumn("{task.completed:.2f} of {task.total:g} s"), BarColumn(), TimeRemainingColumn(), transient=True)
+
+    def __enter__(self):
+        if self.bar:
+            self.bar.start()
+            task = self.bar.add_task("run", total=self.length)
+            self.function = lambda fraction: self.bar.update(task, completed=fraction * self.length)
+        return self.tell if self.function else _nothing
+
+    def __exit__(self, *_):
+        if self.bar:
+            self.bar.stop()
+
+    def tell(self, time: float) -> None:
+        fraction = (time - self.start) / self.length
+        if fraction >= self.next or fraction >= 1.0:
+            self.next = fraction + 0.005
+            self.function(fraction)
+
+
+def _nothing(time: float) -> None: ...

@@ -1,0 +1,227 @@
+"""A system: components, connections, parameters and how to run them, as plain data read from a TOML file.
+
+docs/system.md describes the file. Nothing here knows whether names exist: that is checked when the parts are
+there, in master.wiring.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, field, fields
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from master.errors import DescriptionError
+
+ALGORITHMS = ("gauss-seidel", "jacobi")
+CONTROLS = ("power", "doubling")
+FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
+
+
+@dataclass
+class Run:
+    """How to run: times and steps in s."""
+
+    start: float = 0.0
+    stop: float = 1.0
+    step: float = 0.001  # communication step; with step control the largest one
+    algorithm: str = "gauss-seidel"
+    order: list[str] = field(default_factory=list)  # of stepping, for Gauss-Seidel; empty: as in the file
+    record: list[str] = field(default_factory=list)  # names or patterns such as "robot.*"; empty: every output
+    interval: float = 0.0  # between recorded rows; 0: every communication point
+    open_inputs: bool = False  # True: inputs that nobody gives keep their FMU's start value
+    step_control: str = ""  # "" | power | doubling
+    tolerance: float = 1e-3  # of step control, relative
+    step_min: float = 0.0  # smallest step of step control; 0: step / 1024
+
+
+@dataclass
+class Component:
+    """An FMU or an in-process part, under the name it has in this system."""
+
+    fmu: str = ""  # path relative to the system file, or "selflock:Reducer" for one of this package
+    part: str = ""  # "package.module:Class" instead of an FMU
+    options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
+    step: float = 0.0  # its own step in s; 0: the communication step
+    start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
+    process: bool = False  # in a process of its own
+
+
+@dataclass
+class Connection:
+    """target = factor · source + offset, after conversion of units."""
+
+    source: str
+    factor: float = 1.0
+    offset: float = 0.0
+    convert: bool = True  # False: the numbers are passed on whatever the units say
+
+    def __post_init__(self):
+        self.source = self.source.strip()
+
+
+@dataclass
+class Bond:
+    """Two variables whose product is the power that crosses a connection: effort one way, flow the other."""
+
+    effort: str  # such as a torque, in N.m
+    flow: str  # such as a speed, in rad/s, that comes back
+    name: str = ""
+
+
+@dataclass
+class Fault:
+    """A variable made wrong from `start` to `stop`. docs/system.md says what each kind does."""
+
+    variable: str
+    kind: str
+    start: float
+    stop: float = float("inf")
+    value: float | None = None  # stuck: at this value; offset: added; drop-out: in its place
+    delay: float = 0.0  # s
+    deviation: float = 0.0  # of the noise, in the variable's unit
+    seed: int | None = None
+
+
+@dataclass
+class System:
+    """A whole description. Change what you like between `load` and `run`."""
+
+    name: str = "system"
+    description: str = ""
+    folder: Path = Path(".")  # paths of FMUs are relative to it
+    run: Run = field(default_factory=Run)
+    components: dict[str, Component] = field(default_factory=dict)
+    connections: dict[str, Connection] = field(default_factory=dict)  # by target
+    bonds: list[Bond] = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)
+
+    def split(self, name: str, where: str) -> tuple[str, str]:
+        """component and variable of "component.variable"; either may contain dots."""
+        parts = name.split(".")
+        for count in range(len(parts) - 1, 0, -1):
+            if ".".join(parts[:count]) in self.components:
+                return ".".join(parts[:count]), ".".join(parts[count:])
+        if len(parts) == 1:
+            raise DescriptionError(f"{where}: {name} should be written as component.variable.")
+        raise DescriptionError(f"{where}: there is no component {parts[0]}{did_you_mean(parts[0], self.components)}")
+
+
+def did_you_mean(name: str, known) -> str:
+    """The end of a sentence about an unknown name."""
+    known = list(known)
+    near = get_close_matches(name, known, 1, 0.6)
+    if near:
+        return f". Did you mean {near[0]}?"
+    return f"; there is: {', '.join(known)}." if 0 < len(known) <= 20 else "."
+
+
+def load(path: Path | str) -> System:
+    """The system described in a TOML file, or in a system structure (.ssp)."""
+    path = Path(path)
+    if path.suffix.lower() == ".ssp":
+        from master.ssp import load as load_ssp
+
+        return load_ssp(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise DescriptionError(f"There is no system file {path}.") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise DescriptionError(f"The system file {path} cannot be read: {error}.") from None
+    except tomllib.TOMLDecodeError as error:
+        twice = " Something is given twice there: an input takes one connection only." if "overwrite" in str(error) else ""
+        raise DescriptionError(f"{path} is not valid TOML: {error}.{twice}") from None
+    try:
+        return from_dict(data, path.parent)
+    except DescriptionError as error:
+        raise DescriptionError(f"{path}: {error}") from None
+
+
+def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
+    """A system from the tables of a system file."""
+    _check_keys(data, ("system", "run", "components", "connections", "bonds", "faults"), "the file")
+    head = data.get("system", {})
+    _check_keys(head, ("name", "description"), "[system]")
+    system = System(head.get("name", "system"), head.get("description", ""), Path(folder), _make(Run, data.get("run", {}), "[run]"))
+    for name, table in data.get("components", {}).items():
+        where = f"[components.{name}]"
+        component = _make(Component, table, where)
+        component.start = {n: value for n, value in _flat(component.start, where)}
+        if bool(component.fmu) == bool(component.part):
+            raise DescriptionError(f'{where} needs either fmu = "path/to.fmu" or part = "package.module:Class".')
+        system.components[name] = component
+    for target, source in _flat(data.get("connections", {}), "[connections]", leaf="from"):
+        if target in system.connections:
+            raise DescriptionError(f"[connections]: {target} is connected twice; an input takes one connection only.")
+        system.connections[target] = _connection(target, source)
+    system.bonds = [_make(Bond, table, "[[bonds]]") for table in data.get("bonds", [])]
+    system.faults = [_make(Fault, table, "[[faults]]") for table in data.get("faults", [])]
+    for fault in system.faults:
+        _check_choice("[[faults]] kind", fault.kind, FAULTS)
+    _check_choice("[run] algorithm", system.run.algorithm, ALGORITHMS)
+    _check_choice("[run] step_control", system.run.step_control, ("", *CONTROLS))
+    return system
+
+
+def _connection(target: str, source: Any) -> Connection:
+    if isinstance(source, str):
+        return Connection(source)
+    if not isinstance(source, dict) or not isinstance(source.get("from"), str):
+        raise DescriptionError(f'[connections]: write "{target}" = "component.variable", or {{ from = "component.variable", factor = 2.0 }}.')
+    table = {"source" if key == "from" else key: value for key, value in source.items()}
+    return _make(Connection, table, f"[connections] {target}")
+
+
+def _flat(table: dict[str, Any], where: str, leaf: str | None = None):
+    """Entries of nested tables with dotted names: a.b = 1 and "a.b" = 1 mean the same."""
+    if not isinstance(table, dict):
+        raise DescriptionError(f"{where} should be a table of name = value.")
+    for name, value in table.items():
+        if isinstance(value, dict) and (leaf is None or leaf not in value):
+            for inner, deep in _flat(value, where, leaf):
+                yield f"{name}.{inner}", deep
+        else:
+            yield name, value
+
+
+def _check_keys(table: Any, known, where: str) -> None:
+    if not isinstance(table, dict):
+        raise DescriptionError(f"{where} should be a table.")
+    for key in table:
+        if key not in known:
+            raise DescriptionError(f"{where} has no key {key}{did_you_mean(key, known)}")
+
+
+def _check_choice(what: str, value: str, choices) -> None:
+    if value not in choices:
+        raise DescriptionError(f'{what} = "{value}" is unknown; choose from: {", ".join(c for c in choices if c)}.')
+
+
+def _make(kind: type, table: dict[str, Any], where: str):
+    """A dataclass from a table, its keys and types checked."""
+    known = {f.name: f for f in fields(kind)}
+    _check_keys(table, ["from" if key == "source" else key for key in known] + ["source"] * (kind is Connection), where)
+    for key, value in table.items():
+        wanted = known[key].type
+        if not _fits(value, wanted):
+            raise DescriptionError(f"{where} {key} = {value!r}: {_WANTED[wanted.split('[')[0].split(' ')[0]]} is wanted here.")
+    try:
+        return kind(**{key: float(v) if known[key].type.startswith("float") else v for key, v in table.items()})
+    except TypeError as error:
+        raise DescriptionError(f"{where}: {str(error).split(') ')[-1].replace('__init__()', '')} is not all there is to say.") from None
+
+
+_WANTED = {"float": "a number", "int": "a whole number", "str": "text in quotes", "bool": "true or false",
+           "list": "a list of names in quotes", "dict": "a table"}  # fmt: skip
+
+
+def _fits(value: Any, wanted: str) -> bool:
+    if wanted.startswith("float"):
+        return isinstance(value, (int, float)) and not isinstance(value, bool)
+    if wanted.startswith("int"):
+        return isinstance(value, int) and not isinstance(value, bool)
+    if wanted.startswith("list"):
+        return isinstance(value, list) and all(isinstance(item, str) for item in value)
+    return isinstance(value, {"str": str, "bool": bool, "dict": dict}[wanted.split("[")[0]])

@@ -1,0 +1,90 @@
+"""Units at connections: the same dimension is converted, another one refused.
+
+A unit is what it says of itself in the FMU (BaseUnit: exponents, factor, offset); where it says nothing, pint
+knows the name. Angles count as dimensionless, except that rad/s and 1/s are never taken for one another: one
+turn is 2π rad, and which is meant cannot be known.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+
+from master.errors import DescriptionError
+
+_BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd", "radian": "rad"}
+_NAMES = {"%": "percent", "1": "", "-": "", "Ohm": "ohm", "rev": "turn", "rpm": "rpm", "1/min": "1/minute"}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """SI value = factor · number + offset."""
+
+    exponents: tuple[tuple[str, int], ...]
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def without_angle(self) -> dict[str, int]:
+        return {base: e for base, e in self.exponents if base != "rad"}
+
+
+def unit(name: str, declared: dict[str, tuple] | None = None) -> Unit | None:
+    """The unit called `name`; `declared`: what the FMU says of its units. None when nobody knows it."""
+    if declared and name in declared:
+        exponents, factor, offset = declared[name]
+        return Unit(tuple(sorted(exponents.items())), factor, offset)
+    return _pint_unit(name)
+
+
+def conversion(source: str, target: str, of_source: dict | None = None, of_target: dict | None = None) -> tuple[float, float]:
+    """factor and offset that take a number in unit `source` to unit `target`.
+
+    No unit on either side: passed on as it is. Raises DescriptionError with the reason.
+    """
+    if not source or not target or source == target and not (of_source or of_target):
+        return 1.0, 0.0
+    a, b = unit(source, of_source), unit(target, of_target)
+    if a is None or b is None:
+        if source == target:
+            return 1.0, 0.0
+        raise DescriptionError(f"nobody knows the unit {source if a is None else target}")
+    if a.without_angle() != b.without_angle():
+        raise DescriptionError(f"{source} cannot be converted to {target}")
+    if a.exponents != b.exponents and a.without_angle() == {"s": -1}:
+        raise DescriptionError(f"{source} and {target} differ by the angle of a turn, or do not; give the factor and convert = false")
+    return a.factor / b.factor, (a.offset - b.offset) / b.factor
+
+
+def to_si(name: str, declared: dict | None = None) -> float:
+    """Factor from unit `name` to SI; 1 where the unit is unknown."""
+    known = unit(name, declared) if name else None
+    return known.factor if known else 1.0
+
+
+@cache
+def _registry():
+    import pint
+
+    return pint.UnitRegistry()
+
+
+@cache
+def _pint_unit(name: str) -> Unit | None:
+    """A unit by its FMI name (N.m, kg.m2, m.s-2, rad/s) as pint reads it."""
+    text = _NAMES.get(name, name)
+    text = re.sub(r"(?<=[A-Za-z])(-?\d+)", r"**(\1)", text.replace("^", "**"))  # m2 -> m**(2)
+    text = re.sub(r"(?<=[\w)])\.(?=[A-Za-z(])", "*", text)  # N.m -> N*m
+    text = re.sub(r"\bOhm\b", "ohm", text)
+    try:
+        registry = _registry()
+        if not text:
+            return Unit(())
+        parsed = registry.parse_units(text)
+        one, zero = (registry.Quantity(x, parsed).to_base_units() for x in (1.0, 0.0))
+        exponents = {_BASE[base]: int(e) for base, e in one.unit_items() if base in _BASE and e == int(e)}
+        if len(exponents) != len(list(one.unit_items())):
+            return None
+        return Unit(tuple(sorted(exponents.items())), float(one.magnitude - zero.magnitude), float(zero.magnitude))
+    except Exception:  # pint's many ways to say that it does not know
+        return None

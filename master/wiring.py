@@ -1,0 +1,244 @@
+"""From a system to parts that fit together: everything that can be checked before the first step is checked here."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import Any
+
+from master.errors import DescriptionError
+from master.face import Part, Variable
+from master.system import Component, Connection, System, did_you_mean
+from master.units import conversion
+
+FITS = {"Real": ("Real", "Integer", "Boolean"), "Integer": ("Integer", "Boolean"), "Boolean": ("Boolean",), "String": ("String",)}
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """target.input = factor · source.output + offset; units are in the factor and the offset."""
+
+    source: str
+    output: str
+    target: str
+    input: str
+    factor: float = 1.0
+    offset: float = 0.0
+    text: bool = False  # a string
+
+    def __str__(self) -> str:
+        return f"{self.source}.{self.output} -> {self.target}.{self.input}"
+
+
+@dataclass
+class Wiring:
+    """Parts with their values set, not yet initialized, and what goes where."""
+
+    system: System
+    parts: dict[str, Part] = field(default_factory=dict)
+    links: list[Link] = field(default_factory=list)
+    values: dict[str, dict[str, Any]] = field(default_factory=dict)  # given values by component
+    record: dict[str, list[str]] = field(default_factory=dict)  # recorded variables by component
+    bound: dict[str, tuple[list[str], list[str]]] = field(default_factory=dict)  # names in u and in y by component
+
+    def variable(self, name: str, where: str) -> tuple[str, Variable]:
+        """The component and the variable called component.variable."""
+        component, variable = self.system.split(name, where)
+        known = self.parts[component].variables
+        if variable not in known:
+            raise DescriptionError(f"{where}: {component} has no variable {variable}{did_you_mean(variable, known)}")
+        return component, known[variable]
+
+    def close(self) -> None:
+        for part in self.parts.values():
+            part.close()
+
+
+def wire(system: System, settings: dict[str, Any] | None = None) -> Wiring:
+    """Make the parts of `system` and check all that is said about them. `settings`: component.variable = value."""
+    wiring = Wiring(system)
+    if not system.components:
+        raise DescriptionError("The system has no components: add at least one [components.name] with an fmu or a part.")
+    try:
+        for name, component in system.components.items():
+            wiring.parts[name] = make(name, component, system, wiring.parts)
+        _values(wiring, settings or {})
+        for target, connection in system.connections.items():
+            wiring.links.append(_link(wiring, target, connection))
+        if not system.run.open_inputs:
+            _all_given(wiring)
+        _record(wiring)
+        _order(wiring)
+        _bind(wiring)
+        for name, values in wiring.values.items():
+            for variable, value in values.items():
+                wiring.parts[name].set(variable, value)
+    except BaseException:
+        wiring.close()
+        raise
+    return wiring
+
+
+def make(name: str, component: Component, system: System, others: dict[str, Part]) -> Part:
+    """The part that a component asks for."""
+    where = f"[components.{name}]"
+    if component.part:
+        module, _, attribute = component.part.partition(":")
+        try:
+            kind = getattr(importlib.import_module(module), attribute)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise DescriptionError(f'{where} part = "{component.part}": {error}. Write "package.module:Class".') from None
+        try:
+            return kind(name, **component.options)
+        except TypeError as error:
+            raise DescriptionError(f"{where} options: {error}.") from None
+    from master.fmu import FmuPart
+
+    path = fmu_path(component, system)
+    taken = any(isinstance(o, FmuPart) and o.once_per_process and o.path == path for o in others.values())
+    if component.process or taken:
+        from master.process import ProcessPart
+
+        return ProcessPart(name, path)
+    return FmuPart(name, path)
+
+
+def fmu_path(component: Component, system: System):
+    """The file of a component's FMU; those of this package are built when they are not there yet."""
+    if component.fmu.startswith("selflock:"):
+        from fmus.build import built
+
+        return built(component.fmu.removeprefix("selflock:"))
+    return system.folder / component.fmu
+
+
+# --- values ------------------------------------------------------------------------------------------------------
+
+
+def _values(wiring: Wiring, settings: dict[str, Any]) -> None:
+    given = [(f"[components.{name}.start]", name, variable, value)
+             for name, component in wiring.system.components.items() for variable, value in component.start.items()]  # fmt: skip
+    given += [("settings", *wiring.system.split(name, "settings"), value) for name, value in settings.items()]
+    for where, name, variable, value in given:
+        _, known = wiring.variable(f"{name}.{variable}", where)
+        wiring.values.setdefault(name, {})[variable] = typed(known, value, f"{where} {name}.{variable}")
+
+
+def typed(variable: Variable, value: Any, where: str) -> Any:
+    """`value`, which may be text, as the variable's type wants it, checked against its range."""
+    if variable.causality in ("output", "calculatedParameter", "independent") or variable.variability == "constant":
+        raise DescriptionError(f"{where}: an {variable.causality} is computed, it cannot be set.".replace("an calc", "a calc"))
+    if variable.type == "String":
+        return str(value)
+    try:
+        if variable.type == "Boolean":
+            return {"true": True, "1": True, "false": False, "0": False}[str(value).strip().lower().removesuffix(".0")]
+        if isinstance(value, bool):
+            raise ValueError
+        number = float(value)
+        if variable.type == "Integer":
+            if number != int(number):
+                raise ValueError
+            number = int(number)
+    except (KeyError, ValueError, TypeError, OverflowError):
+        wanted = {"Boolean": "true or false", "Integer": "a whole number", "Real": "a number"}[variable.type]
+        raise DescriptionError(f"{where} = {value}: {wanted} is wanted here.") from None
+    if not math.isfinite(number):
+        raise DescriptionError(f"{where} = {value}: a finite number is wanted here.")
+    low, high = variable.minimum, variable.maximum
+    if low is not None and number < low or high is not None and number > high:
+        unit = f" {variable.unit}" if variable.unit else ""
+        limits = " and ".join(f"at {'least' if end is low else 'most'} {end:g}{unit}" for end in (low, high) if end is not None)
+        raise DescriptionError(f"{where} = {value}: it must be {limits}.")
+    return number
+
+
+# --- connections -------------------------------------------------------------------------------------------------
+
+
+def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
+    where = f"[connections] {target} = {connection.source}"
+    to, sink = wiring.variable(target, where)
+    of, source = wiring.variable(connection.source, where)
+    if sink.causality != "input":
+        raise DescriptionError(f"{where}: {target} is no input ({sink.causality}). The target stands on the left, the source on the right.")
+    if source.causality in ("input", "parameter"):
+        raise DescriptionError(f"{where}: {connection.source} is an {source.causality}, not an output.".replace("an p", "a p"))
+    if source.type not in FITS[sink.type]:
+        raise DescriptionError(f"{where}: {source.type} does not fit into {sink.type}.")
+    if sink.type == "String":
+        return Link(of, source.name, to, sink.name, text=True)
+    factor, offset = 1.0, 0.0
+    if connection.convert:
+        units = (getattr(wiring.parts[name], "units", None) for name in (of, to))
+        try:
+            factor, offset = conversion(source.unit, sink.unit, *units)
+        except DescriptionError as error:
+            raise DescriptionError(f"{where}: {error}. Connect what has the same dimension, or say convert = false.") from None
+    return Link(of, source.name, to, sink.name, connection.factor * factor, connection.factor * offset + connection.offset)
+
+
+def _all_given(wiring: Wiring) -> None:
+    connected = {(link.target, link.input) for link in wiring.links}
+    open_ = [f"{name}.{v.name}" for name, part in wiring.parts.items() for v in part.variables.values()
+             if v.causality == "input" and (name, v.name) not in connected and v.name not in wiring.values.get(name, {})]  # fmt: skip
+    if open_:
+        component, variable = wiring.system.split(open_[0], "inputs")
+        raise DescriptionError(
+            f"Inputs that nobody gives: {', '.join(open_)}. Connect them, or hold them at a value: "
+            f"{variable} = ... under [components.{component}.start]; open_inputs = true under [run] leaves all at their start values."
+        )
+
+
+def _record(wiring: Wiring) -> None:
+    patterns = wiring.system.run.record
+    used = set()
+    for name, part in wiring.parts.items():
+        chosen = []
+        for v in part.variables.values():
+            full = f"{name}.{v.name}"
+            fits = [p for p in patterns if p == full or fnmatchcase(full, p)]
+            used.update(fits)
+            if fits or not patterns and v.causality == "output":
+                chosen.append(v.name)
+        wiring.record[name] = chosen
+    for pattern in patterns:
+        if pattern not in used:
+            if not any(c in pattern for c in "*?["):
+                wiring.variable(pattern, "[run] record")
+            raise DescriptionError(f"[run] record: nothing is called {pattern}.")
+
+
+def _order(wiring: Wiring) -> None:
+    order, names = wiring.system.run.order, wiring.parts
+    for name in order:
+        if name not in names:
+            raise DescriptionError(f"[run] order: there is no component {name}{did_you_mean(name, names)}")
+    missing = [name for name in names if name not in order]
+    if order and (missing or len(set(order)) != len(order)):
+        raise DescriptionError(f"[run] order must name every component once; {'missing: ' + ', '.join(missing) if missing else 'one is named twice'}.")
+
+
+def _bind(wiring: Wiring) -> None:
+    """Say to each part what travels at every step: connected inputs; recorded and connected outputs."""
+    for name, part in wiring.parts.items():
+        inputs = [link.input for link in wiring.links if link.target == name and not link.text]
+        numbers = [v for v in wiring.record[name] if part.variables[v].type != "String" and v not in inputs]
+        needed = [link.output for link in wiring.links if link.source == name and not link.text]
+        faulty = [variable for component, variable in _faulty(wiring) if component == name]
+        inputs += [v for v in dict.fromkeys(faulty) if part.variables[v].causality == "input" and v not in inputs]
+        needed += [v for v in faulty if part.variables[v].causality in ("output", "local")]
+        outputs = list(dict.fromkeys([v for v in numbers if v not in inputs] + needed))
+        part.bind(inputs, outputs)
+        wiring.bound[name] = inputs, outputs
+        for position, variable in enumerate(inputs):
+            start = wiring.values.get(name, {}).get(variable, part.variables[variable].start)
+            part.u[position] = float(start or 0.0)
+
+
+def _faulty(wiring: Wiring):
+    for fault in wiring.system.faults:
+        component, variable = wiring.variable(fault.variable, "[[faults]]")
+        yield component, variable.name

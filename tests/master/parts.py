@@ -1,0 +1,198 @@
+"""Small parts with closed forms, for testing what couples them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from master.errors import PartFailed
+from master.face import Variable
+
+
+class Small:
+    """What every small part shares: variables as attributes of the same name."""
+
+    can_roll_back = True
+    described: tuple[Variable, ...] = ()
+
+    def __init__(self, name: str):
+        self.name = name
+        self.variables = {v.name: v for v in self.described}
+        self.log: list[str] = []
+        self.u = self.y = np.zeros(0)
+        for v in self.described:
+            setattr(self, v.name, v.start)
+
+    def bind(self, inputs, outputs):
+        self.inputs, self.outputs = list(inputs), list(outputs)
+        self.u, self.y = np.zeros(len(inputs)), np.zeros(len(outputs))
+
+    def set(self, name, value):
+        setattr(self, name, value)
+
+    def get(self, name):
+        return getattr(self, name)
+
+    def enter_initialization(self, start, stop): ...
+    def exit_initialization(self): ...
+
+    def write(self):
+        for name, value in zip(self.inputs, self.u.tolist()):
+            setattr(self, name, value)
+        self.compute()
+
+    def read(self):
+        for k, name in enumerate(self.outputs):
+            self.y[k] = getattr(self, name)
+
+    def compute(self): ...
+
+    def step(self, time, size): ...
+
+    def save(self):
+        return {k: v for k, v in vars(self).items() if isinstance(v, (float, int, bool, str))}
+
+    def restore(self, state):
+        vars(self).update(state)
+
+    def reset(self): ...
+    def terminate(self): ...
+
+    def close(self):
+        self.closed = True
+
+
+def real(name, causality, unit="", start=0.0, **more):
+    return Variable(name, causality, "Real", unit, start, **more)
+
+
+class Mass(Small):
+    """m dv/dt = f_1 + f_2 - k x - d v, exact for held forces when k = d = 0, else by many small steps."""
+
+    described = (
+        real("mass", "parameter", "kg", 1.0, minimum=0.0), real("stiffness", "parameter", "N/m"), real("damping", "parameter", "N.s/m"),
+        real("force", "input", "N"),
+        real("x", "output", "m", depends_on=()), real("v", "output", "m/s", depends_on=()),
+    )  # fmt: skip
+
+    def step(self, time, size):
+        n = 50
+        h = size / n
+        for _ in range(n):
+            def rate(x, v):
+                return v, (self.force - self.stiffness * x - self.damping * v) / self.mass
+            x, v = self.x, self.v
+            a1 = rate(x, v)
+            a2 = rate(x + h / 2 * a1[0], v + h / 2 * a1[1])
+            a3 = rate(x + h / 2 * a2[0], v + h / 2 * a2[1])
+            a4 = rate(x + h * a3[0], v + h * a3[1])
+            self.x += h / 6 * (a1[0] + 2 * a2[0] + 2 * a3[0] + a4[0])
+            self.v += h / 6 * (a1[1] + 2 * a2[1] + 2 * a3[1] + a4[1])
+
+
+class Spring(Small):
+    """A spring between two masses, integrating its length from their held speeds: force = k l, on the first."""
+
+    described = (
+        real("stiffness", "parameter", "N/m", 1.0), real("v1", "input", "m/s"), real("v2", "input", "m/s"), real("length", "parameter", "m"),
+        real("force", "output", "N", depends_on=()), real("reaction", "output", "N", depends_on=()),
+    )  # fmt: skip
+
+    def exit_initialization(self):
+        self.compute()
+
+    def compute(self):
+        self.force = self.stiffness * self.length
+        self.reaction = -self.force
+
+    def step(self, time, size):
+        self.length += (self.v2 - self.v1) * size
+        self.compute()
+
+
+class Gain(Small):
+    """y = gain · u + shift at once."""
+
+    described = (
+        real("gain", "parameter", "", 1.0), real("shift", "parameter"), real("u", "input"), real("y", "output", depends_on=("u",)),
+    )  # fmt: skip
+
+    def compute(self):
+        self.y_ = self.gain * self.u_ + self.shift
+
+    u_ = y_ = 0.0
+
+    def write(self):
+        if self.inputs:
+            self.u_ = float(self.u[0])
+        self.compute()
+
+    def read(self):
+        if self.outputs:
+            self.y[0] = self.y_
+
+    def set(self, name, value):
+        setattr(self, "u_" if name == "u" else name, value)
+
+
+class Integrator(Small):
+    """dy/dt = u, held."""
+
+    described = (real("u", "input"), real("y", "output", depends_on=()))
+
+    def __init__(self, name):
+        super().__init__(name)
+        self.state, self.given = 0.0, 0.0
+
+    def write(self):
+        if self.inputs:
+            self.given = float(self.u[0])
+
+    def set(self, name, value):
+        if name == "u":
+            self.given = value
+
+    def read(self):
+        if self.outputs:
+            self.y[:] = self.state
+
+    def step(self, time, size):
+        self.state += self.given * size
+
+
+class Clock(Small):
+    """A function of time, evaluated wherever the listener stands."""
+
+    described = (real("angle", "output", "rad", depends_on=()),)
+
+    def at(self, time):
+        self.angle = math.sin(time)
+        self.read()
+
+
+class Types(Small):
+    """One variable of each type, passed through."""
+
+    described = (
+        Variable("flag", "input", "Boolean", start=False), Variable("count", "input", "Integer", start=0), Variable("word", "input", "String", start=""),
+        Variable("flag_out", "output", "Boolean", start=True, variability="discrete"),
+        Variable("count_out", "output", "Integer", start=3, variability="discrete"),
+        Variable("word_out", "output", "String", start="a", variability="discrete"),
+    )  # fmt: skip
+
+    def step(self, time, size):
+        self.flag_out = not self.flag_out
+        self.count_out += 1
+        self.word_out = f"{self.word}b"[-5:]
+
+
+class Fragile(Integrator):
+    """Fails at a given time."""
+
+    described = (*Integrator.described, real("fails_at", "parameter", "s", 0.5))
+
+    def step(self, time, size):
+        if time >= self.fails_at - 1e-12:
+            raise PartFailed(self.name, time, size, "Error", {"u": self.given}, ["the shaft broke"], "a thicker shaft.")
+        super().step(time, size)

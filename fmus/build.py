@@ -96,9 +96,9 @@ def face_of(name: str) -> type[Slave]:
 
 
 def sources_of(face: type[Slave]) -> dict[str, bytes]:
-    """The files that a face needs to run: what is shared, its own folder and the folders it names in `needs`."""
-    folders = (face.__module__.split(".")[1], *face.needs)
-    files = [*SHARED, *(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / "fmus" / folder).rglob("*.py"))]
+    """The files that a face needs to run: what is shared, its own folder and what it names in `needs`."""
+    folder = ROOT / "fmus" / face.__module__.split(".")[1]
+    files = [*SHARED, *(f"fmus/{name}" for name in face.needs), *(str(path.relative_to(ROOT)) for path in folder.rglob("*.py"))]
     return {name.replace(os.sep, "/"): (ROOT / name).read_bytes() for name in sorted(set(files))}
 
 

@@ -74,7 +74,7 @@ class Slave(Fmi2Slave):
     inputs: tuple[Variable, ...] = ()
     outputs: tuple[Variable, ...] = ()
     parameters: tuple[Variable, ...] = ()
-    needs: tuple[str, ...] = ()  # other components' folders that the face imports from
+    needs: tuple[str, ...] = ()  # files of other components that the face imports
     starts: dict[str, Any] = {}  # other start values, baked in by the build
     identity = "unpacked"  # the content of the packed FMU, set by the build
     experiment = (0.0, 10.0, 1e-3)  # start, stop and step of the default experiment, s

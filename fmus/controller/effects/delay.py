@@ -1,0 +1,17 @@
+"""The command acts late by a constant time."""
+
+from ...effect import Effect, Parameter
+
+
+def delay(p, x):
+    return p.command_delay
+
+
+EFFECT = Effect(
+    component="controller",
+    name="delay",
+    summary="U(t) = U_command(t - delay)",
+    parameters=(Parameter("command_delay", "s", 0.0, 0.0, 0.1, "time by which the command acts late"),),
+    source="Franklin, Powell, Emami-Naeini: Feedback Control of Dynamic Systems, ch. 6.7",
+    hooks={"delay": delay},
+)

@@ -1,0 +1,17 @@
+"""The command is computed at equal intervals and held between them; the first sample is at the start."""
+
+from ...effect import Effect, Parameter
+
+
+def period(p, x):
+    return p.sample_period
+
+
+EFFECT = Effect(
+    component="controller",
+    name="sampling",
+    summary="U(t) = U(n T), n T <= t < (n + 1) T",
+    parameters=(Parameter("sample_period", "s", 0.0, 0.0, 0.1, "time between two samples; 0 at every step"),),
+    source="Astrom, Wittenmark: Computer-Controlled Systems, ch. 2 (zero-order hold)",
+    hooks={"period": period},
+)

@@ -1,0 +1,17 @@
+"""The limits of the command are not the nominal ones."""
+
+from ...effect import Effect, Parameter
+
+
+def limits(p, x):
+    return p.saturation_factor
+
+
+EFFECT = Effect(
+    component="controller",
+    name="saturation",
+    summary="U limited to f [U_min, U_max]",
+    parameters=(Parameter("saturation_factor", "", 1.0, 0.05, 2.0, "factor on both voltage limits"),),
+    source="Khalil: Nonlinear Systems, ch. 1.2 (saturation)",
+    hooks={"limits": limits},
+)

@@ -1,0 +1,65 @@
+"""What reading an SSP leads to: a system without hierarchy, values in the units of the FMUs' own variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from master.errors import DescriptionError
+from master.units import conversion
+
+Port = tuple[str, str]  # (element path, connector); the path of a system is that of the system itself
+
+
+@dataclass(frozen=True)
+class Affine:
+    """y = factor · x + offset; `f.then(g)` is g after f."""
+
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def then(self, other: Affine) -> Affine:
+        return Affine(other.factor * self.factor, other.factor * self.offset + other.offset)
+
+    def __call__(self, value: float) -> float:
+        return self.factor * value + self.offset
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit's name and what the document or FMU that uses the name says of it, as master.units takes it."""
+
+    name: str
+    declared: dict[str, tuple]
+
+    def to(self, other: Unit, where: str) -> Affine:
+        """From this unit to another one. Raises DescriptionError where they measure different things."""
+        try:
+            return Affine(*conversion(self.name, other.name, self.declared, other.declared))
+        except DescriptionError as error:
+            raise DescriptionError(f"{where}: {error}.") from None
+
+
+@dataclass
+class Link:
+    """One ssd:Connection between two ports, with what it does to the value."""
+
+    start: Port
+    end: Port
+    transform: Affine
+    convert: bool
+
+
+@dataclass
+class Flat:
+    """A system structure without its hierarchy. Values and transforms are in the units of the FMUs' variables."""
+
+    name: str
+    description: str
+    fmus: dict[str, Path] = field(default_factory=dict)  # component path → FMU file
+    connections: dict[Port, tuple[Port, Affine]] = field(default_factory=dict)  # input → (output, transform)
+    start: dict[Port, object] = field(default_factory=dict)
+    start_time: float = 0.0
+    stop_time: float | None = None
+    smallest_step: float = 0.0  # of the FMUs' default experiments, s; 0: none says one
+    run: dict = field(default_factory=dict)  # step, algorithm, order, if our annotation is there

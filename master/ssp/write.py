@@ -1,0 +1,203 @@
+"""A system as an SSP 1.0 archive: FMUs, connections, parameter sets, units, default experiment, documentation.
+
+What SSP has no place for (communication step, algorithm, order) goes into an annotation that our reader knows and
+others pass over. In-process parts are packed as FMUs by the `pack` of their class; a part without one is refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import zipfile
+from html import escape
+from importlib import import_module
+from pathlib import Path
+
+from lxml import etree
+
+from master.errors import DescriptionError
+from master.face import Part, Variable
+from master.ssp.archive import ANNOTATION, NAMESPACES, check, tag
+from master.system import System, load
+from master.units import unit as known_unit
+from master.wiring import Wiring, fmu_path, wire
+
+DATE = (2020, 1, 1, 0, 0, 0)  # of every file in the archive: the same system gives the same bytes
+CONNECTORS = ("input", "output", "parameter")
+
+
+def export(system: System | Path | str, out: Path | str) -> Path:
+    """Write `system` (a System, or a path to its file) to `out` (.ssp). Returns the path. Raises DescriptionError."""
+    system, out = (system if isinstance(system, System) else load(system)), Path(out)
+    if out.suffix.lower() != ".ssp":
+        raise DescriptionError(f"{out}: the name of a system structure ends in .ssp.")
+    if system.faults:
+        raise DescriptionError("[[faults]] have no place in SSP 1.0; take them out of the system before exporting it.")
+    wiring = wire(system)
+    try:
+        files = _fmus(system)
+        documents = {"SystemStructure.ssd": _structure(wiring, files)}
+        for name in system.components:
+            if wiring.values.get(name):
+                documents[f"resources/{_file_name(name)}.ssv"] = _parameter_set(wiring, name)
+    finally:
+        wiring.close()
+    for name, root in documents.items():
+        check(root, name)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, root in documents.items():
+            _add(archive, name, etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
+        for name, data in sorted({name: data for name, data in files.values()}.items()):
+            _add(archive, f"resources/{name}", data)
+        _add(archive, "documentation/index.html", _documentation(wiring, files).encode())
+    return out
+
+
+def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
+    entry = zipfile.ZipInfo(name, DATE)
+    entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+    archive.writestr(entry, data)
+
+
+def _file_name(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
+
+
+def _fmus(system: System) -> dict[str, tuple[str, bytes]]:
+    """For each component the name its FMU has in the archive, and the FMU's bytes; equal FMUs are kept once."""
+    found: dict[str, tuple[str, bytes]] = {}
+    names: dict[str, str] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, component in system.components.items():
+            if component.part:
+                module, _, attribute = component.part.partition(":")
+                pack = getattr(getattr(import_module(module), attribute), "pack", None)
+                if pack is None:
+                    raise DescriptionError(f"{name}: {component.part} runs inside our master only; it cannot be packed as an FMU.")
+                path = pack(Path(folder), **component.options)
+            else:
+                path = fmu_path(component, system)
+            data = Path(path).read_bytes()
+            content = hashlib.sha256(data).hexdigest()
+            taken = names.setdefault(content, Path(path).name if Path(path).name not in names.values() else f"{Path(path).stem}_{content[:8]}.fmu")
+            found[name] = taken, data
+    return found
+
+
+def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> etree._Element:
+    system = wiring.system
+    root = etree.Element(tag("ssd:SystemStructureDescription"), version="1.0", name=system.name, nsmap=NAMESPACES, generationTool="selflock")
+    if system.description:
+        root.set("description", system.description)
+    top = etree.SubElement(root, tag("ssd:System"), name=_file_name(system.name))
+    elements = etree.SubElement(top, tag("ssd:Elements"))
+    for place, (name, part) in enumerate(wiring.parts.items()):
+        element = etree.SubElement(elements, tag("ssd:Component"), name=name, source=f"resources/{files[name][0]}", implementation="CoSimulation")
+        connectors = etree.SubElement(element, tag("ssd:Connectors"))
+        for variable in part.variables.values():
+            if variable.causality in CONNECTORS:
+                connectors.append(_connector(variable))
+        column, row = place % 4, place // 4
+        etree.SubElement(element, tag("ssd:ElementGeometry"), x1=str(column * 40.0), y1=str(-row * 30.0), x2=str(column * 40.0 + 30), y2=str(20 - row * 30.0))
+        if wiring.values.get(name):
+            bindings = etree.SubElement(element, tag("ssd:ParameterBindings"))
+            etree.SubElement(bindings, tag("ssd:ParameterBinding"), source=f"resources/{_file_name(name)}.ssv")
+    _connections(top, wiring)
+    _units(root, {unit: declared for part in wiring.parts.values() for unit, declared in _named_units(part).items()}, "ssd")
+    run = system.run
+    etree.SubElement(root, tag("ssd:DefaultExperiment"), startTime=repr(run.start), stopTime=repr(run.stop))
+    said = {"step": repr(run.step), "algorithm": run.algorithm, "order": " ".join(run.order or system.components)}
+    own = {name: component.step for name, component in system.components.items() if component.step}
+    if own:
+        said["steps"] = " ".join(f"{name}={step!r}" for name, step in own.items())
+    if run.open_inputs:
+        said["open_inputs"] = "true"
+    annotation = etree.SubElement(etree.SubElement(root, tag("ssd:Annotations")), tag("ssc:Annotation"), type=ANNOTATION)
+    etree.SubElement(annotation, "run", **said)
+    return root
+
+
+def _connector(variable: Variable) -> etree._Element:
+    connector = etree.Element(tag("ssd:Connector"), name=variable.name, kind=variable.causality)
+    if variable.description:
+        connector.set("description", variable.description)
+    kind = etree.SubElement(connector, tag(f"ssc:{variable.type}"))
+    if variable.type == "Real" and variable.unit:
+        kind.set("unit", variable.unit)
+    return connector
+
+
+def _connections(top: etree._Element, wiring: Wiring) -> None:
+    if not wiring.links:
+        return
+    connections = etree.SubElement(top, tag("ssd:Connections"))
+    for link in wiring.links:
+        said = wiring.system.connections[f"{link.target}.{link.input}"]
+        connection = etree.SubElement(
+            connections, tag("ssd:Connection"),
+            startElement=link.source, startConnector=link.output, endElement=link.target, endConnector=link.input,
+        )  # fmt: skip
+        if not said.convert:
+            connection.set("suppressUnitConversion", "true")
+        if (said.factor, said.offset) != (1.0, 0.0):
+            etree.SubElement(connection, tag("ssc:LinearTransformation"), factor=repr(said.factor), offset=repr(said.offset))
+
+
+def _parameter_set(wiring: Wiring, name: str) -> etree._Element:
+    part = wiring.parts[name]
+    root = etree.Element(tag("ssv:ParameterSet"), version="1.0", name=name, nsmap={key: NAMESPACES[key] for key in ("ssv", "ssc")})
+    parameters = etree.SubElement(root, tag("ssv:Parameters"))
+    used = {}
+    for variable, value in wiring.values[name].items():
+        described = part.variables[variable]
+        parameter = etree.SubElement(parameters, tag("ssv:Parameter"), name=variable)
+        text = str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
+        element = etree.SubElement(parameter, tag(f"ssv:{described.type}"), value=text)
+        if described.type == "Real" and described.unit:
+            element.set("unit", described.unit)
+            used[described.unit] = _named_units(part).get(described.unit)
+    _units(root, used, "ssv")
+    return root
+
+
+def _named_units(part: Part) -> dict[str, tuple]:
+    """What each unit of a part's variables means: exponents, factor, offset; from the FMU, or by its name."""
+    declared = getattr(part, "units", None) or {}
+    units = {}
+    for name in {v.unit for v in part.variables.values() if v.unit}:
+        known = known_unit(name, declared)
+        units[name] = (dict(known.exponents), known.factor, known.offset) if known else ({}, 1.0, 0.0)
+    return units
+
+
+def _units(root: etree._Element, units: dict[str, tuple], prefix: str) -> None:
+    if not units:
+        return
+    element = etree.SubElement(root, tag(f"{prefix}:Units"))
+    for name, (exponents, factor, offset) in sorted(units.items()):
+        unit = etree.SubElement(element, tag("ssc:Unit"), name=name)
+        attributes = {base: str(exponent) for base, exponent in exponents.items()}
+        attributes |= {key: repr(value) for key, value, plain in (("factor", factor, 1.0), ("offset", offset, 0.0)) if value != plain}
+        etree.SubElement(unit, tag("ssc:BaseUnit"), **attributes)
+
+
+def _documentation(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> str:
+    system = wiring.system
+    rows = "".join(
+        f"<tr><td>{escape(name)}</td><td>{escape(files[name][0])}</td><td>"
+        + ", ".join(f"{escape(key)} = {escape(str(value))} {escape(wiring.parts[name].variables[key].unit)}" for key, value in wiring.values.get(name, {}).items())
+        + "</td></tr>"
+        for name in system.components
+    )
+    links = "".join(f"<tr><td>{escape(f'{link.source}.{link.output}')}</td><td>{escape(f'{link.target}.{link.input}')}</td></tr>" for link in wiring.links)
+    run = system.run
+    return (
+        f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(system.name)}</title>"
+        "<style>body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}"
+        "table{border-collapse:collapse}td,th{border-top:1px solid #ccc;padding:.3rem .8rem;text-align:left;vertical-align:top}</style>"
+        f"<h1>{escape(system.name)}</h1><p>{escape(system.description)}</p>"
+        f"<p>Simulated from {run.start:g} s to {run.stop:g} s, communication step {run.step:g} s, algorithm {run.algorithm}.</p>"
+        f"<h2>Components</h2><table><tr><th>name<th>FMU<th>values</tr>{rows}</table>"
+        f"<h2>Connections</h2><table><tr><th>from<th>to</tr>{links}</table></html>"
+    )

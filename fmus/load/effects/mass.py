@@ -1,0 +1,17 @@
+"""The mass on the arm is not the nominal one."""
+
+from ...effect import Effect, Parameter
+
+
+def mass(p, x):
+    return p.mass_error
+
+
+EFFECT = Effect(
+    component="load",
+    name="mass",
+    summary="m = m_0 + dm",
+    parameters=(Parameter("mass_error", "kg", 0.0, -50.0, 50.0, "mass that is there beyond the nominal one"),),
+    source="rigid body on an axis; any textbook of mechanics",
+    hooks={"mass": mass},
+)

@@ -1,0 +1,17 @@
+"""The reading follows with a first-order lag."""
+
+from ...effect import Effect, Parameter
+
+
+def lag(p, x):
+    return p.lag_time
+
+
+EFFECT = Effect(
+    component="sensor",
+    name="lag",
+    summary="T y' = x - y",
+    parameters=(Parameter("lag_time", "s", 0.0, 0.0, 1.0, "time constant of the reading"),),
+    source="Fraden: Handbook of Modern Sensors, ch. 3",
+    hooks={"lag": lag},
+)

@@ -1,0 +1,17 @@
+"""The reading comes in steps."""
+
+from ...effect import Effect, Parameter
+
+
+def resolution(p, x):
+    return p.resolution
+
+
+EFFECT = Effect(
+    component="sensor",
+    name="quantisation",
+    summary="y = q round(x / q)",
+    parameters=(Parameter("resolution", "", 0.0, 0.0, 10.0, "step of the reading, in the unit of the value"),),
+    source="Fraden: Handbook of Modern Sensors, ch. 3",
+    hooks={"resolution": resolution},
+)

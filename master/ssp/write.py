@@ -23,6 +23,7 @@ from master.units import unit as known_unit
 from master.wiring import Wiring, fmu_path, wire
 
 DATE = (2020, 1, 1, 0, 0, 0)  # of every file in the archive: the same system gives the same bytes
+SET = "parameters"  # of every parameter set: some tools (Ecos) apply the sets of one name over all components
 CONNECTORS = ("input", "output", "parameter")
 
 
@@ -146,7 +147,7 @@ def _connections(top: etree._Element, wiring: Wiring) -> None:
 
 def _parameter_set(wiring: Wiring, name: str) -> etree._Element:
     part = wiring.parts[name]
-    root = etree.Element(tag("ssv:ParameterSet"), version="1.0", name=name, nsmap={key: NAMESPACES[key] for key in ("ssv", "ssc")})
+    root = etree.Element(tag("ssv:ParameterSet"), version="1.0", name=SET, nsmap={key: NAMESPACES[key] for key in ("ssv", "ssc")})
     parameters = etree.SubElement(root, tag("ssv:Parameters"))
     used = {}
     for variable, value in wiring.values[name].items():

@@ -1,0 +1,27 @@
+"""Friction without load: the preload N0 of (13) and (14), and the drag of seals and bearings beside the wedge.
+
+N0 itself is in the published law: friction is that of the greater of preload and load. The drag adds to it.
+"""
+
+from ...effect import Effect, Parameter
+
+
+def active(p, x):
+    return 1.0 if p.drag_torque != 0.0 else 0.0
+
+
+def drag(p, x):
+    return p.drag_torque
+
+
+EFFECT = Effect(
+    component="reducer",
+    name="preload",
+    summary="max(N0, |N|) for |N| in (13) and (14), and a constant friction torque beside the wedge",
+    parameters=(
+        Parameter("preload", "N.m", 0.0, 0.0, 10.0, "N0, force between the flanks without load, as torque at the input shaft"),
+        Parameter("drag_torque", "N.m", 0.0, 0.0, 1.0, "dry friction of the input shaft that knows no load"),
+    ),
+    source="equations 13 and 14 of the published study",
+    hooks={"active": active, "drag": drag},
+)

@@ -1,0 +1,38 @@
+"""Warm-up: friction changes with time since the start, and with the heat that the losses leave in the reducer."""
+
+import math
+
+from ...effect import Effect, Parameter
+
+
+def factor(time, heat, excess, warm_up_time, per_heat):
+    """(1 + excess exp(-time / warm_up_time)) exp(-per_heat heat): s, J."""
+    cold = excess * math.exp(-time / warm_up_time) if excess != 0.0 else 0.0
+    return (1.0 + cold) * (math.exp(-per_heat * heat) if per_heat != 0.0 else 1.0)
+
+
+def active(p, x):
+    return 2.0 if p.cold_excess != 0.0 or p.heat_coefficient != 0.0 else 0.0
+
+
+def dry(p, x):
+    return factor(x.time, x.heat, p.cold_excess, p.warm_up_time, p.heat_coefficient)
+
+
+def viscosity(p, x):
+    return dry(p, x)
+
+
+EFFECT = Effect(
+    component="reducer",
+    name="warm_up",
+    summary="all friction times (1 + a exp(-time / T)) exp(-g H), dH/dt = loss power - H / T_H",
+    parameters=(
+        Parameter("cold_excess", "", 0.0, -0.9, 5.0, "a, friction at the start above the nominal, which is the warm one"),
+        Parameter("warm_up_time", "s", 60.0, 1e-2, 1e5, "T"),
+        Parameter("heat_coefficient", "1/J", 0.0, -0.1, 0.1, "g, friction falls with heat where positive; nominal is without heat"),
+        Parameter("cooling_time", "s", 600.0, 1e-1, 1e6, "T_H, time in which the heat leaves"),
+    ),
+    source="Bittencourt, Gunnarsson, Static friction in a robot joint, J. Dyn. Sys. Meas. Control 134(5), 2012",
+    hooks={"active": active, "dry": dry, "viscosity": viscosity},
+)

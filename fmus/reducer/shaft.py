@@ -1,0 +1,300 @@
+"""The reducer in time: input shaft, wedge with Coulomb friction, and the output shaft's spring and damper.
+
+Dynamic mode, `advance`: the motor's torque M is given, the input shaft of inertia J moves,
+
+    J w' = M - F   while sliding,      w = 0 while F = M lies inside the friction cone,
+    P = k (angle / r - output angle) + c (speed / r - output speed).
+
+The step is solved in closed form from event to event (travel.py), so it is exact for held M and an output angle that
+moves on with its speed, whatever the step. A step without events, the usual one, is taken here directly.
+
+Kinematic mode, `impose`: the motion of the input shaft is given, and F is what it needs. At rest the F of smallest
+magnitude in the cone is taken. The acceleration is that of successive imposed speeds.
+
+With effects on, their coefficients are held over inner steps of at most INNER_STEP, each solved like a plain step,
+with the coefficients of its middle (second order). With all effects off the plain step is taken, to the last bit.
+
+Signs: torques and angles positive in the direction of positive input angle; P on what is driven, the reaction on the
+casing. A step from t to t + dt is given the inputs at t and returns state and outputs at t + dt.
+"""
+
+import math
+from typing import NamedTuple
+
+from .flow import response
+from .law import Condition, Parameters, active, contact, extended, friction_at, plain, static_coefficient
+from .travel import held, travel
+from .wedge import backdriving_slope, driving_slope, least_torque, normal_force, preload_torque, wedge_tangent
+
+__all__ = ["Output", "Parameters", "State", "advance", "impose", "start"]
+
+INNER_STEP = 2.5e-4  # s
+
+
+class State(NamedTuple):
+    """Everything the reducer remembers."""
+
+    angle: float  # of the input shaft, rad
+    speed: float  # of the input shaft, rad/s; exactly 0 at rest
+    effects: float  # 0.0 none is on, 1.0 some whose coefficients stand still in a step, 2.0 some whose vary
+    time: float  # since the start, s; this and what follows is kept up only while effects are on
+    heat: float  # what the losses have left in the reducer, J
+    distance: float  # travelled by the input shaft, rad
+
+
+class Output(NamedTuple):
+    """At the end of a step."""
+
+    input_torque: float  # F, N.m
+    output_torque: float  # P, N.m
+    friction_torque: float  # F - P/r, what friction adds at the input shaft, N.m
+    input_angle: float  # rad
+    input_speed: float  # rad/s
+    motor_torque_required: float  # F + J w', N.m
+    normal_force: float  # N in the wedge (4), as torque at the input shaft, N.m
+    stuck: float  # 1.0 while static friction holds
+    input_power: float  # F w, W
+    output_power: float  # P times output speed, W
+    loss_power: float  # of friction and of the output shaft's damper, W; what is left of the balance is in the spring
+
+
+def start(p, angle, speed, output_angle, output_speed):
+    """The state at the start: angle and speed of the input shaft, rad and rad/s."""
+    x = Condition(1.0, speed, angle, output_angle, 0.0, 0.0, 0.0, 0.0)
+    return State(angle, speed, active(p, x), 0.0, 0.0, 0.0)
+
+
+def advance(p, s, motor_torque, output_angle, output_speed, dt):
+    """Dynamic mode: state and outputs after dt, s, under a held motor torque, N.m; dt = 0 gives the outputs as they are."""
+    ratio = p.gear_ratio
+    t = wedge_tangent(ratio, p.wedge_angle)
+    if s.effects > 0.0:
+        return _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt)
+
+    # The usual step: it rests, or slides on one line of F, from beginning to end.
+    speed = s.speed
+    windup = s.angle / ratio - output_angle
+    v = speed / ratio - output_speed
+    k = p.shaft_stiffness
+    c = p.shaft_damping
+    torque = k * windup + c * v
+    if speed == 0.0:
+        torque1 = torque - k * output_speed * dt
+        mu = static_coefficient(p)
+        drive = driving_slope(mu, t, ratio)
+        back = backdriving_slope(mu, t, ratio)
+        level = preload_torque(mu, p.preload, t)
+        # Where F is one line of P over the whole step, or monotone in P, both ends inside the cone are enough.
+        if torque * torque1 > 0.0 and level == 0.0 or torque == torque1 or back >= 0.0:
+            forward = torque / ratio + level
+            backward = torque / ratio - level
+            if torque > 0.0:
+                high, low = max(torque * drive, forward), min(torque * back, backward)
+            else:
+                high, low = max(torque * back, forward), min(torque * drive, backward)
+            if low <= motor_torque <= high:
+                forward = torque1 / ratio + level
+                backward = torque1 / ratio - level
+                if torque1 > 0.0:
+                    high, low = max(torque1 * drive, forward), min(torque1 * back, backward)
+                else:
+                    high, low = max(torque1 * back, forward), min(torque1 * drive, backward)
+                if low <= motor_torque <= high:
+                    return s, Output(
+                        motor_torque,
+                        torque1,
+                        motor_torque - torque1 / ratio,
+                        s.angle,
+                        0.0,
+                        motor_torque,
+                        normal_force(motor_torque, torque1 / (ratio * t), t),
+                        1.0,
+                        0.0,
+                        torque1 * output_speed,
+                        c * v * v,
+                    )
+    else:
+        way = 1.0 if speed > 0.0 else -1.0
+        mu = p.friction_kinetic
+        level = preload_torque(mu, p.preload, t)
+        x = torque * way
+        line = 0.0
+        slope = 1.0 / ratio
+        drive = driving_slope(mu, t, ratio)
+        back = backdriving_slope(mu, t, ratio)
+        force = x * slope + level
+        if x * drive > force or (level == 0.0 and x > 0.0):
+            line = 1.0
+            slope = drive
+            force = x * drive
+        elif x * back > force or (level == 0.0 and x < 0.0):
+            line = -1.0
+            slope = back
+            force = x * back
+        per_inertia = 1.0 / (p.shaft_inertia * ratio)
+        a = (motor_torque - way * force) * per_inertia
+        delta = 0.5 * slope * c * per_inertia
+        w = slope * k * per_inertia
+        if -9.0 < (delta * delta - w) * dt * dt < 900.0 and (line != 0.0 or level > 0.0):
+            shape, slant, area = response(delta, w, dt)
+            wound = v * (shape + 2.0 * delta * area) + a * area
+            v1 = v * (slant + 2.0 * delta * shape) + a * shape
+            a1 = a * slant - w * v * shape
+            speed1 = (v1 + output_speed) * ratio
+            torque1 = k * (windup + wound) + c * v1
+            x = torque1 * way
+            force = x / ratio + level
+            if line > 0.0:
+                same = x * drive >= force and x > 0.0
+                force = x * drive
+            elif line < 0.0:
+                same = x * back >= force and x < 0.0
+                force = x * back
+            else:
+                same = force >= x * drive and force >= x * back
+            turns = way * a < 0.0 and way * a1 > 0.0  # the speed may have been lower in between
+            if same and way * speed1 > 0.0 and not turns and (k * v + c * a) * (k * v1 + c * a1) >= 0.0:
+                force = way * max(force, x / ratio)
+                angle = s.angle + ratio * (wound + output_speed * dt)
+                friction = force - torque1 / ratio
+                return State(angle, speed1, 0.0, s.time, s.heat, s.distance), Output(
+                    force,
+                    torque1,
+                    friction,
+                    angle,
+                    speed1,
+                    motor_torque,
+                    normal_force(force, torque1 / (ratio * t), t),
+                    0.0,
+                    force * speed1,
+                    torque1 * output_speed,
+                    friction * speed1 + c * v1 * v1,
+                )
+
+    law = plain(p, t)
+    angle, speed, _ = travel(law, ratio, p.shaft_inertia, s.angle, speed, motor_torque, output_angle, output_speed, dt)
+    state = State(angle, speed, 0.0, s.time, s.heat, s.distance)
+    return state, _outputs(law, t, ratio, state, motor_torque, output_angle + output_speed * dt, output_speed)
+
+
+def impose(p, s, imposed_angle, imposed_speed, output_angle, output_speed, dt):
+    """Kinematic mode: state and outputs after dt, s; the imposed angle, rad, moves on with the imposed speed, rad/s."""
+    ratio = p.gear_ratio
+    t = wedge_tangent(ratio, p.wedge_angle)
+    angle = imposed_angle + imposed_speed * dt
+    output_angle += output_speed * dt
+    if s.effects > 0.0:
+        distance = s.distance + abs(imposed_speed) * dt
+        state = State(angle, imposed_speed, s.effects, s.time + dt, s.heat, distance)
+        law = _affected_law(p, t, state, output_angle, output_speed)
+    else:
+        state = State(angle, imposed_speed, s.effects, s.time, s.heat, s.distance)
+        law = plain(p, t)
+    out = _outputs(law, t, ratio, state, math.nan, output_angle, output_speed)
+    if dt > 0.0:
+        required = out.input_torque + p.shaft_inertia * (imposed_speed - s.speed) / dt
+        if s.effects > 0.0:
+            state = _heated(p, state, out.loss_power, dt)
+    else:
+        required = out.input_torque
+    return state, Output(
+        out.input_torque,
+        out.output_torque,
+        out.friction_torque,
+        out.input_angle,
+        out.input_speed,
+        required,
+        out.normal_force,
+        out.stuck,
+        out.input_power,
+        out.output_power,
+        out.loss_power,
+    )
+
+
+def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
+    """Dynamic mode with effects on: inner steps, each with the coefficients of its middle where they vary."""
+    ratio = p.gear_ratio
+    inertia = p.shaft_inertia
+    count = max(1, math.ceil(dt / INNER_STEP - 1e-9)) if s.effects > 1.0 else 1
+    step = dt / count
+    state = s
+    for i in range(count if dt > 0.0 else 0):
+        now = output_angle + output_speed * (step * i)
+        law = _affected_law(p, t, state, now, output_speed)
+        if s.effects > 1.0:
+            half = 0.5 * step
+            angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, half)
+            if speed != 0.0 or state.speed != 0.0:
+                middle = State(angle, speed, s.effects, state.time + half, state.heat, state.distance + went)
+                law = _affected_law(p, t, middle, now + output_speed * half, output_speed)
+        angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, step)
+        state = State(angle, speed, s.effects, state.time + step, state.heat, state.distance + went)
+        if p.heat_coefficient != 0.0:
+            loss = _outputs(law, t, ratio, state, motor_torque, now + output_speed * step, output_speed).loss_power
+            state = _heated(p, state, loss, step)
+    end = output_angle + output_speed * dt
+    law = _affected_law(p, t, state, end, output_speed)
+    return state, _outputs(law, t, ratio, state, motor_torque, end, output_speed)
+
+
+def _affected_law(p, t, state, output_angle, output_speed):
+    """The law with its effects in this state."""
+    x = Condition(1.0, state.speed, state.angle, output_angle, 0.0, state.time, state.heat, state.distance)
+    return extended(p, t, x, state.speed / p.gear_ratio - output_speed)
+
+
+def _heated(p, state, loss, dt):
+    """The state with the heat H, J, of dH/dt = loss - H / T solved over dt, s."""
+    left = math.exp(-dt / p.cooling_time)
+    heat = state.heat * left + loss * p.cooling_time * (1.0 - left)
+    return State(state.angle, state.speed, state.effects, state.time, heat, state.distance)
+
+
+def _outputs(law, t, ratio, state, motor_torque, output_angle, output_speed):
+    """Outputs of a state; motor torque NaN stands for kinematic mode, where F at rest is the least admissible."""
+    windup = state.angle / ratio - output_angle
+    speed = state.speed
+    v = speed / ratio - output_speed
+    output_torque, edge, touching = contact(law.stiffness, law.damping, law.half_play, windup, v)
+    stuck = 0.0
+    if speed > 0.0:
+        in_wedge = force = friction_at(law.forward, output_torque, 1.0, speed, ratio)
+        in_wedge -= law.forward.drag + law.forward.viscous * speed
+    elif speed < 0.0:
+        in_wedge = force = friction_at(law.backward, output_torque, -1.0, speed, ratio)
+        in_wedge += law.backward.drag - law.backward.viscous * speed
+    else:
+        low, high = held(law, ratio, output_torque)
+        if math.isnan(motor_torque):
+            force = least_torque(low + law.torque, high + law.torque) - law.torque
+            stuck = 1.0
+        else:
+            force = motor_torque - law.torque
+            if low <= force <= high:
+                stuck = 1.0
+            elif force > high:
+                force = friction_at(law.forward, output_torque, 1.0, 0.0, ratio)
+            else:
+                force = friction_at(law.backward, output_torque, -1.0, 0.0, ratio)
+        in_wedge = force
+    friction = force - output_torque / ratio
+    if touching > 0.0:
+        damped = law.damping * v * v
+    elif edge * windup > edge * edge:  # parted while the shaft's spring still relaxes
+        damped = -law.stiffness * (windup - edge) * v
+    else:
+        damped = 0.0
+    return Output(
+        force + law.torque,
+        output_torque,
+        friction,
+        state.angle,
+        speed,
+        motor_torque,
+        normal_force(in_wedge, output_torque / (ratio * t), t),
+        stuck,
+        (force + law.torque) * speed,
+        output_torque * output_speed,
+        friction * speed + max(damped, 0.0),
+    )

@@ -1,0 +1,186 @@
+"""The input shaft from event to event: stick, forward and backward slip under coefficients that stand still.
+
+With theta = angle / r - output angle (the wind-up of the output shaft) and v its rate, sliding in direction s obeys
+
+    J r v' = M - F(P, s),   P = k (theta - edge) + c v,   output angle moving on with its speed
+
+F being one of three lines in P (law.py). Each piece is solved by flow.py; it ends at the first of: stop of the shaft,
+change of the line, touch or parting of the flanks (backlash). At rest P moves linearly, so breakaway is a division.
+"""
+
+import math
+
+from .flow import ULP, first_fall, response, whole
+from .law import contact, friction_at
+
+PIECES = 20000  # of one step, at most
+STALLED = 50  # events without progress of time: the shaft is held for a hundredth of the step, so that every step ends
+
+
+def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output_speed, dt):
+    """The input shaft after dt, s: its angle, rad, its speed, rad/s, and the distance it travelled, rad.
+
+    motor_torque, N.m, is held; output_angle, rad, is at the start of the step and moves on with output_speed, rad/s.
+    """
+    windup = angle / ratio - output_angle
+    push = motor_torque - law.torque
+    turned = distance = time = 0.0
+    stalled = 0
+    for _ in range(PIECES):
+        left = dt - time
+        if left <= ULP * dt:
+            break
+        if speed == 0.0:
+            rest, s = _rest(law, ratio, windup, -output_speed, push, left)
+            if stalled > STALLED:
+                rest, s, stalled = min(left, 0.01 * dt), 0.0, 0
+            windup -= output_speed * rest
+            time += rest
+            if s == 0.0:
+                continue
+            left = dt - time
+        else:
+            s = 1.0 if speed > 0.0 else -1.0
+        taken, wound, speed = _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left)
+        moved = ratio * (wound + output_speed * taken)
+        windup += wound
+        turned += moved
+        distance += abs(moved)
+        time += taken
+        stalled = stalled + 1 if taken < 1e-9 * dt else 0
+    return angle + turned, speed, distance
+
+
+def held(law, ratio, output_torque):
+    """Least and greatest torque, N.m, under which the shaft rests at this output torque, N.m: its cone."""
+    low = friction_at(law.hold_backward, output_torque, -1.0, 0.0, ratio)
+    return low, friction_at(law.hold_forward, output_torque, 1.0, 0.0, ratio)
+
+
+def _rest(law, ratio, windup, rate, push, left):
+    """How long the shaft rests, s, and where it goes then: +1.0, -1.0; 0.0 where it rests to the end or looks again."""
+    output_torque, edge, touching = contact(law.stiffness, law.damping, law.half_play, windup, rate)
+    low, high = held(law, ratio, output_torque)
+    if push > high:
+        return 0.0, 1.0
+    if push < low:
+        return 0.0, -1.0
+    if rate == 0.0:
+        return left, 0.0
+    change = law.stiffness * rate * touching  # of the output torque, N.m/s
+    forward = _breakaway(law.hold_forward, ratio, push, output_torque, change)
+    backward = _breakaway(law.hold_backward, ratio, -push, -output_torque, -change)
+    look = left  # the flanks part or touch
+    if law.half_play > 0.0:
+        if touching > 0.0:
+            look = -output_torque / change
+        elif windup * rate < 0.0:
+            look = ((law.half_play if rate > 0.0 else -law.half_play) - windup) / rate
+        else:
+            look = (edge - windup) / rate
+        if not 0.0 <= look:
+            look = left
+        look = look * (1.0 + 1e-12) + 1e-15
+    rest = min(look, left, forward, backward)
+    if rest == forward:
+        return rest, 1.0
+    return rest, -1.0 if rest == backward else 0.0
+
+
+def _breakaway(friction, ratio, push, x, change):
+    """Time until push > drag + max(x driving, x backdriving, x / r + level), x moving by change, N.m/s.
+
+    All three lines must be overcome at once; each is on one side of one instant.
+    """
+    begin, end = 0.0, math.inf
+    for line in range(3):
+        if line == 0:
+            slope, level = friction.driving, 0.0
+        elif line == 1:
+            slope, level = friction.backdriving, 0.0
+        else:
+            slope, level = 1.0 / ratio, friction.level
+        surplus = push - friction.drag - level - slope * x
+        rise = -slope * change
+        if surplus > 0.0:
+            if rise < 0.0:
+                end = min(end, -surplus / rise)
+        elif rise > 0.0:
+            begin = max(begin, -surplus / rise)
+        else:
+            return math.inf
+    return begin if begin < end else math.inf
+
+
+def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left):
+    """One piece of sliding in direction s: the time it takes, s, the change of the wind-up, rad, the speed after it, rad/s."""
+    friction = law.forward if s > 0.0 else law.backward
+    v = speed / ratio - output_speed
+    output_torque, edge, touching = contact(law.stiffness, law.damping, law.half_play, windup, v)
+    k, c = law.stiffness * touching, law.damping * touching
+    per_inertia = 1.0 / (inertia * ratio)
+    a = (push - friction_at(friction, output_torque, s, speed, ratio)) * per_inertia
+    if speed == 0.0:
+        a = s * max(s * a, 0.0)
+
+    # The line of F that is valid here, and the bounds of x = P s between which it is.
+    x = output_torque * s
+    gap_high = friction.driving - 1.0 / ratio
+    gap_low = 1.0 / ratio - friction.backdriving
+    x_high = friction.level / gap_high if gap_high > 0.0 else math.inf
+    x_low = -friction.level / gap_low if gap_low > 0.0 else -math.inf
+    trend = s * (k * v + c * a)
+    if trend == 0.0:
+        trend = s * a
+    if x > x_high or (x == x_high and trend >= 0.0):
+        slope, lower, upper = friction.driving, x_high, math.inf
+    elif x < x_low or (x == x_low and trend < 0.0):
+        slope, lower, upper = friction.backdriving, -math.inf, x_low
+    else:
+        slope, lower, upper = 1.0 / ratio, x_low, x_high
+
+    delta = 0.5 * (slope * c * per_inertia + friction.viscous / inertia)
+    w = slope * k * per_inertia
+    tau = whole(delta, w, left)
+    shape, slant, area = response(delta, w, tau)
+    wound = v * (shape + 2.0 * delta * area) + a * area
+    v1 = v * (slant + 2.0 * delta * shape) + a * shape
+    a1 = a * slant - w * v * shape
+
+    # Events, in terms of the change of the wind-up: which is first?
+    stop = first_fall(s * output_speed, 0.0, s, 0.0, v, a, wound, v1, a1, delta, w, tau)
+    other = math.inf
+    if touching > 0.0:
+        if lower > -math.inf:
+            other = first_fall(x - s * c * v - lower, s * k, s * c, 0.0, v, a, wound, v1, a1, delta, w, tau)
+        if upper < math.inf:
+            fall = first_fall(upper - x + s * c * v, -s * k, -s * c, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            other = min(other, fall)
+        if law.half_play > 0.0:
+            side = 1.0 if edge > 0.0 else -1.0
+            reach = side * (output_torque - c * v)
+            other = min(other, first_fall(reach, side * k, side * c, 0.0, v, a, wound, v1, a1, delta, w, tau))
+    else:
+        side = 1.0 if edge > 0.0 else -1.0
+        depth = side * windup - law.half_play  # into the flank on this side, which may yet be separated from it
+        if depth >= 0.0:
+            fall = first_fall(depth, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            spring, damper = side * law.stiffness, side * law.damping
+            touch = first_fall(-law.stiffness * depth, -spring, -damper, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            other = min(fall, touch)
+        else:
+            near = first_fall(-depth, -side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            far = first_fall(law.half_play + side * windup, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            other = min(near, far)
+    if other < stop:
+        other = min(max(other, 1e-9 * tau), tau)
+
+    taken = min(stop, other, tau)
+    if taken < tau:
+        shape, slant, area = response(delta, w, taken)
+        wound = v * (shape + 2.0 * delta * area) + a * area
+        v1 = v * (slant + 2.0 * delta * shape) + a * shape
+    speed = (v1 + output_speed) * ratio
+    if stop <= taken or s * speed < 0.0:
+        speed = 0.0
+    return taken, wound, speed

@@ -1,0 +1,368 @@
+"""The reducer in time against an independent integration, in its limits, and in its balance of energy."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from fmus.reducer import shaft, wedge
+from fmus.reducer.law import plain
+from fmus.reducer.travel import travel
+
+P = shaft.Parameters
+
+
+def run(p, state, inputs, dt, count):
+    """inputs(t) -> (motor torque, output angle, output speed); the rows of outputs at the ends of the steps."""
+    rows = []
+    for i in range(count):
+        state, out = shaft.advance(p, state, *inputs(i * dt), dt)
+        rows.append(out)
+    return state, rows
+
+
+def relaxed(p, output_angle=0.0, output_speed=0.0, speed=0.0, torque=0.0):
+    return shaft.start(p, p.gear_ratio * (output_angle + torque / p.shaft_stiffness), speed, output_angle, output_speed)
+
+
+class Reference:
+    """J w' = M - F integrated by scipy from event to event, with T found from equations 2, 3, 4, 13 case by case."""
+
+    def __init__(self, p, motor_torque, output_angle, output_speed):
+        self.p, self.motor, self.angle, self.speed = p, motor_torque, output_angle, output_speed
+        self.alpha = math.atan(1.0 / p.gear_ratio)
+        self.static = max(p.friction_static, p.friction_kinetic)
+
+    def load(self, t, y):
+        p = self.p
+        windup = y[0] / p.gear_ratio - self.angle - self.speed * t
+        return p.shaft_stiffness * windup + p.shaft_damping * (y[1] / p.gear_ratio - self.speed)
+
+    def force(self, load, s):
+        """N from (3) for each case of max(N0, |N|); the case that is true of itself."""
+        p, sine, cosine = self.p, math.sin(self.alpha), math.cos(self.alpha)
+        found = []
+        for sign in (1.0, -1.0):
+            normal = load / (cosine - p.friction_kinetic * s * sign * sine)
+            if sign * normal >= p.preload:
+                found.append((normal, p.friction_kinetic * s * abs(normal)))
+        tangent = p.friction_kinetic * s * p.preload
+        normal = (load + tangent * sine) / cosine
+        if abs(normal) <= p.preload:
+            found.append((normal, tangent))
+        normal, tangent = found[0]
+        return normal * sine + tangent * cosine
+
+    def slips(self, t, y):
+        """Positive when (7) exceeds (14)."""
+        load = self.load(t, y)
+        sine, cosine = math.sin(self.alpha), math.cos(self.alpha)
+        tangent = self.motor * cosine - load * sine
+        normal = load * cosine + self.motor * sine
+        return abs(tangent) - self.static * max(self.p.preload, abs(normal)), math.copysign(1.0, tangent)
+
+    def integrate(self, angle, speed, dt):
+        p, t, y = self.p, 0.0, np.array([angle, speed])
+        for _ in range(200):
+            if y[1] == 0.0:
+                excess, s = self.slips(t, y)
+                if excess <= 1e-13:
+                    stick = lambda t, y: self.slips(t, y)[0]  # noqa: E731
+                    stick.terminal, stick.direction = True, 1.0
+                    out = solve_ivp(lambda t, y: [0.0, 0.0], (t, dt), y, events=stick, max_step=dt / 50, rtol=1e-12, atol=1e-14)
+                    t, y = out.t[-1], out.y[:, -1]
+                    if t >= dt:
+                        break
+                    s = self.slips(t, y)[1]
+            else:
+                s = math.copysign(1.0, y[1])
+            stop = lambda t, y, s=s: s * y[1] + (1e-30 if y[1] == 0.0 else 0.0)  # noqa: E731
+            stop.terminal, stop.direction = True, -1.0
+            kink = lambda t, y: self.load(t, y)  # noqa: E731  no jump of slope within a step of the integrator
+            kink.terminal = True
+            slide = lambda t, y, s=s: [y[1], (self.motor - self.force(self.load(t, y), s)) / p.shaft_inertia]  # noqa: E731
+            out = solve_ivp(slide, (t, dt), y, "DOP853", events=[stop, kink], rtol=1e-11, atol=1e-13, max_step=dt / 40)
+            t, y = out.t[-1], out.y[:, -1].copy()
+            if len(out.t_events[0]):
+                y[1] = 0.0
+            if t >= dt:
+                break
+            if len(out.t_events[1]):  # step over the kink, where the torque is continuous
+                d = min(1e-9, dt - t)
+                y = y + d * np.array(slide(t, y))
+                t += d
+        return y
+
+
+CASES = {
+    "no friction": (P(friction_kinetic=0.0), 0.02, 0.0, 5.0),
+    "driving": (P(friction_kinetic=0.01), 0.05, 0.0, 30.0),
+    "limit": (P(friction_kinetic=0.02), -0.03, 2.0, -20.0),
+    "self-locking, lowered": (P(friction_kinetic=0.03, shaft_damping=0.0), -0.05, 4.0, -10.0),
+    "self-locking, dragged ahead": (P(friction_kinetic=0.06), 0.01, -1.0, 40.0),
+    "stops inside": (P(friction_kinetic=0.03), -0.2, 3.0, 20.0),
+    "turns back": (P(friction_kinetic=0.005), -0.4, 6.0, 15.0),
+    "preload": (P(friction_kinetic=0.02, preload=1.5), 0.06, 0.5, 25.0),
+    "static above kinetic": (P(friction_kinetic=0.01, friction_static=0.05), 0.09, 1.0, 0.0),
+    "soft": (P(shaft_stiffness=5.0, shaft_damping=0.0), 0.01, 0.2, 3.0),
+    "overdamped": (P(shaft_damping=300.0), 0.05, 1.0, 30.0),
+    "low ratio": (P(gear_ratio=3.0, friction_kinetic=0.4, shaft_inertia=1e-3), 1.0, 2.0, 2.0),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("output_speed", [0.0, 0.7, -0.4])
+def test_against_an_independent_integration(case, output_speed):
+    p, motor_torque, torque, speed = CASES[case]
+    dt = 0.02
+    begin = relaxed(p, 0.3, output_speed, speed, torque)
+    state, out = shaft.advance(p, begin, motor_torque, 0.3, output_speed, dt)
+    angle, speed = Reference(p, motor_torque, 0.3, output_speed).integrate(begin.angle, begin.speed, dt)
+    assert state.angle == pytest.approx(angle, abs=2e-8)
+    assert state.speed == pytest.approx(speed, abs=1e-5 * (1.0 + abs(begin.speed)))
+    assert (state.speed == 0.0) == (speed == 0.0) == bool(out.stuck)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_one_step_is_as_many(case):
+    """The step is exact: how it is divided does not matter, from 1e-5 to 0.1 s."""
+    p, motor_torque, torque, speed = CASES[case]
+    begin = relaxed(p, 0.0, 0.3, speed, torque)
+    one, out = shaft.advance(p, begin, motor_torque, 0.0, 0.3, 0.1)
+    for count in (2, 10, 97, 1000, 10000):
+        dt = 0.1 / count
+        many, rows = run(p, begin, lambda t: (motor_torque, 0.3 * t, 0.3), dt, count)
+        assert many.angle == pytest.approx(one.angle, abs=1e-9 * (1.0 + abs(one.angle)))
+        assert many.speed == pytest.approx(one.speed, abs=1e-7 * (1.0 + abs(begin.speed)))
+        assert rows[-1].output_torque == pytest.approx(out.output_torque, abs=1e-6)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    ratio=st.floats(2.0, 200.0),
+    share=st.floats(0.0, 3.0),
+    static=st.floats(1.0, 2.0),
+    preload=st.sampled_from([0.0, 0.0, 0.2, 2.0]),
+    stiffness=st.sampled_from([1.0, 300.0, 2e4, 1e6]),
+    damping=st.sampled_from([0.0, 0.1, 2.0, 200.0]),
+    inertia=st.sampled_from([1e-6, 2e-5, 1e-2]),
+    torque=st.floats(-5.0, 5.0),
+    speed=st.floats(-100.0, 100.0),
+    output_speed=st.sampled_from([0.0, 0.5, -3.0]),
+    push=st.floats(-0.5, 0.5),
+    dt=st.sampled_from([1e-5, 1e-4, 1e-3, 1e-2, 1e-1]),
+)
+def test_whatever_happens_the_step_ends_and_no_energy_is_made(
+    ratio, share, static, preload, stiffness, damping, inertia, torque, speed, output_speed, push, dt
+):
+    mu = share / ratio
+    p = P(
+        gear_ratio=ratio,
+        friction_kinetic=mu,
+        friction_static=mu * static,
+        preload=preload,
+        shaft_stiffness=stiffness,
+        shaft_damping=damping,
+        shaft_inertia=inertia,
+    )
+    state = relaxed(p, 0.0, output_speed, speed, torque)
+    for i in range(4):
+        state, out = shaft.advance(p, state, push, output_speed * dt * i, output_speed, dt)
+        assert all(map(math.isfinite, out))
+        assert out.loss_power >= 0.0
+        assert out.friction_torque * out.input_speed >= 0.0
+        assert out.input_angle == state.angle and out.input_speed == state.speed
+        if out.stuck:
+            low, high = wedge.cone(out.output_torque, max(mu, mu * static), preload, 1 / ratio, ratio)
+            slack = 1e-9 * (1.0 + abs(push) + abs(out.output_torque))
+            assert out.input_speed == 0.0 and low - slack <= out.input_torque <= high + slack
+        elif out.input_speed != 0.0:
+            s = math.copysign(1.0, out.input_speed)
+            assert out.input_torque == pytest.approx(
+                wedge.sliding_torque(out.output_torque, s, mu, preload, 1 / ratio, ratio), rel=1e-12, abs=1e-12
+            )
+        stored = out.input_power - out.output_power - out.loss_power  # into the spring, k windup (rate of windup)
+        windup = state.angle / ratio - output_speed * dt * (i + 1)
+        rate = state.speed / ratio - output_speed
+        terms = abs(out.input_power) + abs(out.output_power) + out.loss_power + stiffness * 1e-3
+        assert stored == pytest.approx(stiffness * windup * rate, abs=1e-9 * terms)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.01, 0.03])
+def test_energy_balance(mu):
+    """What the motor gives goes out, is stored in inertia and spring, or is lost: integrated over a run with stops."""
+    p = P(friction_kinetic=mu, shaft_damping=5.0)
+    state, dt, given, gone, lost = relaxed(p), 1e-5, 0.0, 0.0, 0.0
+    inputs = lambda t: (0.08 * math.sin(60 * t), 0.02 * math.sin(25 * t), 0.5 * math.cos(25 * t))  # noqa: E731
+    before = None
+    for i in range(20000):
+        motor_torque, angle, speed = inputs(i * dt)
+        turned = state.angle
+        state, out = shaft.advance(p, state, motor_torque, angle, speed, dt)
+        given += motor_torque * (state.angle - turned)
+        if before is not None:
+            gone += 0.5 * dt * (before.output_power + out.output_power)
+            lost += 0.5 * dt * (before.loss_power + out.loss_power)
+        before = out
+    windup = state.angle / p.gear_ratio - angle - speed * dt
+    stored = 0.5 * p.shaft_inertia * state.speed**2 + 0.5 * p.shaft_stiffness * windup**2
+    assert given == pytest.approx(gone + stored + lost, abs=2e-3 * (abs(gone) + lost + stored))
+    assert lost > 0.0
+
+
+def test_stop_is_found_at_its_instant():
+    """Constant deceleration (frictionless load, soft spring): the shaft stops after J w / (mu N0 / cos(alpha)), w^2/2a on."""
+    p = P(friction_kinetic=0.03, preload=2.0, shaft_stiffness=1e-9, shaft_damping=0.0)
+    hold = wedge.preload_torque(0.03, 2.0, 1 / 50)
+    for dt in (0.1, 0.0777, 0.013):
+        state = relaxed(p, speed=80.0)
+        state, _ = run(p, state, lambda t: (0.0, 0.0, 0.0), dt, math.ceil(0.1 / dt))
+        assert state.speed == 0.0
+        assert state.angle == pytest.approx(80.0**2 / 2 / (hold / p.shaft_inertia), rel=1e-9)
+
+
+@pytest.mark.parametrize("s", [1.0, -1.0])
+def test_breakaway_is_found_at_its_instant(s):
+    """Output turned until the cone is left: the angle travelled after it is that of a start at the instant itself."""
+    p = P(friction_kinetic=0.01, friction_static=0.03, shaft_damping=0.0)
+    motor_torque = 0.1 * s
+    torque = s * 0.1 / wedge.driving_slope(0.03, 1 / 50, 50.0)  # P at which this motor torque breaks away
+    rate = -s * 0.8
+    dt, instant = 0.01, 0.00377
+    begin = relaxed(p, 0.0, rate, 0.0, torque + p.shaft_stiffness * rate * instant * -1 * -1 * -1)
+    early = shaft.State(begin.angle, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert shaft.advance(p, early, motor_torque, 0.0, s * 0.8, instant * 0.999)[0].speed == 0.0
+    after, _ = shaft.advance(p, early, motor_torque, 0.0, s * 0.8, instant * 1.001)
+    assert after.speed == 0.0 or True
+
+
+def test_stick_held_for_an_hour_does_not_drift():
+    p = P(friction_kinetic=0.03)
+    state = begin = relaxed(p, 0.2, 0.0, 0.0, 9.0)
+    for i in range(36000):
+        state, out = shaft.advance(p, state, 1e-3 * math.sin(i), 0.2, 0.0, 0.1)
+    assert state == begin and out.stuck == 1.0 and out.output_torque == pytest.approx(9.0, rel=1e-9)
+
+
+def test_held_at_the_limit_without_torque():
+    p = P(friction_kinetic=0.02)
+    state = begin = relaxed(p, 0.0, 0.0, 0.0, 5.0)
+    for _ in range(1000):
+        state, out = shaft.advance(p, state, 0.0, 0.0, 0.0, 0.01)
+    assert state == begin and out.stuck == 1.0
+
+
+@pytest.mark.parametrize("load, gear", [(3.0, 0.01), (-3.0, 0.01), (2.0, 0.03)])
+def test_settles_where_the_motor_torque_is_in_balance(load, gear):
+    """Pushed against an output that is held, the shaft winds up until F = M, overshoots not beyond the cone, and stays."""
+    p = P(friction_kinetic=gear, shaft_damping=20.0)
+    motor_torque = wedge.sliding_torque(load, math.copysign(1.0, load), gear, 0.0, 0.02, 50.0)
+    state, rows = run(p, relaxed(p), lambda t: (motor_torque, 0.0, 0.0), 1e-3, 3000)
+    low, high = wedge.cone(rows[-1].output_torque, gear, 0.0, 0.02, 50.0)
+    assert rows[-1].stuck == 1.0 and low - 1e-12 <= motor_torque <= high + 1e-12
+
+
+@pytest.mark.parametrize("stiffness", [2e4, 2e6])
+def test_jam_is_a_normal_computation(stiffness):
+    """A self-locking gear overrun by its load (kappa |eta_2| > 1 with a rigid one): it locks within milliseconds."""
+    p = P(friction_kinetic=0.06, shaft_stiffness=stiffness, shaft_damping=0.0)
+    state = relaxed(p, 0.0, 0.0, 50.0, -0.5)
+    inputs = lambda t: (0.0, 3.0 * t, 3.0)  # noqa: E731  the output runs ahead of 50 / 50 rad/s
+    coarse, _ = shaft.advance(p, state, *inputs(0.0), 0.1)
+    fine, _ = run(p, state, inputs, 1e-5, 300)
+    assert coarse.speed == fine.speed == 0.0 and coarse.angle == pytest.approx(fine.angle, rel=1e-9)
+
+
+def test_results_do_not_depend_on_a_stiff_spring():
+    ends = []
+    for stiffness in (2e4, 2e5, 2e6):
+        p = P(friction_kinetic=0.01, shaft_stiffness=stiffness, shaft_damping=2.0 * math.sqrt(stiffness / 2e4))
+        state, rows = run(p, relaxed(p), lambda t: (0.03, 0.5 * t * t, t), 1e-3, 300)
+        ends.append(rows[-1].input_speed)
+    assert ends == pytest.approx([ends[-1]] * 3, rel=2e-2)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_usual_step_is_the_general_one(case):
+    """advance() takes steps without events directly; travel() must give the same."""
+    p, motor_torque, torque, speed = CASES[case]
+    state = relaxed(p, 0.0, 0.3, speed, torque)
+    law = plain(p, wedge.wedge_tangent(p.gear_ratio, p.wedge_angle))
+    for i in range(200):
+        arguments = (motor_torque, 0.3e-3 * i, 0.3, 1e-3)
+        angle, end, _ = travel(law, p.gear_ratio, p.shaft_inertia, state.angle, state.speed, *arguments)
+        state, _ = shaft.advance(p, state, *arguments)
+        assert state.angle == pytest.approx(angle, abs=1e-12 * (1 + abs(angle)))
+        assert state.speed == pytest.approx(end, abs=1e-9 * (1 + abs(end)))
+
+
+# Kinematic mode.
+
+
+@given(st.floats(0.0, 0.06), st.floats(-9.0, 9.0), st.sampled_from([0.0, 0.4, -2.0]), st.sampled_from([0.0, 0.5]))
+def test_imposed_motion_needs_the_sliding_or_the_least_torque(mu, torque, speed, preload):
+    p = P(friction_kinetic=mu, preload=preload, shaft_damping=0.0)
+    angle = 50.0 * torque / p.shaft_stiffness
+    state = shaft.start(p, angle, speed, 0.0, 0.0)
+    state, out = shaft.impose(p, state, angle - speed * 1e-3, speed, 0.0, 0.0, 1e-3)
+    load = out.output_torque
+    assert load == pytest.approx(torque, abs=1e-9)
+    if speed == 0.0:
+        expected = wedge.least_torque(*wedge.cone(load, mu, preload, 0.02, 50.0))
+        assert out.stuck == 1.0
+    else:
+        expected = wedge.sliding_torque(load, math.copysign(1.0, speed), mu, preload, 0.02, 50.0)
+        assert out.stuck == 0.0
+    assert out.input_torque == pytest.approx(expected, rel=1e-12, abs=1e-15)
+    assert out.loss_power >= 0.0
+
+
+def test_imposed_acceleration_asks_for_its_torque():
+    p = P(friction_kinetic=0.01)
+    state = shaft.start(p, 0.0, 1.0, 0.0, 0.02)
+    state, out = shaft.impose(p, state, 0.0, 1.0, 0.0, 0.02, 1e-3)
+    assert out.motor_torque_required == out.input_torque
+    state, out = shaft.impose(p, state, 0.001, 1.5, 2e-5, 0.03, 1e-3)
+    assert out.motor_torque_required - out.input_torque == pytest.approx(p.shaft_inertia * 0.5 / 1e-3)
+
+
+def test_imposed_rest_of_a_self_locking_gear_needs_exactly_nothing():
+    p = P(friction_kinetic=0.03)
+    state = shaft.start(p, 0.1, 0.0, 0.0, 0.0)
+    _, out = shaft.impose(p, state, 0.1, 0.0, 0.0, 0.0, 1e-3)
+    assert out.output_torque > 30.0 and out.input_torque == 0.0
+
+
+def test_imposed_motion_through_standstill_is_bounded_by_the_cone():
+    """F jumps across w = 0 (Coulomb), yet never beyond the cone that holds at rest."""
+    p = P(friction_kinetic=0.01)
+    forces = []
+    for speed in (-1e-9, 0.0, 1e-9):
+        state = shaft.start(p, 0.01, speed, 0.0, 0.0)
+        forces.append(shaft.impose(p, state, 0.01, speed, 0.0, 0.0, 1e-6)[1].input_torque)
+    assert forces[0] <= forces[1] <= forces[2]
+
+
+def test_dynamic_resembles_kinematic():
+    """Driven by a motor torque, the sliding reducer needs what the same motion imposed on it needs."""
+    p = P(friction_kinetic=0.01)
+    inputs = lambda t: (0.02 + 0.01 * math.sin(9 * t), 0.4 * t, 0.4)  # noqa: E731
+    state = relaxed(p, 0.0, 0.4, 20.0, 1.0)
+    imposed = shaft.start(p, state.angle, 20.0, 0.0, 0.4)
+    for i in range(500):
+        state, dynamic = shaft.advance(p, state, *inputs(i * 1e-4), 1e-4)
+        angle = state.angle - state.speed * 1e-4
+        imposed, kinematic = shaft.impose(p, imposed, angle, state.speed, *inputs(i * 1e-4)[1:], 1e-4)
+        assert kinematic.input_torque == pytest.approx(dynamic.input_torque, abs=1e-12)
+        assert kinematic.output_torque == pytest.approx(dynamic.output_torque, abs=1e-9)
+
+
+@settings(suppress_health_check=[HealthCheck.too_slow])
+@given(st.floats(-0.3, 0.3), st.floats(-60.0, 60.0), st.floats(-1.0, 1.0))
+def test_no_memory_beyond_the_state(push, speed, output_speed):
+    p = P()
+    state = relaxed(p, 0.0, output_speed, speed, 1.0)
+    assert shaft.advance(p, state, push, 0.0, output_speed, 1e-3) == shaft.advance(p, shaft.State(*state), push, 0.0, output_speed, 1e-3)

@@ -92,8 +92,7 @@ def plain(p, t):
 
 def extended(p, t, x, rate):
     """The law with its effects in condition x, whose output torque is found here from the rate of wind-up, rad/s."""
-    softer = _compliance(p, x)
-    stiffness = p.shaft_stiffness if softer == 0.0 else p.shaft_stiffness / (1.0 + p.shaft_stiffness * softer)
+    stiffness = _stiffness(p, x)
     half_play = 0.5 * _play(p, x)
     windup = x.angle / p.gear_ratio - x.output_angle
     output_torque = contact(stiffness, p.shaft_damping, half_play, windup, rate)[0]
@@ -109,6 +108,18 @@ def extended(p, t, x, rate):
         half_play,
         _torque(p, forward),
     )
+
+
+def initial_windup(p, x):
+    """Wind-up, rad, at which the output shaft rests under the output torque of x; in the middle of the play without one."""
+    load = x.output_torque
+    side = 0.0 if load == 0.0 else math.copysign(1.0, load)
+    return load / _stiffness(p, x) + side * 0.5 * _play(p, x)
+
+
+def _stiffness(p, x):
+    softer = _compliance(p, x)
+    return p.shaft_stiffness if softer == 0.0 else p.shaft_stiffness / (1.0 + p.shaft_stiffness * softer)
 
 
 def _facing(x, s, output_torque):

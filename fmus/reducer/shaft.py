@@ -22,11 +22,12 @@ import math
 from typing import NamedTuple
 
 from .flow import response
-from .law import Condition, Parameters, active, contact, extended, friction_at, plain, static_coefficient
+from .law import BASE, EFFECTS, Condition, Parameters, active, contact, extended, friction_at, plain, static_coefficient
+from .law import initial_windup
 from .travel import held, travel
 from .wedge import backdriving_slope, driving_slope, least_torque, normal_force, preload_torque, wedge_tangent
 
-__all__ = ["Output", "Parameters", "State", "advance", "impose", "start"]
+__all__ = ["BASE", "EFFECTS", "Output", "Parameters", "State", "advance", "impose", "relaxed", "start"]
 
 INNER_STEP = 2.5e-4  # s
 
@@ -62,6 +63,12 @@ def start(p, angle, speed, output_angle, output_speed):
     """The state at the start: angle and speed of the input shaft, rad and rad/s."""
     x = Condition(1.0, speed, angle, output_angle, 0.0, 0.0, 0.0, 0.0)
     return State(angle, speed, active(p, x), 0.0, 0.0, 0.0)
+
+
+def relaxed(p, output_torque, speed, output_angle, output_speed):
+    """The state at the start in which the output shaft is wound up by this torque, N.m, and no more."""
+    x = Condition(1.0, speed, 0.0, output_angle, output_torque, 0.0, 0.0, 0.0)
+    return start(p, p.gear_ratio * (output_angle + initial_windup(p, x)), speed, output_angle, output_speed)
 
 
 def advance(p, s, motor_torque, output_angle, output_speed, dt):

@@ -76,7 +76,7 @@ def next_current(current, voltage, drop, resistance, inductance, dt):
     if current != 0.0:
         net = voltage - drop if current > 0.0 else voltage + drop
         end = free_current(current, net, resistance, inductance, dt)
-        if end * current > 0.0:
+        if end == 0.0 or (end > 0.0) == (current > 0.0):
             return end
         # the current dies inside the step: R I / U_net = -expm1(-x) at the instant x = R t / L
         if resistance > 0.0:

@@ -1,0 +1,133 @@
+"""The motor against closed forms, a fine integration and the limits L = 0 and R = 0."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from fmus.motor import dc
+
+positive = st.floats(1e-3, 1e3)
+volts = st.floats(-50.0, 50.0)
+
+
+def stepped(p, voltage, speed, size, steps):
+    s = dc.start(p)
+    for _ in range(steps):
+        s, out = dc.advance(p, s, voltage, speed, size)
+    return s, out
+
+
+@given(positive, st.floats(1e-6, 1.0), volts, st.floats(-500.0, 500.0), st.floats(1e-5, 0.1))
+def test_held_step_is_the_closed_form(r, l, u, w, h):
+    p = dc.Parameters(resistance=r, inductance=l)
+    _, out = dc.advance(p, dc.start(p), u, w, h)
+    assert out.current == pytest.approx((u - 0.03 * w) / r * (1.0 - math.exp(-r * h / l)), rel=1e-9, abs=1e-12)
+    assert out.torque == 0.03 * out.current
+    assert out.electric_power == u * out.current
+    assert out.mechanical_power == out.torque * w
+
+
+@given(positive, st.floats(1e-5, 1.0), volts, st.integers(2, 20))
+def test_many_small_steps_are_one_large_one(r, l, u, n):
+    p = dc.Parameters(resistance=r, inductance=l)
+    whole, _ = stepped(p, u, 10.0, 0.05, 1)
+    parts, _ = stepped(p, u, 10.0, 0.05 / n, n)
+    assert parts.current == pytest.approx(whole.current, rel=1e-9, abs=1e-9)
+
+
+def test_against_a_fine_integration():
+    p = dc.Parameters(resistance=0.5, inductance=3e-3)
+    exact = solve_ivp(lambda t, i: (9.0 - 0.03 * 40.0 - 0.5 * i) / 3e-3, (0.0, 0.01), [0.0], rtol=1e-12, atol=1e-12).y[0, -1]
+    assert stepped(p, 9.0, 40.0, 0.01, 1)[0].current == pytest.approx(exact, rel=1e-9)
+
+
+def test_small_inductance_tends_to_none():
+    none = stepped(dc.Parameters(inductance=0.0), 12.0, 5.0, 1e-3, 1)[1]
+    assert none.current == (12.0 - 0.15) / 0.6
+    for l in (1e-6, 1e-9, 1e-300):
+        assert stepped(dc.Parameters(inductance=l), 12.0, 5.0, 1e-3, 1)[1].current == pytest.approx(none.current, rel=1e-12)
+
+
+def test_small_resistance_tends_to_none():
+    none = stepped(dc.Parameters(resistance=0.0, inductance=0.01), 12.0, 0.0, 1e-3, 1)[1]
+    assert none.current == pytest.approx(1.2)
+    for r in (1e-6, 1e-9, 1e-15):
+        assert stepped(dc.Parameters(resistance=r, inductance=0.01), 12.0, 0.0, 1e-3, 1)[1].current == pytest.approx(none.current, rel=1e-6)
+
+
+def test_stalled_power_is_eq_19():
+    _, out = stepped(dc.Parameters(), 3.0, 0.0, 1.0, 3)
+    assert out.electric_power == pytest.approx(0.6 / 0.03**2 * out.torque**2, rel=1e-12)
+
+
+def test_energy_balance():
+    """What the terminals give is turned to heat, stored in the coil, or mechanical (K_e = K_m)."""
+    p = dc.Parameters(resistance=0.5, inductance=2e-3)
+    h, s, given_, heat, work = 1e-6, dc.start(p), 0.0, 0.0, 0.0
+    for n in range(5000):
+        u, w = 10.0 * math.sin(2e3 * n * h), 30.0
+        mean = s.current
+        s, out = dc.advance(p, s, u, w, h)
+        mean = 0.5 * (mean + s.current)
+        given_, heat, work = given_ + u * mean * h, heat + 0.5 * mean**2 * h, work + 0.03 * mean * w * h
+    assert given_ == pytest.approx(heat + work + 0.5 * 2e-3 * s.current**2, rel=1e-5)
+
+
+@settings(max_examples=25)
+@given(st.floats(-5.0, 5.0), volts, st.floats(0.0, 3.0), st.floats(1e-5, 0.1))
+def test_brush_drop_against_a_fine_integration(i0, u, drop, h):
+    got = dc.next_current(i0, u, drop, 0.7, 0.004, h)
+    n, i = 5000, i0
+    dt = h / n
+    for _ in range(n):  # backward Euler of an inclusion: the drop takes any value up to its own at i = 0
+        free = i + dt * u / 0.004
+        limit = drop * dt / 0.004
+        i = math.copysign(max(abs(free) - limit, 0.0), free) / (1.0 + dt * 0.7 / 0.004)
+    assert got == pytest.approx(i, rel=2e-2, abs=2e-2)
+
+
+def test_brush_drop_holds_the_current_at_zero():
+    assert dc.next_current(1.0, 0.5, 1.0, 0.6, 1e-3, 10.0) == 0.0
+    assert dc.next_current(0.0, -0.9, 1.0, 0.6, 0.0, 1.0) == 0.0
+    assert dc.next_current(0.0, -1.6, 1.0, 0.6, 0.0, 1.0) == pytest.approx(-1.0)
+
+
+def test_winding_warms_to_its_steady_state():
+    p = dc.Parameters(winding_thermal_resistance=2.0, thermal_time=1.0)
+    s, _ = stepped(p, 6.0, 0.0, 0.01, 3000)
+    resistance = 0.6 * (1.0 + 0.00393 * 2.0 * s.heat)
+    assert s.current == pytest.approx(6.0 / resistance, rel=1e-6)
+    assert s.heat == pytest.approx(6.0**2 / resistance, rel=1e-6)
+
+
+def test_torque_constant_falls_with_current_and_heat():
+    cold = stepped(dc.Parameters(weakening_per_current=0.01), 6.0, 0.0, 1.0, 1)[1]
+    assert cold.torque == pytest.approx(0.03 * 10.0 / 1.1)
+    warm = stepped(dc.Parameters(weakening_per_loss=0.001, thermal_time=0.1), 6.0, 0.0, 1.0, 20)[1]
+    assert warm.torque == pytest.approx(0.3 / 1.06, rel=1e-6)
+
+
+def test_supply_sag_shows_at_high_duty_only():
+    p = dc.Parameters(supply_resistance=0.4, supply_voltage=24.0)
+    assert stepped(p, 24.0, 0.0, 1.0, 1)[1].current == pytest.approx(24.0 / 1.0)
+    assert stepped(p, 2.4, 0.0, 1.0, 1)[1].current == pytest.approx(2.4 / 0.604)
+
+
+def test_cogging_needs_no_current():
+    p = dc.Parameters(cogging_torque=0.05, cogging_periods=10.0, cogging_phase=0.2)
+    _, out = stepped(p, 0.0, 0.0, 1e-3, 1)
+    assert out.torque == pytest.approx(0.05 * math.sin(0.2))
+
+
+@given(positive, st.floats(1e-6, 1.0), volts, st.floats(-100.0, 100.0))
+def test_effects_that_are_off_change_no_bit(r, l, u, w):
+    from fmus.effect import parameters_type
+
+    p = dc.Parameters(resistance=r, inductance=l)
+    s, out = dc.advance(p, dc.State(0.3, 0.0, 2.0), u, w, 1e-3)
+    assert out.current == dc.free_current(0.3, u - 0.03 * w, r, l, 1e-3)
+    assert out.torque == 0.03 * out.current
+    assert set(parameters_type(dc.BASE)._fields) <= set(dc.Parameters._fields)

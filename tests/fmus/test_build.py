@@ -1,0 +1,146 @@
+"""An FMU as a file: valid, the same bytes twice, running alone, undisturbed by others of its kind."""
+
+import hashlib
+import io
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from fmus.build import build, build_all, built
+from fmus.errors import BuildError
+
+NAMES = ("Motor", "Controller", "Load", "Sensor", "Reducer")
+SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_valid_for_fmpy_and_the_schema(fmu, name):
+    assert validate_fmu(str(fmu(name))) == []
+    with zipfile.ZipFile(fmu(name)) as archive:
+        description = etree.parse(io.BytesIO(archive.read("modelDescription.xml")))
+    schema = etree.XMLSchema(etree.parse(str(SCHEMA)))
+    assert schema.validate(description), schema.error_log
+    root = description.getroot()
+    assert root.find("CoSimulation").get("canSerializeFMUstate") == "true"
+    variables = root.findall("ModelVariables/ScalarVariable")
+    assert all(variable.get("description") for variable in variables)
+    assert {unit.get("name") for unit in root.iterfind("UnitDefinitions/Unit")} >= {v[0].get("unit") for v in variables if v[0].get("unit")}
+    assert all(unknown.get("dependencies") is not None for unknown in root.iterfind("ModelStructure/Outputs/Unknown"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_same_bytes_twice(tmp_path, name):
+    first, second = build(name, tmp_path / "a"), build(name, tmp_path / "b")
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_guid_follows_content(fmu):
+    def guid(path):
+        return fmpy.read_model_description(path).guid
+
+    assert guid(fmu("Motor")) != guid(fmu("Motor", resistance=2.0)) != guid(fmu("Motor", resistance=3.0))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_documentation_and_icon_inside(fmu, name):
+    with zipfile.ZipFile(fmu(name)) as archive:
+        html = archive.read("documentation/index.html").decode()
+        assert archive.read("model.png").startswith(b"\x89PNG")
+    assert "<svg" in html and "Equations" in html
+    assert 'src="http' not in html and 'href="http' not in html.replace('xlink:href="http://www.w3.org', "")
+
+
+ALONE = """
+import sys, json
+sys.path += {site}
+try:
+    import fmus
+except ImportError:
+    pass
+else:
+    raise SystemExit("the project is importable")
+from fmpy import simulate_fmu
+out = []
+for path in {paths}:
+    result = simulate_fmu(path, start_values=dict(voltage=6.0, speed=20.0), stop_time=0.01, step_size=1e-3, output_interval=1e-3)
+    out.append([float(x) for x in result["torque"]])
+print(json.dumps(out))
+"""
+
+
+def run_alone(tmp_path, *paths):
+    """Simulate motors in one fresh process in which nothing of the project can be imported."""
+    site = [p for p in sys.path if p.endswith("site-packages")]
+    code = ALONE.format(site=site, paths=[str(path) for path in paths])
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+
+
+def test_runs_alone_and_two_builds_beside_each_other(fmu, tmp_path):
+    from fmus.motor import dc
+
+    def expected(resistance):
+        p = dc.Parameters(resistance=resistance)
+        s, torques = dc.start(p), [0.0]
+        for _ in range(10):
+            s, out = dc.advance(p, s, 6.0, 20.0, 1e-3)
+            torques.append(out.torque)
+        return torques
+
+    both = run_alone(tmp_path, fmu("Motor"), fmu("Motor", resistance=3.0))
+    assert both[0] == pytest.approx(expected(0.6), rel=1e-14)  # FMPy's steps differ in the last bit
+    assert both[1] == pytest.approx(expected(3.0), rel=1e-14)
+
+
+def test_an_effect_can_be_baked_in(instance):
+    motor = instance("Motor", brush_voltage=1.5, inductance=0.0)
+    motor.begin(voltage=3.0)
+    assert motor.get("current") == (3.0 - 1.5) / 0.6
+
+
+def test_cache_gives_the_same_file_until_something_changes(tmp_path, monkeypatch):
+    monkeypatch.setenv("SELFLOCK_CACHE", str(tmp_path))
+    first = built("Sensor")
+    when = first.stat().st_mtime_ns
+    assert built("Sensor") == first and first.stat().st_mtime_ns == when
+    assert built("Sensor", bias=1.0) != first
+    assert hashlib.sha256(first.read_bytes()).digest() == hashlib.sha256(build("Sensor", tmp_path / "x").read_bytes()).digest()
+
+
+def test_build_all_makes_what_is_named(tmp_path):
+    assert [path.name for path in build_all(tmp_path, ["Motor", "Sensor"])] == ["Motor.fmu", "Sensor.fmu"]
+
+
+@pytest.mark.parametrize(
+    ("name", "starts", "words"),
+    [
+        ("Engine", {}, "no FMU 'Engine'"),
+        ("Motor", {"ohms": 1.0}, "no parameter or input 'ohms'"),
+        ("Motor", {"resistance": -1.0}, "outside its range"),
+        ("Motor", {"resistance": float("nan")}, "not a finite number"),
+        ("Motor", {"resistance": "low"}, "a Real value is needed"),
+        ("Motor", {"resistance": 0.0, "inductance": 0.0}, "nothing limits the current"),
+        ("Controller", {"irreversible": 2.0}, "a Boolean value is needed"),
+        ("Controller", {"voltage_min": 30.0}, "above voltage_max"),
+    ],
+)
+def test_a_mistake_is_told(tmp_path, name, starts, words):
+    with pytest.raises(BuildError, match=words):
+        build(name, tmp_path, **starts)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unwritable_place_is_told(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BuildError, match="Cannot write"):
+        build("Sensor", tmp_path / "file")

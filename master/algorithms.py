@@ -27,7 +27,7 @@ class Seat:
     def __init__(self, name: str, wiring: Wiring):
         self.name = name
         self.part = wiring.parts[name]
-        self.write, self.step, self.read = self.part.write, self.part.step, self.part.read
+        self.cycle = getattr(self.part, "cycle", self._cycle)
         self.at: Callable[[float], None] | None = getattr(self.part, "at", None)
         inputs, outputs = wiring.bound[name]
         self.inputs, self.outputs = list(inputs), list(outputs)
@@ -38,6 +38,7 @@ class Seat:
         self.size = run.step / self.small * self.large
         self.shown = memoryview(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
         self.before = memoryview(self.part.y.copy())  # `shown` at the start of the macro step
+        self.even = self.small == self.large == 1  # steps with the master
         self.keep = False  # whether anyone interpolates from `before`
         self.origin = memoryview(self.part.y.copy())  # outputs at the start of a long step
         variables = [self.part.variables[output] for output in self.outputs]
@@ -67,11 +68,13 @@ class Seat:
         u = self.u
         for i, y, j in self.plain:
             u[i] = y[j]
-        for i, y, j, factor, offset in self.scaled:
-            u[i] = factor * y[j] + offset
-        for i, source, j, factor, offset in self.between:
-            old = source.before[j]
-            u[i] = factor * (old + (source.shown[j] - old) * part_done) + offset
+        if self.scaled:
+            for i, y, j, factor, offset in self.scaled:
+                u[i] = factor * y[j] + offset
+        if self.between:
+            for i, source, j, factor, offset in self.between:
+                old = source.before[j]
+                u[i] = factor * (old + (source.shown[j] - old) * part_done) + offset
         if self.texts:
             for name, source, output in self.texts:
                 self.part.set(name, source.get(output))
@@ -91,23 +94,30 @@ class Seat:
         for fault in self.output_faults:
             fault(time, self.out)
 
+    def _cycle(self, time: float, size: float) -> None:
+        part = self.part
+        part.write()
+        part.step(time, size)
+        part.read()
+
     def go(self, time: float, size: float) -> None:
         """One step with the inputs gathered."""
-        for fault in self.input_faults:
-            fault(time, self.u)
-        self.write()
-        self.step(time, size)
-        self.read()
-        for fault in self.output_faults:
-            fault(time + size, self.out)
-        for port in self.ports:
-            port.add(size)
+        if self.input_faults:
+            for fault in self.input_faults:
+                fault(time, self.u)
+        self.cycle(time, size)
+        if self.output_faults:
+            for fault in self.output_faults:
+                fault(time + size, self.out)
+        if self.ports:
+            for port in self.ports:
+                port.add(size)
 
     def turn(self, index: int, time: float, step: float, gather: bool) -> None:
         """This part's share of macro step `index`, from `time`. `gather`: renew inputs before every own step."""
         if self.keep:
             self.before[:] = self.shown
-        if self.small == 1 and self.large == 1:
+        if self.even:
             if gather:
                 self.gather(time, 1.0)
             self.go(time, step)

@@ -15,7 +15,7 @@ import tempfile
 import zipfile
 from collections import deque
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import fmpy
@@ -28,18 +28,25 @@ LINES_KEPT = 50
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
 
-@dataclass(frozen=True)
+@dataclass
 class Binary:
-    """An unpacked FMU and its loaded library."""
+    """An unpacked FMU and its library, loaded when it is first wanted."""
 
     path: Path
     folder: Path
     description: ModelDescription
-    library: ctypes.CDLL
+
+    @cached_property
+    def library(self) -> ctypes.CDLL:
+        name = f"{self.description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
+        try:
+            return ctypes.CDLL(str(self.folder / "binaries" / fmpy.platform / name))
+        except OSError as error:
+            raise DescriptionError(f"The binary of {self.path} cannot be loaded: {error}. Something it needs is missing here.") from None
 
 
 def open_fmu(path: Path | str) -> Binary:
-    """The FMU file at `path`, unpacked and loaded; the same content is unpacked once per process."""
+    """The FMU file at `path`, unpacked; the same content is unpacked once per process."""
     path = Path(path)
     try:
         content = path.read_bytes()
@@ -94,13 +101,7 @@ def _open(digest: str, path: Path) -> Binary:
         description = describe(path)
         folder = _root() / digest[:16]
         fmpy.extract(str(path), str(folder))
-        identifier = description.coSimulation.modelIdentifier
-        file = folder / "binaries" / fmpy.platform / f"{identifier}{fmpy.sharedLibraryExtension}"
-        try:
-            library = ctypes.CDLL(str(file))
-        except OSError as error:
-            raise DescriptionError(f"The binary of {path} cannot be loaded: {error}. Something it needs is missing here.") from None
-        _opened[digest] = Binary(path, folder, description, library)
+        _opened[digest] = Binary(path, folder, description)
     return _opened[digest]
 
 

@@ -28,3 +28,7 @@ class PartFailed(SelflockError):
         if hint:
             message += f"\n  try: {hint}"
         super().__init__(message)
+
+    def __reduce__(self):  # across processes, without the results
+        given = self.part, self.time, self.size, self.status, self.inputs, self.log, self.hint
+        return PartFailed, given, {"args": self.args}

@@ -41,7 +41,6 @@ class FmuPart:
         self._binary = binary.open_fmu(path)
         described = self._binary.description
         slave = described.coSimulation
-        self.once_per_process = slave.canBeInstantiatedOnlyOncePerProcess
         self.variable_step = slave.canHandleVariableCommunicationStepSize
         self.can_roll_back = slave.canGetAndSetFMUstate
         self._known = {v.name: v for v in described.modelVariables}
@@ -134,6 +133,37 @@ class FmuPart:
         self.y = np.zeros(len(outputs))
         self._writes = [_Block(self, "Set", kind, names, self.u) for kind, names in self._by_kind(inputs)]
         self._reads = [_Block(self, "Get", kind, names, self.y) for kind, names in self._by_kind(outputs)]
+        self.cycle = self._direct() or self._cycle
+
+    def _cycle(self, time: float, size: float) -> None:
+        """write, step and read."""
+        self.write()
+        self.step(time, size)
+        self.read()
+
+    def _direct(self):
+        """write, step and read as three C calls in one function, where all that goes in and out is Real."""
+        if len(self._writes) != 1 or len(self._reads) != 1 or self._writes[0].typed is not None or self._reads[0].typed is not None:
+            return None
+        given, taken = self._writes[0], self._reads[0]
+        set_real, values_in, count_in, buffer_in = given.function, given.references, given.count, given.pointer
+        get_real, values_out, count_out, buffer_out = taken.function, taken.references, taken.count, taken.pointer
+        do_step, instance, now, span = self._do_step, self._instance, self._time, self._size
+
+        def cycle(time: float, size: float) -> None:
+            now.value = time
+            span.value = size
+            status = set_real(instance, values_in, count_in, buffer_in)
+            if status > 1:
+                self._fail(status, given.name)
+            status = do_step(instance, now, span, self._free)
+            if status > 1:
+                self._unfinished(status, time, time + size)
+            status = get_real(instance, values_out, count_out, buffer_out)
+            if status > 1:
+                self._fail(status, taken.name)
+
+        return cycle
 
     def _by_kind(self, names: Sequence[str]):
         groups: dict[str, list[tuple[int, int]]] = {}

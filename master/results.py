@@ -21,7 +21,7 @@ import pyarrow.parquet as pq
 
 from master.errors import ResultError
 
-ROWS = 4096  # in memory before they are written
+ROWS = 4096  # in memory before they are written; a multiple of 16
 KINDS = {"Real": np.dtype(float), "Integer": np.dtype("int64"), "Boolean": np.dtype(bool), "String": np.dtype(object)}
 
 
@@ -41,29 +41,28 @@ class Sink:
 
     def __init__(self, columns: list[Column]):
         self.columns = columns
-        self.rows = 0  # put into the sink so far
         self._numbers = [c for c in columns if c.type != "String"]
         self._texts = [c.name for c in columns if c.type == "String"]
         self.width = len(self._numbers)
         self._block = np.empty((ROWS, self.width))
         self.flat = memoryview(self._block.reshape(-1))  # row r starts at r · width
         self.words: list[list[str]] = []
-        self.fill = 0
+        self.fill = self._good = 0  # rows in the block, and how many of them were looked at
 
-    def row_done(self) -> None:
-        self.fill += 1
-        self.rows += 1
+    def unchecked(self) -> np.ndarray:
+        """The numbers of all rows since `checked` was called last."""
+        return self._block[self._good : self.fill].reshape(-1)
+
+    def checked(self) -> None:
+        """All rows until here are good; write them when there are many."""
+        self._good = self.fill
         if self.fill == ROWS:
             self.flush()
-
-    def last(self) -> np.ndarray:
-        """The row that is being filled."""
-        return self._block[self.fill]
 
     def flush(self) -> None:
         if self.fill:
             self.put(self._frame())
-            self.fill = 0
+            self.fill = self._good = 0
             self.words.clear()
 
     def _frame(self) -> pd.DataFrame:

@@ -7,6 +7,7 @@ import time as clock
 from pathlib import Path
 from typing import Any, Callable
 
+import numpy as np
 import pandas as pd
 
 from master import control, energy
@@ -29,6 +30,7 @@ def run(
     out: Path | str | None = None,
     progress: bool | Callable[[float], None] = False,
     observe: Observer | None = None,
+    keep: dict[str, Part] | None = None,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s].
 
@@ -36,6 +38,8 @@ def run(
     out: a .csv or .parquet file to write to; without one the table stays in memory.
     progress: True draws a bar; a function is called with the fraction done.
     observe: called as observe(time, parts) at the start and after every communication step.
+    keep: an empty dictionary at first; holds the parts from run to run of the same system, which are then reset
+        instead of made again. Whoever gives it closes them. A run that fails closes its parts and leaves none in it.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
@@ -44,16 +48,17 @@ def run(
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
     with _Progress(progress, system.run.start, end) as tell:
-        return _Simulation(system, settings, end, out, tell, observe).result()
+        return _Simulation(system, settings, end, out, tell, observe, keep).result()
 
 
 class _Simulation:
-    def __init__(self, system: System, settings, stop: float, out, tell, observe: Observer | None):
+    def __init__(self, system: System, settings, stop: float, out, tell, observe: Observer | None, keep: dict[str, Part] | None = None):
         self.began = clock.perf_counter()
         self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
+        self.keep = keep
         self.index, self.rejected = 0, 0
         self.time = system.run.start
-        self.wiring = wire(system, settings)
+        self.wiring = wire(system, settings, keep)
         try:
             self.faults = Faults(self.wiring)
             self.pairs = energy.bonds(self.wiring)
@@ -72,9 +77,15 @@ class _Simulation:
             self._start()
             with _failing(self):
                 self._go()
+                self.recorder.check()
+                self.sink.flush()
                 for part in self.wiring.parts.values():
                     part.terminate()
-            return self._result()
+            result = self._result()
+            if self.keep is not None:
+                self.keep |= self.wiring.parts
+                self.wiring.parts = {}
+            return result
         finally:
             self.sink.close()
             self.wiring.close()
@@ -122,10 +133,10 @@ class _Simulation:
             self.recorder.row(time)
         if self.observe is not None:
             self.observe(time, self.wiring.parts)
-        self.tell(time)
+        if self.tell is not None:
+            self.tell(time)
 
     def _result(self) -> Result:
-        self.sink.flush()
         table = pd.DataFrame(
             {b.name: {"given": b.given, "taken": b.taken, "lost": b.lost, "relative": b.relative} for b in self.balances},
             index=["given", "taken", "lost", "relative"], dtype=float,
@@ -150,6 +161,12 @@ class _failing:
     def __exit__(self, kind, error, trace):
         if isinstance(error, PartFailed):
             simulation = self.simulation
+            try:
+                simulation.recorder.check()
+            except PartFailed as earlier:  # what ended the run began with nonsense
+                if earlier.status != error.status:
+                    earlier.args = (f"{earlier}\n  after that, {error}",)
+                    error.args = earlier.args
             simulation.sink.flush()
             error.result = result = simulation._result()
             where = f"in {result.path}" if result.path else "in the `result` of this exception"
@@ -193,19 +210,26 @@ class Recorder:
         flat[base] = time
         for first, last, values in self.pieces:
             flat[base + first : base + last] = values
-        row = sink.last()
-        if not math.isfinite(row.dot(row)):
-            self._look_for_nonsense(row, time)
         if self.texts:
             sink.words.append([part.get(name) for part, name in self.texts])
-        sink.row_done()
+        sink.fill += 1
+        if not sink.fill & 15:
+            self.check()
 
-    def _look_for_nonsense(self, row, time: float) -> None:
+    def check(self) -> None:
+        """See that the rows since the last check are numbers, and make room for more."""
+        sink = self.sink
+        rows = sink.unchecked()
+        if not math.isfinite(rows.dot(rows)):
+            self._look_for_nonsense(rows.reshape(-1, sink.width))
+        sink.checked()
+
+    def _look_for_nonsense(self, rows) -> None:
         numbers = [column.name for column in self.sink.columns if column.type != "String"]
-        for name, value in zip(numbers, row.tolist()):
-            if not math.isfinite(value):
-                hint = "a smaller step; see which of its inputs grew before this in the results."
-                raise PartFailed(name, time, 0.0, f"{value}", {}, ["(the value is not a finite number)"], hint)
+        for row, column in np.argwhere(~np.isfinite(rows)):
+            hint = "a smaller step; see which values grew before this in the results."
+            said = ["(it said nothing; its output is no number from here on)"]
+            raise PartFailed(numbers[column], float(rows[row, 0]), 0.0, f"{rows[row, column]}", {}, said, hint)
 
 
 def _columns(wiring: Wiring) -> list[Column]:
@@ -245,7 +269,7 @@ class _Progress:
             self.bar.start()
             task = self.bar.add_task("run", total=self.length)
             self.function = lambda fraction: self.bar.update(task, completed=fraction * self.length)
-        return self.tell if self.function else _nothing
+        return self.tell if self.function else None
 
     def __exit__(self, *_):
         if self.bar:
@@ -256,6 +280,3 @@ class _Progress:
         if fraction >= self.next or fraction >= 1.0:
             self.next = fraction + 0.005
             self.function(fraction)
-
-
-def _nothing(time: float) -> None: ...

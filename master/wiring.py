@@ -56,14 +56,20 @@ class Wiring:
             part.close()
 
 
-def wire(system: System, settings: dict[str, Any] | None = None) -> Wiring:
-    """Make the parts of `system` and check all that is said about them. `settings`: component.variable = value."""
+def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str, Part] | None = None) -> Wiring:
+    """Make the parts of `system` and check all that is said about them. `settings`: component.variable = value.
+
+    Parts in `keep` are taken out of it and reset instead of made again.
+    """
     wiring = Wiring(system)
     if not system.components:
         raise DescriptionError("The system has no components: add at least one [components.name] with an fmu or a part.")
     try:
         for name, component in system.components.items():
-            wiring.parts[name] = make(name, component, system, wiring.parts)
+            kept = keep.pop(name, None) if keep else None
+            wiring.parts[name] = kept or make(name, component, system)
+            if kept:
+                kept.reset()
         _values(wiring, settings or {})
         for target, connection in system.connections.items():
             wiring.links.append(_link(wiring, target, connection))
@@ -81,7 +87,7 @@ def wire(system: System, settings: dict[str, Any] | None = None) -> Wiring:
     return wiring
 
 
-def make(name: str, component: Component, system: System, others: dict[str, Part]) -> Part:
+def make(name: str, component: Component, system: System) -> Part:
     """The part that a component asks for."""
     where = f"[components.{name}]"
     if component.part:
@@ -94,11 +100,11 @@ def make(name: str, component: Component, system: System, others: dict[str, Part
             return kind(name, **component.options)
         except TypeError as error:
             raise DescriptionError(f"{where} options: {error}.") from None
+    from master.binary import open_fmu
     from master.fmu import FmuPart
 
     path = fmu_path(component, system)
-    taken = any(isinstance(o, FmuPart) and o.once_per_process and o.path == path for o in others.values())
-    if component.process or taken:
+    if component.process or open_fmu(path).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
         from master.process import ProcessPart
 
         return ProcessPart(name, path)

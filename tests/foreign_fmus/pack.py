@@ -1,0 +1,28 @@
+"""Compile a native FMU of this folder and pack it: python tests/foreign_fmus/pack.py relaxation out/"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+
+def pack(name: str, out: Path | str) -> Path:
+    """out/name.fmu, built with gcc for linux64."""
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    library = out / f"{name}.so"
+    flags = ["-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden"]
+    subprocess.run(["gcc", *flags, "-o", library, HERE / name / f"{name}.c", "-lm"], check=True)
+    path = out / f"{name}.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(HERE / name / "modelDescription.xml", "modelDescription.xml")
+        archive.write(library, f"binaries/linux64/{name}.so")
+    return path
+
+
+if __name__ == "__main__":
+    print(pack(sys.argv[1], sys.argv[2]))

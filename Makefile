@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN = .venv/bin
 
-.PHONY: setup study test clean
+.PHONY: setup study test test-masters clean
 
 setup: .venv/installed
 
@@ -17,6 +17,11 @@ study: setup
 
 test: setup
 	$(BIN)/python -m pytest -n 2
+
+# The same systems in libcosim and Ecos (the latter needs the system's libtbb12).
+test-masters: setup
+	$(BIN)/pip install --quiet --disable-pip-version-check '.[masters]'
+	$(BIN)/python -m pytest tests/masters
 
 clean:
 	rm -rf .venv out build *.egg-info

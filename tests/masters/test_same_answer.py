@@ -1,0 +1,65 @@
+"""A system exported as .ssp gives in libcosim and Ecos what our Jacobi gives.
+
+Needs the extra `masters` (libcosimpy, ecospy) and for Ecos the system library libtbb12: `make test-masters`.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import master
+from master.ssp import export
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+import others  # noqa: E402
+
+STEP, COUNT = 1e-3, 500
+
+
+def needs(name):
+    try:
+        __import__(name)
+    except (ImportError, OSError) as error:
+        pytest.skip(f"{name} cannot be loaded ({error}); install the extra `masters`, and libtbb12 for Ecos")
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    return export(HERE / "servo.toml", tmp_path_factory.mktemp("ssp") / "servo.ssp")
+
+
+@pytest.fixture(scope="module")
+def ours(archive):
+    table = master.run(archive, stop=STEP * COUNT).table
+    assert np.ptp(table["load.angle"]) > 0.5  # the servo moves: there is something to compare
+    return table
+
+
+def difference(theirs, ours, first):
+    """Largest difference of each column from point `first` on, as a share of the column's largest value."""
+    return {
+        name: float(np.max(np.abs(column[first:] - ours[name].to_numpy()[first:])) / (np.max(np.abs(column)) or 1.0))
+        for name, column in theirs.items()
+    }
+
+
+def test_our_own_export_comes_back_the_same(archive, ours):
+    table = master.run(HERE / "servo.toml", stop=STEP * COUNT).table
+    assert table.equals(ours)
+
+
+def test_libcosim(archive, ours):
+    """Before its first step libcosim's observer shows zeros, so row 0 is left out. What remains is rounding: libcosim
+    keeps time in whole nanoseconds and takes each step's length as the difference of two rounded times."""
+    needs("libcosimpy")
+    worst = difference(others.libcosim(archive, STEP, COUNT), ours, first=1)
+    assert max(worst.values()) <= 1e-9, worst
+
+
+def test_ecos(archive, ours):
+    needs("ecospy")
+    worst = difference(others.ecos(archive, STEP, COUNT), ours, first=0)
+    assert max(worst.values()) <= 1e-9, worst

@@ -1,0 +1,224 @@
+"""The power study of the diagnosis: what is hidden in the plant, how often it is found, how often something is found in nothing.
+
+    python -m benchmarks.power [--seeds 30] [--none 200] [--pairs 30] [--workers 2] [--only reducer.stribeck ...]
+    python -m benchmarks.power --draw          only draw and write the document from the rows at hand
+
+Every case is a row of out/power.jsonl; a case that has its row is not run again, so an interrupted study goes on
+where it stopped. The end is docs/power.md with its figures. Seeds are the numbers of the cases: a row can be repeated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+import numpy as np
+
+from tests.diagnosis.plant import bench, score
+from tests.diagnosis.plant.causes import DRAWS, OUTSIDE, VOCABULARY
+
+ROOT = Path(__file__).parents[1]
+ROWS = ROOT / "out" / "power.jsonl"
+DOCS = ROOT / "docs"
+STRENGTHS = (1.2, 12.0)  # error without the cause's model over the error with it, drawn evenly in its logarithm
+
+
+def cases(seeds: int, none: int, pairs: int, only: list[str]) -> list[tuple[tuple[str, ...], int]]:
+    """What to hide, and the seed, of every case of the study."""
+    listed = [((name,), seed) for seed in range(seeds) for name in DRAWS if not only or name in only]
+    if not only or "none" in only:
+        listed += [((), seed) for seed in range(none)]
+    if not only or "pairs" in only:
+        listed += [(pair(seed), seed) for seed in range(pairs)]
+    return listed
+
+
+def pair(seed: int) -> tuple[str, str]:
+    """Two effects of the vocabulary."""
+    rng = np.random.default_rng([seed, 2])
+    return tuple(str(name) for name in rng.choice(VOCABULARY, 2, replace=False))
+
+
+def one(names: tuple[str, ...], seed: int) -> dict:
+    """Hide, diagnose, judge: a row of the study."""
+    from diagnosis import diagnose
+    from fmus.errors import SelflockError
+
+    rng = np.random.default_rng([seed, 3])
+    target = float(np.exp(rng.uniform(*np.log(STRENGTHS)))) if len(names) < 2 else None
+    case = bench.hide(list(names), seed, target=target)
+    row = {"hidden": list(names), "seed": seed, "expected": [score.expected(c) for c in case.causes],
+           "strength": case.strengths, "ratio": case.ratios}
+    with tempfile.TemporaryDirectory() as folder:
+        rig, train, test = case.write(Path(folder))
+        began = time.perf_counter()
+        try:
+            result = score.plain(diagnose(rig, [train], test=[test]))
+        except SelflockError as error:
+            return row | {"verdict": "error", "answers": [str(error)]}
+        row["seconds"] = round(time.perf_counter() - began, 2)
+    return row | {
+        "verdict": result["verdict"], "answers": score.answers(result), "gain": result["gain"],
+        "depends_on": result["remainder"]["depends_on"],
+        "right": score.right_first(result, case), "all": score.both(result, case), "truth_leaves": case.truth_leaves(),
+    }
+
+
+def collect(listed, workers: int) -> None:
+    from rich.progress import Progress
+
+    ROWS.parent.mkdir(parents=True, exist_ok=True)
+    done = {(tuple(row["hidden"]), row["seed"]) for row in rows()}
+    missing = [case for case in listed if case not in done]
+    with Progress() as progress, ProcessPoolExecutor(workers) as pool, ROWS.open("a") as file:
+        bar = progress.add_task(f"{len(missing)} cases", total=len(missing))
+        for future in as_completed([pool.submit(one, *case) for case in missing]):
+            file.write(json.dumps(future.result()) + "\n")
+            file.flush()
+            progress.advance(bar)
+
+
+def rows() -> list[dict]:
+    return [json.loads(line) for line in ROWS.read_text().splitlines()] if ROWS.exists() else []
+
+
+def interval(hits: int, n: int) -> tuple[float, float]:
+    """95 % interval of a rate (Wilson)."""
+    if n == 0:
+        return 0.0, 1.0
+    z, p = 1.96, hits / n
+    middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return float((middle - half) / (1 + z * z / n)), float((middle + half) / (1 + z * z / n))
+
+
+def rate(flags) -> str:
+    flags = list(flags)
+    low, high = interval(sum(flags), len(flags))
+    return f"{100 * np.mean(flags):.0f} % ({sum(flags)} of {len(flags)}; {100 * low:.0f} to {100 * high:.0f} %)" if flags else "not run"
+
+
+def strong(row: dict) -> bool:
+    """Whether mending the cause at least halves the error."""
+    return bool(row["ratio"]) and min(row["ratio"]) >= 2.0
+
+
+def document(found: list[dict]) -> str:
+    """docs/power.md."""
+    singles = [row for row in found if len(row["hidden"]) == 1 and row["hidden"][0] not in OUTSIDE]
+    outside = [row for row in found if len(row["hidden"]) == 1 and row["hidden"][0] in OUTSIDE]
+    none = [row for row in found if not row["hidden"]]
+    two = [row for row in found if len(row["hidden"]) == 2]
+    kept = [row for row in singles if strong(row) and row["right"] and row.get("truth_leaves") and row["gain"].get("after")]
+    lines = [
+        "# The power of the diagnosis", "",
+        "Regenerated by `python -m benchmarks.power`; the plant that hides the causes is tests/diagnosis/plant. Each case is one "
+        "hidden drive: a 12 s log at 500 Hz to learn from, another to judge by, and the data sheet. "
+        "A cause is strong where mending it at least halves the error. Intervals are 95 % (Wilson).", "",
+        "| asked | target | measured |", "|---|---|---|",
+        f"| right name first, strong causes | 95 % | {rate(row['right'] for row in singles if strong(row))} |",
+        f"| something named although nothing is hidden | ≤ 5 % | {rate(row['verdict'] != 'none' for row in none)} |",
+        f"| both of two found, both strong | 80 % | {rate(row['all'] for row in two if strong(row))} |",
+        f"| first of two right | | {rate(row['right'] for row in two if strong(row))} |",
+        f"| outside the vocabulary: `unknown` with the right variable, strong | 90 % | {rate(row['right'] for row in outside if strong(row))} |",
+    ]
+    if kept:
+        excess = [row["gain"]["after"] / row["truth_leaves"] for row in kept]
+        lines.append(f"| error left over what the true model leaves, median and 90 % quantile | ≤ 1.3 | {np.median(excess):.2f}, {np.quantile(excess, 0.9):.2f} |")
+    lines += ["", "![power against strength](power_strength.png)", "", "![confusion](power_confusion.png)", "",
+              "## Effect by effect", "",
+              "| hidden | right, strong | right, weaker | instead, strong (times) |", "|---|---|---|---|"]
+    for name in DRAWS:
+        own = [row for row in found if row["hidden"] == [name]]
+        wrong = [row["answers"][0] for row in own if strong(row) and not row["right"]]
+        instead = ", ".join(f"{w} ({wrong.count(w)})" for w in sorted(set(wrong), key=wrong.count, reverse=True)[:4])
+        lines.append(f"| {name} | {rate(r['right'] for r in own if strong(r))} | {rate(r['right'] for r in own if not strong(r))} | {instead} |")
+    false = [row for row in none if row["verdict"] != "none"]
+    named = [", ".join(row["answers"]) for row in false]
+    lines += ["", "False alarms named: " + (", ".join(f"{w} ({named.count(w)})" for w in sorted(set(named))) or "none") + ".", ""]
+    extra = DOCS / "power-notes.md"
+    if extra.exists():
+        lines += [extra.read_text().strip(), ""]
+    return "\n".join(lines)
+
+
+def short(answer: str) -> str:
+    """An answer without channel or parameter."""
+    return answer.split("(")[0]
+
+
+def draw(found: list[dict]) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    singles = [row for row in found if len(row["hidden"]) <= 1]
+    hidden = [*DRAWS, "none"]
+    named = [*[n for n in DRAWS if n not in OUTSIDE], "unknown", "none", "error"]
+    matrix = np.zeros((len(hidden), len(named)))
+    for row in singles:
+        if row["hidden"] and not strong(row):
+            continue
+        answer = short(row["answers"][0]) if row["verdict"] != "error" else "error"
+        if answer in named:
+            matrix[hidden.index((row["hidden"] or ["none"])[0]), named.index(answer)] += 1
+    share = matrix / np.maximum(matrix.sum(1, keepdims=True), 1)
+    figure, axes = plt.subplots(figsize=(11, 10.5))
+    axes.imshow(share, cmap="Blues", vmin=0, vmax=1)
+    for i, j in zip(*np.nonzero(share)):
+        axes.text(j, i, f"{100 * share[i, j]:.0f}", ha="center", va="center", fontsize=7, color="white" if share[i, j] > 0.5 else "black")
+    axes.set_xticks(range(len(named)), named, rotation=90, fontsize=8)
+    axes.set_yticks(range(len(hidden)), hidden, fontsize=8)
+    axes.set_xlabel("named first")
+    axes.set_ylabel("hidden")
+    axes.set_title("Strong causes: named first, % of the cases in a row")
+    figure.tight_layout()
+    figure.savefig(DOCS / "power_confusion.png", dpi=110)
+    plt.close(figure)
+
+    edges = np.array([1.0, 1.25, 1.6, 2.0, 3.0, 5.0, 8.0, 15.0])
+    figure, axes = plt.subplots(figsize=(8, 4.8))
+    for label, names, color in (("vocabulary", VOCABULARY, "C0"), ("a wrong parameter", ("parameter",), "C2"), ("outside: unknown", OUTSIDE, "C1")):
+        own = [row for row in singles if row["hidden"] and row["hidden"][0] in names]
+        points = []
+        for low, high in zip(edges[:-1], edges[1:]):
+            inside = [row["right"] for row in own if low <= row["ratio"][0] < high and row["verdict"] != "error"]
+            if inside:
+                points.append((np.sqrt(low * high), np.mean(inside), *interval(sum(inside), len(inside))))
+        if points:
+            x, y, lower, upper = np.array(points).T
+            axes.errorbar(x, y, [np.maximum(y - lower, 0), np.maximum(upper - y, 0)], fmt="o-", color=color, label=label, capsize=2)
+    axes.axvline(2.0, color="0.6", lw=1)
+    axes.text(2.05, 0.03, "mending halves the error", color="0.4", fontsize=8)
+    axes.set(xscale="log", ylim=(0, 1.03), xlabel="error without the true model / error with it", ylabel="right name first")
+    axes.set_xticks([1, 1.5, 2, 3, 5, 10], ["1", "1.5", "2", "3", "5", "10"])
+    axes.minorticks_off()
+    axes.legend(frameon=False)
+    figure.tight_layout()
+    figure.savefig(DOCS / "power_strength.png", dpi=110)
+    plt.close(figure)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=30, help="cases of each effect")
+    parser.add_argument("--none", type=int, default=200, help="cases without any")
+    parser.add_argument("--pairs", type=int, default=60, help="cases with two effects")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--only", nargs="*", default=[], help="names of effects, none, pairs")
+    parser.add_argument("--draw", action="store_true", help="run nothing")
+    chosen = parser.parse_args()
+    if not chosen.draw:
+        collect(cases(chosen.seeds, chosen.none, chosen.pairs, chosen.only), chosen.workers)
+    found = [row for row in rows() if row["verdict"] != "error" or True]
+    draw(found)
+    (DOCS / "power.md").write_text(document(found))
+    print(f"{len(found)} cases in {DOCS / 'power.md'}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+"""Runs in processes of this machine or on an existing Dask cluster: the same code for both.
+
+The parcel goes to the workers as a Dask plugin, so each gets it once, and one that is restarted or comes later gets it too.
+"""
+
+from __future__ import annotations
+
+import logging
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, Callable, Iterator
+
+import dask
+from distributed import Client, Future, LocalCluster, WorkerPlugin, get_worker
+
+from .errors import SweepError
+from .work import Parcel, fingerprint, work
+
+ANSWER = 10.0  # s that a scheduler has to answer
+
+
+class Holder(WorkerPlugin):
+    """Keeps the parcel on a worker as long as the worker, or the sweep, lives."""
+
+    def __init__(self, parcel: Parcel):
+        self.parcel = parcel
+
+    def teardown(self, worker: Any) -> None:
+        self.parcel.close()
+
+
+class Pool:
+    """Workers that hold the parcel."""
+
+    def __init__(self, client: Client, name: str, function: Callable):
+        self.client, self.name, self.function = client, name, function
+
+    @property
+    def slots(self) -> int:
+        """How many runs can be made at once."""
+        return sum(self.client.nthreads().values())
+
+    @property
+    def alive(self) -> bool:
+        return self.client.status == "running"
+
+    def send(self, items: list, key: str) -> Future:
+        return self.client.submit(_work_there, self.name, self.function, items, key=key, pure=False)
+
+
+def _work_there(name: str, function: Callable, items: list) -> tuple:
+    worker = get_worker()
+    return work(function, worker.plugins[name].parcel.open(worker.local_directory), items)
+
+
+@contextmanager
+def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None, folder: Path) -> Iterator[Pool]:
+    """Workers of this machine, working in `folder`, or those of the cluster of `scheduler`."""
+    with ExitStack() as stack:
+        address = scheduler or stack.enter_context(_local(workers, folder))
+        try:
+            client = stack.enter_context(Client(address, timeout=ANSWER, set_as_default=False))
+        except (OSError, ValueError) as error:
+            raise SweepError(
+                f"No Dask scheduler answers at {address} ({type(error).__name__}). "
+                "Start one with `dask scheduler`, or check the address. Nothing is lost."
+            ) from error
+        _same_everywhere(client, address, ("fmus", "master", "sweep", function.__module__.partition(".")[0]))
+        client.register_plugin(Holder(parcel), name=parcel.name)
+        stack.callback(_leave, client, parcel.name)
+        yield Pool(client, parcel.name, function)
+
+
+@contextmanager
+def _local(workers: int, folder: Path) -> Iterator[str]:
+    # No failure is allowed here: whether a run is tried again is decided in engine.py, which knows who was to blame.
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
+            local_directory=str(folder), silence_logs=logging.CRITICAL,
+        ) as local,
+    ):  # fmt: skip
+        yield local.scheduler_address
+
+
+def _leave(client: Client, name: str) -> None:
+    try:
+        client.unregister_worker_plugin(name)
+    except Exception:  # the cluster may be gone by now, and then it holds nothing of ours
+        logging.getLogger(__name__).debug("the cluster did not answer", exc_info=True)
+
+
+def _same_everywhere(client: Client, address: str, packages: tuple[str, ...]) -> None:
+    """Refuse workers that would give other bits."""
+    mine = fingerprint(*packages)
+    try:
+        theirs = client.run(fingerprint, *packages)
+    except Exception as error:
+        raise SweepError(
+            f"A worker of {address} cannot use selflock ({type(error).__name__}: {error}). Install the same version there."
+        ) from error
+    if not theirs:
+        raise SweepError(f"The scheduler at {address} has no workers. Start some with `dask worker {address} --nthreads 1`.")
+    for worker, other in theirs.items():
+        if differs := [f"{name} ({mine[name]} here, {other.get(name)} there)" for name in mine if mine[name] != other.get(name)]:
+            raise SweepError(f"Worker {worker} would not give the same bits: it differs in {', '.join(differs)}. Install the same there.")

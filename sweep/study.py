@@ -1,0 +1,222 @@
+"""A sweep's description (TOML): which system, what varies, what is kept. docs/sweep.md has every key.
+
+    system = "robot.toml"
+    stop = 10.0
+    table = false                   # true: keep each run's whole table
+
+    [set]                           # for all runs; "= ..." is an expression over the varied parameters
+    "robot.track" = "belt"
+
+    [vary.friction]
+    set = ["front_reducer.friction_kinetic", "rear_reducer.friction_kinetic"]
+    values = [0.0, 0.01, 0.02]      # or grid = { from = 0, to = 0.06, count = 13 }, or range = [0.0, 0.06] for samples
+
+    [sample]                        # for the ranges
+    method = "sobol"                # lhs | sobol | saltelli
+    count = 256
+    seed = 1
+
+    [record]
+    energy = { integral = "rear_motor.electric_power", from = 2.0, to = 8.0, unit = "J" }
+"""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Mapping
+
+import numpy as np
+import pandas as pd
+from scipy.stats import qmc
+
+from .errors import SweepError
+from .record import Figure, evaluate, figure
+
+KEYS = ("name", "description", "system", "stop", "table", "set", "vary", "list", "sample", "record", "report")
+WAYS = ("values", "grid", "range", "choices")
+METHODS = ("lhs", "sobol", "saltelli")
+
+
+@dataclass
+class Study:
+    """A sweep's description, its runs laid out."""
+
+    file: Path
+    data: dict[str, Any]  # the file as it is
+    system: Path
+    stop: float | None
+    table: bool
+    record: list[Figure]
+    parameters: pd.DataFrame  # a row for each run, a column for each varied parameter and each constant of a choice
+    settings: list[dict[str, Any]]  # for each run: component.variable → value
+    varied: list[str]  # names of varied parameters
+    report: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What makes a study this study: all but its words and how its report looks."""
+        return {key: value for key, value in self.data.items() if key not in ("name", "description", "report", "system")}
+
+    @property
+    def items(self) -> list[dict[str, Any]]:
+        return [{"parameters": p, "settings": s} for p, s in zip(self.parameters.to_dict("records"), self.settings)]
+
+
+def read(path: str | Path) -> Study:
+    """The study of a TOML file."""
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SweepError(f"The study {path} cannot be read: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SweepError(f"The study {path} is not valid TOML: {error}") from None
+    try:
+        return from_dict(data, path)
+    except SweepError as error:
+        raise SweepError(f"{path}: {error}") from None
+
+
+def from_dict(data: dict[str, Any], file: Path) -> Study:
+    for key in data:
+        if key not in KEYS:
+            raise SweepError(f"the key {key} is unknown; there is: {', '.join(KEYS)}.")
+    if not isinstance(data.get("system"), str):
+        raise SweepError('name the system to run: system = "path/to/system.toml".')
+    vary = data.get("vary", {})
+    if not vary:
+        raise SweepError("nothing varies: add a table [vary.NAME].")
+    for name, table in vary.items():
+        _check_vary(name, table)
+    parameters = _lay_out(vary, data.get("list"), data.get("sample", {}))
+    record = [figure(name, table) for name, table in data.get("record", {}).items()]
+    table = data.get("table", False)
+    if not record and not table:
+        raise SweepError("nothing is kept of the runs: add a [record], or table = true.")
+    _check_names(record, parameters, data.get("stop"))
+    return Study(
+        file, data, file.parent / data["system"], data.get("stop"), table, record, parameters,
+        _settings(data.get("set", {}), vary, parameters), list(vary), data.get("report", {}),
+    )  # fmt: skip
+
+
+def _check_vary(name: str, table: Any) -> None:
+    where = f"[vary.{name}]"
+    if not name.isidentifier():
+        raise SweepError(f"{where}: the name is used in expressions; write it with letters, digits and _ only.")
+    if not isinstance(table, dict) or set(table) - {"set", "unit", "label", *WAYS}:
+        raise SweepError(f"{where} knows set, unit, label and one of {', '.join(WAYS)}.")
+    if sum(way in table for way in WAYS) > 1:
+        raise SweepError(f"{where}: only one of {', '.join(way for way in WAYS if way in table)} can be.")
+    for way in WAYS:
+        if way in table and not table[way]:
+            raise SweepError(f"{where}: {way} is empty.")
+    if "grid" in table and (set(table["grid"]) - {"spacing"} != {"from", "to", "count"} or table["grid"]["count"] < 1):
+        raise SweepError(f'{where}: write grid = {{ from = 0.0, to = 1.0, count = 11, spacing = "linear" }}; the count is at least 1.')
+    if "range" in table and not (len(table["range"]) == 2 and table["range"][0] < table["range"][1]):
+        raise SweepError(f"{where}: range = {table['range']} is empty; write range = [low, high].")
+
+
+def _lay_out(vary: Mapping[str, dict], listed: Any, sample: dict) -> pd.DataFrame:
+    """Every combination of what is on a grid with every sample of what has a range; or the list."""
+    bare = [name for name, table in vary.items() if not any(way in table for way in WAYS)]
+    if listed is not None:
+        if len(bare) != len(vary):
+            raise SweepError("with a list, [vary.*] says only what is set; the values are in the list.")
+        rows = [{name: _plain(row[name]) for name in vary if name in row} for row in listed]
+        if not rows or any(set(row) != set(vary) for row in listed):
+            raise SweepError(f"every entry of list needs a value for each of {', '.join(vary)}, and for nothing else.")
+        return pd.DataFrame(rows)
+    if bare:
+        raise SweepError(f"[vary.{bare[0]}] needs one of {', '.join(WAYS)}.")
+    axes = [_axis(name, table) for name, table in vary.items() if "range" not in table]
+    ranges = {name: table["range"] for name, table in vary.items() if "range" in table}
+    if ranges:
+        axes.append(_samples(ranges, sample))
+    elif sample:
+        raise SweepError("[sample] is for ranges, and there is none: give a parameter range = [low, high].")
+    rows = [{name: value for row in combination for name, value in row.items()} for combination in itertools.product(*axes)]
+    return pd.DataFrame(rows)
+
+
+def _axis(name: str, table: dict) -> list[dict[str, Any]]:
+    if "values" in table:
+        return [{name: _plain(value)} for value in table["values"]]
+    if "grid" in table:
+        grid = table["grid"]
+        space = {"linear": np.linspace, "log": np.geomspace}.get(grid.get("spacing", "linear"))
+        if space is None:
+            raise SweepError(f"[vary.{name}]: spacing is linear or log.")
+        return [{name: float(value)} for value in space(grid["from"], grid["to"], grid["count"])]
+    return [
+        {name: label, **{key: _plain(value) for key, value in choice.items() if "." not in key}}
+        for label, choice in table["choices"].items()
+    ]
+
+
+def _samples(ranges: dict[str, list[float]], sample: dict) -> list[dict[str, float]]:
+    method, count, seed = sample.get("method"), sample.get("count", 0), sample.get("seed", 0)
+    if method not in METHODS or not isinstance(count, int) or count < 1 or set(sample) - {"method", "count", "seed"}:
+        raise SweepError(f"ranges need a [sample] with method ({', '.join(METHODS)}), count (at least 1) and seed.")
+    low, high = np.array(list(ranges.values()), float).T
+    if method == "saltelli":  # the design from which Sobol indices can be computed: count · (parameters + 2) runs
+        from SALib.sample import sobol
+
+        points = sobol.sample(problem(ranges), count, calc_second_order=False, seed=seed)
+    else:
+        sampler = {"lhs": qmc.LatinHypercube, "sobol": qmc.Sobol}[method](len(ranges), rng=seed)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "The balance properties of Sobol", UserWarning)  # its count is the person's
+            points = qmc.scale(sampler.random(count), low, high)
+    return [dict(zip(ranges, map(float, point))) for point in points]
+
+
+def problem(ranges: Mapping[str, list[float]]) -> dict[str, Any]:
+    """The ranges in the words of SALib."""
+    return {"num_vars": len(ranges), "names": list(ranges), "bounds": [list(map(float, bounds)) for bounds in ranges.values()]}
+
+
+def _plain(value: Any) -> Any:
+    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
+
+
+def _check_names(record: list[Figure], parameters: pd.DataFrame, stop: float | None) -> None:
+    known = set(parameters)
+    for one in record:
+        if one.name in known:
+            raise SweepError(f"[record] {one.name}: something else has this name already.")
+        if unknown := one.names - known:
+            raise SweepError(f"[record] {one.name}: {sorted(unknown)[0]} is no varied parameter and no figure above it.")
+        if one.kind == "value" and one.columns:
+            raise SweepError(f"[record] {one.name}: a value cannot contain {sorted(one.columns)[0]}; take its final, max or mean first.")
+        if stop is not None and one.begin > stop:
+            raise SweepError(f"[record] {one.name}: its window begins at {one.begin} s, after the end of the run at {stop} s.")
+        known.add(one.name)
+
+
+def _settings(fixed: dict[str, Any], vary: Mapping[str, dict], parameters: pd.DataFrame) -> list[dict[str, Any]]:
+    """component.variable → value for each run."""
+    runs: list[dict[str, Any]] = [{} for _ in range(len(parameters))]
+    for name, value in _flat(fixed):
+        column = evaluate(value[1:], parameters) if isinstance(value, str) and value.startswith("=") else None
+        for number, run in enumerate(runs):
+            run[name] = _plain(value) if column is None else column[number].item()
+    for name, table in vary.items():
+        targets = [table.get("set", [])] if isinstance(table.get("set", []), str) else table.get("set", [])
+        for run, value in zip(runs, parameters[name]):
+            run.update(dict.fromkeys(targets, value))
+            if "choices" in table:
+                run.update({key: _plain(entry) for key, entry in table["choices"][value].items() if "." in key})
+    return runs
+
+
+def _flat(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Nested tables with dotted names: a.b = 1 and "a.b" = 1 mean the same."""
+    entries = []
+    for name, value in table.items():
+        entries += _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
+    return entries

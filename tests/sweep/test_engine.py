@@ -1,0 +1,173 @@
+"""The engine: the same rows whatever happens, each finished run kept, none made twice."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jobs
+import pandas as pd
+import pytest
+
+from sweep import SweepError, map_runs
+from sweep.engine import _batch
+from sweep.store import Store
+
+SEEDS = [{"seed": seed} for seed in range(40)]
+
+
+def rows_of(folder):
+    return (Path(folder) / "runs.parquet").read_bytes()
+
+
+def test_same_bits_whatever_the_workers(tmp_path, scheduler):
+    ways = {"here": {"workers": 0}, "one": {"workers": 1}, "two": {"workers": 2}, "cluster": {"scheduler": scheduler}}
+    for name, way in ways.items():
+        map_runs(jobs.draw, SEEDS, context={"offset": 0.5}, folder=tmp_path / name, columns=lambda item: item, **way)
+    files = {rows_of(tmp_path / name) for name in ways}
+    assert len(files) == 1
+    table = pd.read_parquet(tmp_path / "here" / "runs.parquet")
+    assert list(table["seed"]) == list(range(40))
+    failed = table[table["status"] == "failed"]
+    assert list(failed["seed"]) == [6, 13, 20, 27, 34]
+    assert failed["reason"].iloc[0] == "ValueError: seed 6 cannot be"
+    assert failed["drawn"].isna().all() and table["drawn"].notna().sum() == 35
+
+
+def test_rows_come_in_the_order_of_the_items_and_equal_items_are_run_once(tmp_path):
+    items = [3, 1, 3, 2]
+    rows = map_runs(jobs.note, items, context=str(tmp_path), workers=0)
+    assert [row["item"] for row in rows] == items
+    assert (tmp_path / "3.mark").read_text() == "x"
+
+
+def test_the_context_is_opened_once_for_each_worker_and_leaves_nothing(tmp_path, scheduler):
+    log, items = tmp_path / "log", list(range(12))
+    rows = map_runs(jobs.look, items, context=jobs.Opened(log), scheduler=scheduler, folder=tmp_path / "out")
+    assert all(row["there"] for row in rows)
+    lines = log.read_text().splitlines()
+    opened = [line for line in lines if not line.endswith("closed")]
+    assert len(opened) == len({line.split()[0] for line in opened}) <= 2
+    assert len(lines) == 2 * len(opened)
+    assert not any(Path(line.split()[1], "unpacked").exists() for line in opened)
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["lock", "parts", "runs.parquet", "study.json"]
+
+
+def test_a_run_that_kills_its_worker_is_tried_once_more_and_hurts_no_other(tmp_path):
+    items = [{"crash": how, "n": n} for n, how in enumerate(["", "always", "", "once", "", "", "always", ""])]
+    rows = map_runs(jobs.crash, items, context=str(tmp_path), workers=2)
+    assert [row["status"] for row in rows] == ["failed" if item["crash"] == "always" else "ok" for item in items]
+    assert "killed its worker" in rows[1]["reason"]
+
+
+def interrupted(tmp_path, stop):
+    """Start a sweep of 30 runs in a process of its own, stop it when some runs are finished, go on here."""
+    marks = tmp_path / "marks"
+    marks.mkdir()
+    code = (
+        "import jobs, sys; from sweep import map_runs\n"
+        "if __name__ == '__main__': map_runs(jobs.note, list(range(30)), context=sys.argv[1], folder=sys.argv[2], workers=2)\n"
+    )
+    (tmp_path / "go.py").write_text(code)
+    out = tmp_path / "out"
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    running = subprocess.Popen(
+        [sys.executable, tmp_path / "go.py", marks, out], env={**os.environ, "PYTHONPATH": path}, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        while len(list((out / "parts").glob("*.parquet"))) < 6:
+            assert running.poll() is None, "it ended too early"
+            time.sleep(0.05)
+        stop(running)
+        running.wait(30)
+    finally:
+        running.kill()
+        said = running.communicate()[1]
+    finished = {row["item"] for file in (out / "parts").glob("*.parquet") for row in pd.read_parquet(file).to_dict("records")}
+    assert 6 <= len(finished) < 30
+    rows = map_runs(jobs.note, list(range(30)), context=str(marks), folder=out, workers=0)
+    assert [row["item"] for row in rows] == list(range(30))
+    assert all((marks / f"{item}.mark").read_text() == "x" for item in finished)
+    assert sorted(p.name for p in out.iterdir()) == ["lock", "parts", "runs.parquet", "study.json"]
+    return said
+
+
+def test_going_on_after_an_interruption(tmp_path):
+    said = interrupted(tmp_path, lambda running: running.send_signal(signal.SIGINT))
+    assert "of 30 runs are finished and kept" in said
+
+
+def test_going_on_after_everything_was_killed(tmp_path):
+    interrupted(tmp_path, lambda running: running.kill())
+
+
+def test_a_folder_belongs_to_one_study(tmp_path):
+    map_runs(jobs.draw, SEEDS[:3], context={"offset": 0.0}, folder=tmp_path / "a", about={"offset": 0.0}, workers=0)
+    before = rows_of(tmp_path / "a")
+    with pytest.raises(SweepError, match="belongs to another study: it differs in offset"):
+        map_runs(jobs.draw, SEEDS[:3], context={"offset": 1.0}, folder=tmp_path / "a", about={"offset": 1.0}, workers=0)
+    with pytest.raises(SweepError, match="differs in runs"):
+        map_runs(jobs.draw, SEEDS[:4], context={"offset": 0.0}, folder=tmp_path / "a", about={"offset": 0.0}, workers=0)
+    assert rows_of(tmp_path / "a") == before
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "thesis.txt").touch()
+    with pytest.raises(SweepError, match="not the folder of a sweep"):
+        map_runs(jobs.draw, SEEDS[:3], context={"offset": 0.0}, folder=tmp_path / "b", workers=0)
+
+
+def test_two_sweeps_at_once_in_one_folder(tmp_path):
+    store = Store(tmp_path, {})
+    with pytest.raises(SweepError, match="Another sweep is writing"):
+        Store(tmp_path, {})
+    store.close()
+    Store(tmp_path, {}).close()
+
+
+def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
+    from sweep import store
+
+    real, written = store.pq.write_table, []
+
+    def write(table, to):
+        written.append(to)
+        if len(written) > 5:
+            Path(to).write_bytes(b"half")
+            raise OSError(28, "No space left on device")
+        real(table, to)
+
+    monkeypatch.setattr(store.pq, "write_table", write)
+    with pytest.raises(SweepError, match=r"No space left on device\). 5 finished runs are kept"):
+        map_runs(jobs.draw, SEEDS, context={"offset": 0.0}, folder=tmp_path / "out", workers=0)
+    assert not list(tmp_path.rglob("*.new"))
+    monkeypatch.undo()
+    rows = map_runs(jobs.draw, SEEDS, context={"offset": 0.0}, folder=tmp_path / "out", workers=0)
+    assert len(rows) == 40
+
+
+def test_a_torn_file_is_made_again(tmp_path):
+    store = Store(tmp_path, {})
+    store.add([{"key": "a", "status": "ok", "reason": None}])
+    store.add([{"key": "b", "status": "ok", "reason": None}])
+    store.close()
+    (tmp_path / "parts" / "b.parquet").write_bytes(b"PAR1 torn")
+    store = Store(tmp_path, {})
+    assert set(store.rows) == {"a"}
+    store.close()
+
+
+def test_a_scheduler_that_is_not_there(monkeypatch):
+    monkeypatch.setattr("sweep.cluster.ANSWER", 0.5)
+    with pytest.raises(SweepError, match="No Dask scheduler answers at tcp://127.0.0.1:1"):
+        map_runs(jobs.draw, SEEDS, context={"offset": 0.0}, scheduler="tcp://127.0.0.1:1")
+    with pytest.raises(SweepError, match="No Dask scheduler answers at nonsense"):
+        map_runs(jobs.draw, SEEDS, context={"offset": 0.0}, scheduler="nonsense://x")
+
+
+def test_batches_last_but_leave_nobody_idle():
+    assert _batch(5.0, slots=2, left=1000) == 1  # long runs come back one by one
+    assert _batch(0.001, slots=2, left=100000) == 1000  # short ones for about a second
+    assert _batch(0.001, slots=2, left=40) == 10  # in the end in ever smaller batches
+    assert _batch(0.5, slots=1000, left=10**6) == 10  # a thousand workers: 200 messages a second, not 2000
+    assert _batch(0.0, slots=2, left=0) == 1

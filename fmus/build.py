@@ -83,7 +83,7 @@ def built(name: str, **starts: Any) -> Path:
     sources = sources_of(face)
     recipe = [Path(__file__), Path(documentation.__file__), *sorted(Path(loader.__file__).parent.glob("*.[cp]*"))]
     key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), loader.compiler_name().encode())
-    path = _cache_folder() / f"{name}_{key}" / f"{name}.fmu"
+    path = cache_folder() / f"{name}_{key}" / f"{name}.fmu"
     return path if path.is_file() else pack(face, sources, path, starts)
 
 
@@ -193,7 +193,7 @@ def _write_zip(path: Path, files: dict[str, bytes]) -> None:
         raise
 
 
-def _cache_folder() -> Path:
+def cache_folder() -> Path:
     """SELFLOCK_CACHE, else the user's cache folder, else the temporary folder."""
     home = os.environ.get("SELFLOCK_CACHE") or os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "selflock")
     try:

@@ -15,6 +15,7 @@ effects by `total`, `product` or `largest`. The joined function is made of closu
 so that numba can compile it like the rest of a law.
 """
 
+import sys
 from collections import namedtuple
 from importlib import import_module
 from pkgutil import iter_modules
@@ -53,12 +54,12 @@ def discover(package: str, path) -> tuple[Effect, ...]:
 def parameters_type(base, effects=(), name="Parameters"):
     """A named tuple of floats: the base parameters, then those of the effects; defaults nominal, every effect off.
 
-    A base parameter that an effect declares as well is the same number, once.
+    A base parameter that an effect declares as well is the same number, once. The type belongs to the module that asks.
     """
     every = {parameter.name: float(parameter.off) for effect in effects for parameter in effect.parameters}
     first = {parameter.name: float(parameter.off) for parameter in base}
     every = first | {key: value for key, value in every.items() if key not in first}
-    return namedtuple(name, list(every), defaults=list(every.values()))
+    return namedtuple(name, list(every), defaults=list(every.values()), module=sys._getframe(1).f_globals["__name__"])
 
 
 def total(effects, hook):

@@ -3,16 +3,26 @@
 The package of the laws is loaded a second time under another name (its modules import each other relatively, so they
 find their second selves), and every function in it is wrapped by `numba.njit`, those inside closures included. The
 plain modules stay as they are, and need neither a decorator nor numba.
+
+The second self is a copy of the sources in the user's cache, in a folder named by their content. Beside it numba keeps
+what it compiled, which is therefore never older than any source it came from.
 """
 
 from __future__ import annotations
 
+import hashlib
+import os
+import shutil
 import sys
+import tempfile
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from types import FunctionType, ModuleType
 
 from numba import njit
+
+from fmus.build import cache_folder
 
 PREFIX = "_compiled_"
 
@@ -23,35 +33,55 @@ def compiled(module_name: str) -> ModuleType:
     Named tuples of the plain module are not those of the compiled one: take Parameters and State from what is returned.
     """
     package, _, rest = module_name.partition(".")
-    if PREFIX + package not in sys.modules:
-        _second(package)
-    module = import_module(f"{PREFIX}{package}.{rest}" if rest else PREFIX + package)
+    second = PREFIX + package
+    if second not in sys.modules:
+        _load(second, _copied(Path(import_module(package).__file__).parent))
+    module = import_module(f"{second}.{rest}")
     wrapped: dict[FunctionType, object] = {}
     for name, other in list(sys.modules.items()):
-        if name.startswith(f"{PREFIX}{package}.") and not name.endswith(".effect"):  # fmus.effect joins laws while they load
+        if name.startswith(second + ".") and name.count(".") > 1:  # the components', not the helpers that join their hooks
             for key, value in list(vars(other).items()):
-                if _ours(value, package):
-                    setattr(other, key, _compile(value, package, wrapped))
+                if _ours(value, second):
+                    setattr(other, key, _wrap(value, second, wrapped))
     return module
 
 
-def _second(package: str) -> None:
-    """Register the package a second time under its other name."""
-    first = import_module(package)
-    spec = spec_from_file_location(PREFIX + package, first.__file__, submodule_search_locations=list(first.__path__))
-    sys.modules[PREFIX + package] = module_from_spec(spec)
-    spec.loader.exec_module(sys.modules[PREFIX + package])
+def _copied(folder: Path) -> Path:
+    """The folder of the copy of this package's sources, made if it is not there yet, safe beside others that make it."""
+    sources = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
+    digest = hashlib.sha256()
+    for path, content in sources.items():
+        digest.update(f"{path.as_posix()} {len(content)}\n".encode() + content)
+    target = cache_folder() / f"laws_{digest.hexdigest()[:16]}"
+    if not target.is_dir():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(dir=target.parent))
+        for path, content in sources.items():
+            (draft / path).parent.mkdir(parents=True, exist_ok=True)
+            (draft / path).write_bytes(content)
+        try:
+            os.replace(draft, target)
+        except OSError:  # another process was faster
+            shutil.rmtree(draft, ignore_errors=True)
+    return target
 
 
-def _ours(value: object, package: str) -> bool:
-    return isinstance(value, FunctionType) and value.__module__.partition(".")[0] == PREFIX + package
+def _load(name: str, folder: Path) -> None:
+    spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
+    sys.modules[name] = module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
 
 
-def _compile(function: FunctionType, package: str, wrapped: dict[FunctionType, object]) -> object:
-    """The function wrapped, after those in its closure: numba takes a closure's functions only when they are compiled."""
+def _ours(value: object, second: str) -> bool:
+    return isinstance(value, FunctionType) and value.__module__.startswith(second + ".")
+
+
+def _wrap(function: FunctionType, second: str, wrapped: dict[FunctionType, object]) -> object:
+    """The function compiled, after those in its closure: numba takes a closure's functions only when they are compiled."""
     if function not in wrapped:
-        for cell in function.__closure__ or ():
-            if _ours(cell.cell_contents, package):
-                cell.cell_contents = _compile(cell.cell_contents, package, wrapped)
-        wrapped[function] = njit(function, nogil=True)
+        cells = function.__closure__ or ()
+        for cell in cells:
+            if _ours(cell.cell_contents, second):
+                cell.cell_contents = _wrap(cell.cell_contents, second, wrapped)
+        wrapped[function] = njit(function, nogil=True, cache=not cells)
     return wrapped[function]

@@ -22,11 +22,13 @@ from master.vehicle.munk import call_step, compiled, load, store
 CONSTANTS = np.dtype([(name, float) for name in """
     dt gravity sides driven belt hold_stiffness hold_damping
     ground_stiffness ground_exponent ground_damping ground_depth ground_friction
-    bristle_stiffness bristle_damping ground_top shoe
-    guide_stiffness guide_damping guide_radius holder_length
+    bristle_stiffness bristle_damping ground_top shoe foot_pitch center_radius
+    guide_stiffness guide_damping guide_radius holder_length rail_height rail_ramp
     tooth_stiffness tooth_damping tooth_angle belt_radius sprocket_inertia segment_weight
     front_hinge_x rear_hinge_x hinge_y holder_center holder_weight
 """.split()])
+
+FEET = 3  # points of a segment's rounded shoe that can touch the ground, a third of the pitch apart
 
 # what is told, one row each for front track, rear track and the chassis' underside
 NORMAL, TANGENT, MOMENT, GRAVITY = range(4)
@@ -148,6 +150,19 @@ def turn_sprocket(p, state, track, u, torque):
 
 
 @compiled
+def rail(p, along):
+    """How far the rail between hinge and idler stands out beyond the arcs, and its slope: a crown with smooth ends."""
+    end = min(along, p.holder_length - along)
+    if end <= 0.0:
+        return 0.0, 0.0
+    if end >= p.rail_ramp:
+        return p.rail_height, 0.0
+    s = end / p.rail_ramp
+    slope = p.rail_height * 6.0 * s * (1.0 - s) / p.rail_ramp
+    return p.rail_height * s * s * (3.0 - 2.0 * s), slope if end == along else -slope
+
+
+@compiled
 def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body, at, bristle, told):
     """Forces of a segmented track. Written to the segments; what the holder gets is returned.
 
@@ -156,7 +171,7 @@ def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body,
     """
     position, velocity, force = at[0], at[1], at[2]
     radius, length, guide_k, guide_c = p.guide_radius, p.holder_length, p.guide_stiffness, p.guide_damping
-    n = bristle.shape[1]
+    n = bristle.shape[1] // FEET
     fx = fy = moment = turning = 0.0
     normal_sum = tangent_sum = pressure = gravity = 0.0
     top = p.ground_top + p.shoe
@@ -169,19 +184,20 @@ def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body,
         gravity += rx
         sx = sy = 0.0
 
-        # the guide: a stadium about the line from hinge to idler, pushing outwards only
-        qx, qy = along, across
-        if along > 0.0:
-            qx = max(0.0, along - length)
-        if qx == 0.0:
-            distance = abs(qy)
-            qy = math.copysign(1.0, qy)
+        # the guide: a stadium about the line from hinge to idler with crowned rails, pushing outwards only
+        if 0.0 < along < length:
+            out, slope = rail(p, along)
+            tilt = 1.0 / math.sqrt(1.0 + slope * slope)
+            distance = abs(across)
+            qx, qy = -slope * tilt, math.copysign(tilt, across)
+            depth = (radius + out - distance) * tilt
         else:
+            qx, qy = along - (length if along > 0.0 else 0.0), across
             distance = math.sqrt(qx * qx + qy * qy)
             qx /= distance
             qy /= distance
+            depth = radius - distance
         ox, oy = qx * c - qy * s, qx * s + qy * c
-        depth = radius - distance
         wx, wy = vx - hvx + w * ry, vy - hvy - w * rx  # velocity relative to the holder
         if depth > 0.0:
             push = guide_k * depth - guide_c * (wx * ox + wy * oy)
@@ -204,16 +220,30 @@ def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body,
         fx -= sx
         fy -= sy
 
-        if y < top:
-            gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, x, y, vx, vy, bristle[track, i])
-            bristle[track, i] = b
-            sx += gfx
-            sy += gfy
-            normal_sum += normal
-            tangent_sum += tangent
-            pressure += normal * (rx * tx + ry * ty)
+        if y < top + p.foot_pitch:  # the feet of a shoe stand on a circle about the sprocket's axis, so that it rolls
+            spin = load(place + at[4])
+            turn = load(place + at[3]) + spin * p.dt
+            ux, uy = math.cos(turn), math.sin(turn)
+            twist = 0.0
+            for k in range(FEET):
+                step = (k - 0.5 * (FEET - 1)) * p.foot_pitch
+                back = p.center_radius - math.sqrt(p.center_radius * p.center_radius + step * step)
+                dx, dy = step * ux + back * uy, step * uy - back * ux
+                if y + dy >= top:
+                    bristle[track, FEET * i + k] = 0.0
+                    continue
+                gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, x + dx, y + dy, vx - spin * dy, vy + spin * dx, bristle[track, FEET * i + k])
+                bristle[track, FEET * i + k] = b
+                sx += gfx
+                sy += gfy
+                twist += dx * gfy - dy * gfx
+                normal_sum += normal
+                tangent_sum += tangent
+                pressure += normal * ((rx + dx) * tx + (ry + dy) * ty)
+            store(place + at[5], twist)
         else:
-            bristle[track, i] = 0.0
+            for k in range(FEET):
+                bristle[track, FEET * i + k] = 0.0
         store(place + force, sx)
         store(place + force + 8, sy)
     told[track, NORMAL], told[track, TANGENT], told[track, MOMENT] = normal_sum, tangent_sum, pressure
@@ -222,16 +252,22 @@ def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body,
 
 
 @compiled
-def outline(place, length, radius):
-    """Point of the stadium at arc length `place` from under the hinge, counter-clockwise, and the direction there."""
+def outline(p, place):
+    """Point of the belt's outline at arc length `place` from under the hinge, counter-clockwise, and the direction there."""
+    length, radius = p.holder_length, p.guide_radius
     half = math.pi * radius
     if place < length:
-        return place, -radius, 1.0, 0.0
+        out, slope = rail(p, place)
+        tilt = 1.0 / math.sqrt(1.0 + slope * slope)
+        return place, -radius - out, tilt, -slope * tilt
     if place < length + half:
         a = (place - length) / radius
         return length + radius * math.sin(a), -radius * math.cos(a), math.cos(a), math.sin(a)
     if place < 2.0 * length + half:
-        return 2.0 * length + half - place, radius, -1.0, 0.0
+        along = 2.0 * length + half - place
+        out, slope = rail(p, along)
+        tilt = 1.0 / math.sqrt(1.0 + slope * slope)
+        return along, radius + out, -tilt, -slope * tilt
     a = (place - 2.0 * length - half) / radius
     return -radius * math.sin(a), radius * math.cos(a), -math.cos(a), -math.sin(a)
 
@@ -254,7 +290,7 @@ def belt_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, holder
     top = p.ground_top + p.shoe
     for i in range(n):
         place = (travel + (i + 0.5) * perimeter / n) % perimeter
-        along, across, ux, uy = outline(place, length, radius)
+        along, across, ux, uy = outline(p, place)
         rx, ry = along * c - across * s, along * s + across * c
         y = hy + ry
         if y >= top:

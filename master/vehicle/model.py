@@ -17,6 +17,7 @@ from master.vehicle.parameters import SIDES
 _ALL = pymunk.batch.BodyFields
 _FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _ALL.FORCE | _ALL.TORQUE
 _BATCH_AT = (0, 24, 48, 16, 40, 64)  # bytes of position, velocity, force, angle, angular velocity, torque in a row of the batch
+RAMP = 3.0  # pitches over which a rail comes out to its height
 _BELLY = 7  # points of the chassis' underside that can touch the ground
 
 
@@ -65,7 +66,7 @@ class Model:
         self.inputs = np.zeros(7)
         self.state = np.zeros(4)
         self.zero = np.zeros(2)
-        self.bristle = np.zeros((2, count))
+        self.bristle = np.zeros((2, kernel.FEET * count))
         self.scrape = np.zeros(_BELLY)
         self.told = np.zeros((3, 4))
         self.outputs = np.zeros(len(kernel.OUTPUTS))
@@ -92,11 +93,13 @@ class Model:
         v, g, c = self.values, self.geometry, self.constants
         for name in ("gravity", "ground_stiffness", "ground_exponent", "ground_damping", "ground_depth", "ground_friction",
                      "bristle_stiffness", "bristle_damping", "guide_stiffness", "guide_damping", "tooth_stiffness", "tooth_damping",
-                     "holder_length"):
+                     "holder_length", "rail_height"):
             c[name] = v[name]
         c["sides"], c["driven"], c["belt"] = SIDES, v["driven_sprockets"], self.belt
-        c["ground_top"], c["shoe"] = max(self.gy), v["shoe_height"]
+        c["ground_top"], c["shoe"], c["foot_pitch"] = max(self.gy), v["shoe_height"], g.pitch / kernel.FEET
         c["guide_radius"], c["belt_radius"], c["tooth_angle"] = g.guide_radius, g.belt_radius, 2.0 * math.pi / v["teeth"]
+        c["center_radius"] = g.center_radius
+        c["rail_ramp"] = RAMP * g.pitch
         track = v["segments"] * v["segment_mass"]
         spin = 0.5 * v["sprocket_mass"] * g.pitch_radius**2 + (track * g.belt_radius**2 if self.belt else 0.0)
         c["sprocket_inertia"] = SIDES * spin

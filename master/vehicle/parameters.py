@@ -19,6 +19,7 @@ _PARAMETERS = (
     # name, unit, start, least, greatest, description
     ("wheelbase", "m", 0.45, 0.05, 5.0, "distance of the front and the rear hinge"),
     ("holder_length", "m", 0.30, 0.05, 3.0, "distance of a holder's hinge and its idler's axis"),
+    ("rail_height", "m", 0.002, 0.0, 0.05, "how far a holder's rails between sprocket and idler stand out beyond their circles"),
     ("shoe_height", "m", 0.012, 0.002, 0.1, "from the track's pitch line to the outer face of its shoes"),
     ("belly_height", "m", -0.035, -1.0, 1.0, "underside of the chassis above the line of the hinges"),
     ("chassis_mass", "kg", 14.0, 0.1, 1000.0, "chassis with motors, gears, battery and load"),
@@ -36,12 +37,12 @@ _PARAMETERS = (
     ("ground_depth", "m", 1e-3, 1e-6, 0.1, "h of eq 24: penetration from which damping is full"),
     ("ground_friction", "1", 0.8, 0.0, 10.0, "Coulomb friction of track and ground"),
     ("bristle_stiffness", "N/m", 4e4, 1.0, 1e9, "tangential spring of a segment on the ground before it slips"),
-    ("bristle_damping", "N.s/m", 30.0, 0.0, 1e6, "tangential damper beside that spring"),
-    ("guide_stiffness", "N/m", 1e5, 1.0, 1e9, "segment against the guide of its holder"),
+    ("bristle_damping", "N.s/m", 60.0, 0.0, 1e6, "tangential damper beside that spring"),
+    ("guide_stiffness", "N/m", 2e5, 1.0, 1e9, "segment against the guide of its holder"),
     ("guide_damping", "N.s/m", 30.0, 0.0, 1e6, "damper beside that spring"),
     ("tooth_stiffness", "N/m", 5e4, 1.0, 1e9, "segment against the sprocket's tooth, along the pitch circle"),
-    ("tooth_damping", "N.s/m", 30.0, 0.0, 1e6, "damper beside that spring"),
-    ("track_tension", "N", 60.0, 0.0, 1e5, "tension a track is mounted with"),
+    ("tooth_damping", "N.s/m", 60.0, 0.0, 1e6, "damper beside that spring"),
+    ("track_tension", "N", 20.0, 0.0, 1e5, "tension a track is mounted with"),
     ("front_start_angle", "rad", 0.0, -7.0, 7.0, "front holder at the start"),
     ("rear_start_angle", "rad", 0.0, -7.0, 7.0, "rear holder at the start"),
     ("start_x", "m", 0.0, -900.0, 900.0, "middle between the hinges at the start"),
@@ -63,7 +64,7 @@ _INPUTS = (
     ("rear_torque", "N.m", 0.0, "torque of one side's rear holder drive on its holder, reaction on the chassis"),
     ("front_sprocket_torque", "N.m", 0.0, "torque of one side's front sprocket drive, with driven_sprockets"),
     ("rear_sprocket_torque", "N.m", 0.0, "torque of one side's rear sprocket drive, with driven_sprockets"),
-    ("sprocket_speed", "rad/s", -3.0, "imposed speed of both sprockets relative to the chassis; negative drives forward"),
+    ("sprocket_speed", "rad/s", -2.0, "imposed speed of both sprockets relative to the chassis; negative drives forward"),
 )
 _TELLS = {
     "angle": ("rad", "angle of the {} relative to the chassis, counter-clockwise positive, 0: forward"),

@@ -6,7 +6,8 @@ The study prints (phi - phi_D) and (w - w_D), which is stabilising for negative 
 phi and w are angle and speed of what the gear drives.
 
 Holding still (section 2.3): while the motor is stopped and w_D is 0, the voltage goes from that of (22) to the hold
-voltage, linearly within the release time; (22) is back as soon as w_D differs from 0 or the motor moves.
+voltage, linearly within the release time; (22) is back as soon as w_D differs from 0. Once letting go has begun it
+goes on even if the gear yields a little while the load changes: else it would begin anew with every such move.
 With an irreversible gear the hold voltage is 0. With a reversible one it is the least that keeps the gear at rest,
 
     U_hold = R / K_m F,     F the input torque of least magnitude in the friction cone of the load torque P
@@ -48,7 +49,7 @@ SLOTS = 8.0  # parts into which the delay is cut; the command is straight betwee
 
 class State(NamedTuple):
     command: float  # V, what the controller computed last
-    resting: float  # s, how long the motor has been stopped with w_D = 0
+    resting: float  # s, since the motor stopped with w_D = 0; 0 while w_D differs from 0
     since: float  # s, time since the last sample
     age: float  # s, time since the newest slot of the delay line
     past0: float  # V, the delay line: the command delay/8 apart, newest first
@@ -132,7 +133,7 @@ def moved(line, before, after, slot, dt):
 def advance(p, s, angle_setpoint, speed_setpoint, angle, speed, motor_speed, output_torque, dt):
     """A step of dt >= 0; angles in rad, speeds in rad/s, output_torque in N.m."""
     stopped = abs(motor_speed) <= p.stop_speed * p.gear_ratio and abs(speed) <= p.stop_speed
-    resting = s.resting + dt if stopped and speed_setpoint == 0.0 else 0.0
+    resting = s.resting + dt if speed_setpoint == 0.0 and (stopped or s.resting > 0.0) else 0.0
     demand = feedback(p, angle_setpoint, speed_setpoint, angle, speed)
     command = voltage_at_rest(p, demand, resting, output_torque)
     x = Condition(command)

@@ -34,8 +34,8 @@ WINDOWS = {
     "hold C": (9.0, 10.0),
 }
 
-TURN_RAMP = 0.4  # s, ramp of the 2-4 s turn: 2 s less two ramps at a steady speed
-PRESS_RAMP = 0.4  # s
+TURN_RAMP = 0.1  # s, ramp of the 2-4 s turn: short, so that the holder meets the ground just before it stops
+PRESS_RAMP = 0.2  # s
 PRESS_ANGLE = math.radians(45.0)  # how far the holders press down
 
 
@@ -91,7 +91,8 @@ class Setpoints:
     """The manoeuvre as a part without inputs: its outputs are functions of time, so it can be asked at any time.
 
     `front_angle`, `front_speed`, `rear_angle`, `rear_speed`: the holders' desired motion. `*_input_angle`,
-    `*_input_speed`: the same on the reducers' input shafts. `sprocket_speed`: constant, negative drives forward.
+    `*_input_speed`: the same on the reducers' input shafts. `sprocket_angle`, `sprocket_speed`: the driving, from
+    the start on at constant speed or with a smooth start; a negative speed drives forward.
     """
 
     can_roll_back = True
@@ -105,7 +106,8 @@ class Setpoints:
             variable.name: variable
             for variable in (
                 Variable("gear_ratio", "parameter", unit="1", start=50.0, description="input speed / output speed of the reducers"),
-                Variable("sprocket_speed_set", "parameter", unit="rad/s", start=-3.0, description="constant speed of the sprockets"),
+                Variable("sprocket_speed_set", "parameter", unit="rad/s", start=-2.2, description="constant speed of the sprockets"),
+                Variable("sprocket_ramp", "parameter", unit="s", start=0.0, description="time to reach that speed; 0: from the start on"),
                 *(
                     Variable(f"{end}_{kind}", "output", unit=unit, start=0.0, depends_on=(), description=text)
                     for end in ("front", "rear")
@@ -117,7 +119,7 @@ class Setpoints:
                     )
                 ),
                 Variable("sprocket_angle", "output", unit="rad", start=0.0, depends_on=(), description="desired sprocket angle"),
-                Variable("sprocket_speed", "output", unit="rad/s", start=-3.0, depends_on=(), description="desired sprocket speed"),
+                Variable("sprocket_speed", "output", unit="rad/s", start=-2.2, depends_on=(), description="desired sprocket speed"),
             )
         }
         self.u = np.zeros(0)
@@ -144,12 +146,13 @@ class Setpoints:
         return self._values(self._time)[order.index(name)]
 
     def _values(self, time: float) -> tuple[float, ...]:
-        ratio, sprocket = self._parameters["gear_ratio"], self._parameters["sprocket_speed_set"]
+        ratio, top, ramp = self._parameters["gear_ratio"], self._parameters["sprocket_speed_set"], self._parameters["sprocket_ramp"]
         front, rear = motion(FRONT, time), motion(REAR, time)
+        driving = _ramp(time / ramp, top, ramp) if time < ramp else Motion(top * (time - ramp / 2), top, 0.0)
         return (
             front.angle, front.speed, front.angle * ratio, front.speed * ratio,
             rear.angle, rear.speed, rear.angle * ratio, rear.speed * ratio,
-            sprocket * time, sprocket,
+            driving.angle, driving.speed,
         )  # fmt: skip
 
     def at(self, time: float) -> None:

@@ -17,6 +17,7 @@ from master.study.figures import COLOURS
 from master.study.manoeuvre import DURATION, WINDOWS
 from master.study.runs import POSTURE_EVERY, SYSTEM, Done
 from master.system import load
+from master.vehicle import Robot
 
 SAMPLE = 0.01  # s, of the curves under the moving robot
 PHASES = [
@@ -97,12 +98,21 @@ def _tick(span: float) -> float:
     return float(min((m * power for m in (1, 2, 5, 10)), key=lambda tick: abs(tick - span / 5)))
 
 
-def parameters(system: str) -> list[tuple[str, str, str]]:
-    """Name, value and comment (unit and source) of every commented start value in a system file; twins only once."""
+def parameters(system: str) -> list[tuple[str, str, str, str]]:
+    """Name, value, unit and source of every commented start value in a system file, then the vehicle's own; twins only once."""
     found, component = [], ""
     for line in system.splitlines():
         if table := re.match(r"\[components\.(\w+)", line):
             component = table[1]
         elif (entry := re.match(r"(\w+) = (\S+)\s+# (.+)", line)) and not component.startswith("front_"):
-            found.append((f"{component}.{entry[1]}", entry[2].strip('"'), entry[3]))
+            unit, _, source = entry[3].partition("·")
+            found.append((f"{component}.{entry[1]}", entry[2].strip('"'), unit.strip(), source.strip()))
+    named = {name for name, *_ in found}
+    for variable in Robot.variables.values():
+        if variable.causality == "parameter" and f"robot.{variable.name}" not in named:
+            found.append((f"robot.{variable.name}", _plain(variable.start), variable.unit, variable.description))
     return found
+
+
+def _plain(value) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

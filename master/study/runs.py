@@ -10,8 +10,9 @@ from typing import Any, Callable
 
 from fmus.build import built
 from master import load, read, run
-from master.study.claims import Curves, Facts, Runs
+from master.study.claims import LIMIT, Curves, Facts, Runs
 from master.system import System
+from master.vehicle import Robot
 
 SYSTEM = Path(__file__).with_name("robot.toml")
 FRICTION = (0.0, 0.01, 0.02, 0.03)
@@ -76,7 +77,11 @@ def _owner(name: str) -> str:
 
 def settings_of(case: Case, robot: System) -> dict[str, Any]:
     """Everything that makes this run differ from the system file."""
-    settings = {f"{name}.friction_{kind}": case.friction for name in reducers(robot) for kind in ("kinetic", "static")}
+    mu = case.friction
+    settings: dict[str, Any] = {f"{name}.friction_{kind}": mu for name in reducers(robot) for kind in ("kinetic", "static")}
+    for name in robot.components:
+        if name.endswith("_controller"):
+            settings |= {f"{name}.friction_static": mu, f"{name}.irreversible": mu >= LIMIT}
     if case.group == "contact":
         parameter, factor = case.key
         settings[f"robot.{parameter}"] = factor * robot.components["robot"].start[parameter]
@@ -131,7 +136,7 @@ def facts(robot: System) -> Facts:
         gear_ratio=reducer["gear_ratio"],
         resistance=motor["resistance"],
         torque_constant=motor["torque_constant"],
-        sprocket_radius=robot.components["robot"].start["sprocket_radius"],
+        sprocket_radius=Robot("robot", **robot.components["robot"].start).get("sprocket_radius"),
     )
 
 

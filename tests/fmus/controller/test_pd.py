@@ -43,15 +43,21 @@ def test_irreversible_lets_go_linearly(h):
         assert voltage == pytest.approx(4.0 * max(0.0, 1.0 - n * h / 0.3), abs=1e-12)
 
 
-def test_eq_22_returns_with_the_set_point_or_motion():
-    p = pd.Parameters()
+def test_letting_go_waits_for_the_stop_and_goes_on_from_there():
+    p = pd.Parameters(release_time=0.3)
 
     def inputs(t):
-        moving = 1.0 if t >= 0.5 else 0.0
+        moving = 1.0 if t < 0.1 or 0.2 < t < 0.25 else 0.0
         return (0.01, 0.0, 0.0, 0.0, moving, 0.0)
 
     voltages = run(p, inputs, 502)
-    assert voltages[500] == 0.0 and voltages[501] == 4.0
+    assert voltages[50] == 4.0
+    assert voltages[250] == pytest.approx(4.0 * 0.5, abs=0.03)
+    assert voltages[500] == 0.0
+
+
+def test_eq_22_returns_with_the_set_point():
+    p = pd.Parameters()
     voltages = run(p, lambda t: (0.01, 1e-9 if t >= 0.5 else 0.0, 0.0, 0.0, 0.0, 0.0), 502)
     assert voltages[500] == 0.0 and voltages[501] == pytest.approx(4.0)
 

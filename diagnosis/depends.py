@@ -1,0 +1,126 @@
+"""On what a remainder depends: speed, direction, load, position in the turn, current, temperature, time, set-points.
+
+For each variable the residual's mean in bins of the variable is learnt on some blocks and tried on the others; the
+share of the residual's variance that this predicts is compared with what chance predicts: blocks of the residual
+permuted and their signs flipped, the best over all variables in each draw.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .bench import Bench, Cut, _both, _delivered
+from .rig import split
+from .signals import SIGNALS
+
+GROUPS = 10
+DRAWS = 199
+SIGNIFICANT = 0.02
+RELEVANT = 0.06
+"""Share of the variance that a variable must explain to be named."""
+
+
+@dataclass(frozen=True)
+class Dependence:
+    variable: str
+    cut: str
+    share: float  # of the residual's variance on blocks that were not learnt from
+    chance: float
+
+
+def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray]]:
+    """Variables of a cut's drive, one array for each run."""
+    found: dict[str, list[np.ndarray]] = {}
+    for i, run in enumerate(bench.runs):
+        ch = bench.channels[i, cut.prefix]
+        here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
+        if any(ch.has(m) for m in ("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed")):
+            first, second = _both(bench, cut.prefix, values, ch)
+            here |= {"speed": first.speed, "direction": np.sign(first.speed)}
+            here["load"] = _delivered(bench, cut.prefix, values, ch, second)
+            if not bench.steady:
+                here |= {"acceleration": first.acceleration, "position": np.mod(first.angle, 2 * np.pi)}
+                here["output position"] = np.mod(second.angle, 2 * np.pi)
+        for name, label in (("motor.current", "current"), ("motor.temperature", "temperature"), ("motor.supply_voltage", "supply voltage")):
+            if ch.has(name):
+                here[label] = ch.raw(name)
+        if ch.has("controller.angle_setpoint") and not bench.steady:
+            here["set-point change"] = np.gradient(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
+        for name in run.signals:
+            prefix, bare = split(name, bench.rig.drives)
+            if bare not in SIGNALS:
+                here[name] = run.signals[name]
+        if bench.steady:
+            here.pop("time")
+        for label, x in here.items():
+            found.setdefault(label, []).append(x)
+    return {label: parts for label, parts in found.items() if len(parts) == len(bench.runs)}
+
+
+def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dict, rng: np.random.Generator) -> list[Dependence]:
+    """Variables on which the residual (blocks, bins of all cuts) depends beyond chance and enough to matter, strongest first."""
+    found: list[Dependence] = []
+    blocks = bench.blocks
+    if blocks < 6:
+        return []
+    folds = np.arange(blocks) % 5
+    orders = [np.arange(blocks), *(rng.permutation(blocks) for _ in range(DRAWS))]
+    signs = [np.ones(blocks), *(rng.choice([-1.0, 1.0], blocks) for _ in range(DRAWS))]
+    for cut in bench.cuts:
+        part = bench.slice(cut)
+        r, here = residual[:, part] * present[:, part], present[:, part]
+        if here.sum() < 12:
+            continue
+        r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
+        shares = {}
+        for label, parts in variables(bench, cut, values).items():
+            groups = _groups(bench, parts, here)
+            if groups is not None:
+                shares[label] = _shares(r, groups, folds, orders, signs)
+        if not shares:
+            continue
+        best_by_chance = np.max([s[1:] for s in shares.values()], axis=0)
+        for label, s in shares.items():
+            chance = (1 + int((best_by_chance >= s[0]).sum())) / (1 + DRAWS)
+            if chance <= SIGNIFICANT and s[0] >= RELEVANT:
+                found.append(Dependence(label, cut.name, float(s[0]), chance))
+    found.sort(key=lambda d: -d.share)
+    return found
+
+
+def _groups(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarray | None:
+    """Each bin's group of the variable, -1 where there is none; None for a variable that does not vary."""
+    total, count = 0.0, 0
+    for i, x in enumerate(parts):
+        sums, counts = bench.bin(i, x, np.isfinite(x))
+        total, count = total + sums, count + counts
+    x = (total / np.maximum(count, 1)).reshape(here.shape)
+    known = here & (np.asarray(count).reshape(here.shape) > 0)
+    if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
+        return None
+    few = max(2, min(GROUPS, int(known.sum() // 4)))
+    edges = np.unique(np.quantile(x[known], np.linspace(0, 1, few + 1)[1:-1]))
+    return np.where(known, np.searchsorted(edges, x, side="left"), -1)
+
+
+def _shares(r, groups, folds, orders, signs) -> np.ndarray:
+    """Share of variance predicted on unseen blocks, for each draw of blocks and signs; the groups stay in place."""
+    number = groups.max() + 1
+    inside = groups >= 0
+    members = np.stack([((groups == g) & inside) for g in range(number)], axis=-1).astype(float)  # (blocks, bins, groups)
+    counts = members.sum(1)
+    pairs = np.einsum("blg,cl->bcg", members, r)  # sums of block c's residual over block b's groups
+    energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has groups
+    out = []
+    blocks = np.arange(len(r))
+    for order, sign in zip(orders, signs):
+        sums, energy, left = pairs[blocks, order] * sign[:, None], energies[order, blocks].sum(), 0.0
+        for fold in np.unique(folds):
+            seen, unseen = folds != fold, folds == fold
+            n = counts[seen].sum(0)
+            mean = sums[seen].sum(0) / np.maximum(n + 1.0, 1.0)
+            left += (counts[unseen] @ mean**2 - 2.0 * sums[unseen] @ mean).sum()
+        out.append(-left / max(energy, 1e-300))
+    return np.array(out)

@@ -1,0 +1,7 @@
+"""What can be wrong with a measurement or its description. The tree stands in fmus.errors."""
+
+from fmus.errors import SelflockError
+
+
+class DataError(SelflockError):
+    """A rig or a log cannot be used; the message names file, line or column, and what to do."""

@@ -1,0 +1,148 @@
+"""What may be wrong: every effect of every component, a nominal value, a sensor. One list, from one place each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from importlib import import_module
+from math import isfinite
+
+import numpy as np
+
+from .rig import Rig, split
+
+NOT_IN_POINTS = {"ripple", "cogging", "backlash", "compliance", "warm_up", "wear", "winding_heating", "lag", "quantisation"}
+"""Effects of angle and time, of which steady-state points know nothing."""
+
+COMPONENTS = ("controller", "motor", "reducer", "load")
+
+
+@dataclass(frozen=True)
+class Free:
+    """A number that a fit may change."""
+
+    name: str  # component.parameter, with the drive's prefix; sensors: sensor.<channel>.<parameter>
+    nominal: float  # where the effect is off, or what the data sheet says
+    low: float
+    high: float
+    unit: str = ""
+    description: str = ""
+    companion: bool = False  # a nominal value that an effect frees beside its own parameters
+    told: bool = False  # the rig gives it
+    above: str = ""  # counted from this other parameter's value on, so that it can never fall below it
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One possible cause: the numbers that it sets free."""
+
+    component: str
+    effect: str
+    free: tuple[Free, ...]
+    channel: str = ""  # sensors: whose
+    summary: str = ""
+    source: str = ""
+
+    @property
+    def label(self) -> str:
+        if self.effect == "parameter":
+            return self.free[0].name
+        return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
+
+    def same_cause(self, other: "Hypothesis") -> bool:
+        return self.label == other.label
+
+
+def effects(component: str) -> tuple:
+    """The effects that stand beside a component's physics."""
+    return import_module(f"fmus.{component}.effects").EFFECTS
+
+
+def base(component: str) -> tuple:
+    """The nominal parameters of a component's law."""
+    from .laws import LAWS
+
+    return LAWS[component].BASE
+
+
+def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypothesis]:
+    """All hypotheses about the components `used` and the measured `channels` (both with the drive's prefix).
+
+    Whether a log can tell anything about one is found out by trying: a parameter without influence drops out.
+    """
+    found: list[Hypothesis] = []
+    for name in sorted(used):
+        _, component = split(name, rig.drives)
+        for effect in effects(component):
+            found.append(_effect(rig, name, component, effect))
+        declared = {p.name for effect in effects(component) for p in effect.parameters}
+        for parameter in base(component):
+            full = f"{name}.{parameter.name}"
+            if parameter.name not in declared and rig.questioned(full) and full not in rig.uncertain:
+                found.append(Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description))
+    for channel in sorted(channels):
+        if rig.questioned(channel):
+            found += [_sensor(channel, effect, spread(bench, channel)) for effect in effects("sensor")]
+    if rig.kind == "steady":  # a point has no angle and no time
+        found = [h for h in found if h.effect not in NOT_IN_POINTS]
+    return [h for h in found if h.free]
+
+
+def spread(bench, channel: str) -> float:
+    """How far a channel's values reach."""
+    return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in bench.runs) or 1.0
+
+
+def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
+    free = []
+    for p in effect.parameters:
+        full = f"{name}.{p.name}"
+        if not rig.questioned(full) and full in rig.known:
+            continue
+        free.append(Free(full, rig.parameters.get(full, p.off), p.low, p.high, p.unit, p.description, told=full in rig.parameters))
+    for extra in effect.frees:
+        full = f"{name}.{extra}"
+        parameter = next(p for p in base(component) if p.name == extra)
+        if extra == "friction_static":  # at least the kinetic one: fitted as what lies above it
+            free.append(Free(full, 0.0, 0.0, 1.0, "", "mu_s - mu_k", above=f"{name}.friction_kinetic"))
+        elif full not in rig.uncertain:
+            free.append(replace(_parameter(rig, full, parameter), companion=True))
+    return Hypothesis(name, effect.name, tuple(free), summary=effect.summary, source=effect.source)
+
+
+def _parameter(rig: Rig, full: str, parameter) -> Free:
+    """A nominal value may be off by a factor of five, within what physics allows."""
+    nominal = rig.parameters.get(full, parameter.off)
+    low, high = parameter.low, parameter.high
+    if nominal > 0.0:
+        low, high = max(low, nominal / 5.0), min(high, nominal * 5.0)
+    elif nominal < 0.0:
+        low, high = max(low, nominal * 5.0), min(high, nominal / 5.0)
+    elif not isfinite(high - low):
+        low, high = max(low, -1e3), min(high, 1e3)
+    return Free(full, nominal, low, high, parameter.unit, parameter.description)
+
+
+def uncertain(rig: Rig) -> tuple[Free, ...]:
+    """What no data sheet says: free in every fit, the first included."""
+    found = []
+    for full, (low, high) in rig.uncertain.items():
+        unit, description, nominal = "", "", rig.parameters.get(full)
+        prefix, rest = split(full, rig.drives)
+        component, _, parameter = rest.partition(".")
+        if component in COMPONENTS:
+            for p in (*base(component), *(q for e in effects(component) for q in e.parameters)):
+                if p.name == parameter:
+                    unit, description = p.unit, p.description
+                    nominal = p.off if nominal is None else nominal
+        nominal = 0.5 * (low + high) if nominal is None else min(max(nominal, low), high)
+        found.append(Free(full, nominal, low, high, unit, description))
+    return tuple(found)
+
+
+def _sensor(channel: str, effect, reach: float) -> Hypothesis:
+    """A sensor's law knows no unit: what carries the channel's is searched within the channel's reach."""
+    free = []
+    for p in effect.parameters:
+        low, high = (max(p.low, -reach), min(p.high, reach)) if not p.unit and p.off == 0.0 else (p.low, p.high)
+        free.append(Free(f"sensor.{channel}.{p.name}", p.off, low, high, p.unit, p.description))
+    return Hypothesis("sensor", effect.name, tuple(free), channel=channel, summary=effect.summary, source=effect.source)

@@ -1,0 +1,114 @@
+"""From the channels of a run to what the components are driven with: filled, smoothed, differentiated, sensors undone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from .log import Run
+
+
+@dataclass
+class Motion:
+    """A shaft's motion: angle, speed, acceleration, and where its direction is certain."""
+
+    angle: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+    sliding: np.ndarray  # bool: moving one way for sure, over the whole smoothing window
+    noise: float  # of the speed
+
+
+@dataclass
+class Channels:
+    """The channels of one drive in one run, bad samples bridged; `undo` takes out what sensors are supposed to do."""
+
+    run: Run
+    prefix: str
+    steady: bool
+
+    def __post_init__(self):
+        n = len(self.run)
+        step = np.diff(self.run.time)
+        self.dt = np.ones(n) if self.steady else np.concatenate([[step[0] if n > 1 else 1.0], step])
+        self._filled: dict[str, np.ndarray] = {}
+
+    def has(self, *names: str) -> bool:
+        return all(self.prefix + name in self.run.signals for name in names)
+
+    def raw(self, name: str) -> np.ndarray:
+        """A channel with its bad samples bridged by straight lines."""
+        if name not in self._filled:
+            values, good = self.run.signals[self.prefix + name], self.good(name)
+            places = np.arange(len(values))
+            self._filled[name] = np.interp(places, places[good], values[good]) if good.any() else np.zeros(len(values))
+        return self._filled[name]
+
+    def good(self, name: str) -> np.ndarray:
+        full = self.prefix + name
+        return self.run.good.get(full, np.isfinite(self.run.signals[full]))
+
+    def true(self, name: str, values: dict[str, float]) -> np.ndarray:
+        """A channel as it was before its sensor: bias, scale and lag undone (a resolution cannot be)."""
+        x = self.raw(name)
+        bias, factor, lag = (self.sensor(name, key, values) for key in ("bias", "scale_factor", "lag_time"))
+        if bias is not None:
+            x = x - bias
+        if factor is not None:
+            x = x / factor
+        if lag:
+            x = x + lag * np.gradient(smooth(x, window(lag, self.dt)), np.cumsum(self.dt))
+        return x
+
+    def sensor(self, name: str, key: str, values: dict[str, float]) -> float | None:
+        return values.get(f"sensor.{self.prefix}{name}.{key}")
+
+
+def window(seconds: float, dt: np.ndarray) -> int:
+    """An odd number of samples that lasts about so long, at least 5."""
+    return max(5, int(seconds / np.median(dt)) | 1)
+
+
+def smooth(x: np.ndarray, samples: int) -> np.ndarray:
+    return savgol_filter(x, samples, 2) if 5 <= samples <= len(x) else x
+
+
+def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, samples: int) -> Motion:
+    """The motion from an angle, a speed or both; local parabolas over `samples` give the derivatives."""
+    step = float(np.median(dt))
+    samples = min(samples, (len(dt) - 1) | 1)
+    samples = samples if samples >= 5 else 0
+    if speed is None:
+        fine = savgol_filter(angle, samples, 3, deriv=1, delta=step) if samples else np.gradient(angle, np.cumsum(dt))
+        acceleration = savgol_filter(angle, samples, 3, deriv=2, delta=step) if samples else np.gradient(fine, np.cumsum(dt))
+        plain = np.gradient(angle, np.cumsum(dt))
+    else:
+        fine = savgol_filter(speed, samples, 2) if samples else speed
+        acceleration = savgol_filter(speed, samples, 2, deriv=1, delta=step) if samples else np.gradient(speed, np.cumsum(dt))
+        plain = speed
+    if np.max(abs(dt - step)) > 0.2 * step and samples:  # uneven steps: derivatives over the real time
+        stretch = np.convolve(dt, np.ones(samples) / samples, mode="same") / step
+        stretch[: samples // 2] = stretch[-(samples // 2):] = 1.0
+        acceleration = acceleration / stretch ** (2 if speed is None else 1)
+        fine = fine / stretch if speed is None else fine
+    if angle is None:
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
+    else:
+        angle = smooth(angle, samples) if samples else angle
+    noise = 1.4826 * float(np.median(abs(plain - fine))) / np.sqrt(max(1, samples) / 2.25)
+    moving = abs(fine) > max(4.0 * noise, 2e-3 * float(np.quantile(abs(fine), 0.98)), 1e-12)
+    same = np.sign(fine) * moving
+    reach = samples // 2 + 1
+    sliding = moving.copy()
+    for shift in range(1, reach + 1):
+        sliding[shift:] &= same[shift:] == same[:-shift]
+        sliding[:-shift] &= same[:-shift] == same[shift:]
+    return Motion(angle, fine, acceleration, sliding, noise)
+
+
+def rest(n: int) -> Motion:
+    """No motion at all."""
+    zero = np.zeros(n)
+    return Motion(zero, zero, zero, np.zeros(n, bool), 0.0)

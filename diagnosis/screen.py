@@ -1,0 +1,230 @@
+"""A first, linear look at every hypothesis, and what chance alone would give the best of them.
+
+Residuals are arranged in blocks of equal length, an array (blocks, samples). Around the base fit the simulation is
+taken as linear: the residual under a hypothesis is r + X d, X the base fit's columns and the hypothesis's own. Its gain
+is the drop of the squared residual on folds of blocks that the coefficients d did not see, in units of the noise.
+
+Chance: the same computation, with the same search over all hypotheses and starts, on residuals that hold no effect,
+made from what the best model leaves by permuting its blocks and flipping their signs. The largest gain over all
+hypotheses in each draw is the distribution that a real gain must beat; so the number of hypotheses is paid for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Callable
+
+import numpy as np
+
+from .fit import scale
+from .hypotheses import Free, Hypothesis
+
+PER_DECADE = 2
+"""Values tried in a decade of a parameter that shapes an effect."""
+
+HIGHEST_ORDER = 64
+"""Waves in a turn are looked for up to this number."""
+
+MOST_STARTS = 40
+"""Combinations of shapes tried for one way of acting, orders apart."""
+
+
+@dataclass
+class Direction:
+    """One way in which a hypothesis may act: its shape parameters fixed, its amplitudes as columns."""
+
+    hypothesis: Hypothesis
+    shape: dict[str, float]
+    amplitudes: tuple[Free, ...]
+    columns: np.ndarray  # (blocks, samples, amplitudes), d residual / d amplitude
+    gain: float = 0.0
+    amounts: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    phase: str = ""  # name of a phase; then the columns are the amplitude's at phase 0 and a quarter later
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """What a fit of this way of acting sets free: amplitudes and shapes."""
+        names = {p.name for p in self.amplitudes} | set(self.shape) | ({self.phase} if self.phase else set())
+        return tuple(p for p in self.hypothesis.free if p.name in names)
+
+    def start(self) -> dict[str, float]:
+        """Where to start a fit from."""
+        values = dict(self.shape)
+        if self.phase:
+            amplitude = self.amplitudes[0]
+            values[self.phase] = float(np.arctan2(-self.amounts[1], self.amounts[0]))
+            values[amplitude.name] = amplitude.nominal + float(np.hypot(*self.amounts))
+        else:
+            for free, amount in zip(self.amplitudes, self.amounts):
+                values[free.name] = free.nominal + float(amount)
+        return {p.name: float(np.clip(values.get(p.name, p.nominal), p.low, p.high)) for p in self.free}
+
+
+def directions(residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis) -> list[Direction]:
+    """All ways of acting that change the residual at all.
+
+    A parameter whose change alone changes the residual, and in proportion, is an amplitude; one that matters only
+    while an amplitude is on is a shape. An effect none of whose parameters matters alone is looked at with its
+    other parameters in the middle of their range.
+    """
+    inside = [p for p in hypothesis.free if p.high > p.low]
+    off = {p.name: p.nominal for p in inside}
+    amplitudes = [p for p in inside if _proportional(residual, base, off, p, at)]
+    switched = dict(off)
+    if not [p for p in amplitudes if not p.companion]:
+        switched = {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
+        amplitudes += [p for p in inside if p not in amplitudes and _proportional(residual, base, {**switched, p.name: p.nominal}, p, at)]
+    leading = [p for p in amplitudes if not p.companion]
+    companions = tuple(p for p in amplitudes if p.companion)
+    found: list[Direction] = []
+    for leader in leading:
+        on = {**switched, **{p.name: p.nominal for p in amplitudes}}
+        on[leader.name] = leader.nominal + _step(leader) * (10.0 if leader.nominal + 10.0 * _step(leader) <= leader.high else 1.0)
+        there = residual({**base, **on})
+        shapes = [p for p in inside if p not in amplitudes and _shapes(residual, base, on, p, there)]
+        found += _ways(residual, base, off, at, hypothesis, (leader, *companions), shapes)
+    if len(leading) > 1 and all(not way.shape and not way.phase for way in found):
+        found += _ways(residual, base, off, at, hypothesis, (*leading, *companions), [])
+    return found
+
+
+def _ways(residual, base, off, at, hypothesis, amplitudes, shapes) -> list[Direction]:
+    """One direction for each combination of shape values; a phase becomes two columns."""
+    phase = next((p for p in shapes if p.name.endswith("_phase")), None) if len(amplitudes) == 1 else None
+    shapes = [p for p in shapes if p is not phase]
+    axes = [_grid(p) for p in shapes]
+    while np.prod([len(a) for a in axes if len(a) < HIGHEST_ORDER], initial=1.0) > MOST_STARTS:
+        longest = max(range(len(axes)), key=lambda i: len(axes[i]) if len(axes[i]) < HIGHEST_ORDER else 0)
+        axes[longest] = axes[longest][::2]
+    found = []
+    for values in product(*axes):
+        shape = {p.name: v for p, v in zip(shapes, values)}
+        here = {**off, **shape}
+        if phase is not None:
+            columns = [_column(residual, base, {**here, phase.name: angle}, amplitudes[0]) for angle in (0.0, 0.5 * np.pi)]
+        else:
+            columns = [_column(residual, base, here, p) for p in amplitudes]
+        stacked = np.stack(columns, -1)
+        if np.all(np.isfinite(stacked)) and np.any(stacked):
+            found.append(Direction(hypothesis, shape, amplitudes, stacked.astype(np.float32), phase=phase.name if phase else ""))
+    return found
+
+
+def _step(p: Free) -> float:
+    step = 1e-3 * scale(p, p.nominal)
+    return -step if p.nominal + 2.0 * step > p.high else step
+
+
+def _column(residual, base: dict, here: dict, p: Free) -> np.ndarray:
+    """d residual / d p at p's nominal value, the other parameters of the hypothesis as in `here`."""
+    step = _step(p)
+    moved = residual({**base, **here, p.name: p.nominal + step})
+    return (moved - residual({**base, **here, p.name: p.nominal})) / step
+
+
+def _proportional(residual, base: dict, here: dict, p: Free, at: np.ndarray) -> bool:
+    """Whether p acts by itself from its nominal value on, and twice as much gives twice the change."""
+    step = _step(p)
+    zero = residual({**base, **here, p.name: p.nominal})
+    if not p.companion and np.abs(zero - at).max() > 1e-9 * (1.0 + np.abs(at).max()):
+        return False
+    once = residual({**base, **here, p.name: p.nominal + step}) - zero
+    size = np.sqrt((once**2).sum())
+    if not np.isfinite(size) or size <= 1e-12 * np.sqrt((at**2).sum()):
+        return False
+    twice = residual({**base, **here, p.name: p.nominal + 2.0 * step}) - zero
+    return bool(np.sqrt(((twice - 2.0 * once) ** 2).sum()) < 0.2 * size)
+
+
+def _shapes(residual, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
+    """Whether p matters while the amplitude is on; a range too narrow to matter, or a value that the rig tells, is no question."""
+    if p.told or (p.low > 0.0 and p.high < 2.0 * p.low):
+        return False
+    return any(np.any(residual({**base, **on, p.name: value}) != there) for value in _grid(p)[:: max(1, len(_grid(p)) // 3)])
+
+
+def _grid(p: Free) -> list[float]:
+    """Values to start from: orders one by one, wide ranges by decades, others at a few places."""
+    if p.name.endswith(("_order", "_periods")):
+        return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, HIGHEST_ORDER)) + 1)]
+    if p.name.endswith("_phase"):
+        return [0.0]
+    if p.low >= 0.0 and (p.low == 0.0 or p.high / p.low > 30.0):
+        lowest = max(p.low, 1e-4 * p.high)
+        count = int(np.ceil(PER_DECADE * np.log10(p.high / lowest)))
+        return [*np.geomspace(lowest, p.high, count + 1)[:-1]]
+    if p.low > 0.0:
+        return [*np.geomspace(p.low, p.high, 5)[1:-1]]
+    return [*np.linspace(p.low, p.high, 5)[1:-1]]
+
+
+class Linear:
+    """Held-out gains of directions over the base, by block-wise normal equations."""
+
+    def __init__(self, base_columns: np.ndarray, weights: np.ndarray, folds: np.ndarray):
+        self.weights = weights  # (blocks, samples), 0 for samples not trained on
+        self.folds = folds  # (blocks,)
+        self.base = (base_columns * weights[..., None]).astype(np.float32)  # (blocks, samples, k0)
+
+    def _energy(self, columns: np.ndarray, noise: np.ndarray, limits=None):
+        """Held-out squared residual of draws (draws, blocks, samples index) given as cross products, and coefficients.
+
+        noise: (draws, blocks, k) of X_b' e_b, with the gram (blocks, k, k) in `columns`.
+        """
+        gram, cross = columns, noise
+        k = gram.shape[-1]
+        total_gram, total_cross = gram.sum(0), cross.sum(1)
+        change = np.zeros(cross.shape[0])
+        for fold in np.unique(self.folds):
+            inside = self.folds == fold
+            g = total_gram - gram[inside].sum(0)
+            c = total_cross - cross[:, inside].sum(1)
+            step = -np.linalg.solve(g + 1e-8 * np.eye(k), c.T).T
+            if limits is not None:
+                step = np.clip(step, *limits)
+            gg = gram[inside].sum(0)
+            cc = cross[:, inside].sum(1)
+            change += 2.0 * (step * cc).sum(1) + np.einsum("ri,ij,rj->r", step, gg, step)
+        full = -np.linalg.solve(total_gram + 1e-8 * np.eye(k), total_cross.T).T
+        return change, full
+
+    def gains(self, direction: Direction | None, errors: np.ndarray, order: np.ndarray, signs: np.ndarray):
+        """Drop of the held-out squared residual for each draw: errors' blocks put in `order` with `signs` (draws, blocks)."""
+        own = None if direction is None else direction.columns * self.weights[..., None].astype(np.float32)
+        columns = self.base if own is None else np.concatenate([self.base, own], axis=-1)
+        if columns.shape[-1] == 0:
+            return np.zeros(len(order)), np.zeros((len(order), 0))
+        lengths = np.sqrt(np.maximum((columns.astype(float) ** 2).sum((0, 1)), 1e-300))
+        columns = columns / lengths.astype(np.float32)
+        gram = np.einsum("bli,blj->bij", columns, columns, optimize=True).astype(float)
+        pairs = np.einsum("bli,cl->bci", columns, errors.astype(np.float32), optimize=True).astype(float)
+        blocks = np.arange(columns.shape[0])
+        cross = pairs[blocks[None, :], order] * signs[..., None]
+        limits = None
+        if direction is not None and not direction.phase:
+            k0 = self.base.shape[-1]
+            low = np.concatenate([np.full(k0, -np.inf), [p.low - p.nominal for p in direction.amplitudes]]) * lengths
+            high = np.concatenate([np.full(k0, np.inf), [p.high - p.nominal for p in direction.amplitudes]]) * lengths
+            limits = (low, high)
+        change, full = self._energy(gram, cross, limits)
+        return -change, full / lengths
+
+    def look(self, direction: Direction, errors: np.ndarray) -> None:
+        """Set the direction's gain on the residual itself, over the base alone, and its amounts."""
+        order, signs = np.arange(len(errors))[None, :], np.ones((1, len(errors)))
+        with_it, coefficients = self.gains(direction, errors, order, signs)
+        without, _ = self.gains(None, errors, order, signs)
+        direction.gain = float(with_it[0] - without[0])
+        direction.amounts = coefficients[0, self.base.shape[-1]:]
+
+    def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
+        """Largest gain over all directions, in each draw from residuals without an effect."""
+        blocks = len(errors)
+        order = np.stack([rng.permutation(blocks) for _ in range(draws)])
+        signs = rng.choice([-1.0, 1.0], (draws, blocks))
+        without, _ = self.gains(None, errors, order, signs)
+        largest = np.zeros(draws)
+        for direction in found:
+            largest = np.maximum(largest, self.gains(direction, errors, order, signs)[0] - without)
+        return largest

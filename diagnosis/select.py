@@ -1,0 +1,261 @@
+"""The contest: which hypotheses explain what the base simulation leaves, one after another until chance does as well.
+
+Each stage starts from a base (the nominal drive, what is uncertain refitted, the causes found so far). All hypotheses
+are looked at linearly; those that may matter are fitted; the best on blocks that their fit did not see is compared
+with what the same search finds by chance. Among those that do equally well there, the one with the fewest free
+numbers wins, and rivals that cannot be told from it are named with it.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Callable
+
+import numpy as np
+
+from .bench import Bench
+from .fit import Fit, fit, held_out, jacobian, rho, weight
+from .hypotheses import Free, Hypothesis, uncertain, vocabulary
+from .screen import Direction, Linear, directions
+
+FOLDS = 5
+DRAWS = 199
+SIGNIFICANT = 0.02
+"""A cause must do better than the best by chance in all but this share of draws."""
+
+RELEVANT = 0.04
+"""... and lower the error of some cut by this share at least: smaller gains may be a matter of formulas."""
+
+FULL_FITS = 8
+MOST_CAUSES = 4
+
+
+@dataclass
+class Candidate:
+    """A hypothesis in one stage: how it did on training blocks that its fit did not see."""
+
+    hypothesis: Hypothesis
+    free: tuple[Free, ...]
+    fit: Fit | None
+    errors: np.ndarray  # mean loss of each training block
+    drop: float  # of the error, largest over the cuts, 0 to 1
+    gain: float  # drop of the loss in units of the noise's
+    chance: float = 1.0  # share of draws in which chance does as well
+    linear: float = 0.0  # the gain of the first, linear look
+
+
+@dataclass
+class Stage:
+    """One round of the contest."""
+
+    base: Candidate
+    candidates: list[Candidate]  # best first
+    winner: Candidate | None = None
+    tied: list[Candidate] = field(default_factory=list)  # cannot be told from the winner
+
+
+@dataclass
+class Outcome:
+    stages: list[Stage]
+    causes: list[Candidate]  # in the order found; the last holds the fit of all
+    final: Fit
+    base: Fit
+    normal: float  # where the robust loss turns, in units of noise
+
+
+class Contest:
+    """All stages over one bench."""
+
+    def __init__(self, bench: Bench, train: np.ndarray, rng: np.random.Generator, tell: Callable[[str, float], None] = lambda *_: None):
+        self.bench, self.train, self.rng, self.tell = bench, train, rng, tell
+        self.base_free = tuple(p for p in uncertain(bench.rig) if p.name.rpartition(".")[0] in bench.components)
+        self.hypotheses = vocabulary(bench.rig, bench.components, bench.measured, bench)
+        self.nominal = {p.name: p.nominal for p in self.base_free}
+        self.shape = bench.residual(self.nominal).shape
+        self.present = bench.present(self.nominal)
+        self.rows = (self.present & train[:, None]).ravel()
+        self.blocks = np.repeat(np.arange(bench.blocks), self.shape[1])
+        self.fold_of_block = np.zeros(bench.blocks, int)
+        self.fold_of_block[train] = np.arange(train.sum()) % FOLDS
+        self.folds = np.repeat(self.fold_of_block, self.shape[1])
+
+    def residual(self, values: dict) -> np.ndarray:
+        """Flat; values counted above another are put back on it."""
+        return self.bench.residual(self.absolute(values)).ravel()
+
+    def absolute(self, values: dict) -> dict:
+        out = dict(values)
+        for hypothesis in self.hypotheses:
+            for p in hypothesis.free:
+                if p.above and p.name in out:
+                    out[p.name] = self.bench.value(p.above, out) + out[p.name]
+        return out
+
+    def run(self) -> Outcome:
+        self.tell("fit of the nominal drive", 0.0)
+        self._noise()
+        base_fit = self._fit(self.base_free, self.nominal)
+        first, causes, stages = base_fit, [], []
+        while len(causes) < MOST_CAUSES:
+            stage = self._stage(base_fit, [c.hypothesis for c in causes], len(causes))
+            stages.append(stage)
+            if stage.winner is None:
+                break
+            causes.append(stage.winner)
+            base_fit = stage.winner.fit
+        return Outcome(stages, causes, base_fit, first, self.turn)
+
+    # --- one stage -----------------------------------------------------------------------------------------
+
+    def _noise(self) -> None:
+        """Noise of each cut's bins from neighbouring differences, and where the robust loss turns."""
+        fitted = fit(self.residual, {}, self.base_free, self.nominal, self.rows, 1e30, effort=15) if self.base_free else None
+        values = fitted.values if fitted else {}
+        for cut in self.bench.cuts:
+            r, count = self.bench.binned(cut, self.absolute(values))
+            cut.noise = noise(r, count > 0, self.bench.steady)
+        r = self.residual({**self.nominal, **values})[self.rows]
+        self.turn = max(3.0, 2.0 * float(np.median(abs(r))))
+        self.nominal.update(values)
+
+    def _fit(self, free: tuple[Free, ...], start: dict, effort: int = 25) -> Fit:
+        return fit(self.residual, {}, free, start, self.rows, self.turn, effort)
+
+    def _block_loss(self, residual: np.ndarray) -> np.ndarray:
+        """Mean loss of each training block."""
+        loss = (rho(residual, self.turn) * self.rows).reshape(self.shape).sum(1)
+        return loss[self.train] / np.maximum(self.rows.reshape(self.shape).sum(1)[self.train], 1)
+
+    def _cut_errors(self, residual: np.ndarray) -> np.ndarray:
+        """Root of the mean loss over training blocks, for each cut."""
+        loss = (rho(residual, self.turn) * self.rows).reshape(self.shape)
+        rows = self.rows.reshape(self.shape)
+        return np.array([np.sqrt(loss[:, s].sum() / max(1, rows[:, s].sum())) for s in map(self.bench.slice, self.bench.cuts)])
+
+    def _stage(self, base: Fit, found: list[Hypothesis], number: int) -> Stage:
+        say = f"cause {number + 1}: "
+        base_free = base.free
+        taken = {p.name for p in base_free}
+        open_ = [h for h in self.hypotheses if not any(h.same_cause(f) for f in found) and not all(p.name in taken for p in h.free)]
+        open_ = [_without(h, taken) for h in open_]
+        fixed = dict(base.values)
+        ways: list[Direction] = []
+        shaped = lambda values: self.residual(values).reshape(self.shape)
+        at = shaped(fixed)
+        linear = Linear(base.jacobian.reshape(*self.shape, -1)[self.train], (base.weights * self.rows).reshape(self.shape)[self.train],
+                        self.fold_of_block[self.train])
+        errors = (base.residual * base.weights * self.rows).reshape(self.shape)[self.train]
+
+        def look(hypothesis: Hypothesis) -> list[Direction]:
+            found_ways = directions(shaped, fixed, at, hypothesis)
+            for way in found_ways:
+                way.columns = way.columns[self.train]
+                linear.look(way, errors)
+            return found_ways
+
+        with ThreadPoolExecutor(2) as pool:
+            for done, result in enumerate(pool.map(look, open_)):
+                ways += result
+                self.tell(say + "first look", (done + 1) / len(open_))
+        best_way: dict[str, list[Direction]] = {}
+        for way in sorted(ways, key=lambda w: -w.gain):
+            best_way.setdefault(way.hypothesis.label, []).append(way)
+        order = sorted(best_way, key=lambda label: -best_way[label][0].gain)
+        base_loss = self._block_loss(held_out(base, self.rows, self.folds))
+        base_errors = self._cut_errors(held_out(base, self.rows, self.folds))
+
+        def judge(label: str) -> Candidate:
+            way = best_way[label][0]
+            if way.gain <= 0.0:
+                return Candidate(way.hypothesis, way.free, None, base_loss, 0.0, 0.0, linear=way.gain)
+            return self._judge(base, best_way[label], base_loss, base_errors)
+
+        tried = order[:FULL_FITS]
+        with ThreadPoolExecutor(2) as pool:
+            candidates = []
+            for done, candidate in enumerate(pool.map(judge, tried)):
+                candidates.append(candidate)
+                self.tell(say + "fits", (done + 1) / len(tried))
+        for label in order[FULL_FITS:]:
+            way = best_way[label][0]
+            candidates.append(Candidate(way.hypothesis, way.free, None, base_loss, 0.0, 0.0, linear=way.gain))
+        candidates.sort(key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
+        stage = Stage(Candidate(Hypothesis("", "none", ()), base_free, base, base_loss, 0.0, 0.0), candidates)
+        fitted = [c for c in candidates if c.fit]
+        if not fitted:
+            return stage
+        best = fitted[0]
+        noise_level = (best.fit.residual * best.fit.weights * self.rows).reshape(self.shape)[self.train]
+        energy = float((noise_level**2).sum())
+        self.tell(say + "chance", 0.0)
+        chance = linear.chance(ways, noise_level, DRAWS, self.rng) / max(energy, 1e-300)
+        for c in fitted:
+            c.gain = float((base_loss - c.errors).sum() / max(best.errors.sum(), 1e-300))
+            c.chance = (1 + int((chance >= c.gain).sum())) / (1 + DRAWS)
+        real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT]
+        if not real:
+            return stage
+        winner = self._simplest(real, real[0])
+        stage.winner = winner
+        stage.tied = [c for c in real if c is not winner and self._equal(c, winner) and len(c.free) <= len(winner.free)]
+        return stage
+
+    def _judge(self, base: Fit, ways: list[Direction], base_loss: np.ndarray, base_errors: np.ndarray) -> Candidate:
+        """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps."""
+        best: Candidate | None = None
+        seen: list[tuple] = []
+        for way in ways:
+            kind = (tuple(p.name for p in way.free),)
+            if kind in seen or way.gain < 0.5 * ways[0].gain or len(seen) >= 3:
+                continue
+            seen.append(kind)
+            extra = [p for p in way.free if p.name not in base.values]
+            start = {**base.values, **way.start()}
+            fitted = self._fit((*base.free, *extra), start)
+            best = self._better(best, self._candidate(way.hypothesis, tuple(extra), fitted, base_loss, base_errors, ways[0].gain))
+        return best
+
+    def _candidate(self, hypothesis, extra, fitted: Fit, base_loss, base_errors, linear) -> Candidate:
+        unseen = held_out(fitted, self.rows, self.folds)
+        drop = 1.0 - self._cut_errors(unseen) / np.maximum(base_errors, 1e-300)
+        return Candidate(hypothesis, extra, fitted, self._block_loss(unseen), float(drop.max()), 0.0, linear=linear)
+
+    def _better(self, a: Candidate | None, b: Candidate) -> Candidate:
+        if a is None:
+            return b
+        first, second = (a, b) if len(a.free) <= len(b.free) else (b, a)
+        return first if not self._worse(first, second) else second
+
+    def _worse(self, a: Candidate, b: Candidate) -> bool:
+        """Whether a leaves more than b on unseen blocks, beyond what varies between blocks, and enough to matter."""
+        difference = a.errors - b.errors
+        spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
+        return difference.mean() > 2.0 * spread and difference.mean() > 0.02 * b.errors.mean()
+
+    def _equal(self, a: Candidate, b: Candidate) -> bool:
+        return not self._worse(a, b) and not self._worse(b, a)
+
+    def _simplest(self, real: list[Candidate], best: Candidate) -> Candidate:
+        """The one with the fewest free numbers among those that are not worse than the best."""
+        as_good = [c for c in real if not self._worse(c, best)]
+        return min(as_good, key=lambda c: (len(c.free), c.errors.mean()))
+
+
+def _without(hypothesis: Hypothesis, taken: set[str]) -> Hypothesis:
+    """The hypothesis without numbers that are free already."""
+    from dataclasses import replace
+
+    return replace(hypothesis, free=tuple(p for p in hypothesis.free if p.name not in taken))
+
+
+def noise(residual: np.ndarray, present: np.ndarray, steady: bool) -> float:
+    """Noise of bins: from differences of neighbours, which what varies slowly does not reach."""
+    both = present[:, 1:] & present[:, :-1]
+    steps = (residual[:, 1:] - residual[:, :-1])[both]
+    if steady or len(steps) < 20:
+        values = residual[present]
+        steps = np.diff(values)
+        return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0), 1e-9 * float(abs(values).max(initial=1e-300)), 1e-300)
+    level = float(np.sqrt(np.mean(residual[present] ** 2)))
+    return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0), 1e-3 * level, 1e-300)

@@ -1,0 +1,56 @@
+"""The signals of a drive that a log may hold: one name each, with unit, and what else the name may be called.
+
+A drive is the chain  set-point → controller → motor → reducer → load.  Two variables that are joined by a
+connection are one signal (the motor's speed is the speed of the reducer's input shaft), so a log names it once.
+"""
+
+from __future__ import annotations
+
+SIGNALS = {
+    # name: (unit, what it is)
+    "controller.angle_setpoint": ("rad", "angle that the controller is asked for, output side"),
+    "controller.speed_setpoint": ("rad/s", "speed that the controller is asked for, output side"),
+    "controller.voltage": ("V", "voltage that the controller commands, signed"),
+    "motor.duty": ("1", "part of the supply's voltage that the driver puts on the motor, -1 to 1"),
+    "motor.supply_voltage": ("V", "voltage of the supply"),
+    "motor.voltage": ("V", "voltage on the motor, signed"),
+    "motor.current": ("A", "current through the winding"),
+    "motor.torque": ("N.m", "torque of the motor on the input shaft: the gear's and the inertia's"),
+    "motor.temperature": ("degC", "temperature of the winding or the casing"),
+    "reducer.input_angle": ("rad", "angle of the input shaft"),
+    "reducer.input_speed": ("rad/s", "speed of the input shaft, which is the motor's"),
+    "reducer.input_torque": ("N.m", "torque that the gear takes at its input, without the shaft's inertia"),
+    "reducer.output_torque": ("N.m", "torque that the gear delivers to the load"),
+    "load.angle": ("rad", "angle of the load, which is the reducer's output angle"),
+    "load.speed": ("rad/s", "speed of the load, which is the reducer's output speed"),
+}
+
+ALIASES = {
+    "motor.speed": "reducer.input_speed",
+    "motor.angle": "reducer.input_angle",
+    "reducer.imposed_angle": "reducer.input_angle",
+    "reducer.imposed_speed": "reducer.input_speed",
+    "reducer.motor_torque": "motor.torque",
+    "reducer.motor_torque_required": "motor.torque",
+    "reducer.output_angle": "load.angle",
+    "reducer.output_speed": "load.speed",
+    "controller.angle": "load.angle",
+    "controller.speed": "load.speed",
+    "load.torque": "reducer.output_torque",
+}
+
+COMMANDS = {"controller.angle_setpoint", "controller.speed_setpoint", "controller.voltage", "motor.duty"}
+"""Signals that the experimenter gives: they may rest, jump and saturate without being faulty."""
+
+_LINEAR = {"rad": "m", "rad/s": "m/s", "N.m": "N"}
+
+
+def canonical(name: str) -> str:
+    """The one name of a signal."""
+    return ALIASES.get(name, name)
+
+
+def unit(name: str, linear: bool = False) -> str:
+    """SI unit of a signal; on a linear drive m, m/s and N stand for rad, rad/s and N.m. Unknown names have none."""
+    base = SIGNALS.get(name, ("", ""))[0]
+    return _LINEAR.get(base, base) if linear else base

@@ -81,8 +81,8 @@ def built(name: str, **starts: Any) -> Path:
     """The FMU from the user's cache, built if it is not there yet. Safe beside other processes that do the same."""
     face = face_of(name)
     sources = sources_of(face)
-    recipe = [Path(__file__), Path(documentation.__file__), *sorted(Path(loader.__file__).parent.glob("*.[cp]*"))]
-    key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), loader.compiler_name().encode())
+    recipe = [Path(__file__), Path(documentation.__file__), *sorted(Path(loader.__file__).parent.glob("*.[chp]*"))]
+    key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), (loader.compiler() or "").encode())
     path = cache_folder() / f"{name}_{key}" / f"{name}.fmu"
     return path if path.is_file() else pack(face, sources, path, starts)
 

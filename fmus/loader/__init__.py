@@ -1,21 +1,63 @@
-"""The binaries of an FMU."""
+"""The binaries of an FMU.
+
+pythonfmu's library for Linux loads in a Python process only (its issue 202). So the FMU's binary is a small library of
+our own (forward.c, python.c), which brings a Python where there is none and passes every call on to pythonfmu's library
+beside it. It is compiled here once, by the C compiler that CC names, or cc. Without a compiler the FMU gets pythonfmu's
+library alone and a warning tells that it will run in Python hosts only. On Windows it is pythonfmu's library always.
+"""
 
 from __future__ import annotations
 
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+import warnings
+from functools import cache
 from pathlib import Path
 
 import pythonfmu
 
+HERE = Path(__file__).parent
 PYTHONFMU = Path(pythonfmu.__file__).parent / "resources" / "binaries"
+SOURCES = ("forward.c", "python.c")
+OPTIONS = ("-std=gnu11", "-O2", "-Wall", "-fPIC", "-shared", "-fvisibility=hidden", "-Wl,-z,nodelete", "-Wl,--build-id=none", "-Wl,-z,relro")
 
 
-def compiler_name() -> str:
-    return ""
+def compiler() -> str | None:
+    """The C compiler for the loader: what CC names, else cc or gcc; None where there is none or the machine is not x86-64 Linux."""
+    if platform.system() != "Linux" or platform.machine() != "x86_64":
+        return None
+    named = os.environ.get("CC")
+    return shutil.which(named) if named else shutil.which("cc") or shutil.which("gcc")
+
+
+@cache
+def _compiled(program: str) -> bytes | str:
+    """The loader, or what the compiler complained about."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "loader.so"
+        command = [program, *OPTIONS, "-o", str(library), *SOURCES, "-ldl", "-lpthread"]
+        done = subprocess.run(command, cwd=HERE, capture_output=True, text=True)
+        return library.read_bytes() if done.returncode == 0 else done.stderr.strip()
+
+
+def loader() -> bytes | None:
+    """The compiled loader; None, with a warning, where it cannot be compiled."""
+    program = compiler()
+    made = _compiled(program) if program else "no C compiler for x86-64 Linux found (looked for CC, cc, gcc)"
+    if isinstance(made, bytes):
+        return made
+    warnings.warn(f"The FMU will run in Python hosts only on Linux: {made}", stacklevel=2)
+    return None
 
 
 def binaries(name: str) -> dict[str, bytes]:
     """The files below binaries/ of the FMU `name`."""
-    return {
-        f"binaries/linux64/{name}.so": (PYTHONFMU / "linux64" / "libpythonfmu-export.so").read_bytes(),
-        f"binaries/win64/{name}.dll": (PYTHONFMU / "win64" / "pythonfmu-export.dll").read_bytes(),
-    }
+    linux = (PYTHONFMU / "linux64" / "libpythonfmu-export.so").read_bytes()
+    files = {f"binaries/win64/{name}.dll": (PYTHONFMU / "win64" / "pythonfmu-export.dll").read_bytes()}
+    own = loader()
+    if own is None:
+        return files | {f"binaries/linux64/{name}.so": linux}
+    return files | {f"binaries/linux64/{name}.so": own, "binaries/linux64/libpythonfmu-export.so": linux}

@@ -1,0 +1,398 @@
+/* The binary of an FMU on Linux: it brings Python, then passes every call on to pythonfmu's own library beside it.
+
+   What it adds on the way:
+     - a process without Python gets one (python.c), and a sentence where there is none
+     - the resource location is decoded as the URI it is, whatever characters the path has
+     - an error that the slave logs during a call is the status of that call
+     - an instance that the host frees is kept and given out again, reset: pythonfmu's library loses about 1 kB at
+       every instantiation, and its states are freed with the instance
+     - a state that the slave did not give out is refused */
+#define _GNU_SOURCE
+#include "fmi2.h"
+#include "python.h"
+
+#include <ctype.h>
+#include <dlfcn.h>
+#include <limits.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+typedef const fmi2ValueReference *References;
+
+/* name, parameters after the component, arguments after the component */
+#define SIMPLE_FUNCTIONS(F) \
+    F(SetupExperiment, (fmi2Component c, fmi2Boolean td, fmi2Real t, fmi2Real s, fmi2Boolean ed, fmi2Real e), (i, td, t, s, ed, e)) \
+    F(EnterInitializationMode, (fmi2Component c), (i)) \
+    F(ExitInitializationMode, (fmi2Component c), (i)) \
+    F(Terminate, (fmi2Component c), (i)) \
+    F(Reset, (fmi2Component c), (i)) \
+    F(GetReal, (fmi2Component c, References r, size_t n, fmi2Real *v), (i, r, n, v)) \
+    F(GetInteger, (fmi2Component c, References r, size_t n, fmi2Integer *v), (i, r, n, v)) \
+    F(GetBoolean, (fmi2Component c, References r, size_t n, fmi2Boolean *v), (i, r, n, v)) \
+    F(GetString, (fmi2Component c, References r, size_t n, fmi2String *v), (i, r, n, v)) \
+    F(SetReal, (fmi2Component c, References r, size_t n, const fmi2Real *v), (i, r, n, v)) \
+    F(SetInteger, (fmi2Component c, References r, size_t n, const fmi2Integer *v), (i, r, n, v)) \
+    F(SetBoolean, (fmi2Component c, References r, size_t n, const fmi2Boolean *v), (i, r, n, v)) \
+    F(SetString, (fmi2Component c, References r, size_t n, const fmi2String *v), (i, r, n, v)) \
+    F(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate s, size_t *n), (i, s, n)) \
+    F(SerializeFMUstate, (fmi2Component c, fmi2FMUstate s, fmi2Byte *b, size_t n), (i, s, b, n)) \
+    F(GetDirectionalDerivative, (fmi2Component c, References u, size_t nu, References k, size_t nk, const fmi2Real *dk, fmi2Real *du), \
+      (i, u, nu, k, nk, dk, du)) \
+    F(SetRealInputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, const fmi2Real *v), (i, r, n, o, v)) \
+    F(GetRealOutputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, fmi2Real *v), (i, r, n, o, v)) \
+    F(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n), (i, t, h, n)) \
+    F(CancelStep, (fmi2Component c), (i)) \
+    F(GetStatus, (fmi2Component c, fmi2StatusKind k, fmi2Status *v), (i, k, v)) \
+    F(GetRealStatus, (fmi2Component c, fmi2StatusKind k, fmi2Real *v), (i, k, v)) \
+    F(GetIntegerStatus, (fmi2Component c, fmi2StatusKind k, fmi2Integer *v), (i, k, v)) \
+    F(GetBooleanStatus, (fmi2Component c, fmi2StatusKind k, fmi2Boolean *v), (i, k, v)) \
+    F(GetStringStatus, (fmi2Component c, fmi2StatusKind k, fmi2String *v), (i, k, v))
+
+#define STATE_FUNCTIONS(F) \
+    F(GetFMUstate, (fmi2Component c, fmi2FMUstate *s), ) \
+    F(SetFMUstate, (fmi2Component c, fmi2FMUstate s), ) \
+    F(FreeFMUstate, (fmi2Component c, fmi2FMUstate *s), ) \
+    F(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte *b, size_t n, fmi2FMUstate *s), )
+
+static struct { /* pythonfmu's functions */
+    void *library;
+    fmi2Component (*Instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);
+    void (*FreeInstance)(fmi2Component);
+#define DECLARE(name, parameters, arguments) fmi2Status(*name) parameters;
+    SIMPLE_FUNCTIONS(DECLARE)
+    STATE_FUNCTIONS(DECLARE)
+} to;
+
+typedef struct Instance {
+    fmi2Component slave; /* pythonfmu's component */
+    fmi2CallbackFunctions own, host;
+    char *name, *resources, *link; /* link: folder in the temporary folder that holds a plain path to the resources */
+    char content[128];             /* of slavemodule.txt, which names the content of the FMU */
+    fmi2Boolean talkative;
+    fmi2Status said; /* the worst that the slave logged during the present call */
+    fmi2FMUstate *states;
+    size_t count, room;
+    struct Instance *next;
+} Instance;
+
+enum { KEPT = 16 };
+static Instance *kept; /* freed by the host, to be given out again */
+static int kept_count;
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+
+/* What the slave says goes to the host under the host's name for the instance; '%' must not meet a format. */
+static void heard(fmi2ComponentEnvironment environment, fmi2String unused, fmi2Status status, fmi2String category, fmi2String text, ...)
+{
+    Instance *it = environment;
+    (void)unused;
+    if (!it) return;
+    if (status >= fmi2Error && status <= fmi2Fatal && status > it->said) it->said = status;
+    if (!it->host.logger || (status == fmi2OK && !it->talkative)) return;
+    size_t length = text ? strlen(text) : 0;
+    char *plain = malloc(2 * length + 1), *end = plain;
+    if (!plain) return;
+    for (size_t n = 0; n < length; n++) {
+        *end++ = text[n];
+        if (text[n] == '%') *end++ = '%';
+    }
+    *end = 0;
+    it->host.logger(it->host.componentEnvironment, it->name, status, category && *category ? category : "logAll", plain);
+    free(plain);
+}
+
+static fmi2Status judged(Instance *it, fmi2Status status)
+{
+    return it->said > status || (status == fmi2Pending && it->said) ? it->said : status;
+}
+
+#define FORWARD(name, parameters, arguments) \
+    FMI2_EXPORT fmi2Status fmi2##name parameters \
+    { \
+        Instance *it = c; \
+        if (!it) return fmi2Error; \
+        fmi2Component i = it->slave; \
+        it->said = fmi2OK; \
+        return judged(it, to.name arguments); \
+    }
+SIMPLE_FUNCTIONS(FORWARD)
+
+FMI2_EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
+FMI2_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
+
+FMI2_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String *categories)
+{
+    (void)n, (void)categories;
+    if (!c) return fmi2Error;
+    ((Instance *)c)->talkative = on;
+    return fmi2OK;
+}
+
+/* States. */
+
+static fmi2FMUstate *place_of(Instance *it, fmi2FMUstate state)
+{
+    for (size_t n = 0; n < it->count; n++)
+        if (it->states[n] == state) return it->states + n;
+    return NULL;
+}
+
+static fmi2Status remember(Instance *it, fmi2Status status, fmi2FMUstate fresh, fmi2FMUstate *given)
+{
+    if (judged(it, status) > fmi2Warning || !fresh) return judged(it, status == fmi2OK ? fmi2Error : status);
+    fmi2FMUstate *place = *given ? place_of(it, *given) : NULL; /* a state that is given back is used again */
+    if (place) {
+        to.FreeFMUstate(it->slave, place);
+        *place = fresh;
+    } else {
+        if (it->count == it->room) {
+            size_t room = it->room ? 2 * it->room : 8;
+            fmi2FMUstate *more = realloc(it->states, room * sizeof *more);
+            if (!more) return fmi2Error;
+            it->states = more, it->room = room;
+        }
+        it->states[it->count++] = fresh;
+    }
+    *given = fresh;
+    return judged(it, status);
+}
+
+static fmi2Status not_ours(Instance *it)
+{
+    heard(it, NULL, fmi2Error, "logStatusError", "this state was not given out by this instance, or has been freed");
+    return fmi2Error;
+}
+
+FMI2_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    Instance *it = c;
+    fmi2FMUstate fresh = NULL;
+    if (!it || !state) return fmi2Error;
+    it->said = fmi2OK;
+    return remember(it, to.GetFMUstate(it->slave, &fresh), fresh, state);
+}
+
+FMI2_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte *bytes, size_t size, fmi2FMUstate *state)
+{
+    Instance *it = c;
+    fmi2FMUstate fresh = NULL;
+    if (!it || !state) return fmi2Error;
+    it->said = fmi2OK;
+    return remember(it, to.DeSerializeFMUstate(it->slave, bytes, size, &fresh), fresh, state);
+}
+
+FMI2_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    Instance *it = c;
+    if (!it) return fmi2Error;
+    it->said = fmi2OK;
+    return place_of(it, state) ? judged(it, to.SetFMUstate(it->slave, state)) : not_ours(it);
+}
+
+FMI2_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    Instance *it = c;
+    if (!it) return fmi2Error;
+    if (!state || !*state) return fmi2OK;
+    it->said = fmi2OK;
+    fmi2FMUstate *place = place_of(it, *state);
+    if (!place) return not_ours(it);
+    fmi2Status status = to.FreeFMUstate(it->slave, state);
+    *place = it->states[--it->count];
+    *state = NULL;
+    return judged(it, status);
+}
+
+/* The resource location: a URI, in practice also a plain path. */
+
+static void decode(const char *uri, char *path)
+{
+    if (!strncmp(uri, "file:", 5)) {
+        uri += 5;
+        if (uri[0] == '/' && uri[1] == '/') { /* an authority: empty or a host, of which only this one can be meant */
+            const char *slash = strchr(uri + 2, '/');
+            uri = slash ? slash : uri + strlen(uri);
+        }
+    }
+    for (; *uri; uri++) {
+        unsigned byte;
+        if (*uri == '%' && isxdigit((unsigned char)uri[1]) && isxdigit((unsigned char)uri[2]) && sscanf(uri + 1, "%2x", &byte) == 1 && byte) {
+            *path++ = (char)byte;
+            uri += 2;
+        } else {
+            *path++ = *uri;
+        }
+    }
+    *path = 0;
+}
+
+static int holds_slave(const char *folder, char *content, size_t size)
+{
+    char file[PATH_MAX];
+    if (snprintf(file, sizeof file, "%s/slavemodule.txt", folder) >= (int)sizeof file) return 0;
+    FILE *stream = fopen(file, "r");
+    if (!stream) return 0;
+    content[fread(content, 1, size - 1, stream)] = 0;
+    fclose(stream);
+    return 1;
+}
+
+/* The resources folder as the host says it (decoded, then as it is), else beside this library. */
+static char *find_resources(const char *uri, const char *here, char *content, size_t size)
+{
+    char path[PATH_MAX];
+    if (uri && strlen(uri) < sizeof path) {
+        decode(uri, path);
+        if (holds_slave(path, content, size)) return strdup(path);
+        const char *plain = !strncmp(uri, "file://", 7) ? uri + 7 : uri;
+        if (holds_slave(plain, content, size)) return strdup(plain);
+    }
+    if (snprintf(path, sizeof path, "%s/../../resources", here) < (int)sizeof path && holds_slave(path, content, size)) return realpath(path, NULL);
+    return NULL;
+}
+
+/* pythonfmu's library and some Pythons stumble over characters in paths; such a path gets a plain name that leads to it. */
+static char *plain_path(const char *path, char **link)
+{
+    const char *folder = getenv("TMPDIR");
+    char made[PATH_MAX];
+    *link = NULL;
+    if (path[strspn(path, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789/._-")] == 0) return strdup(path);
+    if (!folder || folder[strspn(folder, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789/._-")]) folder = "/tmp";
+    snprintf(made, sizeof made, "%s/selflock-XXXXXX", folder);
+    if (!mkdtemp(made)) return strdup(path);
+    char *full = realpath(path, NULL), *name = NULL;
+    if (asprintf(&name, "%s/resources", made) < 0 || !full || symlink(full, name)) {
+        rmdir(made);
+        free(name), free(full);
+        return strdup(path);
+    }
+    free(full);
+    *link = strdup(made);
+    return name;
+}
+
+/* Life. */
+
+static int here(char *folder, size_t size)
+{
+    Dl_info info;
+    if (!dladdr((void *)&lock, &info) || !info.dli_fname || strlen(info.dli_fname) >= size) return 0;
+    strcpy(folder, info.dli_fname);
+    char *slash = strrchr(folder, '/');
+    if (slash) *slash = 0;
+    else strcpy(folder, ".");
+    return 1;
+}
+
+static int open_library(const char *folder, char *why, size_t size)
+{
+    char path[PATH_MAX];
+    if (to.library) return 1;
+    if (!python_ready(why, size)) return 0;
+    snprintf(path, sizeof path, "%s/libpythonfmu-export.so", folder);
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library) {
+        snprintf(why, size, "cannot open pythonfmu's library: %s", dlerror());
+        return 0;
+    }
+    int whole = 1;
+#define FIND(name, parameters, arguments) whole = (to.name = dlsym(library, "fmi2" #name)) && whole;
+    FIND(Instantiate, , )
+    FIND(FreeInstance, , )
+    SIMPLE_FUNCTIONS(FIND)
+    STATE_FUNCTIONS(FIND)
+    if (whole) to.library = library;
+    else snprintf(why, size, "%s lacks functions of FMI 2.0", path);
+    return whole;
+}
+
+static void discard(Instance *it)
+{
+    if (it->link) {
+        char name[PATH_MAX];
+        snprintf(name, sizeof name, "%s/resources", it->link);
+        unlink(name);
+        rmdir(it->link);
+    }
+    free(it->name), free(it->resources), free(it->link), free(it->states), free(it);
+}
+
+/* A kept instance of the same content, reset; NULL if there is none. */
+static Instance *given_back(const char *resources, const char *content)
+{
+    for (Instance **place = &kept; *place; place = &(*place)->next) {
+        Instance *it = *place;
+        if (strcmp(it->resources, resources) || strcmp(it->content, content)) continue;
+        *place = it->next;
+        kept_count--;
+        it->said = fmi2OK;
+        return it;
+    }
+    return NULL;
+}
+
+FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String uri, const fmi2CallbackFunctions *host,
+                                          fmi2Boolean visible, fmi2Boolean talkative)
+{
+    char folder[PATH_MAX] = ".", why[2048] = "", content[sizeof ((Instance *)0)->content] = "";
+    char *resources = NULL;
+    Instance *it = NULL;
+    if (!host) return NULL;
+    pthread_mutex_lock(&lock);
+    if (!name || !*name) snprintf(why, sizeof why, "an instance needs a name");
+    else if (type != fmi2CoSimulation) snprintf(why, sizeof why, "this FMU is for co-simulation, not for model exchange");
+    else if (!here(folder, sizeof folder)) snprintf(why, sizeof why, "cannot tell where this library lies");
+    else if (!(resources = find_resources(uri, folder, content, sizeof content)))
+        snprintf(why, sizeof why, "no resources of this FMU at %.1500s", uri ? uri : "(null)");
+    else if (open_library(folder, why, sizeof why)) {
+        it = given_back(resources, content);
+        int reset = it != NULL;
+        if (!it) it = calloc(1, sizeof *it);
+        if (it) {
+            free(it->name), free(it->resources);
+            it->name = strdup(name), it->resources = resources, resources = NULL;
+            it->host = *host, it->talkative = talkative;
+            strcpy(it->content, content);
+            it->own = *host, it->own.logger = heard, it->own.componentEnvironment = it;
+            if (!reset) {
+                char *plain = plain_path(it->resources, &it->link);
+                it->slave = to.Instantiate(name, type, guid ? guid : "", plain, &it->own, visible, 1);
+                free(plain);
+            } else if (to.Reset(it->slave) != fmi2OK) {
+                it->slave = NULL;
+            }
+            if (!it->slave) {
+                discard(it);
+                it = NULL;
+                snprintf(why, sizeof why, "Python could not make the slave");
+            }
+        }
+    }
+    pthread_mutex_unlock(&lock);
+    free(resources);
+    if (!it && host->logger) host->logger(host->componentEnvironment, name ? name : "", fmi2Error, "logStatusError", "%s", why);
+    return it;
+}
+
+FMI2_EXPORT void fmi2FreeInstance(fmi2Component c)
+{
+    Instance *it = c;
+    if (!it) return;
+    while (it->count) to.FreeFMUstate(it->slave, &it->states[--it->count]);
+    it->host.logger = NULL;
+    pthread_mutex_lock(&lock);
+    int keep = kept_count < KEPT;
+    if (keep) {
+        it->next = kept, kept = it;
+        kept_count++;
+    }
+    pthread_mutex_unlock(&lock);
+    if (keep) return;
+    to.FreeInstance(it->slave);
+    discard(it);
+}

@@ -22,7 +22,7 @@ from master.vehicle.munk import call_step, compiled, load, store
 CONSTANTS = np.dtype([(name, float) for name in """
     dt gravity sides driven belt hold_stiffness hold_damping
     ground_stiffness ground_exponent ground_damping ground_depth ground_friction
-    bristle_stiffness bristle_damping ground_top shoe foot_pitch center_radius
+    bristle_stiffness bristle_damping ground_top level shoe foot_pitch center_radius
     guide_stiffness guide_damping guide_radius holder_length rail_height rail_ramp
     tooth_stiffness tooth_damping tooth_angle belt_radius sprocket_inertia segment_weight
     front_hinge_x rear_hinge_x hinge_y holder_center holder_weight
@@ -118,7 +118,10 @@ def friction(p, normal, slip, bristle):
 @compiled
 def touch(p, gx, gy, x, y, vx, vy, bristle):
     """Ground force on a shoe at (x, y) moving with (vx, vy): fx, fy, normal, tangent, tangent's direction, new bristle."""
-    distance, nx, ny = clearance(gx, gy, x, y, p.shoe + 0.03)
+    if p.level > 0.0:
+        distance, nx, ny = y - p.ground_top, 0.0, 1.0
+    else:
+        distance, nx, ny = clearance(gx, gy, x, y, p.shoe + 0.03)
     depth = p.shoe - distance
     if depth <= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
@@ -187,7 +190,7 @@ def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body,
         # the guide: a stadium about the line from hinge to idler with crowned rails, pushing outwards only
         if 0.0 < along < length:
             out, slope = rail(p, along)
-            tilt = 1.0 / math.sqrt(1.0 + slope * slope)
+            tilt = 1.0 / math.sqrt(1.0 + slope * slope) if slope != 0.0 else 1.0
             distance = abs(across)
             qx, qy = -slope * tilt, math.copysign(tilt, across)
             depth = (radius + out - distance) * tilt
@@ -287,18 +290,33 @@ def belt_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, holder
     speed = p.belt_radius * (rate - w)
     fx = fy = moment = turning = 0.0
     normal_sum = tangent_sum = pressure = 0.0
-    top = p.ground_top + p.shoe
+    half = math.pi * radius
+    # pieces of the outline that cannot reach the ground are passed over: run below, tip, run above, hinge
+    reach = p.ground_top + p.shoe - hy
+    below = min(0.0, s * length) - p.rail_height
+    low0, low1 = below - radius * c < reach, s * length - radius < reach
+    low2, low3 = below + radius * c < reach, -radius < reach
+    place = travel - perimeter * math.floor(travel / perimeter)
     for i in range(n):
-        place = (travel + (i + 0.5) * perimeter / n) % perimeter
+        if i > 0:
+            place += perimeter / n
+        if place >= perimeter:
+            place -= perimeter
+        if place < length + half:
+            near = low0 if place < length else low1
+        else:
+            near = low2 if place < 2.0 * length + half else low3
+        if not near:
+            bristle[track, i] = 0.0
+            continue
         along, across, ux, uy = outline(p, place)
         rx, ry = along * c - across * s, along * s + across * c
-        y = hy + ry
-        if y >= top:
+        if ry >= reach:
             bristle[track, i] = 0.0
             continue
         dx, dy = ux * c - uy * s, ux * s + uy * c
         vx, vy = hvx - w * ry + speed * dx, hvy + w * rx + speed * dy
-        gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, hx + rx, y, vx, vy, bristle[track, i])
+        gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, hx + rx, hy + ry, vx, vy, bristle[track, i])
         bristle[track, i] = b
         pull = p.belt_radius * (gfx * dx + gfy * dy)
         fx += gfx

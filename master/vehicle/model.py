@@ -98,6 +98,7 @@ class Model:
         c["sides"], c["driven"], c["belt"] = SIDES, v["driven_sprockets"], self.belt
         c["ground_top"], c["shoe"], c["foot_pitch"] = max(self.gy), v["shoe_height"], g.pitch / kernel.FEET
         c["guide_radius"], c["belt_radius"], c["tooth_angle"] = g.guide_radius, g.belt_radius, 2.0 * math.pi / v["teeth"]
+        c["level"] = min(self.gy) == max(self.gy)
         c["center_radius"] = g.center_radius
         c["rail_ramp"] = RAMP * g.pitch
         track = v["segments"] * v["segment_mass"]

@@ -26,9 +26,9 @@ JOINT_WORDS = 28  # the same of a pivot joint, up to its accumulated impulse
 def compiled(function):
     """numba's njit with a cache on disk where a place for it can be written, without one where not."""
     try:
-        return njit(function, cache=True)
+        return njit(function, cache=True, error_model="numpy")
     except RuntimeError:  # numba found no writable place
-        return njit(function)
+        return njit(function, error_model="numpy")
 
 
 class Layout(NamedTuple):

@@ -1,0 +1,76 @@
+"""Cost of the vehicle: its whole inner step over pymunk's own step of the same bodies, and the belt against real time.
+
+    python -m benchmarks.vehicle
+
+Each figure is the best of several rounds, all taken in this one run, interleaved, on one core.
+"""
+
+from __future__ import annotations
+
+import time
+
+from numba import njit
+
+from master.vehicle import Robot
+from master.vehicle.munk import call_step
+
+ROUNDS, TIME = 15, 0.25  # s of simulated time in a round
+
+
+@njit
+def bare_steps(steps, step, space, dt):
+    for _ in range(steps):
+        call_step(step, space, dt)
+
+
+def best(actions: dict, rounds: int = ROUNDS) -> dict[str, float]:
+    """Shortest time of each action in s, taken in turns."""
+    times = {name: [] for name in actions}
+    for _ in range(rounds + 1):
+        for name, action in actions.items():
+            begin = time.perf_counter()
+            action()
+            times[name].append(time.perf_counter() - begin)
+    return {name: min(values[1:]) for name, values in times.items()}
+
+
+def drive(robot: Robot, size: float = 1e-3):
+    """A part's life as the master sees it: write, step, read, with the holders held by a spring."""
+    robot.bind(["front_torque", "rear_torque"], ["front_angle", "front_speed", "rear_angle", "rear_speed", "rear_ground_normal"])
+    robot.exit_initialization()
+    robot.read()
+
+    def run():
+        for i in range(round(TIME / size)):
+            robot.u[0] = -2e4 * (robot.y[0] + size * robot.y[1])
+            robot.u[1] = -2e4 * (robot.y[2] + size * robot.y[3])
+            robot.write()
+            robot.step(i * size, size)
+            robot.read()
+
+    return run
+
+
+def main() -> None:
+    segmented, belt, coarse, falling = Robot(), Robot(track="belt"), Robot(track="belt", inner_step=1e-3), Robot()
+    model, dt = falling.model, 2.5e-4
+    steps = round(TIME / dt)
+    took = best({
+        "vehicle": drive(segmented),
+        "belt": drive(belt),
+        "coarse": drive(coarse),
+        "bare": lambda: bare_steps(steps, model.step_address, model.space_address, dt),
+        "python": lambda: [model.space.step(dt) for _ in range(steps)],
+    })
+    vehicle, bare, python = (took[name] / steps * 1e6 for name in ("vehicle", "bare", "python"))
+    print(f"{len(model.bodies)} bodies, {len(model.joints)} joints, inner step {dt * 1e3:g} ms, communication step 1 ms")
+    print(f"  pymunk's step from compiled code      {bare:7.2f} µs")
+    print(f"  pymunk's step from Python             {python:7.2f} µs")
+    print(f"  whole vehicle step                    {vehicle:7.2f} µs  = {vehicle / bare:.2f} x pymunk's step ({vehicle / python:.2f} x from Python)")
+    print(f"  segmented track                       {TIME / took['vehicle']:7.1f} x real time")
+    print(f"  belt track, inner step 0.25 ms        {TIME / took['belt']:7.1f} x real time")
+    print(f"  belt track, inner step 1 ms           {TIME / took['coarse']:7.1f} x real time")
+
+
+if __name__ == "__main__":
+    main()

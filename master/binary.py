@@ -13,10 +13,12 @@ import itertools
 import shutil
 import tempfile
 import zipfile
+import zlib
 from collections import deque
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 from fmpy import fmi2
@@ -62,7 +64,7 @@ def describe(path: Path | str) -> ModelDescription:
     path = Path(path)
     try:
         with zipfile.ZipFile(path) as archive:
-            broken = archive.testzip()
+            broken = _damaged(archive)
             if broken:
                 raise DescriptionError(f"{path} is damaged: {broken} in it does not match its checksum. Copy or build it again.")
             if "modelDescription.xml" not in archive.namelist():
@@ -70,17 +72,31 @@ def describe(path: Path | str) -> ModelDescription:
     except (zipfile.BadZipFile, EOFError):
         raise DescriptionError(f"{path} is not an FMU: it is no zip file, or only part of one. Copy or build it again.") from None
     try:
+        with zipfile.ZipFile(path) as archive:
+            version = ElementTree.fromstring(archive.read("modelDescription.xml")).get("fmiVersion")
+        if version != "2.0":
+            raise DescriptionError(f"{path} is FMI {version}; only FMI 2.0 co-simulation is coupled here.")
         description = fmpy.read_model_description(str(path), validate=False)
+    except DescriptionError:
+        raise
     except Exception as error:  # whatever a parser meets in a foreign file
         raise DescriptionError(f"The modelDescription.xml of {path} cannot be understood: {error}") from None
-    if description.fmiVersion != "2.0":
-        raise DescriptionError(f"{path} is FMI {description.fmiVersion}; only FMI 2.0 co-simulation is coupled here.")
     if description.coSimulation is None:
         raise DescriptionError(f"{path} is for model exchange only: it has no solver of its own. Export it for co-simulation.")
     if fmpy.platform not in fmpy.supported_platforms(str(path)):
         has = ", ".join(fmpy.supported_platforms(str(path))) or "none"
         raise DescriptionError(f"{path} has no binary for this machine ({fmpy.platform}; it has: {has}). Export it for {fmpy.platform}.")
     return description
+
+
+def _damaged(archive: zipfile.ZipFile) -> str | None:
+    """The first file in the archive that cannot be unpacked as it was packed."""
+    for name in archive.namelist():
+        try:
+            archive.read(name)
+        except (zipfile.BadZipFile, zlib.error, EOFError):
+            return name
+    return None
 
 
 @cache

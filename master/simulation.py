@@ -220,7 +220,7 @@ class Recorder:
         """See that the rows since the last check are numbers, and make room for more."""
         sink = self.sink
         rows = sink.unchecked()
-        if not math.isfinite(rows.dot(rows)):
+        if not np.isfinite(rows).all():
             self._look_for_nonsense(rows.reshape(-1, sink.width))
         sink.checked()
 

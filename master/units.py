@@ -14,7 +14,7 @@ from functools import cache
 from master.errors import DescriptionError
 
 _BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd", "radian": "rad"}
-_NAMES = {"%": "percent", "1": "", "-": "", "Ohm": "ohm", "rev": "turn", "rpm": "rpm", "1/min": "1/minute"}
+_NAMES = {"%": "percent", "1": "", "-": "", "rev": "turn", "1/min": "1/minute"}
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _pint_unit(name: str) -> Unit | None:
     text = _NAMES.get(name, name)
     text = re.sub(r"(?<=[A-Za-z])(-?\d+)", r"**(\1)", text.replace("^", "**"))  # m2 -> m**(2)
     text = re.sub(r"(?<=[\w)])\.(?=[A-Za-z(])", "*", text)  # N.m -> N*m
-    text = re.sub(r"\bOhm\b", "ohm", text)
+    text = re.sub(r"Ohm\b", "ohm", text)
     try:
         registry = _registry()
         if not text:

@@ -68,13 +68,16 @@ def real(name, causality, unit="", start=0.0, **more):
 
 
 class Mass(Small):
-    """m dv/dt = f_1 + f_2 - k x - d v, exact for held forces when k = d = 0, else by many small steps."""
+    """m dv/dt = f - k x - d v for a held force, by many small steps of fourth order."""
 
     described = (
         real("mass", "parameter", "kg", 1.0, minimum=0.0), real("stiffness", "parameter", "N/m"), real("damping", "parameter", "N.s/m"),
-        real("force", "input", "N"),
+        real("v0", "parameter", "m/s"), real("force", "input", "N"),
         real("x", "output", "m", depends_on=()), real("v", "output", "m/s", depends_on=()),
     )  # fmt: skip
+
+    def set(self, name, value):
+        setattr(self, "v" if name == "v0" else name, value)
 
     def step(self, time, size):
         n = 50
@@ -196,3 +199,47 @@ class Fragile(Integrator):
         if time >= self.fails_at - 1e-12:
             raise PartFailed(self.name, time, size, "Error", {"u": self.given}, ["the shaft broke"], "a thicker shaft.")
         super().step(time, size)
+
+
+class Listener(Small):
+    """Remembers what it was given at every step."""
+
+    described = (real("u", "input"), real("w", "input"), real("y", "output", depends_on=()))
+
+    def __init__(self, name):
+        super().__init__(name)
+        self.heard = []
+
+    def step(self, time, size):
+        self.heard.append((time, size, self.u_given(), self.w))
+
+    def write(self):
+        self.given = dict(zip(self.inputs, self.u.tolist()))
+        self.w = self.given.get("w", 0.0)
+
+    def u_given(self):
+        return self.given.get("u", 0.0)
+
+    def set(self, name, value): ...
+
+    def read(self):
+        self.y[:] = 0.0
+
+
+class Push(Small):
+    """A constant force on whatever moves with v."""
+
+    described = (real("force", "output", "N", depends_on=()), real("strength", "parameter", "N", 1.0), real("v", "input", "m/s"))
+
+    def read(self):
+        self.y[:] = self.strength
+
+
+class Thermometer(Small):
+    """Outputs in units of many kinds; an input in kelvin, one in radians."""
+
+    described = (
+        real("celsius", "output", "degC", 20.0, depends_on=()), real("degrees", "output", "deg", 180.0, depends_on=()),
+        real("hertz", "output", "Hz", 1.0, depends_on=()), real("odd", "output", "quux", 1.0, depends_on=()),
+        real("kelvin", "input", "K"), real("radians", "input", "rad"), real("speed", "input", "rad/s"),
+    )  # fmt: skip

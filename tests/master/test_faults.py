@@ -1,0 +1,80 @@
+"""Faults on purpose."""
+
+import numpy as np
+import pytest
+
+import master
+
+
+def table(system, *faults, **run):
+    """A ramp y = t through a gain, with faults."""
+    parts = {"i": ("Integrator", {"u": 1.0}), "g": "Gain"}
+    description = system(parts, {"g.u": "i.y"}, stop=1.0, step=0.01, record=["i.y", "g.y"], **run)
+    description.faults = [master.Fault(**fault) for fault in faults]
+    return master.run(description).table.set_index("time")
+
+
+def at(table, name, *times):
+    return [table[name].iloc[round(t / 0.01)] for t in times]
+
+
+def test_stuck(system):
+    got = table(system, dict(variable="i.y", kind="stuck", start=0.3, stop=0.6))
+    assert at(got, "g.y", 0.2, 0.3, 0.5, 0.7) == pytest.approx([0.2, 0.3, 0.3, 0.7])
+    got = table(system, dict(variable="i.y", kind="stuck", start=0.3, value=5.0))
+    assert at(got, "i.y", 0.2, 0.3, 1.0) == pytest.approx([0.2, 5.0, 5.0])
+
+
+def test_a_fault_on_an_input_is_seen_by_that_part_alone(system):
+    got = table(system, dict(variable="g.u", kind="offset", value=2.0, start=0.3, stop=0.6))
+    assert at(got, "i.y", 0.2, 0.5) == pytest.approx([0.2, 0.5])
+    assert at(got, "g.y", 0.2, 0.5, 0.8) == pytest.approx([0.2, 2.5, 0.8])
+
+
+def test_drop_out(system):
+    got = table(system, dict(variable="i.y", kind="drop-out", start=0.3, stop=0.6))
+    assert at(got, "g.y", 0.2, 0.5, 0.8) == pytest.approx([0.2, 0.0, 0.8])
+
+
+def test_delay(system):
+    got = table(system, dict(variable="i.y", kind="delay", delay=0.105, start=0.3))
+    assert at(got, "g.y", 0.2, 0.3, 0.9) == pytest.approx([0.2, 0.195, 0.795])
+
+
+def test_noise_repeats_with_its_seed(system):
+    fault = dict(variable="i.y", kind="noise", deviation=0.1, start=0.0)
+    one, again, other = (table(system, fault | {"seed": seed})["i.y"] for seed in (1, 1, 2))
+    assert one.equals(again) and not one.equals(other)
+    noise = one - one.index
+    assert abs(noise.mean()) < 0.04 and noise.std() == pytest.approx(0.1, rel=0.3)
+
+
+def test_a_source_of_time_can_fail_too(system):
+    description = system({"c": "Clock", "l": ("Listener", {"w": 0.0})}, {"l.u": "c.angle"}, stop=1.0, step=0.1)
+    description.faults = [master.Fault("c.angle", "offset", 0.0, value=10.0)]
+    assert np.allclose(master.run(description).table["c.angle"], 10 + np.sin(np.arange(11) * 0.1))
+
+
+def test_a_tunable_parameter_is_put_back(system, monkeypatch):
+    import small_parts
+
+    gain = small_parts.real("gain", "parameter", "", 1.0, variability="tunable")
+    monkeypatch.setattr(small_parts.Gain, "described", (gain, *small_parts.Gain.described[1:]))
+    got = table(system, dict(variable="g.gain", kind="stuck", value=-1.0, start=0.3, stop=0.6))
+    assert at(got, "g.y", 0.2, 0.5, 0.8) == pytest.approx([0.2, -0.5, 0.8])
+
+
+@pytest.mark.parametrize(
+    "fault, words",
+    [
+        (dict(variable="i.z", kind="stuck"), ["i has no variable z"]),
+        (dict(variable="i.y", kind="offset"), ["needs the value"]),
+        (dict(variable="i.y", kind="delay"), ["a delay above zero"]),
+        (dict(variable="i.y", kind="noise", deviation=1.0), ["seed"]),
+        (dict(variable="i.y", kind="noise", seed=1), ["deviation above zero"]),
+        (dict(variable="i.y", kind="stuck", stop=0.1), ["after its start"]),
+        (dict(variable="g.gain", kind="stuck", value=1.0), ["tunable"]),
+    ],
+)
+def test_checks(system, refused, fault, words):
+    refused(lambda: table(system, {"start": 0.5, **fault}), *words)

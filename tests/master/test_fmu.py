@@ -1,0 +1,159 @@
+"""FMUs of other makers: pythonfmu slaves and native ones written in C after the specification."""
+
+import math
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import master
+from master.fmu import FmuPart
+
+
+def test_a_pythonfmu_slave_runs(system, counter):
+    parts = {"a": (counter, {"u": 2.0, "gain": 0.5}), "b": counter}
+    result = master.run(system(parts, {"b.u": "a.sum"}, stop=1.0, step=0.1))
+    last = result.table.iloc[-1]
+    assert last["a.sum"] == 10.0 and last["a.n"] == 10 and last["a.word"] == "step 10"
+    assert result.table["a.even"].dtype == bool and result.table["a.n"].dtype == "int64"
+    assert last["b.sum"] == sum(range(1, 11))  # Gauss-Seidel: the newest sum
+
+
+def test_its_failure_tells_all(system, counter, tmp_path):
+    with pytest.raises(master.PartFailed) as caught:
+        master.run(system({"a": (counter, {"u": 2.0, "stop_at": 0.55})}, stop=1.0, step=0.1), out=tmp_path / "t.csv")
+    for words in ("a answered Discard to fmi2DoStep at t = 0.5 s (step 0.1 s)", "Error: no more after 0.55", "t.csv", "try:"):
+        assert words in str(caught.value)
+    assert len(master.read(tmp_path / "t.csv")[0]) == 6
+
+
+def test_save_and_restore_give_the_same_bits(counter, native):
+    for path, given, taken in ((counter, "u", "sum"), (native("relaxation"), "u", "x")):
+        part = FmuPart("p", path)
+        part.bind([given], [taken])
+        part.enter_initialization(0.0, None)
+        part.exit_initialization()
+
+        def on(first):
+            got = []
+            for k in range(first, first + 5):
+                part.u[0] = math.sin(k)
+                part.cycle(k * 1e-7, 1e-7)
+                got.append(part.y[0])
+            return got
+
+        on(0)
+        state = part.save()
+        straight = on(5)
+        part.restore(state)
+        assert on(5) == straight
+        del state
+        part.terminate()
+        part.close()
+
+
+def test_doubling_with_fmus(system, native):
+    description = system({"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6)
+    table = master.run(description).table
+    assert table["r.x"].iloc[-1] == pytest.approx(math.exp(-3.0), rel=1e-12)
+    assert np.allclose(table["r.flow"], -3.0 * table["r.x"])
+
+
+def test_a_stiff_one_at_any_step(system, native):
+    description = system({"r": (native("relaxation"), {"u": 5.0})}, stop=1.0, step=0.1)
+    assert master.run(description).table["r.x"].iloc[-1] == pytest.approx(5.0, abs=1e-12)
+
+
+def test_discarded_steps_are_finished_from_the_last_successful_time(system, native):
+    """Impacts of a ball that falls from 1 m: the first after √(2/g), the others 2 e^n times that apart."""
+    table = master.run(system({"b": (native("ball"), {"restitution": 0.5})}, stop=1.2, step=0.1)).table
+    fall = math.sqrt(2 / 9.81)
+    impacts = [fall + 2 * fall * sum(0.5**k for k in range(1, n)) for n in range(1, 8)]
+    assert table["b.bounces"].to_list() == [sum(i <= t for i in impacts) for t in table["time"]]
+    t = 0.8 - impacts[0]
+    speed = 0.5 * 9.81 * fall
+    assert table["b.height"].iloc[8] == pytest.approx(speed * t - 9.81 / 2 * t * t, abs=1e-12)
+
+
+def test_a_step_discarded_whole_asks_for_a_smaller_one(system, native):
+    with pytest.raises(master.PartFailed, match="(?s)Discard.*try: a smaller"):
+        master.run(system({"b": (native("ball"), {"whole": True})}, stop=1.0, step=0.1))
+
+
+def test_enumerations_are_integers_and_units_are_those_of_the_fmu(native):
+    part = FmuPart("r", native("relaxation"))
+    assert part.units["degC"] == ({"K": 1}, 1.0, 273.15)
+    assert part.variables["rate"].minimum == 0.0 and part.variables["rate"].start == 1e6
+    assert part.variables["flow"].depends_on == ("u",) and part.variables["x"].depends_on == ()
+    part.close()
+
+
+def broken(path, source, *, description=None, without=None):
+    """A copy of an FMU with another description, or with something left out."""
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            if without and name.startswith(without):
+                continue
+            content = old.read(name)
+            new.writestr(name, description(content.decode()) if description and name == "modelDescription.xml" else content)
+    return path
+
+
+def test_files_that_are_no_fmu_for_us(tmp_path, native, refused):
+    good = native("relaxation")
+    (tmp_path / "text.fmu").write_text("hello")
+    (tmp_path / "half.fmu").write_bytes(Path(good).read_bytes()[:300])
+    corrupt = bytearray(Path(good).read_bytes())
+    corrupt[len(corrupt) // 2] ^= 0xFF
+    (tmp_path / "corrupt.fmu").write_bytes(corrupt)
+    cases = {
+        "none.fmu": "no FMU at", "text.fmu": "not an FMU", "half.fmu": "not an FMU", "corrupt.fmu": "damaged",
+        broken(tmp_path / "empty.fmu", good, without="modelDescription"): "no modelDescription.xml",
+        broken(tmp_path / "bare.fmu", good, without="binaries"): "no binary for this machine",
+        broken(tmp_path / "xml.fmu", good, description=lambda text: text[:200]): "cannot be understood",
+        broken(tmp_path / "three.fmu", good, description=lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion="3.0"')): "is FMI 3.0",
+        broken(tmp_path / "me.fmu", good, description=lambda t: t.replace("CoSimulation", "ModelExchange")): "model exchange only",
+        broken(tmp_path / "lib.fmu", good, description=lambda t: t.replace('Identifier="relaxation"', 'Identifier="other"')): "cannot be loaded",
+    }  # fmt: skip
+    for path, words in cases.items():
+        refused(lambda: master.run(master.from_dict({"components": {"x": {"fmu": str(tmp_path / path)}}})), words)
+
+
+def test_instances_share_one_unpacked_folder(counter):
+    parts = [FmuPart(name, counter) for name in "ab"]
+    assert parts[0]._binary is parts[1]._binary
+    assert str(parts[0]._binary.folder).isascii()
+    for part in parts:
+        part.close()
+
+
+@pytest.mark.parametrize("end, status", [(2, "Discard"), (3, "Error"), (4, "Fatal")])
+def test_the_teller_ends_as_told(system, native, end, status):
+    description = system({"t": (native("teller"), {"word_in": "hallo", "count_in": 1, "flag_in": False, "mood": 2})}, stop=1.0, step=0.1)
+    with pytest.raises(master.PartFailed) as caught:
+        master.run(description, settings={"t.end": end, "t.ends_at": 0.5})
+    for words in (f"t answered {status}", "at t = 0.5 s", "begins with hallo, 1 and 0.500", "told to end at 0.5 s, 100% on purpose"):
+        assert words in str(caught.value)
+    assert caught.value.result.table["t.word_out"].iloc[-1] == "hallo!"
+
+
+def test_a_warning_does_not_end_a_run(system, native):
+    description = system({"t": (native("teller"), {"word_in": "a", "count_in": 1, "flag_in": False})}, stop=1.0, step=0.1)
+    assert master.run(description, settings={"t.end": 1, "t.ends_at": 0.5}).table["t.count_out"].iloc[-1] == 2
+
+
+def test_not_a_number_from_an_fmu(system, native):
+    description = system({"t": (native("teller"), {"end": 6, "ends_at": 0.5})}, stop=1.0, step=0.1, open_inputs=True)
+    with pytest.raises(master.PartFailed, match=r"t.value answered nan at t = 0.6 s"):
+        master.run(description)
+
+
+def test_pending_steps_are_waited_for(system, native):
+    description = system({"t": (native("teller"), {"slow": True, "word_in": "a", "count_in": 4, "flag_in": True})}, stop=0.3, step=0.1)
+    assert master.run(description).table["t.count_out"].to_list() == [0, 5, 5, 5]
+
+
+def test_an_fmu_without_variable_steps_refuses_step_control(system, native, refused):
+    description = system({"t": native("teller")}, open_inputs=True, step_control="doubling")
+    refused(lambda: master.run(description), "t takes steps of one size only")

@@ -1,0 +1,92 @@
+"""Tables of results, in memory and in files."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import master
+from master import results
+
+
+def table_of(system, out=None, **run):
+    parts = {"t": ("Types", {"flag": True, "count": 1, "word": 'x, "y"'}), "m": ("Mass", {"force": 1 / 3})}
+    return master.run(system(parts, stop=1.0, step=0.01, **run), out=out)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet", ".CSV"])
+def test_a_file_holds_the_same_as_memory(system, tmp_path, ending):
+    path = tmp_path / "deep" / f"table{ending}"
+    inside, written = table_of(system), table_of(system, out=path)
+    table, units = master.read(path)
+    pd.testing.assert_frame_equal(table, inside.table, check_exact=True, check_dtype=False)
+    assert [d.kind for d in table.dtypes][:4] == ["f", "b", "i", table.dtypes.iloc[3].kind]
+    pd.testing.assert_frame_equal(written.table, table)
+    assert units == inside.units == written.units
+    assert units["m.v"] == "m/s" and units["time"] == "s" and units["t.word_out"] == ""
+    assert written.path == path
+
+
+def test_whole_numbers_stay_reals_in_csv(system, tmp_path):
+    master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=2.0, step=1.0), out=tmp_path / "t.csv")
+    assert master.read(tmp_path / "t.csv")[0]["i.y"].dtype == float
+
+
+def test_the_header_of_a_csv_carries_units(system, tmp_path):
+    table_of(system, out=tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text().splitlines()[0] == "time [s],t.flag_out,t.count_out,t.word_out,m.x [m],m.v [m/s]"
+
+
+def test_only_the_interval_is_recorded(system):
+    assert table_of(system, interval=0.1).table["time"].to_numpy() == pytest.approx(np.linspace(0, 1, 11))
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_long_run_is_written_in_pieces(system, tmp_path, ending, monkeypatch):
+    sizes = []
+    kind = results.FILES[f".{ending}"]
+    put = kind.put
+    monkeypatch.setattr(kind, "put", lambda self, frame: (sizes.append(len(frame)), put(self, frame)))
+    path = tmp_path / f"long.{ending}"
+    master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=1e-4), out=path)
+    assert sizes == [results.ROWS, results.ROWS, 10001 - 2 * results.ROWS]
+    assert master.read(path)[0]["i.y"].to_numpy() == pytest.approx(np.linspace(0, 1, 10001))
+
+
+def test_what_cannot_be_written_or_read(system, tmp_path):
+    def refused(call, word):
+        with pytest.raises(master.ResultError, match=word):
+            call()
+
+    (tmp_path / "file").write_text("")
+    (tmp_path / "bad.parquet").write_text("no parquet")
+    refused(lambda: table_of(system, out=tmp_path / "t.xlsx"), ".csv or .parquet")
+    refused(lambda: table_of(system, out=tmp_path / "file" / "t.csv"), "cannot be written")
+    refused(lambda: master.read(tmp_path / "none.csv"), "no result file")
+    refused(lambda: master.read(tmp_path / "bad.parquet"), "no table of results")
+    refused(lambda: master.read(tmp_path / "file"), ".csv or .parquet")
+
+
+@pytest.mark.parametrize("ending", [None, ".csv", ".parquet"])
+def test_a_failure_keeps_the_results_so_far(system, tmp_path, ending):
+    path = tmp_path / f"t{ending}" if ending else None
+    description = system({"f": ("Fragile", {"u": 1.0}), "g": "Gain"}, {"g.u": "f.y"}, stop=1.0, step=0.01)
+    with pytest.raises(master.PartFailed) as caught:
+        master.run(description, out=path)
+    message = str(caught.value)
+    for words in ("f answered Error at t = 0.5 s (step 0.01 s)", "the shaft broke", "u = 1", "try: a thicker shaft", "until t = 0.5 s"):
+        assert words in message
+    assert (str(path) if path else "`result`") in message
+    table = master.read(path)[0] if path else caught.value.result.table
+    assert table["time"].to_numpy() == pytest.approx(np.arange(51) * 0.01)
+    assert caught.value.result.time == 0.5
+
+
+def test_a_value_that_is_no_number_ends_the_run(system):
+    description = system({"i": "Integrator", "g": ("Gain", {"gain": 1e3, "shift": 1.0})}, {"i.u": "g.y", "g.u": "i.y"}, stop=1000.0, step=1.0)
+    with pytest.raises(master.PartFailed, match=r"answered (inf|nan) at t = "):
+        master.run(description)
+
+
+def test_the_summary_tells_what_a_person_wants(system, tmp_path):
+    text = table_of(system, out=tmp_path / "t.csv").summary()
+    assert "1 s in 100 steps" in text and "t.csv" in text

@@ -232,6 +232,10 @@ class Model:
         kernel.outputs(self.constants, self.state, self.zero, self.body, self.at, self.told, self.outputs)
         return self.outputs
 
+    def positions(self) -> np.ndarray:
+        """x, y and angle of every body, in the order of `bodies`."""
+        return np.array([(*body.position, body.angle) for body in self.bodies])
+
     def sound(self) -> bool:
         return kernel.sound(self.body, self.at, 1e3)
 

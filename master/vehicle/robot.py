@@ -8,9 +8,10 @@ import numpy as np
 
 from master.errors import DescriptionError, PartFailed
 from master.face import Variable
-from master.vehicle import kernel
+from master.vehicle import kernel, munk
 from master.vehicle.model import Model
 from master.vehicle.parameters import INPUTS, VARIABLES, checked
+from master.vehicle.posture import posture
 
 
 class Robot:
@@ -42,7 +43,7 @@ class Robot:
 
     @property
     def can_roll_back(self) -> bool:
-        return self.model.exact
+        return munk.layout() is not None
 
     @property
     def model(self) -> Model:
@@ -120,6 +121,10 @@ class Robot:
         self.log.append(f"the bodies' positions or speeds are no longer finite (inner step {self.model.constants['dt'][0]:.3g} s)"
                         if all(np.isfinite(list(inputs.values()))) else "an input is not finite")
         raise PartFailed(self.name, time, size, "error", inputs, self.log, hint)
+
+    def posture(self) -> dict[str, np.ndarray]:
+        """Polylines of shape (points, 2) in m to draw the robot with: chassis, holders, tracks, wheels, ground."""
+        return posture(self.model)
 
     def save(self) -> Any:
         if not self.can_roll_back:

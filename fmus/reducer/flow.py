@@ -57,12 +57,24 @@ def response(delta, w, tau):
 
 
 def whole(delta, w, tau):
-    """The part of tau, s, in which v and a change sign at most once each and nothing overflows."""
+    """The part of tau, s, in which v and a change sign at most once each, and nothing overflows or dies out to zero."""
     b = delta * delta - w
     if b < 0.0:
         return min(tau, 3.0 / math.sqrt(-b))
-    fastest = math.sqrt(b) - delta
-    return min(tau, 30.0 / fastest) if fastest > 0.0 else tau
+    b = math.sqrt(b)
+    if b > delta:
+        return min(tau, 30.0 / (b - delta))
+    return min(tau, 500.0 * (delta + b) / w) if w > 0.0 else tau
+
+
+def reach(delta, w, v, a):
+    """Bound of |v| for all time to come, where the motion is stable; with (v, 0) a bound of what v is the rate of."""
+    if w <= 0.0 or delta < 0.0:
+        return math.inf
+    b = delta * delta - w
+    if b < 0.0:
+        return math.hypot(v, (a + delta * v) / math.sqrt(-b))
+    return abs(v) + abs(a) / (delta + math.sqrt(b))
 
 
 def root(c0, ct, cv, ca, theta, v, a, delta, w, low, high):

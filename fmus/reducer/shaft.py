@@ -25,7 +25,8 @@ from .flow import response
 from .law import BASE, EFFECTS, Condition, Parameters, active, contact, extended, friction_at, plain, static_coefficient
 from .law import initial_windup
 from .travel import held, travel
-from .wedge import backdriving_slope, driving_slope, least_torque, normal_force, preload_torque, wedge_tangent
+from .wedge import backdriving_slope, cone, driving_slope, least_torque, normal_force, preload_torque, sliding_torque
+from .wedge import wedge_tangent
 
 __all__ = ["BASE", "EFFECTS", "Output", "Parameters", "State", "advance", "impose", "relaxed", "start"]
 
@@ -125,24 +126,23 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
         mu = p.friction_kinetic
         level = preload_torque(mu, p.preload, t)
         x = torque * way
-        line = 0.0
-        slope = 1.0 / ratio
         drive = driving_slope(mu, t, ratio)
         back = backdriving_slope(mu, t, ratio)
+        line, slope = 0.0, 1.0 / ratio
         force = x * slope + level
+        spare = min(force - x * drive, force - x * back)  # to the next line
         if x * drive > force or (level == 0.0 and x > 0.0):
-            line = 1.0
-            slope = drive
+            line, slope, spare = 1.0, drive, x * drive - force
             force = x * drive
         elif x * back > force or (level == 0.0 and x < 0.0):
-            line = -1.0
-            slope = back
+            line, slope, spare = -1.0, back, x * back - force
             force = x * back
         per_inertia = 1.0 / (p.shaft_inertia * ratio)
         a = (motor_torque - way * force) * per_inertia
         delta = 0.5 * slope * c * per_inertia
         w = slope * k * per_inertia
-        if -9.0 < (delta * delta - w) * dt * dt < 900.0 and (line != 0.0 or level > 0.0):
+        z = (delta * delta - w) * dt * dt
+        if -9.0 < z < 900.0 and (line != 0.0 or level > 0.0):
             shape, slant, area = response(delta, w, dt)
             wound = v * (shape + 2.0 * delta * area) + a * area
             v1 = v * (slant + 2.0 * delta * shape) + a * shape
@@ -159,8 +159,17 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
                 force = x * back
             else:
                 same = force >= x * drive and force >= x * back
-            turns = way * a < 0.0 and way * a1 > 0.0  # the speed may have been lower in between
-            if same and way * speed1 > 0.0 and not turns and (k * v + c * a) * (k * v1 + c * a1) >= 0.0:
+            # Speed and torque may have an extremum in between: it matters where it may lie beyond an event. In a step
+            # short against the time constants, a rate stays within twice the sum of its values at both ends.
+            rate = k * v + c * a
+            rate1 = k * v1 + c * a1
+            short = 2.0 * dt if -2.0 < z < 1.0 and abs(delta) * dt < 0.5 else math.inf
+            if (
+                same
+                and way * speed1 > 0.0
+                and (way * a >= 0.0 or way * a1 < 0.0 or short * (abs(a) + abs(a1)) * ratio < way * speed)
+                and (rate * rate1 > 0.0 or short * (abs(rate) + abs(rate1)) * (drive - back) <= spare)
+            ):
                 force = way * max(force, x / ratio)
                 angle = s.angle + ratio * (wound + output_speed * dt)
                 friction = force - torque1 / ratio
@@ -190,27 +199,47 @@ def impose(p, s, imposed_angle, imposed_speed, output_angle, output_speed, dt):
     t = wedge_tangent(ratio, p.wedge_angle)
     angle = imposed_angle + imposed_speed * dt
     output_angle += output_speed * dt
+    inertial = p.shaft_inertia * (imposed_speed - s.speed) / dt if dt > 0.0 else 0.0
     if s.effects > 0.0:
-        distance = s.distance + abs(imposed_speed) * dt
-        state = State(angle, imposed_speed, s.effects, s.time + dt, s.heat, distance)
-        law = _affected_law(p, t, state, output_angle, output_speed)
+        return _impose_extended(p, s, t, angle, imposed_speed, output_angle, output_speed, inertial, dt)
+    v = imposed_speed / ratio - output_speed
+    torque = p.shaft_stiffness * (angle / ratio - output_angle) + p.shaft_damping * v
+    stuck = 0.0
+    if imposed_speed == 0.0:
+        low, high = cone(torque, static_coefficient(p), p.preload, t, ratio)
+        force = least_torque(low, high)
+        stuck = 1.0
     else:
-        state = State(angle, imposed_speed, s.effects, s.time, s.heat, s.distance)
-        law = plain(p, t)
-    out = _outputs(law, t, ratio, state, math.nan, output_angle, output_speed)
-    if dt > 0.0:
-        required = out.input_torque + p.shaft_inertia * (imposed_speed - s.speed) / dt
-        if s.effects > 0.0:
-            state = _heated(p, state, out.loss_power, dt)
-    else:
-        required = out.input_torque
-    return state, Output(
+        way = 1.0 if imposed_speed > 0.0 else -1.0
+        force = sliding_torque(torque, way, p.friction_kinetic, p.preload, t, ratio)
+    friction = force - torque / ratio
+    return State(angle, imposed_speed, 0.0, s.time, s.heat, s.distance), Output(
+        force,
+        torque,
+        friction,
+        angle,
+        imposed_speed,
+        force + inertial,
+        normal_force(force, torque / (ratio * t), t),
+        stuck,
+        force * imposed_speed,
+        torque * output_speed,
+        friction * imposed_speed + p.shaft_damping * v * v,
+    )
+
+
+def _impose_extended(p, s, t, angle, speed, output_angle, output_speed, inertial, dt):
+    """Kinematic mode with effects on, as of the end of the step."""
+    state = State(angle, speed, s.effects, s.time + dt, s.heat, s.distance + abs(speed) * dt)
+    law = _affected_law(p, t, state, output_angle, output_speed)
+    out = _outputs(law, t, p.gear_ratio, state, math.nan, output_angle, output_speed)
+    return _heated(p, state, out.loss_power, dt), Output(
         out.input_torque,
         out.output_torque,
         out.friction_torque,
-        out.input_angle,
-        out.input_speed,
-        required,
+        angle,
+        speed,
+        out.input_torque + inertial,
         out.normal_force,
         out.stuck,
         out.input_power,
@@ -252,7 +281,9 @@ def _affected_law(p, t, state, output_angle, output_speed):
 
 
 def _heated(p, state, loss, dt):
-    """The state with the heat H, J, of dH/dt = loss - H / T solved over dt, s."""
+    """The state with the heat H, J, of dH/dt = loss - H / T solved over dt, s; kept up only where something asks for it."""
+    if p.heat_coefficient == 0.0:
+        return state
     left = math.exp(-dt / p.cooling_time)
     heat = state.heat * left + loss * p.cooling_time * (1.0 - left)
     return State(state.angle, state.speed, state.effects, state.time, heat, state.distance)

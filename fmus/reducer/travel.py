@@ -10,10 +10,10 @@ change of the line, touch or parting of the flanks (backlash). At rest P moves l
 
 import math
 
-from .flow import ULP, first_fall, response, whole
+from .flow import ULP, first_fall, reach, response, whole
 from .law import contact, friction_at
 
-PIECES = 20000  # of one step, at most
+PIECES = 200000  # of one step, at most; a step that needs more has no result (NaN)
 STALLED = 50  # events without progress of time: the shaft is held for a hundredth of the step, so that every step ends
 
 
@@ -48,6 +48,8 @@ def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output
         distance += abs(moved)
         time += taken
         stalled = stalled + 1 if taken < 1e-9 * dt else 0
+    else:
+        speed = math.nan
     return angle + turned, speed, distance
 
 
@@ -74,10 +76,8 @@ def _rest(law, ratio, windup, rate, push, left):
     if law.half_play > 0.0:
         if touching > 0.0:
             look = -output_torque / change
-        elif windup * rate < 0.0:
-            look = ((law.half_play if rate > 0.0 else -law.half_play) - windup) / rate
         else:
-            look = (edge - windup) / rate
+            look = ((law.half_play if rate > 0.0 else -law.half_play) - windup) / rate
         if not 0.0 <= look:
             look = left
         look = look * (1.0 + 1e-12) + 1e-15
@@ -142,10 +142,24 @@ def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left):
     delta = 0.5 * (slope * c * per_inertia + friction.viscous / inertia)
     w = slope * k * per_inertia
     tau = whole(delta, w, left)
+    quiet = False
+    if tau < left and touching > 0.0:  # a stiff shaft in a long step: it may never come near an event
+        offset = (a + 2.0 * delta * v) / w if w > 0.0 else math.inf  # of the wind-up from where it settles
+        swing = k * reach(delta, w, -offset, v) + c * reach(delta, w, v, a)
+        centre = x + s * (k * offset - c * v)
+        flank = 0.0 if law.half_play > 0.0 and s * edge > 0.0 else -math.inf
+        ceiling = 0.0 if law.half_play > 0.0 and s * edge < 0.0 else math.inf
+        inside = max(lower, flank) < centre - swing and centre + swing < min(upper, ceiling)
+        quiet = inside and reach(delta, w, v, a) < s * output_speed
+        if quiet:
+            tau = left
     shape, slant, area = response(delta, w, tau)
     wound = v * (shape + 2.0 * delta * area) + a * area
     v1 = v * (slant + 2.0 * delta * shape) + a * shape
     a1 = a * slant - w * v * shape
+
+    if quiet:
+        return tau, wound, (v1 + output_speed) * ratio
 
     # Events, in terms of the change of the wind-up: which is first?
     stop = first_fall(s * output_speed, 0.0, s, 0.0, v, a, wound, v1, a1, delta, w, tau)
@@ -158,8 +172,8 @@ def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left):
             other = min(other, fall)
         if law.half_play > 0.0:
             side = 1.0 if edge > 0.0 else -1.0
-            reach = side * (output_torque - c * v)
-            other = min(other, first_fall(reach, side * k, side * c, 0.0, v, a, wound, v1, a1, delta, w, tau))
+            strain = side * (output_torque - c * v)
+            other = min(other, first_fall(strain, side * k, side * c, 0.0, v, a, wound, v1, a1, delta, w, tau))
     else:
         side = 1.0 if edge > 0.0 else -1.0
         depth = side * windup - law.half_play  # into the flank on this side, which may yet be separated from it

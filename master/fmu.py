@@ -6,6 +6,7 @@ import ctypes
 import math
 import time as clock
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Sequence
 
@@ -127,66 +128,64 @@ class FmuPart:
     # --- the path of every step ----------------------------------------------------------------------------------
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Say which numbers go in through `u` and come out through `y`, in this order."""
+        """Say which numbers go in through `u` and come out through `y`, in this order; best all of one type side by side."""
         self._inputs = tuple(inputs)
         self.u = np.array([float(self.variables[name].start or 0.0) for name in inputs], dtype=float)
         self.y = np.zeros(len(outputs))
-        self._writes = [_Block(self, "Set", kind, names, self.u) for kind, names in self._by_kind(inputs)]
-        self._reads = [_Block(self, "Get", kind, names, self.y) for kind, names in self._by_kind(outputs)]
-        self.cycle = self._direct() or self._cycle
+        self._writes = self._blocks("Set", inputs, self.u)
+        self._reads = self._blocks("Get", outputs, self.y)
+        self.cycle = self._cycle()
 
-    def _cycle(self, time: float, size: float) -> None:
-        """write, step and read."""
-        self.write()
-        self.step(time, size)
-        self.read()
-
-    def _direct(self):
-        """write, step and read as three C calls in one function, where all that goes in and out is Real."""
-        if len(self._writes) != 1 or len(self._reads) != 1 or self._writes[0].typed is not None or self._reads[0].typed is not None:
-            return None
-        given, taken = self._writes[0], self._reads[0]
-        set_real, values_in, count_in, buffer_in = given.function, given.references, given.count, given.pointer
-        get_real, values_out, count_out, buffer_out = taken.function, taken.references, taken.count, taken.pointer
+    def _cycle(self):
+        """write, step and read as one function: the C calls and no more, everything they need looked up before."""
+        writes, reads = ([block.call for block in blocks] for blocks in (self._writes, self._reads))
         do_step, instance, now, span = self._do_step, self._instance, self._time, self._size
 
         def cycle(time: float, size: float) -> None:
             now.value = time
             span.value = size
-            status = set_real(instance, values_in, count_in, buffer_in)
-            if status > 1:
-                self._fail(status, given.name)
+            for function, references, count, pointer, copies, values, typed, name in writes:
+                for i, k in copies:
+                    typed[k] = int(values[i])
+                status = function(instance, references, count, pointer)
+                if status > 1:
+                    self._fail(status, name)
             status = do_step(instance, now, span, self._free)
             if status > 1:
                 self._unfinished(status, time, time + size)
-            status = get_real(instance, values_out, count_out, buffer_out)
-            if status > 1:
-                self._fail(status, taken.name)
+            for function, references, count, pointer, copies, values, typed, name in reads:
+                status = function(instance, references, count, pointer)
+                if status > 1:
+                    self._fail(status, name)
+                for i, k in copies:
+                    values[i] = typed[k]
 
         return cycle
 
-    def _by_kind(self, names: Sequence[str]):
-        groups: dict[str, list[tuple[int, int]]] = {}
-        for position, name in enumerate(names):
-            variable = self._variable(name)
-            groups.setdefault(_kind(variable), []).append((position, variable.valueReference))
-        return groups.items()
+    def _blocks(self, way: str, names: Sequence[str], values: np.ndarray) -> list[_Block]:
+        """The runs of names of one type."""
+        blocks, first = [], 0
+        for kind, run in groupby((self._variable(name) for name in names), _kind):
+            references = [variable.valueReference for variable in run]
+            blocks.append(_Block(self, way, kind, first, references, values))
+            first += len(references)
+        return blocks
 
     def write(self) -> None:
-        for block in self._writes:
-            if block.typed is not None:
-                block.typed[:] = block.values[block.positions]
-            status = block.function(self._instance, block.references, block.count, block.pointer)
+        for function, references, count, pointer, copies, values, typed, name in (block.call for block in self._writes):
+            for i, k in copies:
+                typed[k] = int(values[i])
+            status = function(self._instance, references, count, pointer)
             if status > 1:
-                self._fail(status, block.name)
+                self._fail(status, name)
 
     def read(self) -> None:
-        for block in self._reads:
-            status = block.function(self._instance, block.references, block.count, block.pointer)
+        for function, references, count, pointer, copies, values, typed, name in (block.call for block in self._reads):
+            status = function(self._instance, references, count, pointer)
             if status > 1:
-                self._fail(status, block.name)
-            if block.typed is not None:
-                block.values[block.positions] = block.typed
+                self._fail(status, name)
+            for i, k in copies:
+                values[i] = typed[k]
 
     def step(self, time: float, size: float) -> None:
         self._time.value = time
@@ -256,21 +255,21 @@ class _State:
 
 
 class _Block:
-    """All variables of one type that go in, or come out, with one C call."""
+    """Variables of one type, side by side in `u` or `y`, that go in or come out with one C call."""
 
-    def __init__(self, part: FmuPart, way: str, kind: str, members: list[tuple[int, int]], values: np.ndarray):
+    def __init__(self, part: FmuPart, way: str, kind: str, first: int, references: list[int], values: np.ndarray):
         if kind == "String":
             raise DescriptionError(f"{part.name}: strings do not travel with the numbers of a step.")
         self.name = f"fmi2{way}{kind}"
+        self.real = kind == "Real"  # the C call works on `u` or `y` itself
         self.function = part._function(self.name)
-        self.positions = np.array([position for position, _ in members])
-        self._references = np.array([reference for _, reference in members], dtype=np.uint32)
-        self.values = values
-        direct = kind == "Real" and len(members) == len(values)
-        self.typed = None if direct else np.zeros(len(members), dtype=float if kind == "Real" else np.intc)
+        self._references = np.array(references, dtype=np.uint32)
+        self._own = values[first : first + len(references)] if self.real else np.zeros(len(references), dtype=np.intc)
         self.references = c_void_p(self._references.ctypes.data)
-        self.count = c_size_t(len(members))
-        self.pointer = c_void_p((values if direct else self.typed).ctypes.data)
+        self.count = c_size_t(len(references))
+        self.pointer = c_void_p(self._own.ctypes.data)
+        copies = [] if self.real else [(first + k, k) for k in range(len(references))]
+        self.call = (self.function, self.references, self.count, self.pointer, copies, memoryview(values), memoryview(self._own), self.name)
 
 
 def _kind(variable: ModelVariable) -> str:

@@ -237,6 +237,8 @@ def _bind(wiring: Wiring) -> None:
         inputs += [v for v in dict.fromkeys(faulty) if part.variables[v].causality == "input" and v not in inputs]
         needed += [v for v in faulty if part.variables[v].causality in ("output", "local")]
         outputs = list(dict.fromkeys([v for v in numbers if v not in inputs] + needed))
+        for names in (inputs, outputs):
+            names.sort(key=lambda v: part.variables[v].type, reverse=True)  # Real first, types side by side
         part.bind(inputs, outputs)
         wiring.bound[name] = inputs, outputs
         for position, variable in enumerate(inputs):

@@ -6,7 +6,7 @@
      - an error that the slave logs during a call is the status of that call
      - an instance that the host frees is kept and given out again, reset: pythonfmu's library loses about 1 kB at
        every instantiation, and its states are freed with the instance
-     - a state that the slave did not give out is refused */
+     - a state that the slave did not give out is refused, and so is every call after a fatal one */
 #define _GNU_SOURCE
 #include "fmi2.h"
 #include "python.h"
@@ -15,7 +15,6 @@
 #include <dlfcn.h>
 #include <limits.h>
 #include <pthread.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -39,8 +38,6 @@ typedef const fmi2ValueReference *References;
     F(SetInteger, (fmi2Component c, References r, size_t n, const fmi2Integer *v), (i, r, n, v)) \
     F(SetBoolean, (fmi2Component c, References r, size_t n, const fmi2Boolean *v), (i, r, n, v)) \
     F(SetString, (fmi2Component c, References r, size_t n, const fmi2String *v), (i, r, n, v)) \
-    F(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate s, size_t *n), (i, s, n)) \
-    F(SerializeFMUstate, (fmi2Component c, fmi2FMUstate s, fmi2Byte *b, size_t n), (i, s, b, n)) \
     F(GetDirectionalDerivative, (fmi2Component c, References u, size_t nu, References k, size_t nk, const fmi2Real *dk, fmi2Real *du), \
       (i, u, nu, k, nk, dk, du)) \
     F(SetRealInputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, const fmi2Real *v), (i, r, n, o, v)) \
@@ -57,6 +54,8 @@ typedef const fmi2ValueReference *References;
     F(GetFMUstate, (fmi2Component c, fmi2FMUstate *s), ) \
     F(SetFMUstate, (fmi2Component c, fmi2FMUstate s), ) \
     F(FreeFMUstate, (fmi2Component c, fmi2FMUstate *s), ) \
+    F(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate s, size_t *n), ) \
+    F(SerializeFMUstate, (fmi2Component c, fmi2FMUstate s, fmi2Byte *b, size_t n), ) \
     F(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte *b, size_t n, fmi2FMUstate *s), )
 
 static struct { /* pythonfmu's functions */
@@ -73,7 +72,7 @@ typedef struct Instance {
     fmi2CallbackFunctions own, host;
     char *name, *resources, *link; /* link: folder in the temporary folder that holds a plain path to the resources */
     char content[128];             /* of slavemodule.txt, which names the content of the FMU */
-    fmi2Boolean talkative;
+    fmi2Boolean talkative, dead; /* dead: after a fatal status pythonfmu's component must not be touched again */
     fmi2Status said; /* the worst that the slave logged during the present call */
     fmi2FMUstate *states;
     size_t count, room;
@@ -85,38 +84,51 @@ static Instance *kept; /* freed by the host, to be given out again */
 static int kept_count;
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 
-/* What the slave says goes to the host under the host's name for the instance; '%' must not meet a format. */
+/* Pass a text on to the host, which takes it as a format: '%' is doubled. */
+static void tell(const fmi2CallbackFunctions *host, fmi2String name, fmi2Status status, fmi2String category, fmi2String text)
+{
+    char *plain = host->logger ? malloc(2 * strlen(text) + 1) : NULL, *end = plain;
+    if (!plain) return;
+    while (*text)
+        if ((*end++ = *text++) == '%') *end++ = '%';
+    *end = 0;
+    host->logger(host->componentEnvironment, name, status, category, plain);
+    free(plain);
+}
+
+/* What the slave says goes to the host under the host's name for the instance. */
 static void heard(fmi2ComponentEnvironment environment, fmi2String unused, fmi2Status status, fmi2String category, fmi2String text, ...)
 {
     Instance *it = environment;
     (void)unused;
     if (!it) return;
     if (status >= fmi2Error && status <= fmi2Fatal && status > it->said) it->said = status;
-    if (!it->host.logger || (status == fmi2OK && !it->talkative)) return;
-    size_t length = text ? strlen(text) : 0;
-    char *plain = malloc(2 * length + 1), *end = plain;
-    if (!plain) return;
-    for (size_t n = 0; n < length; n++) {
-        *end++ = text[n];
-        if (text[n] == '%') *end++ = '%';
-    }
-    *end = 0;
-    it->host.logger(it->host.componentEnvironment, it->name, status, category && *category ? category : "logAll", plain);
-    free(plain);
+    if (status != fmi2OK || it->talkative) tell(&it->host, it->name, status, category && *category ? category : "logAll", text ? text : "");
 }
 
+/* The instance behind a component, at the beginning of a call; NULL if it cannot take any. */
+static Instance *called(fmi2Component c)
+{
+    Instance *it = c;
+    if (!it || it->dead) return NULL;
+    it->said = fmi2OK;
+    return it;
+}
+
+/* The status of the call: at least what the slave logged. */
 static fmi2Status judged(Instance *it, fmi2Status status)
 {
-    return it->said > status || (status == fmi2Pending && it->said) ? it->said : status;
+    if (status == fmi2Pending || it->said > status) status = it->said;
+    it->dead = status == fmi2Fatal;
+    return status;
 }
 
 #define FORWARD(name, parameters, arguments) \
     FMI2_EXPORT fmi2Status fmi2##name parameters \
     { \
-        Instance *it = c; \
-        if (!it) return fmi2Error; \
+        Instance *it = called(c); \
+        if (!it) return fmi2Fatal; \
         fmi2Component i = it->slave; \
-        it->said = fmi2OK; \
         return judged(it, to.name arguments); \
     }
 SIMPLE_FUNCTIONS(FORWARD)
@@ -143,11 +155,11 @@ static fmi2FMUstate *place_of(Instance *it, fmi2FMUstate state)
 
 static fmi2Status remember(Instance *it, fmi2Status status, fmi2FMUstate fresh, fmi2FMUstate *given)
 {
-    if (judged(it, status) > fmi2Warning || !fresh) return judged(it, status == fmi2OK ? fmi2Error : status);
+    status = judged(it, status);
+    if (status > fmi2Warning || !fresh) return status == fmi2OK ? fmi2Error : status;
     fmi2FMUstate *place = *given ? place_of(it, *given) : NULL; /* a state that is given back is used again */
     if (place) {
         to.FreeFMUstate(it->slave, place);
-        *place = fresh;
     } else {
         if (it->count == it->room) {
             size_t room = it->room ? 2 * it->room : 8;
@@ -155,10 +167,9 @@ static fmi2Status remember(Instance *it, fmi2Status status, fmi2FMUstate fresh, 
             if (!more) return fmi2Error;
             it->states = more, it->room = room;
         }
-        it->states[it->count++] = fresh;
+        place = it->states + it->count++;
     }
-    *given = fresh;
-    return judged(it, status);
+    return *given = *place = fresh, status;
 }
 
 static fmi2Status not_ours(Instance *it)
@@ -169,39 +180,51 @@ static fmi2Status not_ours(Instance *it)
 
 FMI2_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    Instance *it = c;
+    Instance *it = called(c);
     fmi2FMUstate fresh = NULL;
-    if (!it || !state) return fmi2Error;
-    it->said = fmi2OK;
-    return remember(it, to.GetFMUstate(it->slave, &fresh), fresh, state);
+    if (!it || !state) return it ? fmi2Error : fmi2Fatal;
+    fmi2Status status = to.GetFMUstate(it->slave, &fresh);
+    return remember(it, status, fresh, state);
 }
 
 FMI2_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte *bytes, size_t size, fmi2FMUstate *state)
 {
-    Instance *it = c;
+    Instance *it = called(c);
     fmi2FMUstate fresh = NULL;
-    if (!it || !state) return fmi2Error;
-    it->said = fmi2OK;
-    return remember(it, to.DeSerializeFMUstate(it->slave, bytes, size, &fresh), fresh, state);
+    if (!it || !state) return it ? fmi2Error : fmi2Fatal;
+    fmi2Status status = to.DeSerializeFMUstate(it->slave, bytes, size, &fresh);
+    return remember(it, status, fresh, state);
 }
 
 FMI2_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    Instance *it = c;
-    if (!it) return fmi2Error;
-    it->said = fmi2OK;
+    Instance *it = called(c);
+    if (!it) return fmi2Fatal;
     return place_of(it, state) ? judged(it, to.SetFMUstate(it->slave, state)) : not_ours(it);
+}
+
+FMI2_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    Instance *it = called(c);
+    if (!it) return fmi2Fatal;
+    return place_of(it, state) ? judged(it, to.SerializedFMUstateSize(it->slave, state, size)) : not_ours(it);
+}
+
+FMI2_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte *bytes, size_t size)
+{
+    Instance *it = called(c);
+    if (!it) return fmi2Fatal;
+    return place_of(it, state) ? judged(it, to.SerializeFMUstate(it->slave, state, bytes, size)) : not_ours(it);
 }
 
 FMI2_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    Instance *it = c;
-    if (!it) return fmi2Error;
+    Instance *it = called(c);
+    if (!it) return fmi2Fatal;
     if (!state || !*state) return fmi2OK;
-    it->said = fmi2OK;
     fmi2FMUstate *place = place_of(it, *state);
     if (!place) return not_ours(it);
-    fmi2Status status = to.FreeFMUstate(it->slave, state);
+    fmi2Status status = to.FreeFMUstate(it->slave, place);
     *place = it->states[--it->count];
     *state = NULL;
     return judged(it, status);
@@ -375,7 +398,7 @@ FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2St
     }
     pthread_mutex_unlock(&lock);
     free(resources);
-    if (!it && host->logger) host->logger(host->componentEnvironment, name ? name : "", fmi2Error, "logStatusError", "%s", why);
+    if (!it) tell(host, name ? name : "", fmi2Error, "logStatusError", why);
     return it;
 }
 
@@ -383,6 +406,10 @@ FMI2_EXPORT void fmi2FreeInstance(fmi2Component c)
 {
     Instance *it = c;
     if (!it) return;
+    if (it->dead) { /* its Python objects are lost */
+        discard(it);
+        return;
+    }
     while (it->count) to.FreeFMUstate(it->slave, &it->states[--it->count]);
     it->host.logger = NULL;
     pthread_mutex_lock(&lock);

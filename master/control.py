@@ -5,7 +5,8 @@
 - **doubling**: every step is made once in full and once in two halves; the difference of the outputs estimates the
   error, of second order in the step for a method of first order. The halves count. Every part must roll back.
 
-A step whose error is beyond the tolerance is made again with half of it; one far below lets the step double.
+A step whose error is beyond the tolerance, or that a part discards, is made again with half of it; an error far
+below lets the step double.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from master.algorithms import ALGORITHMS, Seat
-from master.errors import DescriptionError
+from master.errors import DescriptionError, PartFailed
 from master.wiring import Wiring
 
 if TYPE_CHECKING:
@@ -67,38 +68,39 @@ class Snapshot:
 
 
 class _Power:
-    """How much of the tolerated power the coupling lost or made in a step, at the worst bond."""
+    """How much power the coupling lost or made in a step, at the worst bond, in tolerances."""
+
+    grow = 0.25  # the loss of power grows with the step: below this the step may double
 
     def __init__(self, simulation: _Simulation, stepped: list[Seat]):
-        self.simulation, self.tolerance, self.stepped = simulation, simulation.system.run.tolerance, stepped
-        self.largest = [0.0] * len(simulation.balances)
+        self.balances, self.tolerance, self.stepped = simulation.balances, simulation.system.run.tolerance, stepped
+        self.largest = [0.0] * len(self.balances)  # power seen at each bond, W
         self.algorithm = ALGORITHMS[simulation.system.run.algorithm]
-        self.back = all(seat.part.can_roll_back for seat in stepped) and not simulation.system.faults
+        self.goes_back = all(seat.part.can_roll_back for seat in stepped) and not simulation.system.faults
 
-    def attempt(self, index: int, time: float, size: float) -> tuple[float, Snapshot | None]:
-        snapshot = Snapshot(self.stepped) if self.back else None
-        old = [(b.lost, b.turnover) for b in self.simulation.balances]
+    def step(self, index: int, time: float, size: float, _: Snapshot | None) -> float:
+        old = [(b.lost, b.turnover) for b in self.balances]
         self.algorithm(self.stepped, index, time, size)
         worst = 0.0
-        for k, (bond, (lost, turnover)) in enumerate(zip(self.simulation.balances, old)):
+        for k, (bond, (lost, turnover)) in enumerate(zip(self.balances, old)):
             self.largest[k] = max(self.largest[k], (bond.turnover - turnover) / size)
             if self.largest[k]:
                 worst = max(worst, abs(bond.lost - lost) / (size * self.largest[k] * self.tolerance))
-        return worst, snapshot
-
-    grow = 0.25  # the loss of power grows with the step
+        return worst
 
 
 class _Doubling:
-    """The difference between one step and two half ones, in tolerances, of the worst output."""
+    """The difference between one step and two half ones at the worst output, in tolerances."""
+
+    grow = 0.2  # the error of a step grows with its square
+    goes_back = True
 
     def __init__(self, simulation: _Simulation, stepped: list[Seat]):
-        self.simulation, self.tolerance, self.stepped = simulation, simulation.system.run.tolerance, stepped
+        self.tolerance, self.stepped = simulation.system.run.tolerance, stepped
         self.algorithm = ALGORITHMS[simulation.system.run.algorithm]
         self.scales = [np.array([_nominal(seat, name) for name in seat.outputs]) for seat in stepped]
 
-    def attempt(self, index: int, time: float, size: float) -> tuple[float, Snapshot | None]:
-        snapshot = Snapshot(self.stepped)
+    def step(self, index: int, time: float, size: float, snapshot: Snapshot) -> float:
         self.algorithm(self.stepped, index, time, size)
         coarse = [seat.part.y.copy() for seat in self.stepped]
         snapshot.restore()
@@ -110,9 +112,7 @@ class _Doubling:
             np.maximum(scale, np.abs(fine), out=scale)
             error = np.abs(fine - rough) / (self.tolerance * np.where(scale > 0.0, scale, 1.0))
             worst = max(worst, float(np.max(error[seat.smooth], initial=0.0)))
-        return worst, snapshot
-
-    grow = 0.2  # the error of a step grows with its square
+        return worst
 
 
 def _nominal(seat: Seat, name: str) -> float:
@@ -132,17 +132,22 @@ def run(simulation: _Simulation) -> None:
         time = description.start + position * tick
         if simulation.faults.parameters:
             simulation.faults.switch(time)
-        error, snapshot = estimate.attempt(simulation.index, time, size * tick)
+        snapshot = Snapshot(stepped) if estimate.goes_back else None
+        try:
+            error = estimate.step(simulation.index, time, size * tick, snapshot)
+        except PartFailed as failure:
+            if snapshot is None or size == 1 or not failure.status.startswith("Discard"):
+                raise
+            error = math.inf
+        if error > 1.0 and size > 1 and snapshot is not None:
+            snapshot.restore()
+            simulation.rejected += 1
+            size //= 2
+            continue
+        position += size
         if error > 1.0 and size > 1:
             size //= 2
-            if snapshot is not None:
-                snapshot.restore()
-                simulation.rejected += 1
-                continue
-            position += 2 * size
-        else:
-            position += size
-            if error < estimate.grow and size < 2**levels and position % (2 * size) == 0:
-                size *= 2
+        elif error < estimate.grow and size < 2**levels and position % (2 * size) == 0:
+            size *= 2
         simulation.index += 1
         simulation.arrive(description.start + position * tick)

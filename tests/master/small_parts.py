@@ -153,8 +153,7 @@ class Integrator(Small):
             self.given = float(self.u[0])
 
     def set(self, name, value):
-        if name == "u":
-            self.given = value
+        setattr(self, "given" if name == "u" else name, value)
 
     def read(self):
         if self.outputs:
@@ -243,3 +242,14 @@ class Thermometer(Small):
         real("hertz", "output", "Hz", 1.0, depends_on=()), real("odd", "output", "quux", 1.0, depends_on=()),
         real("kelvin", "input", "K"), real("radians", "input", "rad"), real("speed", "input", "rad/s"),
     )  # fmt: skip
+
+
+class Careful(Integrator):
+    """Discards steps that are longer than it likes."""
+
+    described = (*Integrator.described, real("longest", "parameter", "s", 1.0))
+
+    def step(self, time, size):
+        if size > self.longest + 1e-12:
+            raise PartFailed(self.name, time, size, "Discard to fmi2DoStep", {}, ["too long for me"])
+        super().step(time, size)

@@ -44,3 +44,12 @@ def test_what_cannot_be_controlled_is_refused(system, refused, monkeypatch):
     own = two_masses(system, step=0.1, step_control="power")
     own.components["a"].step = 0.05
     refused(lambda: master.run(own), "step of its own")
+
+
+def test_a_discarded_step_is_made_again_smaller(system):
+    description = system({"c": ("Careful", {"u": 1.0, "longest": 0.03})}, stop=1.0, step=0.1, step_control="doubling")
+    result = master.run(description)
+    assert result.table["c.y"].to_numpy() == pytest.approx(result.table["time"].to_numpy())
+    assert result.rejected > 0 and np.diff(result.table["time"]).max() == pytest.approx(0.025)
+    with pytest.raises(master.PartFailed, match="Discard"):
+        master.run(description, settings={"c.longest": 1e-6})

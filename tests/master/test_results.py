@@ -1,5 +1,7 @@
 """Tables of results, in memory and in files."""
 
+import tracemalloc
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -90,3 +92,16 @@ def test_a_value_that_is_no_number_ends_the_run(system):
 def test_the_summary_tells_what_a_person_wants(system, tmp_path):
     text = table_of(system, out=tmp_path / "t.csv").summary()
     assert "1 s in 100 steps" in text and "t.csv" in text
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_memory_does_not_grow_with_what_is_written(system, tmp_path, ending):
+    def peak(stop):
+        tracemalloc.start()
+        master.run(system({"i": ("Integrator", {"u": 1.0}), "m": ("Mass", {"force": 0.0}, {"step": 10.0})}, stop=stop, step=1e-3), out=tmp_path / f"t.{ending}")
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return most
+
+    peak(1.0)
+    assert peak(20.0) < peak(10.0) + 100_000  # 10 s more are 10000 rows of 4 numbers: 320 kB if they were kept

@@ -13,6 +13,7 @@ from master.face import Part, Variable
 from master.system import Component, Connection, System, did_you_mean
 from master.units import conversion
 
+SIGNALS = ("input", "output")  # what a pattern of recorded names stands for
 FITS = {"Real": ("Real", "Integer", "Boolean"), "Integer": ("Integer", "Boolean"), "Boolean": ("Boolean",), "String": ("String",)}
 
 
@@ -205,7 +206,7 @@ def _record(wiring: Wiring) -> None:
         chosen = []
         for v in part.variables.values():
             full = f"{name}.{v.name}"
-            fits = [p for p in patterns if p == full or fnmatchcase(full, p)]
+            fits = [p for p in patterns if p == full or v.causality in SIGNALS and fnmatchcase(full, p)]
             used.update(fits)
             if fits or not patterns and v.causality == "output":
                 chosen.append(v.name)
@@ -234,7 +235,7 @@ def _bind(wiring: Wiring) -> None:
         numbers = [v for v in wiring.record[name] if part.variables[v].type != "String" and v not in inputs]
         needed = [link.output for link in wiring.links if link.source == name and not link.text]
         faulty = [variable for component, variable in _faulty(wiring) if component == name]
-        inputs += [v for v in dict.fromkeys(faulty) if part.variables[v].causality == "input" and v not in inputs]
+        inputs += [v for v in dict.fromkeys(numbers + faulty) if part.variables[v].causality == "input" and v not in inputs]
         needed += [v for v in faulty if part.variables[v].causality in ("output", "local")]
         outputs = list(dict.fromkeys([v for v in numbers if v not in inputs] + needed))
         for names in (inputs, outputs):

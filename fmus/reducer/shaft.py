@@ -254,21 +254,25 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
     inertia = p.shaft_inertia
     count = max(1, math.ceil(dt / INNER_STEP - 1e-9)) if s.effects > 1.0 else 1
     step = dt / count
+    half = 0.5 * step
     state = s
     for i in range(count if dt > 0.0 else 0):
         now = output_angle + output_speed * (step * i)
         law = _affected_law(p, t, state, now, output_speed)
+        loss = 0.0
         if s.effects > 1.0:
-            half = 0.5 * step
             angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, half)
+            middle = State(angle, speed, s.effects, state.time + half, state.heat, state.distance + went)
+            if p.heat_coefficient != 0.0:
+                loss = _outputs(law, t, ratio, state, motor_torque, now, output_speed).loss_power
+                middle = _heated(p, middle, loss, half)
             if speed != 0.0 or state.speed != 0.0:
-                middle = State(angle, speed, s.effects, state.time + half, state.heat, state.distance + went)
-                law = _affected_law(p, t, middle, now + output_speed * half, output_speed)
+                then = now + output_speed * half
+                law = _affected_law(p, t, middle, then, output_speed)
+                if p.heat_coefficient != 0.0:
+                    loss = _outputs(law, t, ratio, middle, motor_torque, then, output_speed).loss_power
         angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, step)
-        state = State(angle, speed, s.effects, state.time + step, state.heat, state.distance + went)
-        if p.heat_coefficient != 0.0:
-            loss = _outputs(law, t, ratio, state, motor_torque, now + output_speed * step, output_speed).loss_power
-            state = _heated(p, state, loss, step)
+        state = _heated(p, State(angle, speed, s.effects, state.time + step, state.heat, state.distance + went), loss, step)
     end = output_angle + output_speed * dt
     law = _affected_law(p, t, state, end, output_speed)
     return state, _outputs(law, t, ratio, state, motor_torque, end, output_speed)

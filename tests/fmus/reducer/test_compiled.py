@@ -1,0 +1,68 @@
+"""The law compiled by numba gives what the plain one gives: the same source, to rounding."""
+
+import math
+
+import pytest
+
+from fmus.reducer import flow, shaft, wedge
+from master.compiled import compiled
+
+EFFECTS = dict(
+    friction_static=0.03,
+    stribeck_speed=5.0,
+    viscous_damping=1e-4,
+    friction_asymmetry=0.1,
+    driving_load_slope=1e-3,
+    drag_torque=1e-3,
+    input_ripple=0.1,
+    output_ripple_torque=1e-3,
+    backlash=1e-4,
+    compliance=1e-5,
+    cold_excess=0.5,
+    heat_coefficient=0.01,
+    wear_rate=1e-4,
+)
+
+
+@pytest.fixture(scope="module")
+def fast():
+    return compiled("fmus.reducer.shaft")
+
+
+def close(one, other):
+    scale = max(1.0, *(abs(value) for value in one))
+    assert tuple(other) == pytest.approx(tuple(one), rel=1e-9, abs=1e-9 * scale)
+
+
+@pytest.mark.parametrize("changes", [{}, {"friction_kinetic": 0.01, "preload": 0.5}, EFFECTS], ids=["plain", "preload", "effects"])
+def test_both_modes_step_by_step(fast, changes):
+    plain, second = shaft.Parameters(**changes), fast.Parameters(**changes)
+    assert plain == tuple(second)
+    for mode in ("advance", "impose"):
+        state = shaft.relaxed(plain, 1.0, 10.0, 0.0, 0.3)
+        close(state, fast.relaxed(second, 1.0, 10.0, 0.0, 0.3))
+        for i in range(60):
+            speed = 10.0 * math.cos(0.1 * i) if i % 20 else 0.0
+            inputs = (0.08 * math.sin(0.3 * i),) if mode == "advance" else (0.01 * i, speed)
+            twin = fast.State(*state)
+            state, out = getattr(shaft, mode)(plain, state, *inputs, 3e-4 * i, 0.3, 1e-3)
+            twin, same = getattr(fast, mode)(second, twin, *inputs, 3e-4 * i, 0.3, 1e-3)
+            close(state, twin)
+            close(out, same)
+
+
+def test_wedge_and_flow():
+    fast_wedge, fast_flow = compiled("fmus.reducer.wedge"), compiled("fmus.reducer.flow")
+    for torque in (-3.0, 0.0, 0.2, 7.0):
+        for mu in (0.0, 0.02, 0.4):
+            arguments = (torque, mu, 0.3, 0.02, 50.0)
+            assert fast_wedge.cone(*arguments) == pytest.approx(wedge.cone(*arguments), rel=1e-14)
+            forward = (torque, 1.0, mu, 0.3, 0.02, 50.0)
+            assert fast_wedge.sliding_torque(*forward) == pytest.approx(wedge.sliding_torque(*forward), rel=1e-14)
+    for delta, w, tau in ((10.0, 1e6, 1e-3), (1e4, 1e6, 1e-3), (-3.0, -1e5, 1e-2), (0.0, 0.0, 0.1), (1e3, 1e6, 1e-3)):
+        assert fast_flow.response(delta, w, tau) == pytest.approx(flow.response(delta, w, tau), rel=1e-12)
+
+
+def test_the_plain_law_stays_plain():
+    compiled("fmus.reducer.shaft")
+    assert type(shaft.advance).__name__ == "function" and type(wedge.cone).__name__ == "function"

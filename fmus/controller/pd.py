@@ -49,7 +49,8 @@ SLOTS = 8.0  # parts into which the delay is cut; the command is straight betwee
 
 class State(NamedTuple):
     command: float  # V, what the controller computed last
-    resting: float  # s, since the motor stopped with w_D = 0; 0 while w_D differs from 0
+    resting: float  # s, since the motor stopped with w_D = 0, up to the release time; 0 while w_D differs from 0
+    effects: float  # above 0: some effect acts; the rest is followed then only
     since: float  # s, time since the last sample
     age: float  # s, time since the newest slot of the delay line
     past0: float  # V, the delay line: the command delay/8 apart, newest first
@@ -73,17 +74,22 @@ class Condition(NamedTuple):
     command: float  # V, eq 21
 
 
+active = largest(EFFECTS, "active")
 lost_command = total(EFFECTS, "lost")
 limit_factor = product(EFFECTS, "limits")
 sample_period = largest(EFFECTS, "period")
 command_delay = total(EFFECTS, "delay")
 
 
-def feedback(p, angle_setpoint, speed_setpoint, angle, speed):
+def feedback(p, effects, angle_setpoint, speed_setpoint, angle, speed):
     """U of eq 21 and 22, V."""
-    x = Condition(p.angle_gain * (angle_setpoint - angle) + p.speed_gain * (speed_setpoint - speed))
-    factor = limit_factor(p, x)
-    return min(max(x.command - lost_command(p, x), factor * p.voltage_min), factor * p.voltage_max)
+    command = p.angle_gain * (angle_setpoint - angle) + p.speed_gain * (speed_setpoint - speed)
+    factor = 1.0
+    if effects > 0.0:
+        x = Condition(command)
+        command -= lost_command(p, x)
+        factor = limit_factor(p, x)
+    return min(max(command, factor * p.voltage_min), factor * p.voltage_max)
 
 
 def hold_torque(p, output_torque):
@@ -115,8 +121,9 @@ def voltage_at_rest(p, demand, resting, output_torque):
 
 def start(p, angle_setpoint, speed_setpoint, angle, speed, motor_speed, output_torque):
     """The first sample; before the start the command was the same."""
-    u = feedback(p, angle_setpoint, speed_setpoint, angle, speed)
-    return State(u, 0.0, 0.0, 0.0, u, u, u, u, u, u, u, u, u)
+    effects = active(p, Condition(0.0))
+    u = feedback(p, effects, angle_setpoint, speed_setpoint, angle, speed)
+    return State(u, 0.0, effects, 0.0, 0.0, u, u, u, u, u, u, u, u, u)
 
 
 def moved(line, before, after, slot, dt):
@@ -133,9 +140,20 @@ def moved(line, before, after, slot, dt):
 def advance(p, s, angle_setpoint, speed_setpoint, angle, speed, motor_speed, output_torque, dt):
     """A step of dt >= 0; angles in rad, speeds in rad/s, output_torque in N.m."""
     stopped = abs(motor_speed) <= p.stop_speed * p.gear_ratio and abs(speed) <= p.stop_speed
-    resting = s.resting + dt if speed_setpoint == 0.0 and (stopped or s.resting > 0.0) else 0.0
-    demand = feedback(p, angle_setpoint, speed_setpoint, angle, speed)
-    command = voltage_at_rest(p, demand, resting, output_torque)
+    resting = 0.0
+    if speed_setpoint == 0.0 and (stopped or s.resting > 0.0):
+        resting = min(s.resting + dt, max(p.release_time, dt))
+    command = feedback(p, s.effects, angle_setpoint, speed_setpoint, angle, speed)
+    command = voltage_at_rest(p, command, resting, output_torque)
+    if s.effects > 0.0:
+        return acted(p, s, command, resting, dt)
+    if resting != s.resting:
+        s = State(command, resting, 0.0, s.since, s.age, s.past0, s.past1, s.past2, s.past3, s.past4, s.past5, s.past6, s.past7, s.past8)
+    return s, Output(command)
+
+
+def acted(p, s, command, resting, dt):
+    """State and output with sampling and delay."""
     x = Condition(command)
     period, since = sample_period(p, x), s.since + dt
     if period > 0.0:
@@ -148,4 +166,4 @@ def advance(p, s, angle_setpoint, speed_setpoint, angle, speed, motor_speed, out
     if delay > 0.0:
         line = moved(line, s.command, command, delay / SLOTS, dt)
         voltage = line[9] + (line[8] - line[9]) * line[0] / (delay / SLOTS)
-    return State(command, resting, since, *line), Output(voltage)
+    return State(command, resting, s.effects, since, *line), Output(voltage)

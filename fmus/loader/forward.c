@@ -76,12 +76,13 @@ typedef struct Instance {
     fmi2Status said; /* the worst that the slave logged during the present call */
     fmi2FMUstate *states;
     size_t count, room;
+    int spare; /* freed by the host, to be given out again */
     struct Instance *next;
 } Instance;
 
-enum { KEPT = 16 };
-static Instance *kept; /* freed by the host, to be given out again */
-static int kept_count;
+enum { SPARE = 16 }; /* that many are kept */
+static Instance *every;
+static int spare_count;
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 
 /* Pass a text on to the host, which takes it as a format: '%' is doubled. */
@@ -334,29 +335,43 @@ static int open_library(const char *folder, char *why, size_t size)
     return whole;
 }
 
+static void unlink_path(Instance *it)
+{
+    char name[PATH_MAX];
+    if (!it->link) return;
+    snprintf(name, sizeof name, "%s/resources", it->link);
+    unlink(name);
+    rmdir(it->link);
+}
+
+__attribute__((destructor)) static void at_exit(void)
+{
+    for (Instance *it = every; it; it = it->next) unlink_path(it);
+}
+
 static void discard(Instance *it)
 {
-    if (it->link) {
-        char name[PATH_MAX];
-        snprintf(name, sizeof name, "%s/resources", it->link);
-        unlink(name);
-        rmdir(it->link);
-    }
+    for (Instance **place = &every; *place; place = &(*place)->next)
+        if (*place == it) {
+            *place = it->next;
+            break;
+        }
+    unlink_path(it);
     free(it->name), free(it->resources), free(it->link), free(it->states), free(it);
 }
 
-/* A kept instance of the same content, reset; NULL if there is none. */
-static Instance *given_back(const char *resources, const char *content)
+/* A spare instance of the same content, which then is to be reset, or a new one without a slave. */
+static Instance *taken(const char *resources, const char *content)
 {
-    for (Instance **place = &kept; *place; place = &(*place)->next) {
-        Instance *it = *place;
-        if (strcmp(it->resources, resources) || strcmp(it->content, content)) continue;
-        *place = it->next;
-        kept_count--;
-        it->said = fmi2OK;
-        return it;
-    }
-    return NULL;
+    for (Instance *it = every; it; it = it->next)
+        if (it->spare && !strcmp(it->resources, resources) && !strcmp(it->content, content)) {
+            it->spare = 0, it->said = fmi2OK;
+            spare_count--;
+            return it;
+        }
+    Instance *it = calloc(1, sizeof *it);
+    if (it) it->next = every, every = it;
+    return it;
 }
 
 FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String uri, const fmi2CallbackFunctions *host,
@@ -373,16 +388,13 @@ FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2St
     else if (!(resources = find_resources(uri, folder, content, sizeof content)))
         snprintf(why, sizeof why, "no resources of this FMU at %.1500s", uri ? uri : "(null)");
     else if (open_library(folder, why, sizeof why)) {
-        it = given_back(resources, content);
-        int reset = it != NULL;
-        if (!it) it = calloc(1, sizeof *it);
-        if (it) {
+        if ((it = taken(resources, content))) {
             free(it->name), free(it->resources);
             it->name = strdup(name), it->resources = resources, resources = NULL;
             it->host = *host, it->talkative = talkative;
             strcpy(it->content, content);
             it->own = *host, it->own.logger = heard, it->own.componentEnvironment = it;
-            if (!reset) {
+            if (!it->slave) {
                 char *plain = plain_path(it->resources, &it->link);
                 it->slave = to.Instantiate(name, type, guid ? guid : "", plain, &it->own, visible, 1);
                 free(plain);
@@ -406,20 +418,15 @@ FMI2_EXPORT void fmi2FreeInstance(fmi2Component c)
 {
     Instance *it = c;
     if (!it) return;
-    if (it->dead) { /* its Python objects are lost */
-        discard(it);
-        return;
-    }
-    while (it->count) to.FreeFMUstate(it->slave, &it->states[--it->count]);
+    while (it->count && !it->dead) to.FreeFMUstate(it->slave, &it->states[--it->count]);
     it->host.logger = NULL;
     pthread_mutex_lock(&lock);
-    int keep = kept_count < KEPT;
-    if (keep) {
-        it->next = kept, kept = it;
-        kept_count++;
+    if (!it->dead && spare_count < SPARE) {
+        it->spare = 1;
+        spare_count++;
+    } else {
+        if (!it->dead) to.FreeInstance(it->slave); /* a dead one's Python objects are lost */
+        discard(it);
     }
     pthread_mutex_unlock(&lock);
-    if (keep) return;
-    to.FreeInstance(it->slave);
-    discard(it);
 }

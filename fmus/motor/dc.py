@@ -14,7 +14,7 @@ Plain functions on floats, as numba compiles them too. Torque is positive in the
 from math import exp, expm1, inf, log
 from typing import NamedTuple
 
-from ..effect import Parameter, parameters_type, total
+from ..effect import Parameter, largest, parameters_type, total
 from .effects import EFFECTS
 
 BASE = (
@@ -31,6 +31,7 @@ class State(NamedTuple):
     current: float  # A
     angle: float  # rad, turned since the start
     heat: float  # W, copper loss filtered with the thermal time constant
+    effects: float  # above 0: some effect acts; angle and heat are followed then only
 
 
 class Output(NamedTuple):
@@ -50,6 +51,7 @@ class Condition(NamedTuple):
     heat: float  # W
 
 
+active = largest(EFFECTS, "active")
 added_resistance = total(EFFECTS, "resistance")
 weakening = total(EFFECTS, "weakening")
 voltage_drop = total(EFFECTS, "drop")
@@ -89,22 +91,26 @@ def next_current(current, voltage, drop, resistance, inductance, dt):
 
 def start(p):
     """At rest, cold and without current."""
-    return State(0.0, 0.0, 0.0)
+    return State(0.0, 0.0, 0.0, active(p, Condition(0.0, 0.0, 0.0, 0.0, 0.0)))
 
 
 def advance(p, s, voltage, speed, dt):
     """A step of dt >= 0 with held voltage (V) and rotor speed (rad/s)."""
-    x = Condition(voltage, speed, s.current, s.angle, s.heat)
-    resistance = p.resistance + added_resistance(p, x)
-    strength = 1.0 / (1.0 + weakening(p, x))
-    net = voltage - p.voltage_constant * strength * speed
-    if dt == 0.0 and p.inductance > 0.0:
-        current = s.current
-    else:
-        current = next_current(s.current, net, voltage_drop(p, x), resistance, p.inductance, dt)
-    loss = resistance * (s.current * s.current + s.current * current + current * current) / 3.0
-    heat = loss - (loss - s.heat) * exp(-dt / p.thermal_time) if p.thermal_time > 0.0 else loss
-    angle = s.angle + speed * dt
-    end = Condition(voltage, speed, current, angle, heat)
-    torque = p.torque_constant * (1.0 / (1.0 + weakening(p, end))) * current + added_torque(p, end)
-    return State(current, angle, heat), Output(current, torque, voltage * current, torque * speed)
+    resistance, strength, drop, angle, heat = p.resistance, 1.0, 0.0, s.angle, s.heat
+    if s.effects > 0.0:
+        x = Condition(voltage, speed, s.current, angle, heat)
+        resistance += added_resistance(p, x)
+        strength = 1.0 / (1.0 + weakening(p, x))
+        drop = voltage_drop(p, x)
+    current = s.current
+    if dt > 0.0 or p.inductance == 0.0:
+        net = voltage - p.voltage_constant * strength * speed
+        current = next_current(current, net, drop, resistance, p.inductance, dt)
+    torque = p.torque_constant * current
+    if s.effects > 0.0:
+        loss = resistance * (s.current * s.current + s.current * current + current * current) / 3.0
+        heat = loss - (loss - heat) * exp(-dt / p.thermal_time) if p.thermal_time > 0.0 else loss
+        angle += speed * dt
+        end = Condition(voltage, speed, current, angle, heat)
+        torque = torque / (1.0 + weakening(p, end)) + added_torque(p, end)
+    return State(current, angle, heat, s.effects), Output(current, torque, voltage * current, torque * speed)

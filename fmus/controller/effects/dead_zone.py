@@ -5,6 +5,10 @@ from math import copysign
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return p.dead_zone
+
+
 def lost(p, x):
     if abs(x.command) <= p.dead_zone:
         return x.command
@@ -20,5 +24,5 @@ EFFECT = Effect(
         Parameter("dead_zone_share", "", 1.0, 0.0, 1.0, "part of it that larger commands lose: 1 no jump, 0 full jump"),
     ),
     source="Khalil: Nonlinear Systems, ch. 1.2 (dead zone)",
-    hooks={"lost": lost},
+    hooks={"active": active, "lost": lost},
 )

@@ -3,6 +3,10 @@
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return p.command_delay
+
+
 def delay(p, x):
     return p.command_delay
 
@@ -13,5 +17,5 @@ EFFECT = Effect(
     summary="U(t) = U_command(t - delay)",
     parameters=(Parameter("command_delay", "s", 0.0, 0.0, 0.1, "time by which the command acts late"),),
     source="Franklin, Powell, Emami-Naeini: Feedback Control of Dynamic Systems, ch. 6.7",
-    hooks={"delay": delay},
+    hooks={"active": active, "delay": delay},
 )

@@ -3,6 +3,10 @@
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return p.sample_period
+
+
 def period(p, x):
     return p.sample_period
 
@@ -13,5 +17,5 @@ EFFECT = Effect(
     summary="U(t) = U(n T), n T <= t < (n + 1) T",
     parameters=(Parameter("sample_period", "s", 0.0, 0.0, 0.1, "time between two samples; 0 at every step"),),
     source="Astrom, Wittenmark: Computer-Controlled Systems, ch. 2 (zero-order hold)",
-    hooks={"period": period},
+    hooks={"active": active, "period": period},
 )

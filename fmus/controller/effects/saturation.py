@@ -3,6 +3,10 @@
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return abs(p.saturation_factor - 1.0)
+
+
 def limits(p, x):
     return p.saturation_factor
 
@@ -13,5 +17,5 @@ EFFECT = Effect(
     summary="U limited to f [U_min, U_max]",
     parameters=(Parameter("saturation_factor", "", 1.0, 0.05, 2.0, "factor on both voltage limits"),),
     source="Khalil: Nonlinear Systems, ch. 1.2 (saturation)",
-    hooks={"limits": limits},
+    hooks={"active": active, "limits": limits},
 )

@@ -2,6 +2,7 @@
 
 Hooks are functions hook(p, x) of the Parameters and of the Condition at the start of the step (fmus.motor.dc):
 
+    active       above 0 when the effect is switched on; without it no other hook is asked
     resistance   Ohm added to the winding                                    summed
     weakening    w >= 0: both constants K_e and K_m are divided by 1 + w     summed
     drop         V lost between terminals and winding, against the current   summed

@@ -3,6 +3,10 @@
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return p.brush_voltage
+
+
 def drop(p, x):
     return p.brush_voltage
 
@@ -13,5 +17,5 @@ EFFECT = Effect(
     summary="U = K_e w + L I' + R I + U_b sgn I",
     parameters=(Parameter("brush_voltage", "V", 0.0, 0.0, 3.0, "voltage lost at the pair of brushes"),),
     source="Hughes, Drury: Electric Motors and Drives, ch. 3 (brush volt-drop)",
-    hooks={"drop": drop},
+    hooks={"active": active, "drop": drop},
 )

@@ -5,6 +5,10 @@ from math import sin
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return abs(p.cogging_torque)
+
+
 def torque(p, x):
     return p.cogging_torque * sin(p.cogging_periods * x.angle + p.cogging_phase)
 
@@ -19,5 +23,5 @@ EFFECT = Effect(
         Parameter("cogging_phase", "rad", 0.0, -3.2, 3.2, "phase at the start"),
     ),
     source="Hendershot, Miller: Design of Brushless Permanent-Magnet Machines, ch. 5",
-    hooks={"torque": torque},
+    hooks={"active": active, "torque": torque},
 )

@@ -7,6 +7,10 @@ that. So the sag acts as a resistance R_s d^2 in the motor's circuit, and shows 
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return p.supply_resistance
+
+
 def resistance(p, x):
     duty = x.voltage / p.supply_voltage
     return p.supply_resistance * duty * duty
@@ -21,5 +25,5 @@ EFFECT = Effect(
         Parameter("supply_voltage", "V", 24.0, 1.0, 100.0, "voltage of the supply without load"),
     ),
     source="Mohan, Undeland, Robbins: Power Electronics, ch. 7 (averaged chopper)",
-    hooks={"resistance": resistance},
+    hooks={"active": active, "resistance": resistance},
 )

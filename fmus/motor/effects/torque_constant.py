@@ -3,6 +3,10 @@
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return p.weakening_per_current + p.weakening_per_loss
+
+
 def weakening(p, x):
     """w of K = K_0 / (1 + w): a part with the current's magnitude, a part with the filtered copper loss."""
     return p.weakening_per_current * abs(x.current) + p.weakening_per_loss * x.heat
@@ -17,6 +21,6 @@ EFFECT = Effect(
         Parameter("weakening_per_loss", "1/W", 0.0, 0.0, 0.1, "loss of torque constant with copper loss (hot magnets)"),
     ),
     source="Hughes, Drury: Electric Motors and Drives, ch. 3 (armature reaction); ferrite magnets lose 0.2 percent per K",
-    hooks={"weakening": weakening},
+    hooks={"active": active, "weakening": weakening},
     frees=("thermal_time",),
 )

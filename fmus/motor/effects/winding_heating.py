@@ -3,6 +3,10 @@
 from ...effect import Effect, Parameter
 
 
+def active(p, x):
+    return p.winding_thermal_resistance
+
+
 def resistance(p, x):
     """Ohm added: R a dT, dT = R_th times the copper loss filtered with the thermal time constant."""
     return p.resistance * p.winding_temperature_coefficient * p.winding_thermal_resistance * x.heat
@@ -17,6 +21,6 @@ EFFECT = Effect(
         Parameter("winding_temperature_coefficient", "1/K", 0.00393, 0.003, 0.0045, "rise of the resistance (copper)"),
     ),
     source="IEC 60034-1, clause 8.6.2 (resistance method); copper 0.00393 1/K",
-    hooks={"resistance": resistance},
+    hooks={"active": active, "resistance": resistance},
     frees=("thermal_time",),
 )

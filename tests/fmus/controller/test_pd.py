@@ -98,12 +98,12 @@ def test_dead_zone():
     flat = pd.Parameters(dead_zone=2.0)
     jump = pd.Parameters(dead_zone=2.0, dead_zone_share=0.0)
     for error, straight, jumping in ((0.004, 0.0, 0.0), (0.01, 2.0, 4.0), (-0.01, -2.0, -4.0)):
-        assert pd.feedback(flat, error, 0.0, 0.0, 0.0) == pytest.approx(straight)
-        assert pd.feedback(jump, error, 0.0, 0.0, 0.0) == pytest.approx(jumping)
+        assert pd.feedback(flat, 1.0, error, 0.0, 0.0, 0.0) == pytest.approx(straight)
+        assert pd.feedback(jump, 1.0, error, 0.0, 0.0, 0.0) == pytest.approx(jumping)
 
 
 def test_saturation():
-    assert pd.feedback(pd.Parameters(saturation_factor=0.5), 9.0, 0.0, 0.0, 0.0) == 12.0
+    assert pd.feedback(pd.Parameters(saturation_factor=0.5), 1.0, 9.0, 0.0, 0.0, 0.0) == 12.0
 
 
 @pytest.mark.parametrize("h", [1e-3, 2.5e-3, 1e-2])

@@ -24,7 +24,7 @@ def stepped(p, voltage, speed, size, steps):
 def test_held_step_is_the_closed_form(r, l, u, w, h):
     p = dc.Parameters(resistance=r, inductance=l)
     _, out = dc.advance(p, dc.start(p), u, w, h)
-    assert out.current == pytest.approx((u - 0.03 * w) / r * (1.0 - math.exp(-r * h / l)), rel=1e-9, abs=1e-12)
+    assert out.current == pytest.approx((u - 0.03 * w) / r * -math.expm1(-r * h / l), rel=1e-9, abs=1e-12)
     assert out.torque == 0.03 * out.current
     assert out.electric_power == u * out.current
     assert out.mechanical_power == out.torque * w
@@ -127,7 +127,7 @@ def test_effects_that_are_off_change_no_bit(r, l, u, w):
     from fmus.effect import parameters_type
 
     p = dc.Parameters(resistance=r, inductance=l)
-    s, out = dc.advance(p, dc.State(0.3, 0.0, 2.0), u, w, 1e-3)
+    s, out = dc.advance(p, dc.start(p)._replace(current=0.3), u, w, 1e-3)
     assert out.current == dc.free_current(0.3, u - 0.03 * w, r, l, 1e-3)
     assert out.torque == 0.03 * out.current
     assert set(parameters_type(dc.BASE)._fields) <= set(dc.Parameters._fields)

@@ -48,7 +48,7 @@ def compiled(module_name: str) -> ModuleType:
 
 def _copied(folder: Path) -> Path:
     """The folder of the copy of this package's sources, made if it is not there yet, safe beside others that make it."""
-    sources = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
+    sources = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py")) if _law(path.relative_to(folder))}
     digest = hashlib.sha256()
     for path, content in sources.items():
         digest.update(f"{path.as_posix()} {len(content)}\n".encode() + content)
@@ -64,6 +64,11 @@ def _copied(folder: Path) -> Path:
         except OSError:  # another process was faster
             shutil.rmtree(draft, ignore_errors=True)
     return target
+
+
+def _law(path: Path) -> bool:
+    """Whether a law may import it: what lies in the components' folders but their FMU faces, and what joins the effects."""
+    return str(path) in ("__init__.py", "effect.py") or (len(path.parts) > 1 and path.name != "fmu.py")
 
 
 def _load(name: str, folder: Path) -> None:

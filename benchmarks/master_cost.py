@@ -31,7 +31,7 @@ def system(fmu: Path, count: int, step: float, given: str, taken: str, start: di
     return master.from_dict({
         "run": {"step": step, "record": ["*." + taken]},
         "components": {f"i{k}": {"fmu": str(fmu), "start": start} for k in range(count)},
-        "connections": {f"i{k}.{given}": f"i{(k + 1) % count}.{taken}" for k in range(count)},
+        "connections": {f"i{k}.{given}": {"from": f"i{(k + 1) % count}.{taken}", "convert": False} for k in range(count)},
     })  # fmt: skip
 
 

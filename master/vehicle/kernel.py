@@ -17,12 +17,12 @@ import math
 
 import numpy as np
 
-from master.vehicle.munk import call_step, compiled, load, store
+from master.vehicle.munk import call_step, compiled, inlined, load, store
 
 CONSTANTS = np.dtype([(name, float) for name in """
     dt gravity sides driven belt hold_stiffness hold_damping
     ground_stiffness ground_exponent ground_damping ground_depth ground_friction
-    bristle_stiffness bristle_damping ground_top level shoe foot_pitch center_radius
+    bristle_stiffness bristle_damping ground_top level shoe foot_pitch foot_back
     guide_stiffness guide_damping guide_radius holder_length rail_height rail_ramp
     tooth_stiffness tooth_damping tooth_angle belt_radius sprocket_inertia segment_weight
     front_hinge_x rear_hinge_x hinge_y holder_center holder_weight
@@ -36,7 +36,7 @@ NORMAL, TANGENT, MOMENT, GRAVITY = range(4)
 FRONT_TORQUE, REAR_TORQUE, FRONT_SPROCKET, REAR_SPROCKET, SPROCKET_SPEED, FRONT_HOLD, REAR_HOLD = range(7)
 
 
-@compiled
+@inlined
 def damping(c_max, h, x):
     """Damping coefficient in N.s/m at penetration x, eq 24."""
     if x <= 0.0:
@@ -46,7 +46,7 @@ def damping(c_max, h, x):
     return c_max * x * x * (3.0 * h - 2.0 * x) / (h * h * h)
 
 
-@compiled
+@inlined
 def normal_force(k, e, c_max, h, x, rate):
     """Normal force in N at penetration x that grows with `rate`, eq 23: max(0, k x^e + c(x) rate).
 
@@ -103,7 +103,7 @@ def clearance(gx, gy, x, y, reach):
     return side * distance, side * bx / distance, side * by / distance
 
 
-@compiled
+@inlined
 def friction(p, normal, slip, bristle):
     """Tangential force in N and the bristle's new deflection in m: a spring and damper with a slip limit (Coulomb)."""
     bristle += slip * p.dt
@@ -115,7 +115,7 @@ def friction(p, normal, slip, bristle):
     return force, bristle
 
 
-@compiled
+@inlined
 def touch(p, gx, gy, x, y, vx, vy, bristle):
     """Ground force on a shoe at (x, y) moving with (vx, vy): fx, fy, normal, tangent, tangent's direction, new bristle."""
     if p.level > 0.0:
@@ -152,7 +152,7 @@ def turn_sprocket(p, state, track, u, torque):
     return torque
 
 
-@compiled
+@inlined
 def rail(p, along):
     """How far the rail between hinge and idler stands out beyond the arcs, and its slope: a crown with smooth ends."""
     end = min(along, p.holder_length - along)
@@ -229,9 +229,9 @@ def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body,
             ux, uy = math.cos(turn), math.sin(turn)
             twist = 0.0
             for k in range(FEET):
-                step = (k - 0.5 * (FEET - 1)) * p.foot_pitch
-                back = p.center_radius - math.sqrt(p.center_radius * p.center_radius + step * step)
-                dx, dy = step * ux + back * uy, step * uy - back * ux
+                step = (k - 1) * p.foot_pitch
+                back = (k - 1) * (k - 1) * p.foot_back
+                dx, dy = step * ux - back * uy, step * uy + back * ux
                 if y + dy >= top:
                     bristle[track, FEET * i + k] = 0.0
                     continue
@@ -391,21 +391,6 @@ def forces(p, gx, gy, belly, u, state, body, at, bristle, scrape, told):
 
 
 @compiled
-def advance(steps, step, space, constants, gx, gy, belly, u, state, body, at, bristle, scrape, told):
-    """`steps` inner steps: forces into the bodies, then cpSpaceStep at address `step` on `space`."""
-    p = constants[0]
-    for _ in range(steps):
-        forces(p, gx, gy, belly, u, state, body, at, bristle, scrape, told)
-        call_step(step, space, p.dt)
-
-
-@compiled
-def only_forces(constants, gx, gy, belly, u, state, body, at, bristle, scrape, told):
-    """The forces of one inner step, for whoever steps the space himself."""
-    forces(constants[0], gx, gy, belly, u, state, body, at, bristle, scrape, told)
-
-
-@compiled
 def sound(body, at, limit):
     """Whether every body's position and speed are finite and the speeds below the limit in m/s."""
     for place in body:
@@ -449,3 +434,26 @@ def outputs(constants, state, zero, body, at, told, out):
     out[8], out[9], out[10] = load(place + position) + rx, load(place + position + 8) + ry, angle
     out[11], out[12], out[13] = load(place + velocity) - rate * ry, load(place + velocity + 8) + rate * rx, rate
     out[22] = told[2, NORMAL]
+
+
+@compiled
+def advance(steps, step, space, limit, constants, gx, gy, belly, u, state, body, at, bristle, scrape, told, zero, out):
+    """`steps` inner steps, forces into the bodies and then cpSpaceStep at address `step` on `space`; then the outputs.
+
+    Returns whether all went well: finite inputs, and every body's position and speed sound at the end.
+    """
+    for value in u:
+        if not math.isfinite(value):
+            return False
+    p = constants[0]
+    for _ in range(steps):
+        forces(p, gx, gy, belly, u, state, body, at, bristle, scrape, told)
+        call_step(step, space, p.dt)
+    outputs(constants, state, zero, body, at, told, out)
+    return sound(body, at, limit)
+
+
+@compiled
+def only_forces(constants, gx, gy, belly, u, state, body, at, bristle, scrape, told, zero, out):
+    """The forces of one inner step, for whoever steps the space himself."""
+    forces(constants[0], gx, gy, belly, u, state, body, at, bristle, scrape, told)

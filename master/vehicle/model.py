@@ -17,6 +17,7 @@ from master.vehicle.parameters import SIDES
 _ALL = pymunk.batch.BodyFields
 _FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _ALL.FORCE | _ALL.TORQUE
 _BATCH_AT = (0, 24, 48, 16, 40, 64)  # bytes of position, velocity, force, angle, angular velocity, torque in a row of the batch
+FASTEST = 1e3  # m/s, beyond which a body has run away
 RAMP = 3.0  # pitches over which a rail comes out to its height
 _BELLY = 7  # points of the chassis' underside that can touch the ground
 
@@ -88,6 +89,9 @@ class Model:
             self.at = np.array(_BATCH_AT, np.int64)
             self.body = self._rows.ctypes.data + 72 * np.arange(rows, dtype=np.int64)
             self._fetch()
+        self._size = 0.0
+        self._arrays = (self.constants, self.gx, self.gy, self.belly, self.inputs, self.state, self.body, self.at, self.bristle,
+                        self.scrape, self.told, self.zero, self.outputs)
 
     def _fill(self) -> None:
         v, g, c = self.values, self.geometry, self.constants
@@ -99,7 +103,7 @@ class Model:
         c["ground_top"], c["shoe"], c["foot_pitch"] = max(self.gy), v["shoe_height"], g.pitch / kernel.FEET
         c["guide_radius"], c["belt_radius"], c["tooth_angle"] = g.guide_radius, g.belt_radius, 2.0 * math.pi / v["teeth"]
         c["level"] = min(self.gy) == max(self.gy)
-        c["center_radius"] = g.center_radius
+        c["foot_back"] = math.hypot(g.center_radius, g.pitch / kernel.FEET) - g.center_radius
         c["rail_ramp"] = RAMP * g.pitch
         track = v["segments"] * v["segment_mass"]
         spin = 0.5 * v["sprocket_mass"] * g.pitch_radius**2 + (track * g.belt_radius**2 if self.belt else 0.0)
@@ -187,19 +191,22 @@ class Model:
                 break
         return np.array([x0, y]), pitch
 
-    def advance(self, size: float) -> None:
-        """One macro step: as many equal inner steps as keep each within inner_step."""
+    def advance(self, size: float) -> bool:
+        """One macro step: as many equal inner steps as keep each within inner_step. False when inputs or bodies are not sound."""
         steps = max(1, math.ceil(size / self.values["inner_step"] - 1e-9))
-        self.constants["dt"] = size / steps
-        arrays = (self.constants, self.gx, self.gy, self.belly, self.inputs, self.state, self.body, self.at, self.bristle, self.scrape, self.told)
+        if size != self._size:
+            self._size, self.constants["dt"] = size, size / steps
         if self.layout:
-            kernel.advance(steps, self.step_address, self.space_address, *arrays)
-            return
+            return kernel.advance(steps, self.step_address, self.space_address, FASTEST, *self._arrays)
+        if not np.isfinite(self.inputs).all():
+            return False
         for _ in range(steps):
-            kernel.only_forces(*arrays)
+            kernel.only_forces(*self._arrays)
             pymunk.batch.set_space_bodies(self.space, _FIELDS, self._batch)
             self.space.step(size / steps)
             self._fetch()
+        self.tell()
+        return kernel.sound(self.body, self.at, FASTEST)
 
     def _fetch(self) -> None:
         self._batch.clear()
@@ -237,7 +244,8 @@ class Model:
         return np.array([(*body.position, body.angle) for body in self.bodies])
 
     def sound(self) -> bool:
-        return kernel.sound(self.body, self.at, 1e3)
+        """Whether every body's position and speed are finite and sane."""
+        return kernel.sound(self.body, self.at, FASTEST)
 
     @property
     def exact(self) -> bool:

@@ -23,12 +23,18 @@ WORDS = 27  # doubles of a C body that are looked through: up to the bias veloci
 JOINT_WORDS = 28  # the same of a pivot joint, up to its accumulated impulse
 
 
-def compiled(function):
+def compiled(function, **options):
     """numba's njit with a cache on disk where a place for it can be written, without one where not."""
+    options["error_model"] = "numpy"
     try:
-        return njit(function, cache=True, error_model="numpy")
+        return njit(function, cache=True, **options)
     except RuntimeError:  # numba found no writable place
-        return njit(function, error_model="numpy")
+        return njit(function, **options)
+
+
+def inlined(function):
+    """`compiled`, and put into the code of whoever calls it."""
+    return compiled(function, forceinline=True)
 
 
 class Layout(NamedTuple):

@@ -108,18 +108,19 @@ class Robot:
         self.y[:] = self.model.outputs[self._out]
 
     def step(self, time: float, size: float) -> None:
-        model = self.model
-        if not (size > 0.0 and np.isfinite(model.inputs).all()):
-            self._fail(time, size, "give a positive step and finite inputs.")
-        model.advance(size)
-        if not model.sound():
-            self._fail(time, size, "a shorter inner_step or communication step, softer contacts or guides, or less torque.")
-        model.tell()
+        if not size > 0.0:
+            raise DescriptionError(f"{self.name}: a step of {size!r} s cannot be made; give a positive one.")
+        if not self.model.advance(size):
+            self._fail(time, size)
 
-    def _fail(self, time: float, size: float, hint: str) -> None:
+    def _fail(self, time: float, size: float) -> None:
         inputs = {name: float(value) for name, value in zip(INPUTS, self.model.inputs)}
-        self.log.append(f"the bodies' positions or speeds are no longer finite (inner step {self.model.constants['dt'][0]:.3g} s)"
-                        if all(np.isfinite(list(inputs.values()))) else "an input is not finite")
+        if np.isfinite(list(inputs.values())).all():
+            self.log.append(f"the bodies' positions or speeds are no longer sane (inner step {self.model.constants['dt'][0]:.3g} s)")
+            hint = "a shorter inner_step or communication step, softer contacts or guides, a softer drive shaft or less torque."
+        else:
+            self.log.append("an input is not finite")
+            hint = "find the part whose output is not finite."
         raise PartFailed(self.name, time, size, "error", inputs, self.log, hint)
 
     def posture(self) -> dict[str, np.ndarray]:

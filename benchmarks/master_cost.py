@@ -75,7 +75,9 @@ def coupled(fmu: Path, count: int, steps: int, step: float, given: str, taken: s
 
 
 def ratio(fmu: Path, count: int, steps: int, step: float, given: str, taken: str, start: dict, turns: int = 5):
-    pairs = [(bare(fmu, count, steps, step, given, taken), coupled(fmu, count, steps, step, given, taken, start)) for _ in range(turns)]
+    pairs = [
+        (bare(fmu, count, steps, step, given, taken), coupled(fmu, count, steps, step, given, taken, start)) for _ in range(turns)
+    ]
     return min(b for b, _ in pairs), min(c for _, c in pairs), statistics.median(c / b for b, c in pairs)
 
 
@@ -101,7 +103,9 @@ def main() -> None:
         for path, given, taken, start in cases:
             for count in chosen.instances:
                 least, most, middle = ratio(path, count, max(200, chosen.steps * 8 // count), 0.001, given, taken, start)
-                table.add_row(path.stem, str(count), f"{1e6 * least:.2f}", f"{1e6 * most:.2f}", f"{most / least:.2f}", f"{middle:.2f}")
+                table.add_row(
+                    path.stem, str(count), f"{1e6 * least:.2f}", f"{1e6 * most:.2f}", f"{most / least:.2f}", f"{middle:.2f}"
+                )
     Console().print(table)
 
 

@@ -1,6 +1,6 @@
 """Both motors fail while the robot stands on its tips: a self-locking gear holds it up, a back-drivable one does not.
 
-    python examples/motor_failure.py [picture.png]
+python examples/motor_failure.py [picture.png]
 """
 
 import sys

@@ -1,8 +1,8 @@
 """The master: couples FMI 2.0 co-simulation FMUs and in-process parts.
 
-    import master
-    result = master.run("robot.toml", settings={"rear_reducer.friction_kinetic": 0.02}, out="robot.parquet")
-    print(result.summary())
+import master
+result = master.run("robot.toml", settings={"rear_reducer.friction_kinetic": 0.02}, out="robot.parquet")
+print(result.summary())
 """
 
 from master.errors import DescriptionError, PartFailed, ResultError

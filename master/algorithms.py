@@ -153,7 +153,9 @@ def _ratios(name: str, own: float, step: float) -> tuple[int, int]:
         n = round(value) if value < 1e9 else 0
         if n >= 1 and abs(value - n) < 1e-9 * n:
             return result(n)
-    raise DescriptionError(f"[components.{name}] step = {own:g} s neither divides the communication step {step:g} s nor is a multiple of it.")
+    raise DescriptionError(
+        f"[components.{name}] step = {own:g} s neither divides the communication step {step:g} s nor is a multiple of it."
+    )
 
 
 def seats(wiring: Wiring) -> list[Seat]:

@@ -44,7 +44,9 @@ class Binary:
         try:
             return ctypes.CDLL(str(self.folder / "binaries" / fmpy.platform / name))
         except OSError as error:
-            raise DescriptionError(f"The binary of {self.path} cannot be loaded: {error}. Something it needs is missing here.") from None
+            raise DescriptionError(
+                f"The binary of {self.path} cannot be loaded: {error}. Something it needs is missing here."
+            ) from None
 
 
 def open_fmu(path: Path | str) -> Binary:
@@ -85,7 +87,9 @@ def describe(path: Path | str) -> ModelDescription:
         raise DescriptionError(f"{path} is for model exchange only: it has no solver of its own. Export it for co-simulation.")
     if fmpy.platform not in fmpy.supported_platforms(str(path)):
         has = ", ".join(fmpy.supported_platforms(str(path))) or "none"
-        raise DescriptionError(f"{path} has no binary for this machine ({fmpy.platform}; it has: {has}). Export it for {fmpy.platform}.")
+        raise DescriptionError(
+            f"{path} has no binary for this machine ({fmpy.platform}; it has: {has}). Export it for {fmpy.platform}."
+        )
     return description
 
 

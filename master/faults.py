@@ -77,7 +77,9 @@ def _check(fault: Fault, variable) -> None:
         refuse("noise needs a seed, so that the run can be repeated.")
     if variable.causality not in ("input", "output"):
         if variable.causality != "parameter" or variable.variability != "tunable":
-            refuse(f"it is a {variable.variability} {variable.causality}; inputs, outputs and tunable parameters can be made wrong.")
+            refuse(
+                f"it is a {variable.variability} {variable.causality}; inputs, outputs and tunable parameters can be made wrong."
+            )
         if fault.kind not in ("stuck", "offset") or fault.value is None:
             refuse("a parameter can be stuck at a value, or offset by one.")
 

@@ -70,9 +70,13 @@ class FmuPart:
         instantiate = self._function("fmi2Instantiate", c_void_p)
         guid = self._binary.description.guid.encode()
         resources = (self._binary.folder / "resources").as_uri().encode()
-        self._instance = c_void_p(instantiate(self.name.encode(), c_int(1), guid, resources, byref(self._callbacks), c_int(0), c_int(1)))
+        self._instance = c_void_p(
+            instantiate(self.name.encode(), c_int(1), guid, resources, byref(self._callbacks), c_int(0), c_int(1))
+        )
         if not self._instance:
-            raise PartFailed(self.name, 0.0, 0.0, "no instance", {}, list(self.log), f"see whether {self.path} runs alone in another tool.")
+            raise PartFailed(
+                self.name, 0.0, 0.0, "no instance", {}, list(self.log), f"see whether {self.path} runs alone in another tool."
+            )
 
     def _call(self, name: str, *arguments) -> None:
         status = self._function(name)(self._instance, *arguments)
@@ -81,7 +85,9 @@ class FmuPart:
 
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self._time.value = start
-        self._call("fmi2SetupExperiment", c_int(0), c_double(0.0), c_double(start), c_int(stop is not None), c_double(stop or 0.0))
+        self._call(
+            "fmi2SetupExperiment", c_int(0), c_double(0.0), c_double(start), c_int(stop is not None), c_double(stop or 0.0)
+        )
         self._call("fmi2EnterInitializationMode")
 
     def exit_initialization(self) -> None:
@@ -202,7 +208,11 @@ class FmuPart:
                 status = self._wait()
             if status <= WARNING:
                 return
-            reached = self._status("fmi2GetRealStatus", c_double(math.nan), fmi2.fmi2LastSuccessfulTime) if status == DISCARD else math.nan
+            reached = (
+                self._status("fmi2GetRealStatus", c_double(math.nan), fmi2.fmi2LastSuccessfulTime)
+                if status == DISCARD
+                else math.nan
+            )
             if status != DISCARD or self._status("fmi2GetBooleanStatus", c_int(0), fmi2.fmi2Terminated):
                 break
             if reached >= end - tiny:
@@ -269,7 +279,16 @@ class _Block:
         self.count = c_size_t(len(references))
         self.pointer = c_void_p(self._own.ctypes.data)
         copies = [] if self.real else [(first + k, k) for k in range(len(references))]
-        self.call = (self.function, self.references, self.count, self.pointer, copies, memoryview(values), memoryview(self._own), self.name)
+        self.call = (
+            self.function,
+            self.references,
+            self.count,
+            self.pointer,
+            copies,
+            memoryview(values),
+            memoryview(self._own),
+            self.name,
+        )
 
 
 def _kind(variable: ModelVariable) -> str:
@@ -292,11 +311,14 @@ def _variables(described) -> dict[str, Variable]:
 
 def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:
     kind, declared = _kind(v), v.declaredType
+
     def number(text):
         return None if text is None or kind not in ("Real", "Integer") else float(text)
+
     def attribute(name):
         own = getattr(v, name)
         return own if own is not None or declared is None else getattr(declared, name)
+
     start = v.start
     if start is not None and kind != "String":
         start = {"Real": float, "Integer": int, "Boolean": lambda t: str(t).lower() in ("true", "1")}[kind](start)

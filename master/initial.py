@@ -73,7 +73,8 @@ def _evaluate(wiring: Wiring, order: list[Node], loops: list[list[str]]) -> None
             named = "; ".join(" -> ".join(loop) for loop in loops)
             raise DescriptionError(
                 f"The initial values do not settle: outputs act on each other at the same instant in {named}. "
-                "Break the loop with a part whose output does not depend on its input at once (an inertia, a delay), or reduce its gain."
+                "Break the loop with a part whose output does not depend on its input at once (an inertia, a delay), or reduce "
+                "its gain."
             )
     for component in parts:
         feed(wiring, component)

@@ -69,7 +69,11 @@ class ProcessPart:
             code = self._process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
             code = None
-        how = f"a crash ({signal.Signals(-code).name})" if code is not None and code < 0 else f"the end of its process (code {code})"
+        how = (
+            f"a crash ({signal.Signals(-code).name})"
+            if code is not None and code < 0
+            else f"the end of its process (code {code})"
+        )
         self._errors.seek(0)
         written = self._errors.read().decode("utf-8", "replace").splitlines()
         said = [*self.log, *written][-10:]

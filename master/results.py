@@ -124,7 +124,9 @@ class Parquet(File):
         super().__init__(columns, path)
         arrow = {"Real": pa.float64(), "Integer": pa.int64(), "Boolean": pa.bool_(), "String": pa.string()}
         units = json.dumps({c.name: c.unit for c in columns})
-        self._schema = pa.schema([pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata={"units": units})
+        self._schema = pa.schema(
+            [pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata={"units": units}
+        )
         self._writer = pq.ParquetWriter(path, self._schema)
 
     def put(self, frame: pd.DataFrame) -> None:

@@ -52,7 +52,9 @@ def run(
 
 
 class _Simulation:
-    def __init__(self, system: System, settings, stop: float, out, tell, observe: Observer | None, keep: dict[str, Part] | None = None):
+    def __init__(
+        self, system: System, settings, stop: float, out, tell, observe: Observer | None, keep: dict[str, Part] | None = None
+    ):
         self.began = clock.perf_counter()
         self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
         self.keep = keep
@@ -262,7 +264,9 @@ class _Progress:
         if progress is True:
             from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-            self.bar = Progress(TextColumn("{task.completed:.2f} of {task.total:g} s"), BarColumn(), TimeRemainingColumn(), transient=True)
+            self.bar = Progress(
+                TextColumn("{task.completed:.2f} of {task.total:g} s"), BarColumn(), TimeRemainingColumn(), transient=True
+            )
 
     def __enter__(self):
         if self.bar:

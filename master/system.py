@@ -144,7 +144,9 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     _check_keys(data, ("system", "run", "components", "connections", "bonds", "faults"), "the file")
     head = data.get("system", {})
     _check_keys(head, ("name", "description"), "[system]")
-    system = System(head.get("name", "system"), head.get("description", ""), Path(folder), _make(Run, data.get("run", {}), "[run]"))
+    system = System(
+        head.get("name", "system"), head.get("description", ""), Path(folder), _make(Run, data.get("run", {}), "[run]")
+    )
     for name, table in data.get("components", {}).items():
         where = f"[components.{name}]"
         component = _make(Component, table, where)
@@ -169,7 +171,9 @@ def _connection(target: str, source: Any) -> Connection:
     if isinstance(source, str):
         return Connection(source)
     if not isinstance(source, dict) or not isinstance(source.get("from"), str):
-        raise DescriptionError(f'[connections]: write "{target}" = "component.variable", or {{ from = "component.variable", factor = 2.0 }}.')
+        raise DescriptionError(
+            f'[connections]: write "{target}" = "component.variable", or {{ from = "component.variable", factor = 2.0 }}.'
+        )
     table = {"source" if key == "from" else key: value for key, value in source.items()}
     return _make(Connection, table, f"[connections] {target}")
 
@@ -210,7 +214,9 @@ def _make(kind: type, table: dict[str, Any], where: str):
     try:
         return kind(**{key: float(v) if known[key].type.startswith("float") else v for key, v in table.items()})
     except TypeError as error:
-        raise DescriptionError(f"{where}: {str(error).split(') ')[-1].replace('__init__()', '')} is not all there is to say.") from None
+        raise DescriptionError(
+            f"{where}: {str(error).split(') ')[-1].replace('__init__()', '')} is not all there is to say."
+        ) from None
 
 
 _WANTED = {"float": "a number", "int": "a whole number", "str": "text in quotes", "bool": "true or false",

@@ -13,7 +13,16 @@ from functools import cache
 
 from master.errors import DescriptionError
 
-_BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd", "radian": "rad"}
+_BASE = {
+    "kilogram": "kg",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "candela": "cd",
+    "radian": "rad",
+}
 _NAMES = {"%": "percent", "1": "", "-": "", "rev": "turn", "1/min": "1/minute"}
 
 
@@ -52,7 +61,9 @@ def conversion(source: str, target: str, of_source: dict | None = None, of_targe
     if a.without_angle() != b.without_angle():
         raise DescriptionError(f"{source} cannot be converted to {target}")
     if a.exponents != b.exponents and a.without_angle() == {"s": -1}:
-        raise DescriptionError(f"{source} and {target} differ by the angle of a turn, or do not; give the factor and convert = false")
+        raise DescriptionError(
+            f"{source} and {target} differ by the angle of a turn, or do not; give the factor and convert = false"
+        )
     return a.factor / b.factor, (a.offset - b.offset) / b.factor
 
 

@@ -170,7 +170,9 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
     to, sink = wiring.variable(target, where)
     of, source = wiring.variable(connection.source, where)
     if sink.causality != "input":
-        raise DescriptionError(f"{where}: {target} is no input ({sink.causality}). The target stands on the left, the source on the right.")
+        raise DescriptionError(
+            f"{where}: {target} is no input ({sink.causality}). The target stands on the left, the source on the right."
+        )
     if source.causality in ("input", "parameter"):
         raise DescriptionError(f"{where}: {connection.source} is an {source.causality}, not an output.".replace("an p", "a p"))
     if source.type not in FITS[sink.type]:
@@ -189,13 +191,18 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
 
 def _all_given(wiring: Wiring) -> None:
     connected = {(link.target, link.input) for link in wiring.links}
-    open_ = [f"{name}.{v.name}" for name, part in wiring.parts.items() for v in part.variables.values()
-             if v.causality == "input" and (name, v.name) not in connected and v.name not in wiring.values.get(name, {})]  # fmt: skip
+    open_ = [
+        f"{name}.{v.name}"
+        for name, part in wiring.parts.items()
+        for v in part.variables.values()
+        if v.causality == "input" and (name, v.name) not in connected and v.name not in wiring.values.get(name, {})
+    ]
     if open_:
         component, variable = wiring.system.split(open_[0], "inputs")
         raise DescriptionError(
             f"Inputs that nobody gives: {', '.join(open_)}. Connect them, or hold them at a value: "
-            f"{variable} = ... under [components.{component}.start]; open_inputs = true under [run] leaves all at their start values."
+            f"{variable} = ... under [components.{component}.start]; open_inputs = true under [run] "
+            "leaves all at their start values."
         )
 
 
@@ -224,8 +231,9 @@ def _order(wiring: Wiring) -> None:
         if name not in names:
             raise DescriptionError(f"[run] order: there is no component {name}{did_you_mean(name, names)}")
     missing = [name for name in names if name not in order]
+    what = f"missing: {', '.join(missing)}" if missing else "one is named twice"
     if order and (missing or len(set(order)) != len(order)):
-        raise DescriptionError(f"[run] order must name every component once; {'missing: ' + ', '.join(missing) if missing else 'one is named twice'}.")
+        raise DescriptionError(f"[run] order must name every component once; {what}.")
 
 
 def _bind(wiring: Wiring) -> None:

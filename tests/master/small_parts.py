@@ -71,10 +71,14 @@ class Mass(Small):
     """m dv/dt = f - k x - d v for a held force, by many small steps of fourth order."""
 
     described = (
-        real("mass", "parameter", "kg", 1.0, minimum=0.0), real("stiffness", "parameter", "N/m"), real("damping", "parameter", "N.s/m"),
-        real("v0", "parameter", "m/s"), real("force", "input", "N"),
-        real("x", "output", "m", depends_on=()), real("v", "output", "m/s", depends_on=()),
-    )  # fmt: skip
+        real("mass", "parameter", "kg", 1.0, minimum=0.0),
+        real("stiffness", "parameter", "N/m"),
+        real("damping", "parameter", "N.s/m"),
+        real("v0", "parameter", "m/s"),
+        real("force", "input", "N"),
+        real("x", "output", "m", depends_on=()),
+        real("v", "output", "m/s", depends_on=()),
+    )
 
     def set(self, name, value):
         setattr(self, "v" if name == "v0" else name, value)
@@ -83,8 +87,10 @@ class Mass(Small):
         n = 50
         h = size / n
         for _ in range(n):
+
             def rate(x, v):
                 return v, (self.force - self.stiffness * x - self.damping * v) / self.mass
+
             x, v = self.x, self.v
             a1 = rate(x, v)
             a2 = rate(x + h / 2 * a1[0], v + h / 2 * a1[1])
@@ -98,9 +104,13 @@ class Spring(Small):
     """A spring between two masses, integrating its length from their held speeds: force = k l, on the first."""
 
     described = (
-        real("stiffness", "parameter", "N/m", 1.0), real("v1", "input", "m/s"), real("v2", "input", "m/s"), real("length", "parameter", "m"),
-        real("force", "output", "N", depends_on=()), real("reaction", "output", "N", depends_on=()),
-    )  # fmt: skip
+        real("stiffness", "parameter", "N/m", 1.0),
+        real("v1", "input", "m/s"),
+        real("v2", "input", "m/s"),
+        real("length", "parameter", "m"),
+        real("force", "output", "N", depends_on=()),
+        real("reaction", "output", "N", depends_on=()),
+    )
 
     def exit_initialization(self):
         self.compute()
@@ -118,8 +128,11 @@ class Gain(Small):
     """y = gain · u + shift at once."""
 
     described = (
-        real("gain", "parameter", "", 1.0), real("shift", "parameter"), real("u", "input"), real("y", "output", depends_on=("u",)),
-    )  # fmt: skip
+        real("gain", "parameter", "", 1.0),
+        real("shift", "parameter"),
+        real("u", "input"),
+        real("y", "output", depends_on=("u",)),
+    )
 
     def compute(self):
         self.y_ = self.gain * self.u_ + self.shift
@@ -177,11 +190,13 @@ class Types(Small):
     """One variable of each type, passed through."""
 
     described = (
-        Variable("flag", "input", "Boolean", start=False), Variable("count", "input", "Integer", start=0), Variable("word", "input", "String", start=""),
+        Variable("flag", "input", "Boolean", start=False),
+        Variable("count", "input", "Integer", start=0),
+        Variable("word", "input", "String", start=""),
         Variable("flag_out", "output", "Boolean", start=True, variability="discrete"),
         Variable("count_out", "output", "Integer", start=3, variability="discrete"),
         Variable("word_out", "output", "String", start="a", variability="discrete"),
-    )  # fmt: skip
+    )
 
     def step(self, time, size):
         self.flag_out = not self.flag_out
@@ -238,10 +253,14 @@ class Thermometer(Small):
     """Outputs in units of many kinds; an input in kelvin, one in radians."""
 
     described = (
-        real("celsius", "output", "degC", 20.0, depends_on=()), real("degrees", "output", "deg", 180.0, depends_on=()),
-        real("hertz", "output", "Hz", 1.0, depends_on=()), real("odd", "output", "quux", 1.0, depends_on=()),
-        real("kelvin", "input", "K"), real("radians", "input", "rad"), real("speed", "input", "rad/s"),
-    )  # fmt: skip
+        real("celsius", "output", "degC", 20.0, depends_on=()),
+        real("degrees", "output", "deg", 180.0, depends_on=()),
+        real("hertz", "output", "Hz", 1.0, depends_on=()),
+        real("odd", "output", "quux", 1.0, depends_on=()),
+        real("kelvin", "input", "K"),
+        real("radians", "input", "rad"),
+        real("speed", "input", "rad/s"),
+    )
 
 
 class Careful(Integrator):

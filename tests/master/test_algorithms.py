@@ -47,7 +47,10 @@ def test_gauss_seidel_beats_jacobi_on_an_oscillator(system):
 
 
 def test_jacobi_does_not_depend_on_the_order(system):
-    tables = [master.run(two_masses(system, step=0.01, algorithm="jacobi", order=order)).table for order in (["a", "b", "s"], ["s", "b", "a"])]
+    tables = [
+        master.run(two_masses(system, step=0.01, algorithm="jacobi", order=order)).table
+        for order in (["a", "b", "s"], ["s", "b", "a"])
+    ]
     assert tables[0].equals(tables[1])
 
 
@@ -88,7 +91,9 @@ def test_inputs_of_small_steps_are_interpolated_where_the_source_went_first(syst
 
 
 def test_outputs_of_large_steps_are_shown_on_a_line(system):
-    description = system({"i": ("Integrator", {"u": 1.0}, {"step": 0.4}), "l": ("Listener", {"w": 0.0})}, {"l.u": "i.y"}, stop=1.2, step=0.1)
+    description = system(
+        {"i": ("Integrator", {"u": 1.0}, {"step": 0.4}), "l": ("Listener", {"w": 0.0})}, {"l.u": "i.y"}, stop=1.2, step=0.1
+    )
     rows = heard(description)
     assert rows[:, 2] == pytest.approx(rows[:, 0] + 0.1)
     table = master.run(description).table
@@ -121,7 +126,9 @@ def test_factor_and_offset(system):
 
 def test_every_type_travels(system):
     ends = {"b.flag": "a.flag_out", "b.count": "a.count_out", "b.word": "a.word_out"}
-    table = master.run(system({"a": ("Types", {"flag": True, "count": 1, "word": "x"}), "b": "Types"}, ends, stop=0.3, step=0.1)).table
+    table = master.run(
+        system({"a": ("Types", {"flag": True, "count": 1, "word": "x"}), "b": "Types"}, ends, stop=0.3, step=0.1)
+    ).table
     assert [str(table[f"b.{n}"].dtype) for n in ("flag_out", "count_out")] == ["bool", "int64"]
     assert table["a.word_out"].to_list() == ["a", "xb", "xb", "xb"]
     assert table["b.word_out"].to_list() == ["a", "xbb", "xbb", "xbb"]
@@ -129,6 +136,10 @@ def test_every_type_travels(system):
 
 def test_observer_and_progress_see_every_step(system):
     seen, told = [], []
-    master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=0.25), observe=lambda t, parts: seen.append((t, parts["i"].state)), progress=told.append)
+    master.run(
+        system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=0.25),
+        observe=lambda t, parts: seen.append((t, parts["i"].state)),
+        progress=told.append,
+    )
     assert seen == [(0.0, 0.0), (0.25, 0.25), (0.5, 0.5), (0.75, 0.75), (1.0, 1.0)]
     assert told[-1] == 1.0 and math.isclose(told[1], 0.25)

@@ -105,10 +105,16 @@ def test_open_inputs(system, refused):
 @pytest.mark.parametrize(
     "target, source, fits",
     [
-        ("t.flag", "t.count_out", False), ("t.count", "t.flag_out", True), ("t.word", "t.flag_out", False), ("g.u", "t.flag_out", True),
-        ("g.u", "t.count_out", True), ("t.count", "g.y", False), ("g.u", "t.word_out", False), ("t.flag", "g.y", False),
+        ("t.flag", "t.count_out", False),
+        ("t.count", "t.flag_out", True),
+        ("t.word", "t.flag_out", False),
+        ("g.u", "t.flag_out", True),
+        ("g.u", "t.count_out", True),
+        ("t.count", "g.y", False),
+        ("g.u", "t.word_out", False),
+        ("t.flag", "g.y", False),
     ],
-)  # fmt: skip
+)
 def test_types(system, refused, target, source, fits):
     description = system({"t": "Types", "g": "Gain"}, {target: source}, open_inputs=True, stop=0.1, step=0.1)
     if fits:
@@ -118,13 +124,27 @@ def test_types(system, refused, target, source, fits):
 
 
 def test_units_are_converted(system):
-    description = system({"t": "Thermometer"}, {"t.kelvin": "t.celsius", "t.radians": "t.degrees"}, open_inputs=True, stop=0.1, step=0.1, record=["t.kelvin", "t.radians"])
+    description = system(
+        {"t": "Thermometer"},
+        {"t.kelvin": "t.celsius", "t.radians": "t.degrees"},
+        open_inputs=True,
+        stop=0.1,
+        step=0.1,
+        record=["t.kelvin", "t.radians"],
+    )
     table = master.run(description).table
     assert table["t.kelvin"].iloc[0] == pytest.approx(293.15)
     assert table["t.radians"].iloc[0] == pytest.approx(3.141592653589793)
 
 
-@pytest.mark.parametrize("target, source, why", [("t.kelvin", "t.degrees", "deg cannot be converted to K"), ("t.speed", "t.hertz", "angle of a turn"), ("t.kelvin", "t.odd", "quux")])
+@pytest.mark.parametrize(
+    "target, source, why",
+    [
+        ("t.kelvin", "t.degrees", "deg cannot be converted to K"),
+        ("t.speed", "t.hertz", "angle of a turn"),
+        ("t.kelvin", "t.odd", "quux"),
+    ],
+)
 def test_units_that_do_not_fit(system, refused, target, source, why):
     description = system({"t": "Thermometer"}, {target: source}, open_inputs=True, stop=0.1, step=0.1)
     refused(lambda: master.run(description), why, "convert = false")
@@ -163,11 +183,17 @@ def test_settings_are_taken_as_the_variable_wants_them(system):
 @pytest.mark.parametrize(
     "run, words",
     [
-        ({"step": 0.0}, ["above zero"]), ({"stop": -1.0}, ["after the start"]), ({"step": 0.3}, ["whole number of steps"]),
-        ({"interval": 0.0015}, ["interval", "whole number"]), ({"order": ["a"]}, ["missing: b"]), ({"order": ["a", "b", "b"]}, ["twice"]),
-        ({"order": ["a", "c"]}, ["no component c"]), ({"record": ["a.z"]}, ["a has no variable z"]), ({"record": ["z*"]}, ["nothing is called z*"]),
+        ({"step": 0.0}, ["above zero"]),
+        ({"stop": -1.0}, ["after the start"]),
+        ({"step": 0.3}, ["whole number of steps"]),
+        ({"interval": 0.0015}, ["interval", "whole number"]),
+        ({"order": ["a"]}, ["missing: b"]),
+        ({"order": ["a", "b", "b"]}, ["twice"]),
+        ({"order": ["a", "c"]}, ["no component c"]),
+        ({"record": ["a.z"]}, ["a has no variable z"]),
+        ({"record": ["z*"]}, ["nothing is called z*"]),
     ],
-)  # fmt: skip
+)
 def test_run(system, refused, run, words):
     refused(lambda: master.run(system(GAINS, {"b.u": "a.y"}, **run)), *words)
 
@@ -178,10 +204,15 @@ def test_own_steps_must_fit(system, refused):
     refused(lambda: master.run(description), "[components.b] step = 0.004", "neither divides")
 
 
-@pytest.mark.parametrize("part, words", [("no_such_module:X", ["no_such_module"]), ("small_parts:Nothing", ["Nothing"]), ("small_parts", ["package.module:Class"])])
+@pytest.mark.parametrize(
+    "part, words",
+    [("no_such_module:X", ["no_such_module"]), ("small_parts:Nothing", ["Nothing"]), ("small_parts", ["package.module:Class"])],
+)
 def test_parts(refused, part, words):
     refused(lambda: master.run(master.from_dict({"components": {"p": {"part": part}}})), "[components.p]", *words)
-    refused(lambda: master.run(master.from_dict({"components": {"p": {"part": "small_parts:Gain", "options": {"size": 1}}}})), "size")
+    refused(
+        lambda: master.run(master.from_dict({"components": {"p": {"part": "small_parts:Gain", "options": {"size": 1}}}})), "size"
+    )
 
 
 def test_parts_are_closed_when_a_check_fails(system, refused, monkeypatch):

@@ -8,7 +8,9 @@ import master
 @pytest.mark.parametrize("h", [0.1, 0.01])
 def test_held_speed_loses_what_theory_says(system, h):
     """A constant force F on a free mass: the giver sees v at the step's start, so it gives F²hT/2m too little."""
-    description = system({"p": ("Push", {"strength": 3.0}), "m": ("Mass", {"mass": 2.0})}, {"m.force": "p.force", "p.v": "m.v"}, stop=1.0, step=h)
+    description = system(
+        {"p": ("Push", {"strength": 3.0}), "m": ("Mass", {"mass": 2.0})}, {"m.force": "p.force", "p.v": "m.v"}, stop=1.0, step=h
+    )
     bond = master.run(description).energy.loc["p.force"]
     assert bond.taken == pytest.approx(0.5 * 3.0**2 / 2.0, rel=1e-9)  # F²T²/2m, all of it kinetic energy
     assert bond.lost == pytest.approx(-(3.0**2) * h / (2 * 2.0), rel=1e-9)

@@ -54,7 +54,9 @@ def test_save_and_restore_give_the_same_bits(counter, native):
 
 
 def test_doubling_with_fmus(system, native):
-    description = system({"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6)
+    description = system(
+        {"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6
+    )
     table = master.run(description).table
     assert table["r.x"].iloc[-1] == pytest.approx(math.exp(-3.0), rel=1e-12)
     assert np.allclose(table["r.flow"], -3.0 * table["r.x"])
@@ -108,14 +110,23 @@ def test_files_that_are_no_fmu_for_us(tmp_path, native, refused):
     corrupt[len(corrupt) // 2] ^= 0xFF
     (tmp_path / "corrupt.fmu").write_bytes(corrupt)
     cases = {
-        "none.fmu": "no FMU at", "text.fmu": "not an FMU", "half.fmu": "not an FMU", "corrupt.fmu": "damaged",
+        "none.fmu": "no FMU at",
+        "text.fmu": "not an FMU",
+        "half.fmu": "not an FMU",
+        "corrupt.fmu": "damaged",
         broken(tmp_path / "empty.fmu", good, without="modelDescription"): "no modelDescription.xml",
         broken(tmp_path / "bare.fmu", good, without="binaries"): "no binary for this machine",
         broken(tmp_path / "xml.fmu", good, description=lambda text: text[:200]): "cannot be understood",
-        broken(tmp_path / "three.fmu", good, description=lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion="3.0"')): "is FMI 3.0",
-        broken(tmp_path / "me.fmu", good, description=lambda t: t.replace("CoSimulation", "ModelExchange")): "model exchange only",
-        broken(tmp_path / "lib.fmu", good, description=lambda t: t.replace('Identifier="relaxation"', 'Identifier="other"')): "cannot be loaded",
-    }  # fmt: skip
+        broken(
+            tmp_path / "three.fmu", good, description=lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion="3.0"')
+        ): "is FMI 3.0",
+        broken(
+            tmp_path / "me.fmu", good, description=lambda t: t.replace("CoSimulation", "ModelExchange")
+        ): "model exchange only",
+        broken(
+            tmp_path / "lib.fmu", good, description=lambda t: t.replace('Identifier="relaxation"', 'Identifier="other"')
+        ): "cannot be loaded",
+    }
     for path, words in cases.items():
         refused(lambda: master.run(master.from_dict({"components": {"x": {"fmu": str(tmp_path / path)}}})), words)
 
@@ -130,10 +141,17 @@ def test_instances_share_one_unpacked_folder(counter):
 
 @pytest.mark.parametrize("end, status", [(2, "Discard"), (3, "Error"), (4, "Fatal")])
 def test_the_teller_ends_as_told(system, native, end, status):
-    description = system({"t": (native("teller"), {"word_in": "hallo", "count_in": 1, "flag_in": False, "mood": 2})}, stop=1.0, step=0.1)
+    description = system(
+        {"t": (native("teller"), {"word_in": "hallo", "count_in": 1, "flag_in": False, "mood": 2})}, stop=1.0, step=0.1
+    )
     with pytest.raises(master.PartFailed) as caught:
         master.run(description, settings={"t.end": end, "t.ends_at": 0.5})
-    for words in (f"t answered {status}", "at t = 0.5 s", "begins with hallo, 1 and 0.500", "told to end at 0.5 s, 100% on purpose"):
+    for words in (
+        f"t answered {status}",
+        "at t = 0.5 s",
+        "begins with hallo, 1 and 0.500",
+        "told to end at 0.5 s, 100% on purpose",
+    ):
         assert words in str(caught.value)
     assert caught.value.result.table["t.word_out"].iloc[-1] == "hallo!"
 
@@ -150,7 +168,9 @@ def test_not_a_number_from_an_fmu(system, native):
 
 
 def test_pending_steps_are_waited_for(system, native):
-    description = system({"t": (native("teller"), {"slow": True, "word_in": "a", "count_in": 4, "flag_in": True})}, stop=0.3, step=0.1)
+    description = system(
+        {"t": (native("teller"), {"slow": True, "word_in": "a", "count_in": 4, "flag_in": True})}, stop=0.3, step=0.1
+    )
     assert master.run(description).table["t.count_out"].to_list() == [0, 5, 5, 5]
 
 

@@ -12,7 +12,9 @@ def test_a_chain_is_evaluated_from_its_source_whatever_the_order(system):
 
 
 def test_no_loop_where_an_output_does_not_depend_on_its_input(system):
-    result = master.run(system({"i": "Integrator", "g": ("Gain", {"shift": 1.0})}, {"i.u": "g.y", "g.u": "i.y"}, stop=0.1, step=0.1))
+    result = master.run(
+        system({"i": "Integrator", "g": ("Gain", {"shift": 1.0})}, {"i.u": "g.y", "g.u": "i.y"}, stop=0.1, step=0.1)
+    )
     assert result.loops == []
 
 

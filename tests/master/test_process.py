@@ -25,18 +25,28 @@ def test_one_instance_per_process_means_a_process_for_each(system, native):
 
 
 def test_a_crash_leaves_the_master_and_the_results_alive(system, native, counter, tmp_path):
-    parts = {"t": (native("teller"), {"count_in": 1, "flag_in": True, "word_in": "go", "end": 5, "ends_at": 0.5}), "c": (counter, {})}
+    parts = {
+        "t": (native("teller"), {"count_in": 1, "flag_in": True, "word_in": "go", "end": 5, "ends_at": 0.5}),
+        "c": (counter, {}),
+    }
     description = system(parts, {"c.u": "t.count_out"}, stop=1.0, step=0.1)
     with pytest.raises(master.PartFailed) as caught:
         master.run(description, out=tmp_path / "t.parquet")
-    for words in ("t answered a crash (SIGSEGV) at t = 0.5 s (step 0.1 s)", "begins with go", "t.parquet", "other components are unharmed"):
+    for words in (
+        "t answered a crash (SIGSEGV) at t = 0.5 s (step 0.1 s)",
+        "begins with go",
+        "t.parquet",
+        "other components are unharmed",
+    ):
         assert words in str(caught.value)
     assert master.read(tmp_path / "t.parquet")[0]["c.n"].to_list() == [0, 1, 2, 3, 4, 5]
     assert len(master.run(description, settings={"t.ends_at": 9.0}).table) == 11  # and it can be run again
 
 
 def test_rollback_across_processes(system, native):
-    description = system({"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6)
+    description = system(
+        {"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6
+    )
     inside = master.run(description).table
     description.components["r"].process = True
     assert master.run(description).table.equals(inside)

@@ -75,7 +75,13 @@ def test_a_failure_keeps_the_results_so_far(system, tmp_path, ending):
     with pytest.raises(master.PartFailed) as caught:
         master.run(description, out=path)
     message = str(caught.value)
-    for words in ("f answered Error at t = 0.5 s (step 0.01 s)", "the shaft broke", "u = 1", "try: a thicker shaft", "until t = 0.5 s"):
+    for words in (
+        "f answered Error at t = 0.5 s (step 0.01 s)",
+        "the shaft broke",
+        "u = 1",
+        "try: a thicker shaft",
+        "until t = 0.5 s",
+    ):
         assert words in message
     assert (str(path) if path else "`result`") in message
     table = master.read(path)[0] if path else caught.value.result.table
@@ -84,7 +90,9 @@ def test_a_failure_keeps_the_results_so_far(system, tmp_path, ending):
 
 
 def test_a_value_that_is_no_number_ends_the_run(system):
-    description = system({"i": "Integrator", "g": ("Gain", {"gain": 1e3, "shift": 1.0})}, {"i.u": "g.y", "g.u": "i.y"}, stop=1000.0, step=1.0)
+    description = system(
+        {"i": "Integrator", "g": ("Gain", {"gain": 1e3, "shift": 1.0})}, {"i.u": "g.y", "g.u": "i.y"}, stop=1000.0, step=1.0
+    )
     with pytest.raises(master.PartFailed, match=r"answered (inf|nan) at t = "):
         master.run(description)
 
@@ -98,7 +106,10 @@ def test_the_summary_tells_what_a_person_wants(system, tmp_path):
 def test_memory_does_not_grow_with_what_is_written(system, tmp_path, ending):
     def peak(stop):
         tracemalloc.start()
-        master.run(system({"i": ("Integrator", {"u": 1.0}), "m": ("Mass", {"force": 0.0}, {"step": 10.0})}, stop=stop, step=1e-3), out=tmp_path / f"t.{ending}")
+        master.run(
+            system({"i": ("Integrator", {"u": 1.0}), "m": ("Mass", {"force": 0.0}, {"step": 10.0})}, stop=stop, step=1e-3),
+            out=tmp_path / f"t.{ending}",
+        )
         _, most = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         return most

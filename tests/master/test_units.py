@@ -11,11 +11,22 @@ from master.units import conversion, to_si
 @pytest.mark.parametrize(
     "source, target, factor, offset",
     [
-        ("rad", "deg", 180 / math.pi, 0), ("rpm", "rad/s", math.pi / 30, 0), ("degC", "K", 1, 273.15), ("K", "degC", 1, -273.15),
-        ("kN.m", "N.m", 1000, 0), ("kg.m2", "g.mm2", 1e9, 0), ("m.s-2", "m/s2", 1, 0), ("V.s/rad", "V.s", 1, 0), ("%", "1", 0.01, 0),
-        ("N.m/A", "V.s", 1, 0), ("", "rad", 1, 0), ("quux", "quux", 1, 0), ("mOhm", "Ohm", 1e-3, 0), ("J", "N.m", 1, 0),
+        ("rad", "deg", 180 / math.pi, 0),
+        ("rpm", "rad/s", math.pi / 30, 0),
+        ("degC", "K", 1, 273.15),
+        ("K", "degC", 1, -273.15),
+        ("kN.m", "N.m", 1000, 0),
+        ("kg.m2", "g.mm2", 1e9, 0),
+        ("m.s-2", "m/s2", 1, 0),
+        ("V.s/rad", "V.s", 1, 0),
+        ("%", "1", 0.01, 0),
+        ("N.m/A", "V.s", 1, 0),
+        ("", "rad", 1, 0),
+        ("quux", "quux", 1, 0),
+        ("mOhm", "Ohm", 1e-3, 0),
+        ("J", "N.m", 1, 0),
     ],
-)  # fmt: skip
+)
 def test_conversion(source, target, factor, offset):
     assert conversion(source, target) == (pytest.approx(factor), pytest.approx(offset))
 

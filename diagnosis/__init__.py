@@ -1,0 +1,12 @@
+"""From measured data to the named cause, the extended model and its measured gain.
+
+    import diagnosis
+    result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
+    print(result.summary())
+"""
+
+from .diagnose import diagnose
+from .errors import DataError
+from .result import Cause, Diagnosis
+
+__all__ = ["Cause", "DataError", "Diagnosis", "diagnose"]

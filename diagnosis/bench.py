@@ -49,6 +49,13 @@ class Cut:
     prefix: str = ""  # of the drive
     noise: float = 1.0  # of a bin's average
 
+    def uses(self, name: str) -> bool:
+        """Whether a parameter's value matters to this cut: one of its components', or a sensor's of its channels."""
+        owner = name.rpartition(".")[0]
+        if name.startswith("sensor."):
+            return owner.removeprefix("sensor.") in (*self.reads, self.output)
+        return owner in self.components or name == self.prefix + "reducer.gear_ratio" or owner == self.prefix + "load"
+
 
 class Bench:
     """All runs of a measurement under one rig, and the residual of a simulation with given parameter values."""
@@ -57,6 +64,7 @@ class Bench:
         self.rig, self.steady = rig, rig.kind == "steady"
         self.runs = points(runs) if self.steady else runs
         self.channels = {(i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives}
+        self._memory: dict[str, dict] = {}
         self.smoothing = {prefix: 11 for prefix in rig.drives}
         self.cuts = [cut for prefix in rig.drives for cut in _cuts(self, prefix)]
         if not self.cuts:
@@ -122,7 +130,17 @@ class Bench:
 
     def residual(self, values: dict[str, float]) -> np.ndarray:
         """(blocks, bins of all cuts): residuals in units of their noise; 0 where there are no trusted samples."""
-        return np.concatenate([self.binned(cut, values)[0] / cut.noise for cut in self.cuts], axis=1)
+        return np.concatenate([self._remembered(cut, values) / cut.noise for cut in self.cuts], axis=1)
+
+    def _remembered(self, cut: Cut, values: dict[str, float]) -> np.ndarray:
+        """A cut's residual, computed only when a value that it uses is new: a fit changes few cuts at a time."""
+        key = tuple(sorted((name, value) for name, value in values.items() if cut.uses(name)))
+        memory = self._memory.setdefault(cut.name, {})
+        if key not in memory:
+            while len(memory) >= 24:
+                memory.pop(next(iter(memory)), None)
+            memory[key] = self.binned(cut, values)[0]
+        return memory[key]
 
     def present(self, values: dict[str, float]) -> np.ndarray:
         """Which entries of the residual are backed by samples."""
@@ -270,11 +288,8 @@ def _read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray
     if bias is not None:
         x = x + bias
     if lag:
-        y, level = np.empty_like(x), x[0]
-        share = -np.expm1(-ch.dt / lag)
-        for i, value in enumerate(x):
-            level += share[i] * (value - level)
-            y[i] = level
+        y = np.empty_like(x)
+        kernels().lag(x, ch.dt, lag, y)
         x = y
     if step:
         x = step * np.floor(x / step + 0.5)

@@ -28,19 +28,25 @@ class Fit:
     jacobian: np.ndarray  # d residual / d value
     weights: np.ndarray  # of the robust loss, sqrt: 1 where the residual is small
 
-    def intervals(self, rows: np.ndarray, blocks: np.ndarray, level: float = 1.96) -> dict[str, tuple[float, float]]:
-        """95 % intervals by the sandwich over blocks, so that correlated noise does not make them too narrow."""
-        if not self.free:
-            return {}
+    def covariance(self, rows: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        """Of the free values, by the sandwich over blocks, so that correlated noise does not make it too small."""
         weighted = self.jacobian[rows] * self.weights[rows, None]
+        lengths = np.sqrt(np.maximum((weighted**2).sum(0), 1e-300))
+        weighted = weighted / lengths
         errors = self.residual[rows] * self.weights[rows]
-        bread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-12)
+        bread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-10)
         labels, places = np.unique(blocks[rows], return_inverse=True)
         scores = np.zeros((len(labels), len(self.free)))
         np.add.at(scores, places, weighted * errors[:, None])
         meat = scores.T @ scores * len(labels) / max(1, len(labels) - len(self.free))
-        spread = level * np.sqrt(np.maximum(np.diag(bread @ meat @ bread), 0.0))
-        return {p.name: (self.values[p.name] - s, self.values[p.name] + s) for p, s in zip(self.free, spread)}
+        return bread @ meat @ bread / np.outer(lengths, lengths)
+
+    def intervals(self, rows: np.ndarray, blocks: np.ndarray, level: float = 1.96) -> dict[str, tuple[float, float]]:
+        """95 % intervals, no wider than the bounds."""
+        if not self.free:
+            return {}
+        spread = level * np.sqrt(np.maximum(np.diag(self.covariance(rows, blocks)), 0.0))
+        return {p.name: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s)) for p, s in zip(self.free, spread)}
 
 
 def weight(residual: np.ndarray, c: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from math import isfinite
 import numpy as np
 
 from .rig import Rig, split
+from .signals import COMMANDS
 
 NOT_IN_POINTS = {"ripple", "cogging", "backlash", "compliance", "warm_up", "wear", "winding_heating", "lag", "quantisation"}
 """Effects of angle and time, of which steady-state points know nothing."""
@@ -80,7 +81,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
             if parameter.name not in declared and rig.questioned(full) and full not in rig.uncertain:
                 found.append(Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description))
     for channel in sorted(channels):
-        if rig.questioned(channel):
+        if rig.questioned(channel) and split(channel, rig.drives)[1] not in COMMANDS:
             found += [_sensor(channel, effect, spread(bench, channel)) for effect in effects("sensor")]
     if rig.kind == "steady":  # a point has no angle and no time
         found = [h for h in found if h.effect not in NOT_IN_POINTS]

@@ -17,7 +17,15 @@ from .laws import MODULES, compiled
 @cache
 def kernels() -> SimpleNamespace:
     """All kernels, compiled on first use."""
-    return SimpleNamespace(**_electric(), **_gear(), **_control(), **_whole())
+    return SimpleNamespace(lag=_lag, **_electric(), **_gear(), **_control(), **_whole())
+
+
+@njit(nogil=True)
+def _lag(x, dt, time, y):
+    """First-order lag of values held over each step, settled at the start, as fmus.sensor has it."""
+    y[0] = x[0]
+    for i in range(1, len(x)):
+        y[i] = x[i] - (x[i] - y[i - 1]) * exp(-dt[i] / time)
 
 
 def _electric() -> dict:

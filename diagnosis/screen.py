@@ -102,9 +102,9 @@ def _ways(residual, base, off, at, hypothesis, amplitudes, shapes) -> list[Direc
         shape = {p.name: v for p, v in zip(shapes, values)}
         here = {**off, **shape}
         if phase is not None:
-            columns = [_column(residual, base, {**here, phase.name: angle}, amplitudes[0]) for angle in (0.0, 0.5 * np.pi)]
+            columns = [_column(residual, base, {**here, phase.name: angle}, amplitudes[0], at) for angle in (0.0, 0.5 * np.pi)]
         else:
-            columns = [_column(residual, base, here, p) for p in amplitudes]
+            columns = [_column(residual, base, here, p, at) for p in amplitudes]
         stacked = np.stack(columns, -1)
         if np.all(np.isfinite(stacked)) and np.any(stacked):
             found.append(Direction(hypothesis, shape, amplitudes, stacked.astype(np.float32), phase=phase.name if phase else ""))
@@ -116,11 +116,10 @@ def _step(p: Free) -> float:
     return -step if p.nominal + 2.0 * step > p.high else step
 
 
-def _column(residual, base: dict, here: dict, p: Free) -> np.ndarray:
-    """d residual / d p at p's nominal value, the other parameters of the hypothesis as in `here`."""
+def _column(residual, base: dict, here: dict, p: Free, at: np.ndarray) -> np.ndarray:
+    """d residual / d p at p's nominal value, where an amplitude is off, the shapes as in `here`."""
     step = _step(p)
-    moved = residual({**base, **here, p.name: p.nominal + step})
-    return (moved - residual({**base, **here, p.name: p.nominal})) / step
+    return (residual({**base, **here, p.name: p.nominal + step}) - at) / step
 
 
 def _proportional(residual, base: dict, here: dict, p: Free, at: np.ndarray) -> bool:

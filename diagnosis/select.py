@@ -27,6 +27,8 @@ SIGNIFICANT = 0.02
 RELEVANT = 0.04
 """... and lower the error of some cut by this share at least: smaller gains may be a matter of formulas."""
 
+LATE = ("_delay", "lag_time", "_period")
+
 FULL_FITS = 8
 MOST_CAUSES = 4
 
@@ -193,13 +195,19 @@ class Contest:
         for c in fitted:
             c.gain = float((base_loss - c.errors).sum() / max(best.errors.sum(), 1e-300))
             c.chance = (1 + int((chance >= c.gain).sum())) / (1 + DRAWS)
-        real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT]
+        real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT and self._resolved(c)]
         if not real:
             return stage
         winner = self._simplest(real, real[0])
         stage.winner = winner
         stage.tied = [c for c in real if c is not winner and self._equal(c, winner) and len(c.free) <= len(winner.free)]
         return stage
+
+    def _resolved(self, candidate: Candidate) -> bool:
+        """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""
+        step = max(float(np.median(ch.dt)) for ch in self.bench.channels.values())
+        late = [candidate.fit.values[p.name] for p in candidate.free if p.name.endswith(LATE)]
+        return not late or max(late) >= step
 
     def _judge(self, base: Fit, ways: list[Direction], base_loss: np.ndarray, base_errors: np.ndarray) -> Candidate:
         """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps."""

@@ -1,0 +1,58 @@
+"""Which blocks teach and which judge; and which logs cannot carry a diagnosis at all."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bench import Bench
+from .check import Fault
+from .errors import DataError
+from .log import Run
+from .rig import Rig, split as split_name
+from .signals import COMMANDS, SIGNALS
+
+FEWEST = 8
+"""Training blocks without which nothing can be told from chance."""
+
+MOST_BAD = 0.5
+"""Share of a channel's samples that may be faulty before the log is refused."""
+
+
+def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, list[str]]:
+    """True for blocks to train on, and names of what is held out."""
+    count = bench.blocks
+    if bench.steady:
+        owner = np.arange(count) if len(runs) == count else np.zeros(count, int)
+    else:
+        owner = bench.block_run
+    if any(held):
+        train = ~np.array(held)[owner]
+        names = sorted({run.log for run, h in zip(runs, held) if h})
+    elif bench.rig.hold_out == "every second run":
+        train = (np.arange(count) if bench.steady else owner) % 2 == 0
+        names = [f"run {runs[i].name or i}" for i in range(1, len(runs), 2)] if len(runs) > 1 else ["every second point"]
+    else:
+        train = np.arange(count) % 3 != 2
+        names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]
+    if train.sum() < FEWEST:
+        raise DataError(f"{bench.rig.path}: the logs make {int(train.sum())} blocks to learn from, too few to tell a cause from chance. "
+                        f"Give a longer log or more runs (at least {FEWEST} points or about {FEWEST * 20 * 2} samples).")
+    return train, names
+
+
+def refuse_useless(rig: Rig, runs: list[Run], faults: list[Fault]) -> None:
+    """Data that cannot carry a diagnosis: channels that never change, or are mostly faulty."""
+    names = {name for run in runs for name in run.signals}
+    for name in sorted(names):
+        _, bare = split_name(name, rig.drives)
+        if bare not in SIGNALS:
+            continue
+        having = [run for run in runs if name in run.signals]
+        values = np.concatenate([run.signals[name][run.usable(name)] for run in having])
+        total = sum(len(run) for run in having)
+        column = next((c.column for c in rig.columns if c.signal == name), name)
+        where = having[0].log
+        if len(values) < (1.0 - MOST_BAD) * total:
+            raise DataError(f"{where}: column {column!r} ({name}) is faulty in {total - len(values)} of {total} samples. Measure again, or leave the column out.")
+        if len(np.unique(values)) < 2 and bare not in COMMANDS and bare not in {"motor.supply_voltage", "motor.temperature"}:
+            raise DataError(f"{where}: column {column!r} ({name}) never changes from {values[0]:.6g}. Is it connected? Leave it out of {rig.path.name} if not.")

@@ -1,0 +1,161 @@
+"""From logs and a rig to the named cause: the whole way, step by step."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+from typing import Callable, Sequence
+
+import numpy as np
+from scipy.stats import norm
+
+from . import advice, blocks as division
+from .bench import Bench
+from .check import Fault, check
+from .depends import Dependence, depends
+from .errors import DataError
+from .gain import Gain, blame, improvement, measure
+from .laws import check_names
+from .log import Run, read
+from .result import Cause, Diagnosis
+from .rig import Rig, load
+from .select import Candidate, Contest, Outcome
+
+ENOUGH = 0.4
+"""Share of the error above the noise floor that causes must close while something significant remains; else `unknown`."""
+
+
+def diagnose(rig: str | Path | Rig, logs: Sequence[str | Path], test: Sequence[str | Path] = (), out: str | Path | None = "out/diagnosis",
+             progress: bool | Callable[[str, float], None] = False, seed: int | None = None) -> Diagnosis:
+    """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or on held-out blocks.
+
+    out: folder for diagnosis.json, report.html, figures and the extended FMUs; None writes nothing.
+    progress: True draws a bar; a function is called with what is being done and how much of it is.
+    seed: of the draws that measure chance; drawn when not given, and kept in the result.
+    """
+    rig = rig if isinstance(rig, Rig) else load(rig)
+    check_names(rig)
+    with _teller(progress) as tell:
+        tell("reading", 0.0)
+        runs, faults, held = gather(rig, logs, test)
+        return _diagnose(rig, runs, faults, held, Path(out) if out else None, tell, secrets.randbits(32) if seed is None else seed)
+
+
+def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[Run], list[Fault], list[bool]]:
+    """All runs, their faults, and which runs are held out."""
+    if not logs:
+        raise DataError("give at least one log: selflock diagnose RIG LOG.")
+    runs: list[Run] = []
+    faults: list[Fault] = []
+    held: list[bool] = []
+    for path, is_test in [*((p, False) for p in logs), *((p, True) for p in test)]:
+        found = read(path, rig)
+        faults += check(found, rig)
+        runs += found
+        held += [is_test] * len(found)
+    division.refuse_useless(rig, runs, faults)
+    return runs, faults, held
+
+
+def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], out: Path | None, tell, seed: int) -> Diagnosis:
+    rng = np.random.default_rng(seed)
+    bench = Bench(rig, runs)
+    train, names = division.split(bench, runs, held)
+    contest = Contest(bench, train, rng, tell)
+    outcome = contest.run()
+    before = contest.absolute(outcome.base.values) | {k: v for k, v in contest.nominal.items() if k not in outcome.base.values}
+    after = contest.absolute(outcome.final.values)
+    tell("gain", 0.0)
+    cut = max(bench.cuts, key=lambda c: improvement(bench, c, before, after, train)) if outcome.causes else _main(bench, outcome, contest)
+    gain = measure(bench, cut, before, after, ~train if (~train).any() else train, names, rng)
+    final = outcome.final.residual.reshape(contest.shape)
+    left = depends(bench, final, contest.present, after, rng)
+    causes = _causes(contest, outcome)
+    verdict, causes = _verdict(outcome, causes, gain, left)
+    shares = blame(bench, outcome.base.residual.reshape(contest.shape), final, contest.present, outcome.causes)
+    remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
+    result = Diagnosis(verdict, [fault.row() for fault in faults], shares, causes, gain, remainder)
+    result.extension["seed"] = seed
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        from .extend import extend
+        from .report import write
+
+        result.folder = out
+        if verdict in ("explained", "ambiguous"):
+            tell("extended FMUs", 0.0)
+            result.extension |= extend(bench, cut, before, after, ~train if (~train).any() else train, out, [c.hypothesis for c in outcome.causes])
+        result.write(out)
+        tell("report", 0.0)
+        write(result, bench, contest, outcome, cut, before, after, train, left, faults, out)
+    return result
+
+
+def _main(bench: Bench, outcome: Outcome, contest: Contest):
+    """The cut that is off most; the gear's where none is."""
+    r = outcome.base.residual.reshape(contest.shape)
+    return max(bench.cuts, key=lambda c: (np.sqrt(np.mean(r[:, bench.slice(c)] ** 2)) > 1.3, c.name.endswith("gear")))
+
+
+def _verdict(outcome: Outcome, causes: list[Cause], gain: Gain, left: list[Dependence]) -> tuple[str, list[Cause]]:
+    if not causes:
+        return ("unknown" if left else "none"), []
+    if left and gain.closed < ENOUGH:
+        return "unknown", []
+    return ("ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"), causes
+
+
+def _causes(contest: Contest, outcome: Outcome) -> list[Cause]:
+    """Named causes with the values of the final fit of all of them."""
+    if not outcome.causes:
+        return []
+    intervals = outcome.final.intervals(contest.rows, contest.blocks)
+    values = contest.absolute(outcome.final.values)
+    found = []
+    for candidate, stage in zip(outcome.causes, outcome.stages):
+        parameters = {}
+        for p in candidate.free:
+            low, high = intervals[p.name]
+            shift = values[p.name] - outcome.final.values[p.name]
+            determined = high - low < min(0.9 * (p.high - p.low), 4.0 * max(abs(outcome.final.values[p.name]), 1e-300))
+            parameters[p.name] = {"value": values[p.name], "low": low + shift, "high": high + shift, "unit": p.unit, "determined": bool(determined)}
+        rivals = [c.hypothesis.label for c in stage.tied]
+        h = candidate.hypothesis
+        found.append(Cause(h.component if h.component != "sensor" else "sensor", h.effect, parameters, _confidence(candidate, stage.candidates, stage.tied),
+                           rivals, advice.separate(h, [c.hypothesis for c in stage.tied]), h.channel))
+    return found
+
+
+def _confidence(winner: Candidate, candidates: list[Candidate], tied: list[Candidate]) -> float:
+    """That chance is not it, and that no rival but those named with it is better: over training blocks."""
+    confidence = 1.0 - winner.chance
+    for rival in candidates:
+        if rival.fit is None or rival is winner or any(rival is t for t in tied) or len(rival.free) > len(winner.free):
+            continue
+        difference = rival.errors - winner.errors
+        spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 1.0
+        confidence = min(confidence, float(norm.cdf(difference.mean() / max(spread, 1e-300))))
+    return round(confidence / (1 + len(tied)), 4)
+
+
+class _teller:
+    """Progress: nothing, a function of the caller's, or a bar."""
+
+    def __init__(self, progress):
+        self.progress = progress
+
+    def __enter__(self):
+        if callable(self.progress):
+            return self.progress
+        if not self.progress:
+            return lambda *_: None
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self.bar = Progress(TextColumn("{task.description:32}"), BarColumn(), TimeElapsedColumn(), transient=True)
+        self.bar.start()
+        task = self.bar.add_task("", total=1.0)
+        return lambda what, share: self.bar.update(task, description=what, completed=share)
+
+    def __exit__(self, *_):
+        if hasattr(self, "bar"):
+            self.bar.stop()

@@ -1,0 +1,2 @@
+"""Placeholder."""
+def extend(*a, **k): return {}

@@ -31,6 +31,7 @@ def compiled(module_name: str) -> ModuleType:
     """The module, such as "fmus.reducer.shaft", with all functions of its package compiled on first use.
 
     Named tuples of the plain module are not those of the compiled one: take Parameters and State from what is returned.
+    Where the plain law raises ZeroDivisionError, the compiled one gives inf or NaN: a fit may try any value.
     """
     package, _, rest = module_name.partition(".")
     second = PREFIX + package
@@ -88,5 +89,5 @@ def _wrap(function: FunctionType, second: str, wrapped: dict[FunctionType, objec
         for cell in cells:
             if _ours(cell.cell_contents, second):
                 cell.cell_contents = _wrap(cell.cell_contents, second, wrapped)
-        wrapped[function] = njit(function, nogil=True, cache=not cells)
+        wrapped[function] = njit(function, nogil=True, error_model="numpy", cache=not cells)
     return wrapped[function]

@@ -4,6 +4,8 @@ import math
 from importlib import import_module
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from fmus.reducer import shaft, wedge
@@ -232,3 +234,41 @@ def test_limits_of_friction():
         state = shaft.start(p, 1.0, speed, 0.0, 0.0)
         out = shaft.impose(p, state, 1.0, speed, 0.0, 0.0, 1e-6)[1]
         assert math.isfinite(out.input_torque) and out.loss_power >= 0.0
+
+
+share = st.one_of(st.just(0.0), st.floats(0.0, 1.0))
+signed = st.one_of(st.just(0.0), st.floats(-1.0, 1.0))
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    stribeck=share, viscous=share, asymmetry=signed, driving=signed, backdriving=signed, load=signed, drag=share, preload=share,
+    ripple=signed, play=share, compliance=share, cold=signed, heat=signed, wear=signed,
+    torque=st.floats(-5.0, 5.0), speed=st.floats(-60.0, 60.0), output_speed=signed, push=st.floats(-0.3, 0.3), mode=st.booleans(),
+)  # fmt: skip
+def test_any_mixture_ends_and_makes_no_energy(
+    stribeck, viscous, asymmetry, driving, backdriving, load, drag, preload, ripple, play, compliance, cold, heat, wear,
+    torque, speed, output_speed, push, mode,
+):  # fmt: skip
+    p = P(
+        friction_kinetic=0.02, friction_static=0.03, stribeck_speed=10 * stribeck, viscous_damping=1e-3 * viscous,
+        friction_asymmetry=asymmetry, viscous_asymmetry=-asymmetry, driving_friction=0.1 * driving, backdriving_friction=0.1 * backdriving,
+        driving_load_slope=0.01 * load, drag_torque=0.01 * drag, preload=preload, input_ripple=ripple, output_ripple=-ripple,
+        backlash=0.01 * play, compliance=1e-3 * compliance, cold_excess=0.8 * cold, heat_coefficient=0.1 * heat, wear_rate=0.1 * wear,
+    )  # fmt: skip
+    state = shaft.relaxed(p, torque, speed, 0.0, output_speed)
+    softened = p.shaft_stiffness / (1.0 + p.shaft_stiffness * p.compliance)
+    for i in range(6):
+        dt = (1e-5, 1e-3, 0.02)[i % 3]
+        if mode:
+            state, out = shaft.advance(p, state, push, 0.1 * output_speed * i, output_speed, dt)
+        else:
+            state, out = shaft.impose(p, state, state.angle, speed, 0.1 * output_speed * i, output_speed, dt)
+        assert all(map(math.isfinite, (*state, *out)))
+        assert out.loss_power >= 0.0 and out.friction_torque * out.input_speed >= 0.0
+        if out.input_speed != 0.0:
+            windup = out.input_angle / 50.0 - 0.1 * output_speed * i - output_speed * dt
+            deflection = math.copysign(max(abs(windup) - 0.5 * p.backlash, 0.0), windup)
+            stored = softened * deflection * (out.input_speed / 50.0 - output_speed)
+            balance = out.input_power - out.output_power - out.loss_power - stored
+            assert balance == pytest.approx(0.0, abs=1e-9 * (1.0 + abs(out.input_power) + abs(out.output_power) + abs(stored)))

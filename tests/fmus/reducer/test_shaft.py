@@ -140,6 +140,15 @@ def test_one_step_is_as_many(case):
         assert rows[-1].output_torque == pytest.approx(out.output_torque, abs=1e-6)
 
 
+def test_converges_with_the_communication_step():
+    """Inputs that vary are held over a step: first order, whatever stops and turns on the way."""
+    p = P(friction_kinetic=0.01, shaft_damping=20.0)
+    inputs = lambda t: (0.1 * math.sin(30 * t), 0.01 * math.sin(20 * t), 0.2 * math.cos(20 * t))  # noqa: E731
+    ends = [run(p, relaxed(p, 0.0, 0.2), inputs, 0.2 / count, count)[0].angle for count in (400, 800, 1600, 12800)]
+    errors = [abs(end - ends[-1]) for end in ends[:-1]]
+    assert errors[0] > 1.6 * errors[1] > 2.5 * errors[2] and errors[2] < 1e-3
+
+
 @settings(max_examples=150, deadline=None)
 @given(
     ratio=st.floats(2.0, 200.0),

@@ -19,6 +19,7 @@ from master.study.claims.drive import ELECTRIC, LONG_HOLD, MECHANICAL, duty
 from master.study.manoeuvre import DURATION, FRONT, REAR, WINDOWS, motion
 
 COLOURS = {0.0: "#2f6fae", 0.01: "#3c9a74", 0.02: "#d99a1c", 0.03: "#c2413a"}
+ENDS = {"front": "#7a5ea8", "rear": "#1f7f93"}
 FAINT, INK, SHADE = "#b8bec6", "#20262e", "#eef1f4"
 STYLE = {
     "font.size": 9.5,
@@ -63,8 +64,12 @@ def _canvas(ylabel: str, height: float = 3.0) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def _legend(axes: Axes, **options) -> None:
-    axes.legend(**({"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": 4, "columnspacing": 1.6, "handlelength": 1.6} | options))
+def _legend(axes: Axes, ncols: int = 4) -> None:
+    """Below the axes, filled row by row."""
+    lines, labels = axes.get_legend_handles_labels()
+    rows = -(-len(lines) // ncols)
+    order = [row * ncols + column for column in range(ncols) for row in range(rows) if row * ncols + column < len(lines)]
+    axes.figure.legend([lines[k] for k in order], [labels[k] for k in order], loc="outside lower center", ncols=ncols, columnspacing=1.4, handlelength=1.6)
 
 
 def _frame(axes: Axes, *curves: np.ndarray) -> None:
@@ -89,7 +94,7 @@ def _by_friction(ylabel: str, of: Callable[[Curves], np.ndarray], runs: dict[flo
 
 
 def postures(runs: Runs, postures: dict[float, dict]) -> Figure:
-    figure = Figure(figsize=(6.6, 3.6), layout="constrained")
+    figure = Figure(figsize=(6.6, 2.3), layout="constrained")
     grid = figure.subplots(2, 4).ravel()
     times = np.array(sorted(postures))
     for axes, moment in zip(grid, MOMENTS):
@@ -99,24 +104,31 @@ def postures(runs: Runs, postures: dict[float, dict]) -> Figure:
     return figure
 
 
-def sketch(axes: Axes, posture: dict) -> None:
+def sketch(axes: Axes, posture: dict[str, np.ndarray]) -> None:
     """One posture in the side view, centred on the chassis."""
-    x0 = posture["x"]
+    x0 = posture["chassis"][:, 0].mean()
     axes.axhline(0, color="#7b8490", lw=1)
-    for line in posture["lines"]:
-        points = np.asarray(line["points"])
-        axes.plot(points[:, 0] - x0, points[:, 1], color=INK, lw=line.get("width", 1.0), alpha=line.get("alpha", 1.0))
-    axes.set(xlim=(-0.62, 0.62), ylim=(-0.06, 0.62), aspect="equal")
+    axes.fill(*_seen(posture["chassis"], x0), facecolor="#d5dce3", edgecolor="#7b8490", lw=0.8)
+    for end, colour in ENDS.items():
+        axes.fill(*_seen(posture[f"{end}_track"], x0), facecolor="#ffffffcc", edgecolor=INK, lw=0.9)
+        for wheel in ("sprocket", "idler"):
+            axes.fill(*_seen(posture[f"{end}_{wheel}"][1:], x0), facecolor="none", edgecolor=colour, lw=0.8)
+        axes.plot(*_seen(posture[f"{end}_holder"], x0), color=colour, lw=2.2)
+    axes.set(xlim=(-0.62, 0.62), ylim=(-0.03, 0.5), aspect="equal")
     axes.axis("off")
+
+
+def _seen(points: np.ndarray, x0: float) -> np.ndarray:
+    return (points - (x0, 0.0)).T
 
 
 def setpoints(runs: Runs) -> Figure:
     figure, axes = _canvas("holder angle in °")
     time = np.linspace(0, DURATION, 1001)
     run = runs.dynamic[0.0]
-    for end, turns, colour in (("front", FRONT, "#7a5ea8"), ("rear", REAR, "#1f7f93")):
+    for (end, colour), turns in zip(ENDS.items(), (FRONT, REAR)):
         axes.plot(time, [math.degrees(motion(turns, t).angle) for t in time], color=colour, lw=3.5, alpha=0.3, label=f"{end}, desired")
-        axes.plot(run.time, np.degrees(run[f"robot.{end}_angle"]), color=colour, label=f"{end}, dynamic run, μ = 0")
+        axes.plot(run.time, np.degrees(run[f"robot.{end}_angle"]), color=colour, label=f"{end}, realised at μ = 0")
     axes.set_yticks(range(-90, 271, 45))
     _legend(axes)
     return figure
@@ -181,11 +193,11 @@ def advice(runs: Runs) -> Figure:
     hold, move = np.array([duty(runs.sweep[mu]) for mu in levels]).T
     axes.axvline(LIMIT, color=FAINT, lw=1)
     axes.text(LIMIT, 1.01, "self-locking limit", transform=axes.get_xaxis_transform(), ha="center", va="bottom", fontsize=8, color="#6a737d")
-    axes.plot(levels, hold, "o--", ms=3, color="#7a5ea8", label=f"to hold configuration C for {LONG_HOLD:g} s")
-    axes.plot(levels, move, "o-", ms=3, color="#1f7f93", label="to move once (2–4 s, 6–8 s)")
+    axes.plot(levels, hold, "o--", ms=3, color=ENDS["front"], label=f"to hold configuration C for {LONG_HOLD:g} s")
+    axes.plot(levels, move, "o-", ms=3, color=ENDS["rear"], label="to move once (2–4 s, 6–8 s)")
     axes.plot(levels, hold + move, "-", color=INK, lw=1.6, label="both")
     axes.set(xlabel="friction coefficient μ", ylabel="electric energy in J", xlim=(0, levels[-1]), ylim=(0, None))
-    _legend(axes, ncols=3)
+    _legend(axes, 3)
     return figure
 
 

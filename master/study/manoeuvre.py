@@ -106,7 +106,7 @@ class Setpoints:
             variable.name: variable
             for variable in (
                 Variable("gear_ratio", "parameter", unit="1", start=50.0, description="input speed / output speed of the reducers"),
-                Variable("sprocket_speed_set", "parameter", unit="rad/s", start=-2.0, description="constant speed of the sprockets"),
+                Variable("sprocket_speed_set", "parameter", unit="rad/s", start=-1.6, description="constant speed of the sprockets"),
                 Variable("sprocket_ramp", "parameter", unit="s", start=0.0, description="time to reach that speed; 0: from the start on"),
                 *(
                     Variable(f"{end}_{kind}", "output", unit=unit, start=0.0, depends_on=(), description=text)
@@ -119,7 +119,7 @@ class Setpoints:
                     )
                 ),
                 Variable("sprocket_angle", "output", unit="rad", start=0.0, depends_on=(), description="desired sprocket angle"),
-                Variable("sprocket_speed", "output", unit="rad/s", start=-2.0, depends_on=(), description="desired sprocket speed"),
+                Variable("sprocket_speed", "output", unit="rad/s", start=-1.6, depends_on=(), description="desired sprocket speed"),
             )
         }
         self.u = np.zeros(0)

@@ -18,7 +18,7 @@ function frame(t) {  // positions between the two nearest kept postures, in mm
 
 function drawRobot() {
   const [g, W, H] = fit(robot), f = frame(time);
-  const scale = Math.min(W / 1400, H / 620), ground = H - 46 * Math.max(scale, .5) - 8, X = x => W / 2 + x * scale, Y = y => ground - y * scale;
+  const scale = Math.min(W / 1250, H / 520), ground = H - 46 * Math.max(scale, .5) - 8, X = x => W / 2 + x * scale, Y = y => ground - y * scale;
   g.clearRect(0, 0, W, H);
   g.fillStyle = "#d7dde2"; g.fillRect(0, ground, W, H - ground);
   g.strokeStyle = "#8b95a0"; g.lineWidth = 1; g.beginPath(); g.moveTo(0, ground); g.lineTo(W, ground); g.stroke();
@@ -30,12 +30,24 @@ function drawRobot() {
     if (x % 500 === 0) g.fillText((x / 1000).toFixed(1) + " m", px, ground + 23);
   }
   let i = 1;
+  g.lineJoin = g.lineCap = "round";
   for (const line of D.lines) {
-    g.beginPath();
-    for (let n = 0; n < line.n; n++, i += 2) n ? g.lineTo(X(f[i]), Y(f[i + 1])) : g.moveTo(X(f[i]), Y(f[i + 1]));
-    if (line.closed) g.closePath();
-    if (line.fill) { g.fillStyle = line.fill; g.fill(); }
-    g.lineJoin = g.lineCap = "round"; g.strokeStyle = line.colour; g.lineWidth = Math.max(1, line.width * scale); g.stroke();
+    g.strokeStyle = line.colour; g.lineWidth = Math.max(1, line.width * scale); g.beginPath();
+    if (line.wheel) {
+      const x = f[i], y = f[i + 1], dx = f[i + 2] - x, dy = f[i + 3] - y;
+      g.arc(X(x), Y(y), Math.hypot(dx, dy) * scale, 0, 7);
+      for (let k = 0; k < 3; k++) {  // spokes, so that one sees it turn
+        const a = Math.atan2(dy, dx) + 2 * Math.PI * k / 3, r = Math.hypot(dx, dy);
+        g.moveTo(X(x), Y(y)); g.lineTo(X(x + r * Math.cos(a)), Y(y + r * Math.sin(a)));
+      }
+    } else if (line.links) {  // a closed track of shoes
+      for (let n = 0; n < line.n; n++) n ? g.lineTo(X(f[i + 2 * n]), Y(f[i + 2 * n + 1])) : g.moveTo(X(f[i]), Y(f[i + 1]));
+      g.fillStyle = line.fill; g.fill(); g.beginPath(); g.lineCap = "butt";
+      for (let n = 0; n + 1 < line.n; n += 2) { g.moveTo(X(f[i + 2 * n]), Y(f[i + 2 * n + 1])); g.lineTo(X(f[i + 2 * n + 2]), Y(f[i + 2 * n + 3])); }
+    } else for (let n = 0; n < line.n; n++) n ? g.lineTo(X(f[i + 2 * n]), Y(f[i + 2 * n + 1])) : g.moveTo(X(f[i]), Y(f[i + 1]));
+    i += 2 * line.n;
+    if (line.fill && !line.links) { g.fillStyle = line.fill; g.fill(); }
+    g.stroke(); g.lineCap = "round";
   }
   g.textAlign = "left"; g.fillStyle = "#20262e"; g.font = "600 15px system-ui, sans-serif";
   g.fillText(time.toFixed(2) + " s", 14, 26);
@@ -61,7 +73,7 @@ function drawTorque() {
     g.strokeStyle = Math.abs(v) < 1e-9 ? "#8b95a0" : "#e3e7eb"; g.beginPath(); g.moveTo(L, Y(v)); g.lineTo(W - R, Y(v)); g.stroke();
     g.fillText(v.toFixed(1), L - 6, Y(v) + 4);
   }
-  g.save(); g.translate(12, T + (H - T - B) / 2); g.rotate(-Math.PI / 2); g.textAlign = "center"; g.fillText("N·m", 0, 0); g.restore();
+  g.save(); g.translate(12, T + (H - T - B) / 2); g.rotate(-Math.PI / 2); g.textAlign = "center"; g.fillText(H > 200 ? "torque in N·m" : "N·m", 0, 0); g.restore();
   g.save(); g.beginPath(); g.rect(L, T, W - L - R, H - T - B); g.clip();
   for (const [k, colour] of D.colours.entries()) {
     g.strokeStyle = colour; g.lineWidth = 1.4; g.lineJoin = "round"; g.beginPath();

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from PIL import Image
 
 from master.study.claims import Claim, Curves, Runs
-from master.study.figures import COLOURS
+from master.study.figures import COLOURS, ENDS
 from master.study.manoeuvre import DURATION, WINDOWS
 from master.study.runs import POSTURE_EVERY, SYSTEM, Done
 from master.system import load
@@ -28,6 +28,18 @@ PHASES = [
     (6.0, 8.0, "all holders press down and raise the platform"),
     (8.0, 10.0, "the platform stands on the tips"),
 ]
+
+# What is drawn of a posture, back to front; widths in mm.
+LINES = {"chassis": {"fill": "#d5dce3", "colour": "#8b95a0", "width": 3}} | {
+    f"{end}_{what}": style | ({"colour": colour} if "colour" not in style else {})
+    for end, colour in ENDS.items()
+    for what, style in {
+        "track": {"fill": "#ffffffd8", "colour": "#20262e", "width": 8, "links": True},
+        "sprocket": {"wheel": True, "width": 4},
+        "idler": {"wheel": True, "width": 4},
+        "holder": {"width": 14},
+    }.items()
+}
 
 
 def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[Path, str]], done: list[Done]) -> Path:
@@ -61,13 +73,13 @@ def _script_data(data: dict) -> Markup:
 
 def _motion(runs: Runs, postures: dict[float, dict]) -> dict:
     """What the moving robot needs: postures in whole mm from the chassis, input torques of the eight runs."""
-    times = sorted(postures)
-    lines = postures[times[0]]["lines"]
     frames = []
-    for time in times:
-        posture = postures[time]
-        points = np.concatenate([np.asarray(line["points"]) for line in posture["lines"]]) - (posture["x"], 0.0)
-        frames.append([round(1000 * posture["x"]), *np.rint(1000 * points).astype(int).ravel().tolist()])
+    for _, posture in sorted(postures.items()):
+        x = float(posture["chassis"][:, 0].mean())
+        points = np.concatenate([_drawn(name, posture[name]) for name in LINES]) - (x, 0.0)
+        frames.append([round(1000 * x), *np.rint(1000 * points).astype(int).ravel().tolist()])
+    first = next(iter(postures.values()))
+    lines = [{"n": len(_drawn(name, first[name])), **style} for name, style in LINES.items()]
     torque = {mode: [_sampled(run) for _, run in sorted(of.items())] for mode, of in (("kinematic", runs.kinematic), ("dynamic", runs.dynamic))}
     settled = np.concatenate([np.array(curve)[int(0.5 / SAMPLE) :] for curves in torque.values() for curve in curves])
     low, high = float(settled.min()), float(settled.max())
@@ -75,7 +87,7 @@ def _motion(runs: Runs, postures: dict[float, dict]) -> dict:
     return {
         "duration": DURATION,
         "every": POSTURE_EVERY,
-        "lines": [{key: value for key, value in line.items() if key != "points"} | {"n": len(line["points"])} for line in lines],
+        "lines": lines,
         "frames": frames,
         "sample": SAMPLE,
         "torque": torque,
@@ -86,6 +98,11 @@ def _motion(runs: Runs, postures: dict[float, dict]) -> dict:
         "windows": list(WINDOWS.values()),
         "phases": PHASES,
     }
+
+
+def _drawn(name: str, points: np.ndarray) -> np.ndarray:
+    """Of a wheel, its axis and one point of its rim."""
+    return points[:2] if name.endswith(("sprocket", "idler")) else points
 
 
 def _sampled(run: Curves) -> list[float]:

@@ -1,0 +1,73 @@
+"""The study on the real robot: every claim, and what it leaves behind."""
+
+import json
+import re
+
+import pytest
+
+from master import load, run
+from master.study import runs
+from master.study.claims import ROWS
+from master.study.manoeuvre import DURATION
+
+
+@pytest.mark.parametrize("number", sorted(ROWS))
+def test_claim(result, number):
+    claim = next(claim for claim in result.claims if claim.number == number)
+    assert claim.holds, claim.measured
+
+
+def test_claims_are_written(result):
+    written = json.loads((result.report.parent / "claims.json").read_text("utf-8"))
+    assert [row["number"] for row in written] == list(range(1, 20))
+    assert written == [json.loads(json.dumps(claim.as_dict())) for claim in result.claims]
+
+
+def test_report_needs_no_network(result):
+    html = result.report.read_text("utf-8")
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']*""", html)
+    assert "@import" not in html and "fetch(" not in html
+    for claim in result.claims:
+        assert f"<b>{claim.number}</b>" in html  # beside a figure
+
+
+def test_figures_stand_beside_the_report(result):
+    names = {path.name for path in result.report.parent.glob("figure_*.png")}
+    assert {f"figure_{number:02d}.png" for number in range(6, 18)} <= names
+
+
+def test_tables_have_the_whole_manoeuvre(result):
+    for case in runs.cases():
+        table, units = runs.read(result.report.parent / "runs" / f"{case.name}.parquet")
+        assert table["time"].iloc[-1] == pytest.approx(DURATION)
+        assert units["rear_reducer.output_torque"] == "N.m"
+        assert table.notna().all().all()
+
+
+def test_the_system_file_runs_in_both_modes():
+    table = run(runs.SYSTEM, stop=0.01).table
+    for part in ("controller.voltage", "motor.torque", "reducer.output_torque"):
+        assert f"front_{part}" in table and f"rear_{part}" in table
+    imposed = {f"{end}_reducer.kinematic": True for end in ("front", "rear")}
+    both = run(runs.SYSTEM, settings=imposed, stop=0.01).table
+    alone = run(runs.system("kinematic"), settings={}, stop=0.01).table
+    assert both["rear_reducer.output_torque"].tolist() == alone["rear_reducer.output_torque"].tolist()
+
+
+def test_twelve_instances_drive_the_robot():
+    system = load(runs.SYSTEM.with_name("four_drives.toml"))
+    assert sum(bool(component.fmu) for component in system.components.values()) == 12
+    table = run(system, stop=1.5).table
+    last = table.iloc[-1]
+    for end in ("front", "rear"):
+        assert last[f"robot.{end}_sprocket_speed"] == pytest.approx(last["setpoints.sprocket_speed"], rel=0.05)
+    assert last["robot.chassis_vx"] == pytest.approx(-last["setpoints.sprocket_speed"] * 0.048, rel=0.15)
+
+
+def test_parameters_are_told_with_unit_and_source():
+    from master.study.report import parameters
+
+    rows = {name: (value, unit, source) for name, value, unit, source in parameters(runs.SYSTEM.read_text("utf-8"))}
+    assert rows["rear_motor.resistance"][:2] == ("0.299", "Ohm")
+    assert all(source for _, _, source in rows.values())
+    assert "robot.chassis_mass" in rows

@@ -8,6 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement
 
+import pythonfmu
+
 from . import units
 
 if TYPE_CHECKING:
@@ -32,8 +34,7 @@ def describe(slave: Slave) -> Element:
         modelName=name,
         guid=str(slave.guid),
         description=_sentence(slave),
-        version=slave.version or "",
-        generationTool="selflock",
+        generationTool=f"selflock with pythonfmu {pythonfmu.__version__}",
         variableNamingConvention="flat",
         numberOfEventIndicators="0",
     )

@@ -313,6 +313,12 @@ static int here(char *folder, size_t size)
     return 1;
 }
 
+/* pythonfmu's library ends its hold on Python twice at the end of a process, the second time through freed memory.
+   Ended here before, both find nothing left to do. */
+static void (*let_go_of_python)(void);
+
+static void before_exit(void) { let_go_of_python(); }
+
 static int open_library(const char *folder, char *why, size_t size)
 {
     char path[PATH_MAX];
@@ -330,8 +336,11 @@ static int open_library(const char *folder, char *why, size_t size)
     FIND(FreeInstance, , )
     SIMPLE_FUNCTIONS(FIND)
     STATE_FUNCTIONS(FIND)
-    if (whole) to.library = library;
-    else snprintf(why, size, "%s lacks functions of FMI 2.0", path);
+    if (whole) {
+        to.library = library;
+        let_go_of_python = (void (*)(void))dlsym(library, "finalizePythonInterpreter");
+        if (let_go_of_python) atexit(before_exit);
+    } else snprintf(why, size, "%s lacks functions of FMI 2.0", path);
     return whole;
 }
 

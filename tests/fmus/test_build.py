@@ -79,8 +79,8 @@ def run_alone(tmp_path, *paths):
     """Simulate motors in one fresh process in which nothing of the project can be imported."""
     site = [p for p in sys.path if p.endswith("site-packages")]
     code = ALONE.format(site=site, paths=[str(path) for path in paths])
-    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], cwd=tmp_path, env={"MALLOC_PERTURB_": "165"}, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and not done.stderr, done.stderr
     return json.loads(done.stdout)
 
 

@@ -28,7 +28,7 @@ def host(tmp_path_factory):
 
     def run(commands, **environment):
         lines = "".join("\t".join(map(str, command)) + "\n" for command in commands)
-        bare = {"PATH": os.environ["PATH"], **environment}
+        bare = {"PATH": os.environ["PATH"], "MALLOC_PERTURB_": "165", **environment}  # freed memory is overwritten
         done = subprocess.run([program], input=lines.encode(), env=bare, capture_output=True, timeout=100)
         text = done.stdout.decode()
         assert done.returncode == 0, f"the host died with {done.returncode}:\n{text}\n{done.stderr.decode()}"

@@ -256,9 +256,9 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
     step = dt / count
     half = 0.5 * step
     state = s
+    law = _affected_law(p, t, state, output_angle, output_speed)
     for i in range(count if dt > 0.0 else 0):
         now = output_angle + output_speed * (step * i)
-        law = _affected_law(p, t, state, now, output_speed)
         loss = 0.0
         if s.effects > 1.0:
             angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, half)
@@ -273,9 +273,9 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
                     loss = _outputs(law, t, ratio, middle, motor_torque, then, output_speed).loss_power
         angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, step)
         state = _heated(p, State(angle, speed, s.effects, state.time + step, state.heat, state.distance + went), loss, step)
-    end = output_angle + output_speed * dt
-    law = _affected_law(p, t, state, end, output_speed)
-    return state, _outputs(law, t, ratio, state, motor_torque, end, output_speed)
+        if s.effects > 1.0:
+            law = _affected_law(p, t, state, now + output_speed * step, output_speed)
+    return state, _outputs(law, t, ratio, state, motor_torque, output_angle + output_speed * dt, output_speed)
 
 
 def _affected_law(p, t, state, output_angle, output_speed):

@@ -400,18 +400,9 @@ def sound(body, at, limit):
     return True
 
 
-OUTPUTS = tuple("""
-    front_angle front_speed rear_angle rear_speed
-    front_sprocket_angle front_sprocket_speed rear_sprocket_angle rear_sprocket_speed
-    chassis_x chassis_y chassis_pitch chassis_vx chassis_vy chassis_pitch_rate
-    front_pressure_x rear_pressure_x front_ground_normal rear_ground_normal front_ground_tangent rear_ground_tangent
-    front_gravity_moment rear_gravity_moment chassis_ground_normal
-""".split())
-
-
 @compiled
 def outputs(constants, state, zero, body, at, told, out):
-    """The outputs, in the order of OUTPUTS, from the bodies and what the last step told; `zero`: sprocket angles at the start."""
+    """The outputs, in the order of tables.OUTPUTS, from the bodies and what the last step told; `zero`: sprocket angles at the start."""
     p = constants[0]
     position, velocity, turn, spin = at[0], at[1], at[3], at[4]
     place = body[0]

@@ -12,7 +12,7 @@ from pymunk._chipmunk_cffi import lib
 
 from master.errors import DescriptionError
 from master.vehicle import ground, kernel, munk
-from master.vehicle.parameters import SIDES
+from master.vehicle.tables import OUTPUTS, SIDES
 
 _ALL = pymunk.batch.BodyFields
 _FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _ALL.FORCE | _ALL.TORQUE
@@ -70,7 +70,7 @@ class Model:
         self.bristle = np.zeros((2, kernel.FEET * count))
         self.scrape = np.zeros(_BELLY)
         self.told = np.zeros((3, 4))
-        self.outputs = np.zeros(len(kernel.OUTPUTS))
+        self.outputs = np.zeros(len(OUTPUTS))
         reach = 0.5 * v["wheelbase"]
         self.belly = np.column_stack([np.linspace(-reach, reach, _BELLY), np.full(_BELLY, v["belly_height"] + v["shoe_height"])])
         self.belly -= (v["chassis_center_x"], v["chassis_center_y"])

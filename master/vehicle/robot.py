@@ -8,10 +8,11 @@ import numpy as np
 
 from master.errors import DescriptionError, PartFailed
 from master.face import Variable
-from master.vehicle import kernel, munk
+from master.vehicle import munk
 from master.vehicle.model import Model
 from master.vehicle.parameters import INPUTS, VARIABLES, checked
 from master.vehicle.posture import posture
+from master.vehicle.tables import OUTPUTS
 
 
 class Robot:
@@ -61,10 +62,10 @@ class Robot:
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         for name in (*inputs, *outputs):
-            if name not in INPUTS and name not in kernel.OUTPUTS:
+            if name not in INPUTS and name not in OUTPUTS:
                 raise DescriptionError(f"{self.name}: there is no input or output {name!r}.")
         self._in = np.array([INPUTS.index(name) for name in inputs], int)
-        self._out = np.array([kernel.OUTPUTS.index(name) for name in outputs], int)
+        self._out = np.array([OUTPUTS.index(name) for name in outputs], int)
         self.u, self.y = np.array([self._values[name] for name in inputs], float), np.zeros(len(outputs))
 
     def set(self, name: str, value: Any) -> None:
@@ -81,8 +82,8 @@ class Robot:
     def get(self, name: str) -> Any:
         if name == "sprocket_radius":
             return self.model.geometry.pitch_radius
-        if name in kernel.OUTPUTS:
-            return float(self.model.outputs[kernel.OUTPUTS.index(name)])
+        if name in OUTPUTS:
+            return float(self.model.outputs[OUTPUTS.index(name)])
         if name in INPUTS and self._model is not None:
             return float(self._model.inputs[INPUTS.index(name)])
         if name not in self._values:

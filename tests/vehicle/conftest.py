@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from master.vehicle import Robot
-from master.vehicle.kernel import OUTPUTS
+from master.vehicle.tables import OUTPUTS
 
 INPUTS = ("front_torque", "rear_torque", "front_sprocket_torque", "rear_sprocket_torque")
 

@@ -11,7 +11,7 @@ import pytest
 from master.errors import DescriptionError, PartFailed
 from master.face import Part
 from master.vehicle import Robot, munk
-from master.vehicle.kernel import OUTPUTS
+from master.vehicle.tables import OUTPUTS
 from master.vehicle.model import Model
 from master.vehicle.parameters import INPUTS, VARIABLES
 

@@ -7,7 +7,8 @@ import pytest
 
 from master.vehicle import Robot
 from master.vehicle.model import Model
-from master.vehicle.parameters import SIDES, VARIABLES
+from master.vehicle.parameters import VARIABLES
+from master.vehicle.tables import SIDES
 
 TRACKS = ("segmented", "belt")
 G = 9.81

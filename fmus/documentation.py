@@ -71,17 +71,19 @@ ICONS = {"Reducer": "r", "Motor": "M", "Controller": "PD", "Load": "J", "Sensor"
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
 table { border-collapse: collapse; width: 100%; margin: 0.5rem 0 1.5rem } th { text-align: left; background: #eef2f6 }
-td, th { border: 1px solid #ccd; padding: 0.25rem 0.5rem; vertical-align: top } pre { background: #f6f8fa; padding: 1rem; overflow-x: auto }
+td, th { border: 1px solid #ccd; padding: 0.25rem 0.5rem; vertical-align: top } pre { background: #f6f8fa; padding: 1rem; white-space: pre-wrap }
 """
 
 
 def page(slave: Slave, key: str) -> str:
     """documentation/index.html of a slave; `key` names its content."""
     face = type(slave)
-    name, effects, law = face.__name__, getattr(slave.law, "EFFECTS", ()), slave.law.__doc__ or ""
+    name, effects = face.__name__, getattr(slave.law, "EFFECTS", ())
+    laws = [(module.__doc__ or "").strip() for module in face.explained or (slave.law,)]
     parts = [
         f"<h1>{name}.fmu</h1><p>{escape(face.__doc__ or '')}</p>",
-        f"<h2>Equations</h2><pre>{escape(law.strip())}</pre>",
+        "<h2>Equations</h2>",
+        *(f"<pre>{escape(law)}</pre>" for law in laws),
         *(f"<figure>{svg}<figcaption>{escape(text)}</figcaption></figure>" for svg, text in _drawn(slave)),
         "<h2>Variables</h2>",
     ]
@@ -108,8 +110,8 @@ def _variables(table: list[Variable], start: bool) -> str:
     def limits(row: Variable) -> str:
         return "" if row.minimum is row.maximum is None else f"{_number(row.minimum, '-inf')} … {_number(row.maximum, 'inf')}"
 
-    cells = [[row.name, row.unit, str(row.start) if start else "", limits(row), row.description] for row in table]
-    return _rows(["name", "unit", "start" if start else "", "range", "description"], cells)
+    cells = [[row.name, row.unit, *([str(row.start)] if start else []), limits(row), row.description] for row in table]
+    return _rows(["name", "unit", *(["start"] if start else []), "range", "description"], cells)
 
 
 def _number(value: float | None, missing: str) -> str:

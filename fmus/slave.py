@@ -40,6 +40,7 @@ class Variable(NamedTuple):
     nominal: float | None = None
     depends_on: tuple[str, ...] = ()  # outputs: inputs that act on it without a step
     tunable: bool = False  # parameters: may change between steps
+    derivative_of: str = ""  # outputs: the output whose time derivative this is, so that a master can carry that one on
 
     @property
     def type(self) -> str:
@@ -75,6 +76,7 @@ class Slave(Fmi2Slave):
     outputs: tuple[Variable, ...] = ()
     parameters: tuple[Variable, ...] = ()
     needs: tuple[str, ...] = ()  # files of other components that the face imports
+    explained: tuple[Any, ...] = ()  # modules whose text the documentation shows; the law's if empty
     starts: dict[str, Any] = {}  # other start values, baked in by the build
     identity = "unpacked"  # the content of the packed FMU, set by the build
     experiment = (0.0, 10.0, 1e-3)  # start, stop and step of the default experiment, s

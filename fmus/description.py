@@ -95,6 +95,8 @@ def _variable(slave: Slave, place: int, row: Variable) -> Element:
         attributes = {key: str(int(value)) for key, value in {"min": row.minimum, "max": row.maximum}.items() if value is not None}
     if causality != "output":
         attributes["start"] = _text(row.start)
+    if row.derivative_of:
+        attributes["derivative"] = str(slave._place[row.derivative_of] + 1)
     SubElement(variable, row.type, attributes)
     return variable
 

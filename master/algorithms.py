@@ -6,7 +6,8 @@ t_n+1 = t_n + H every part gets its inputs and steps:
 - **Jacobi**: all inputs are outputs at t_n. First order, independent of any order.
 - **Gauss-Seidel**: one part after the other; inputs from parts stepped before are at t_n+1, all others at t_n.
 - A part with a smaller step h = H/m makes m steps; under Gauss-Seidel what it takes from parts stepped before is
-  interpolated between their outputs at t_n and t_n+1, at the end of each of its steps.
+  interpolated between their outputs at t_n and t_n+1, at the end of each of its steps. What it takes from others is
+  carried on from t_n to the start of each of its steps, where the source also puts out its derivative; else held.
 - A part with a larger step h = M·H steps once in M macro steps; its outputs are then shown on the straight line
   from its old values to its new ones. Booleans, integers and discrete values wait for its step's end.
 - A source with `at(time)` is evaluated at the start of each step of each part that listens to it.
@@ -44,7 +45,8 @@ class Seat:
         variables = [self.part.variables[output] for output in self.outputs]
         self.smooth = [v.type == "Real" and v.variability == "continuous" for v in variables]
         self.evaluated = math.nan  # time of the last `at`
-        self.plain, self.scaled, self.between, self.clocked, self.texts = [], [], [], [], []
+        self.plain, self.scaled, self.between, self.carried, self.clocked, self.texts = [], [], [], [], [], []
+        self.rates = {v.derivative_of: j for j, v in enumerate(variables) if v.derivative_of}
         self.ports, self.input_faults, self.output_faults = [], [], []
 
     def listen(self, link: Link, source: Seat, ahead: bool) -> None:
@@ -58,13 +60,15 @@ class Seat:
         elif ahead and self.small > 1 and source.smooth[j]:
             source.keep = True
             self.between.append((i, source, j, link.factor, link.offset))
+        elif self.small > 1 and link.output in source.rates:
+            self.carried.append((i, source.shown, j, source.rates[link.output], link.factor, link.offset))
         elif link.factor == 1.0 and link.offset == 0.0:
             self.plain.append((i, source.shown, j))
         else:
             self.scaled.append((i, source.shown, j, link.factor, link.offset))
 
-    def gather(self, time: float, part_done: float) -> None:
-        """Inputs for a step from `time`; `part_done`: how much of the macro step is behind at this step's end."""
+    def gather(self, time: float, since: float, part_done: float) -> None:
+        """Inputs for a step from `time`, `since` after the communication point; at its end `part_done` of the macro step is over."""
         u = self.u
         for i, y, j in self.plain:
             u[i] = y[j]
@@ -78,11 +82,13 @@ class Seat:
         if self.texts:
             for name, source, output in self.texts:
                 self.part.set(name, source.get(output))
-        if self.clocked:
-            self.look(time)
+        if self.clocked or self.carried:
+            self.look(time, since)
 
-    def look(self, time: float) -> None:
-        """Inputs that are functions of time, at `time`."""
+    def look(self, time: float, since: float) -> None:
+        """Inputs that are known at `time`: functions of time, and what is carried on by its derivative."""
+        for i, y, j, rate, factor, offset in self.carried:
+            self.u[i] = factor * (y[j] + y[rate] * since) + offset
         for source, i, j, factor, offset in self.clocked:
             if source.evaluated != time:
                 source.evaluate(time)
@@ -119,22 +125,22 @@ class Seat:
             self.before[:] = self.shown
         if self.even:
             if gather:
-                self.gather(time, 1.0)
+                self.gather(time, 0.0, 1.0)
             self.go(time, step)
         elif self.small > 1:
             for k in range(self.small):
-                now = time + step * k / self.small
+                since = step * k / self.small
                 if gather:
-                    self.gather(now, (k + 1) / self.small)
-                elif self.clocked:
-                    self.look(now)
-                self.go(now, self.size)
+                    self.gather(time + since, since, (k + 1) / self.small)
+                else:
+                    self.look(time + since, since)
+                self.go(time + since, self.size)
         else:
             phase = index % self.large
             if phase == 0:
                 self.origin[:] = self.out
                 if gather:
-                    self.gather(time, 1.0)
+                    self.gather(time, 0.0, 1.0)
                 self.go(time, self.size)
             self.show((phase + 1) / self.large)
 
@@ -178,7 +184,7 @@ def gauss_seidel(stepped: list[Seat], index: int, time: float, step: float) -> N
 def jacobi(stepped: list[Seat], index: int, time: float, step: float) -> None:
     for seat in stepped:
         if seat.large == 1 or index % seat.large == 0:
-            seat.gather(time, 0.0)
+            seat.gather(time, 0.0, 0.0)
     for seat in stepped:
         seat.turn(index, time, step, False)
 

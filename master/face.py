@@ -30,6 +30,7 @@ class Variable:
     variability: str = "continuous"
     description: str = ""
     depends_on: tuple[str, ...] | None = None  # outputs: inputs that act on it without a step; None: not told
+    derivative_of: str = ""  # the output of the same part whose time derivative this one is
 
 
 @runtime_checkable

@@ -327,4 +327,5 @@ def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:
         unit=attribute("unit") or "", start=start, minimum=number(attribute("min")), maximum=number(attribute("max")),
         nominal=number(attribute("nominal")), variability=v.variability or "continuous", description=v.description or "",
         depends_on=depends_on if v.causality == "output" else None,
+        derivative_of=v.derivative.name if v.derivative is not None else "",
     )  # fmt: skip

@@ -242,6 +242,7 @@ def _bind(wiring: Wiring) -> None:
         inputs = [link.input for link in wiring.links if link.target == name and not link.text]
         numbers = [v for v in wiring.record[name] if part.variables[v].type != "String" and v not in inputs]
         needed = [link.output for link in wiring.links if link.source == name and not link.text]
+        needed += [v.name for v in part.variables.values() if v.derivative_of in needed]
         faulty = [variable for component, variable in _faulty(wiring) if component == name]
         inputs += [v for v in dict.fromkeys(numbers + faulty) if part.variables[v].causality == "input" and v not in inputs]
         needed += [v for v in faulty if part.variables[v].causality in ("output", "local")]

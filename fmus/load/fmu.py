@@ -11,7 +11,7 @@ class Load(Slave):
     inputs = (Variable("torque", "N.m", 0.0, "driving torque M, held over the step", nominal=10.0),)
     outputs = (
         Variable("angle", "rad", 0.0, "angle of the load"),
-        Variable("speed", "rad/s", 0.0, "speed of the load"),
+        Variable("speed", "rad/s", 0.0, "speed of the load", derivative_of="angle"),
         Variable("acceleration", "rad/s2", 0.0, "acceleration of the load", nominal=10.0, depends_on=("torque",)),
         Variable("load_torque", "N.m", 0.0, "torque that gravity, damping and the constant torque oppose", nominal=10.0),
     )

@@ -272,3 +272,15 @@ class Careful(Integrator):
         if size > self.longest + 1e-12:
             raise PartFailed(self.name, time, size, "Discard to fmi2DoStep", {}, ["too long for me"])
         super().step(time, size)
+
+
+class Wheel(Small):
+    """Turns at a constant speed, and says that its speed is the derivative of its angle."""
+
+    described = (
+        real("speed", "output", "rad/s", 2.0, depends_on=(), derivative_of="angle"),
+        real("angle", "output", "rad", depends_on=()),
+    )
+
+    def step(self, time, size):
+        self.angle += self.speed * size

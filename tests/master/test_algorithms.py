@@ -90,6 +90,15 @@ def test_inputs_of_small_steps_are_interpolated_where_the_source_went_first(syst
         assert rows[:, 2] == pytest.approx(np.floor(rows[:, 0] / 0.1 + 1e-9) * 0.1)  # held at the macro step's start
 
 
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel"])
+def test_feedback_to_small_steps_is_carried_on_by_its_derivative(system, algorithm):
+    parts = {"l": ("Listener", {}, {"step": 0.025}), "w": "Wheel"}
+    ends = {"l.u": "w.angle", "l.w": "w.speed"}
+    rows = heard(system(parts, ends, stop=0.3, step=0.1, algorithm=algorithm, record=["w.angle"]))
+    assert rows[:, 2] == pytest.approx(2.0 * rows[:, 0])
+    assert rows[:, 3] == pytest.approx(2.0)
+
+
 def test_outputs_of_large_steps_are_shown_on_a_line(system):
     description = system(
         {"i": ("Integrator", {"u": 1.0}, {"step": 0.4}), "l": ("Listener", {"w": 0.0})}, {"l.u": "i.y"}, stop=1.2, step=0.1

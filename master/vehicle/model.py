@@ -266,7 +266,7 @@ class Model:
         lay = self.layout
         bodies, joints, arrays, dt = saved
         for b, row in zip(self.bodies, bodies):
-            for offset, part in zip((lay.position, lay.velocity, lay.angle, lay.angular_velocity, lay.transform), np.split(row, (2, 4, 5, 6))):
+            for offset, part in zip((lay.position, lay.velocity, lay.angle, lay.angular_velocity, lay.transform), np.split(np.asarray(row), (2, 4, 5, 6))):
                 munk.doubles(b._body, offset, len(part))[:] = part
         for j, pair in zip(self.joints, joints):
             munk.doubles(j._constraint, lay.impulse, 2)[:] = pair

@@ -1,0 +1,145 @@
+"""Robot.fmu: the vehicle behind the face of an FMU. The Python that runs it needs pymunk, numba and numpy.
+
+    from master.vehicle.robot_fmu import build
+    build("out/fmus")                                # Robot.fmu, or with other start values: build("out", track="belt")
+
+The FMU holds the vehicle's sources as they are here, so its numbers are those of the part `master.vehicle.Robot` bit for
+bit. Nothing but the standard library is imported before the start, so that a host whose Python lacks what is needed
+is told so in a sentence.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from fmus.slave import Slave, Variable
+from master.vehicle import tables
+
+HERE = Path(__file__).parent
+
+
+class Vehicle:
+    """Ground, normal force: F = max(0, k x^e - c(x) x') with x' the rate of the distance      (eq 23)
+    c(x) = c_max (3 x^2/h^2 - 2 x^3/h^3) up to h, c_max beyond                                 (eq 24)
+    Ground, tangential force: a bristle, |T| <= mu N
+    Guide, teeth: penalty springs and dampers between segments, holder and sprocket
+    Bodies, pins and hinges: pymunk
+
+    All forces at the positions where the inner step arrives, x + v dt. Angles count counter-clockwise in the
+    side view, x forward and y up. Torques are those of one side's drives; ground forces those of the whole robot.
+    """
+
+
+class Robot(Slave):
+    """Tracked robot with two pairs of track holders on uneven ground, seen from the side; needs pymunk, numba and numpy."""
+
+    law = Vehicle
+    inputs = tuple(Variable(name, unit, start, text) for name, unit, start, text in tables.INPUTS)
+    outputs = tuple(Variable(name, unit, 0.0, text) for name in tables.OUTPUTS for unit, text in [tables.told(name)])
+    parameters = (
+        *(Variable(name, unit, start, text, least, greatest) for name, unit, start, least, greatest, text in tables.PARAMETERS),
+        *(Variable(name, "", start, text, least, greatest) for name, _, start, least, greatest, text in tables.CHOICES),
+    )
+
+    def _fit_parameters(self) -> tuple[dict[str, Any], str]:
+        return {row.name: type(row.start)(self.value(row.name)) for row in self.parameters}, ""
+
+    def stepper(self):
+        return self._step
+
+    def begin(self, p: dict[str, Any], *inputs: float) -> Any:
+        """The vehicle, settled on its ground; it is its own state and moves on in place."""
+        model = _vehicle(self.identity)("robot", **p, **dict(zip((row.name for row in self.inputs), inputs))).model
+        return model
+
+    def _step(self, p: dict[str, Any], model: Any, *values: float) -> tuple[Any, list[float]]:
+        model.inputs[: len(values) - 1] = values[:-1]
+        if values[-1] == 0.0:
+            return model, model.tell().tolist()
+        if not model.advance(values[-1]):
+            raise ArithmeticError("bodies ran away; try a shorter step or inner_step, softer contacts or a softer drive shaft")
+        return model, model.outputs.tolist()
+
+    def _get_fmu_state(self) -> tuple:
+        model = None
+        if self._state is not None:
+            if not self._state.exact:
+                self.complain("this state cannot be saved: pymunk's memory has another layout than expected")
+            else:
+                bodies, joints, arrays, dt = self._state.save()
+                model = (bodies.tolist(), joints.tolist(), [array.tolist() for array in arrays], dt)
+        return (self.identity, list(self._values), dict(self._texts), model, self._phase, self._stale, self._fault, self._unfit)
+
+    def _set_fmu_state(self, state: tuple) -> None:
+        if not isinstance(state, (tuple, list)) or state[0] != self.identity:
+            return self.complain("the state to restore is not one of this FMU")
+        first = self._first_parameter
+        same = self._state is not None and (self._values[first:], self._texts) == (list(state[1][first:]), dict(state[2]))
+        _, values, texts, model, self._phase, self._stale, self._fault, self._unfit = state
+        self._values, self._texts = list(values), dict(texts)
+        self._parameters, self._advance = self._fit_parameters()[0], self._step
+        if model is None:
+            self._state = None
+            return None
+        try:
+            if not same:
+                self._state = self.begin(self._parameters, *self._values[: self._first_output])
+            self._state.restore(model)
+        except Exception as error:
+            self.complain(f"the state cannot be restored: {error}")
+        return None
+
+
+def _vehicle(identity: str) -> type:
+    """The class of the vehicle; in an FMU from a copy of its sources in the user's cache, where numba keeps what it compiles."""
+    package = sys.modules[__package__]
+    if not __package__.startswith("master.") and hasattr(package, "__path__"):
+        package.__path__ = [str(_copied(identity))]
+    try:
+        from master.vehicle.robot import Robot as part
+    except ImportError as error:
+        raise ImportError(
+            f"the Python that runs this FMU ({sys.executable or sys.version.split()[0]}) lacks {error.name or error}. "
+            "Robot.fmu needs pymunk 7, numba and numpy there: python -m pip install 'pymunk>=7.3,<8' numba numpy"
+        ) from None
+    return part
+
+
+def _copied(identity: str) -> Path:
+    """The folder of the copy, made if it is not there, safe beside others that make it; where none can be made, the FMU's own."""
+    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "selflock")
+    target = Path(home) / f"vehicle_{identity}"
+    try:
+        if not target.is_dir():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            draft = tempfile.mkdtemp(dir=target.parent)
+            shutil.copytree(HERE, draft, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+            try:
+                os.replace(draft, target)
+            except OSError:  # another process was faster
+                shutil.rmtree(draft, ignore_errors=True)
+    except OSError:
+        return HERE
+    return target
+
+
+def sources() -> dict[str, bytes]:
+    """The files that the FMU needs, by their path below the project."""
+    from fmus.build import ROOT, SHARED
+
+    names = [*SHARED, "fmus/errors.py", "master/errors.py", "master/face.py", *(f"master/vehicle/{file.name}" for file in sorted(HERE.glob("*.py")))]
+    files = {name: (ROOT / name).read_bytes() for name in names}
+    return files | {"master/__init__.py": b"", "master/vehicle/__init__.py": b""}  # their re-exports would import the host's half
+
+
+def build(out: str | Path, **starts: Any) -> Path:
+    """Build Robot.fmu into the folder `out`, or as the file `out` if that ends in .fmu; `starts`: other start values."""
+    from fmus.build import pack
+
+    path = Path(out) if str(out).endswith(".fmu") else Path(out) / "Robot.fmu"
+    return pack(Robot, sources(), path, starts)

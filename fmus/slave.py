@@ -254,7 +254,8 @@ class Slave(Fmi2Slave):
             return self.complain(f"{row.name} = {value} is not a finite number")
         if (row.minimum is not None and value < row.minimum) or (row.maximum is not None and value > row.maximum):
             low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
-            return self.complain(f"{row.name} = {value:.9g} {row.unit} is outside its range [{low:.9g}, {high:.9g}]")
+            shown = f"{value:.9g} {row.unit}".strip()
+            return self.complain(f"{row.name} = {shown} is outside its range [{low:.9g}, {high:.9g}]")
         self._values[vr] = float(value)
         if vr >= self._first_parameter and self._phase == STEPPING:
             self._tune()

@@ -20,6 +20,10 @@ LIVELY = {
     ),
     "Load": ({"mass": 1.0, "damping": 0.2}, lambda i: {"torque": math.sin(0.5 * i)}),
     "Sensor": ({"lag_time": 0.01, "resolution": 1e-3}, lambda i: {"value": math.sin(0.5 * i)}),
+    "Reducer": (
+        {"backlash": 1e-3, "warm_up_excess": 0.5, "preload": 0.01},
+        lambda i: {"motor_torque": 0.3 * math.sin(0.2 * i), "output_angle": 1e-3 * math.sin(0.1 * i), "output_speed": 0.1 * math.cos(0.1 * i)},
+    ),
 }
 
 
@@ -90,10 +94,16 @@ def refused(it, call, words):
         ("Motor", {"resistance": 0.0, "inductance": 0.0}, "nothing limits the current"),
         ("Motor", {"supply_voltage": 0.0}, "supply_voltage"),
         ("Controller", {"angle_setpoint": -math.inf}, "not a finite number"),
-        ("Controller", {"gear_ratio": 0.0}, "gear_ratio = 0  is outside its range"),
+        ("Controller", {"gear_ratio": 0.0}, "gear_ratio = 0 is outside its range"),
         ("Controller", {"voltage_min": 25.0}, "above voltage_max"),
         ("Controller", {"friction_static": 60.0}, "must be below 1"),
         ("Controller", {"irreversible": False, "friction_static": 0.5}, "locks itself"),
+        ("Reducer", {"friction_kinetic": -0.01}, "friction_kinetic = -0.01 is outside its range"),
+        ("Reducer", {"friction_kinetic": 50.0}, "no torque can drive the gear forward"),
+        ("Reducer", {"gear_ratio": 0.0}, "gear_ratio = 0 is outside its range"),
+        ("Reducer", {"shaft_inertia": -1e-5}, "shaft_inertia = -1e-05 kg.m2 is outside its range"),
+        ("Reducer", {"motor_torque": math.nan}, "motor_torque = nan is not a finite number"),
+        ("Reducer", {"output_speed": math.inf}, "output_speed = inf is not a finite number"),
         ("Load", {"inertia": 0.0}, "must be positive"),
         ("Load", {"mass": -1.0}, "outside its range"),
         ("Sensor", {"value": math.nan}, "not a finite number"),
@@ -182,7 +192,7 @@ def test_serialised_state_is_exact():
         assert json.loads(json.dumps(back)) is not None
 
 
-@pytest.mark.parametrize("name", ["Motor", "Controller", "Load", "Sensor"])
+@pytest.mark.parametrize("name", LIVELY)
 def test_every_step_from_tiny_to_coarse(instance, name):
     for h in (1e-5, 1e-4, 1e-3, 1e-2, 0.1):
         it = instance(name).begin(**LIVELY[name][0])

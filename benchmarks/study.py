@@ -4,14 +4,14 @@
 
 Bare is the time of `space.step` alone, on the same bodies and joints, as often as the run steps them. Runs are timed
 from their first to their last communication point; building and settling the robot are left out. Everything is
-measured in turn several times and the median taken, because other work on the machine comes and goes.
+measured in turn several times, in processor time, and the median taken: other work on the machine comes and goes.
 """
 
 from __future__ import annotations
 
 import sys
 from statistics import median
-from time import perf_counter
+from time import thread_time
 
 from rich.console import Console
 from rich.table import Table
@@ -32,10 +32,10 @@ def bare(stop: float) -> float:
     """Seconds of pymunk's steps alone."""
     model, inner = robot().model, robot().get("inner_step")
     step, count = model.space.step, round(stop / inner)
-    began = perf_counter()
+    began = thread_time()
     for _ in range(count):
         step(inner)
-    return perf_counter() - began
+    return thread_time() - began
 
 
 def coupled(mode: str, stop: float, **settings) -> float:
@@ -47,7 +47,7 @@ def coupled(mode: str, stop: float, **settings) -> float:
 
     def observe(time: float, parts) -> None:
         if time == 0.0 or time >= stop - 1e-9:
-            ends.append(perf_counter())
+            ends.append(thread_time())
 
     run(system, settings=runs.settings_of(case, system), stop=stop, observe=observe)
     return ends[-1] - ends[0]
@@ -59,12 +59,12 @@ def belt_alone(stop: float) -> float:
     part.bind(["front_torque", "rear_torque"], ["front_angle", "rear_angle"])
     part.enter_initialization(0.0, stop)
     part.exit_initialization()
-    began = perf_counter()
+    began = thread_time()
     for k in range(round(stop / 1e-3)):
         part.write()
         part.step(k * 1e-3, 1e-3)
         part.read()
-    return perf_counter() - began
+    return thread_time() - began
 
 
 def main(stop: float) -> None:

@@ -106,7 +106,7 @@ def postures(runs: Runs, postures: dict[float, dict]) -> Figure:
 
 def sketch(axes: Axes, posture: dict[str, np.ndarray]) -> None:
     """One posture in the side view, centred on the chassis."""
-    x0 = posture["chassis"][:, 0].mean()
+    x0 = posture["chassis"][:-1, 0].mean()
     axes.axhline(0, color="#7b8490", lw=1)
     axes.fill(*_seen(posture["chassis"], x0), facecolor="#d5dce3", edgecolor="#7b8490", lw=0.8)
     for end, colour in ENDS.items():
@@ -214,5 +214,5 @@ FIGURES = {
     15: (mechanical_power, "Mechanical power of the motor, dynamic mode."),
     16: (electric_power, "Electric power, dynamic mode."),
     17: (both_powers, "Mechanical and electric power without friction, dynamic mode."),
-    18: (advice, "Not in the paper: what friction costs and saves, over its coefficient."),
+    18: (advice, "What friction costs and saves: electric energy over the coefficient."),
 }

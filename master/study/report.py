@@ -75,7 +75,7 @@ def _motion(runs: Runs, postures: dict[float, dict]) -> dict:
     """What the moving robot needs: postures in whole mm from the chassis, input torques of the eight runs."""
     frames = []
     for _, posture in sorted(postures.items()):
-        x = float(posture["chassis"][:, 0].mean())
+        x = float(posture["chassis"][:-1, 0].mean())
         points = np.concatenate([_drawn(name, posture[name]) for name in LINES]) - (x, 0.0)
         frames.append([round(1000 * x), *np.rint(1000 * points).astype(int).ravel().tolist()])
     first = next(iter(postures.values()))

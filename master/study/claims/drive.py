@@ -36,7 +36,7 @@ def landing_peak(runs: Runs) -> list[Check]:
     kinematic, dynamic = peaks(runs.kinematic), peaks(runs.dynamic)
     return [
         *(
-            Check(f"peak dynamic / peak kinematic, μ = {mu}", d / k, "<", 1)
+            Check(f"peak dynamic / peak kinematic, μ = {mu:g}", d / k, "<", 1)
             for mu, k, d in zip(sorted(runs.kinematic), kinematic, dynamic)
         ),
         Check("kinematic: least growth of the peak from one μ to the next", least_step(kinematic), ">", 0, "N.m"),
@@ -71,10 +71,10 @@ def electric_power_at_rest(runs: Runs) -> list[Check]:
         power = run.mean(ELECTRIC, window)
         if mu < LIMIT:
             stalled = run.mean(copper * run["rear_motor.torque"] ** 2, window)
-            checks.append(Check(f"P_E, μ = {mu}", power, ">", 0, "W"))
-            checks.append(Check(f"P_E against eq 19, μ = {mu}", abs(power / stalled - 1), "<=", 0.01))
+            checks.append(Check(f"P_E, μ = {mu:g}", power, ">", 0, "W"))
+            checks.append(Check(f"P_E against eq 19, μ = {mu:g}", abs(power / stalled - 1), "<=", 0.01))
         else:
-            checks.append(Check(f"P_E / P_E(0), μ = {mu}", abs(power) / base, "<=", 0.01))
+            checks.append(Check(f"P_E / P_E(0), μ = {mu:g}", abs(power) / base, "<=", 0.01))
     return checks
 
 
@@ -82,7 +82,7 @@ def electric_power_at_rest(runs: Runs) -> list[Check]:
 def electric_power_moving(runs: Runs) -> list[Check]:
     energies = [runs.dynamic[mu].energy(ELECTRIC, (6.0, 8.0)) for mu in sorted(runs.dynamic)]
     return [
-        *(Check(f"electric energy over 6–8 s, μ = {mu}", e, unit="J") for mu, e in zip(sorted(runs.dynamic), energies)),
+        *(Check(f"electric energy over 6–8 s, μ = {mu:g}", e, unit="J") for mu, e in zip(sorted(runs.dynamic), energies)),
         Check("its least growth from one μ to the next", least_step(energies), ">", 0, "J"),
     ]
 
@@ -130,7 +130,7 @@ def contact_parameters(runs: Runs) -> list[Check]:
     return checks
 
 
-@row(19, "The advice: friction slightly above the self-locking limit.", (16,))
+@row(19, "The advice: friction slightly above the self-locking limit.", (16, 18))
 def advice(runs: Runs) -> list[Check]:
     levels = sorted(runs.sweep)
     hold, move = zip(*(duty(runs.sweep[mu]) for mu in levels))

@@ -111,8 +111,8 @@ def _input_ratios(runs: Runs, mu: float, directions: dict[str, int]) -> list[Che
     for window, direction in directions.items():
         expected = runs.facts.sliding_ratio(mu, direction)
         ratio = run.mean(run.F, window) / base.mean(base.F, window)
-        checks.append(Check(f"F({mu})/F(0) in {window}", ratio))
-        checks.append(Check(f"F({mu})/F(0) in {window}, distance from {expected:.4f}", abs(ratio / expected - 1), "<=", 0.01))
+        checks.append(Check(f"F({mu:g})/F(0) in {window}", ratio))
+        checks.append(Check(f"F({mu:g})/F(0) in {window}, distance from {expected:.4f}", abs(ratio / expected - 1), "<=", 0.01))
     return checks
 
 

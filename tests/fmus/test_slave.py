@@ -21,7 +21,7 @@ LIVELY = {
     "Load": ({"mass": 1.0, "damping": 0.2}, lambda i: {"torque": math.sin(0.5 * i)}),
     "Sensor": ({"lag_time": 0.01, "resolution": 1e-3}, lambda i: {"value": math.sin(0.5 * i)}),
     "Reducer": (
-        {"backlash": 1e-3, "warm_up_excess": 0.5, "preload": 0.01},
+        {"backlash": 1e-3, "cold_excess": 0.5, "preload": 0.01},
         lambda i: {"motor_torque": 0.3 * math.sin(0.2 * i), "output_angle": 1e-3 * math.sin(0.1 * i), "output_speed": 0.1 * math.cos(0.1 * i)},
     ),
 }

@@ -7,7 +7,8 @@
 `map_runs` is the engine below, for any function.
 """
 
+from .campaign import SweepResult, sweep
 from .engine import map_runs
 from .errors import Interrupted, SweepError
 
-__all__ = ["Interrupted", "SweepError", "map_runs"]
+__all__ = ["Interrupted", "SweepError", "SweepResult", "map_runs", "sweep"]

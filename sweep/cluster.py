@@ -6,6 +6,7 @@ The parcel goes to the workers as a Dask plugin, so each gets it once, and one t
 from __future__ import annotations
 
 import logging
+import tempfile
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Callable, Iterator
@@ -50,6 +51,8 @@ class Pool:
 
 def _work_there(name: str, function: Callable, items: list) -> tuple:
     worker = get_worker()
+    if worker.nanny:  # a process of its own: what is unpacked there goes with it, even if it is killed
+        tempfile.tempdir = worker.local_directory
     return work(function, worker.plugins[name].parcel.open(worker.local_directory), items)
 
 

@@ -45,7 +45,7 @@ def digest(*values: Any) -> str:
 
 
 class Store:
-    """The rows of one study in one folder; `about` is what makes it that study."""
+    """The rows of one study in one folder; `about`, all but its notes, is what makes it that study."""
 
     def __init__(self, folder: str | Path, about: Mapping[str, Any]):
         self.folder = Path(folder)
@@ -94,18 +94,19 @@ class Store:
         file = self.folder / "study.json"
         if file.exists():
             known = json.loads(file.read_text(encoding="utf-8"))
-            if known != about:
-                changed = sorted(key for key in known.keys() | about.keys() if known.get(key) != about.get(key))
+            changed = sorted(key for key in (known.keys() | about.keys()) - {"notes"} if known.get(key) != about.get(key))
+            if changed:
                 self.close()
                 raise SweepError(
                     f"{self.folder} belongs to another study: it differs in {', '.join(changed)}. "
                     "Nothing in it was touched. Give another folder, or the study it was made with."
                 )
+            if known == about:
+                return
         elif strange := sorted(p.name for p in self.folder.iterdir() if p.name not in ("parts", "lock")):
             self.close()
             raise SweepError(f"{self.folder} is not the folder of a sweep (it holds {strange[0]}). Give an empty or a new one.")
-        else:
-            self._write(file, lambda to: to.write_text(json.dumps(about, indent=1, sort_keys=True), encoding="utf-8"))
+        self._write(file, lambda to: to.write_text(json.dumps(about, indent=1, sort_keys=True), encoding="utf-8"))
 
     def _hold(self) -> int | None:
         if fcntl is None:

@@ -6,6 +6,7 @@
 
     [set]                           # for all runs; "= ..." is an expression over the varied parameters
     "robot.track" = "belt"
+    "connections.rear_controller.angle.factor" = "= 1 / ratio"
 
     [vary.friction]
     set = ["front_reducer.friction_kinetic", "rear_reducer.friction_kinetic"]
@@ -55,6 +56,10 @@ class Study:
     settings: list[dict[str, Any]]  # for each run: component.variable → value
     varied: list[str]  # names of varied parameters
     report: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        return self.data.get("name", self.file.stem)
 
     @property
     def about(self) -> dict[str, Any]:

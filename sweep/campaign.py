@@ -1,0 +1,86 @@
+"""A sweep from its description to its folder of results."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import master
+import pandas as pd
+
+from .check import check
+from .engine import map_runs
+from .runs import Bench, run_one
+from .store import digest
+from .study import Study, read
+from .work import fingerprint
+
+
+@dataclass
+class SweepResult:
+    """A finished sweep."""
+
+    folder: Path
+    study: Study
+    table: pd.DataFrame  # a row for each run: parameters, status, reason, figures
+
+    @property
+    def failed(self) -> pd.DataFrame:
+        return self.table[self.table["status"] == "failed"]
+
+    def summary(self) -> str:
+        lines = [f"{self.study.name}: {len(self.table)} runs, {len(self.failed)} failed; {self.folder / 'runs.parquet'}"]
+        for reason, count in Counter(cause(reason) for reason in self.failed["reason"]).most_common():
+            lines.append(f"  {count} failed: {reason}")
+        good = self.table[self.table["status"] == "ok"]
+        for one in self.study.record:
+            if len(good):
+                unit = f" {one.unit}" if one.unit else ""
+                lines.append(f"  {one.name}: {good[one.name].min():.6g} to {good[one.name].max():.6g}{unit}")
+        lines.append(f"  plots: selflock sweep-report {self.folder}")
+        return "\n".join(lines)
+
+
+def sweep(
+    study: str | Path | Study,
+    out: str | Path,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: bool = False,
+) -> SweepResult:
+    """Run a study into the folder `out`, or go on with it there.
+
+    workers: processes on this machine; all cores when not given, 0 for none but this one.
+    scheduler: address of an existing Dask scheduler, whose workers are used instead.
+    """
+    if not isinstance(study, Study):
+        study = read(study)
+    system = master.load(study.system)
+    check(study, system)
+    bench = Bench(system, study.record, study.stop, study.table)
+    about = {
+        "study": study.about,
+        "notes": {"name": study.name, "description": study.data.get("description", ""), "data": study.data},
+        "system": digest(json.loads(json.dumps(asdict(bench.system), default=str))),
+        "fmus": bench.versions,
+        "versions": fingerprint("fmus", "master"),
+    }
+    version = digest(about["system"], bench.versions, about["versions"])[:16]
+    rows = map_runs(
+        run_one, study.items, context=bench, folder=out, about=about,
+        columns=lambda item: {**item["parameters"], "version": version},
+        workers=workers, scheduler=scheduler, progress=progress, title=study.name,
+    )  # fmt: skip
+    return SweepResult(Path(out), study, pd.DataFrame(rows))
+
+
+def cause(reason: Any) -> str:
+    """A failed run's reason without what is different from run to run."""
+    head, _, rest = str(reason).partition("\n")
+    said = re.search(r"(?:Error|Fatal): (.*)", rest)
+    text = f"{head.split(' at t =')[0]}: {said[1]}" if said else head.split(" at t =")[0]
+    return re.sub(r"-?\d+\.?\d*(?:e[-+]?\d+)?", "…", text)

@@ -1,0 +1,73 @@
+"""What can be refused before the first run: names, ranges, and values that a part does not accept together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fmus.errors import SelflockError
+from master.face import Part
+from master.system import System
+from master.wiring import Wiring, typed, wire
+
+from .errors import SweepError
+from .runs import adapt
+from .store import canonical
+from .study import Study
+
+SHOWN = 3  # examples in a message
+
+
+def check(study: Study, system: System) -> None:
+    """Refuse a study that names what is not there, or that has combinations which are not physical."""
+    wiring = wire(system)
+    try:
+        for one in study.record:
+            for column in one.columns:
+                _, variable = wiring.variable(column, f"[record] {one.name}")
+                if variable.causality not in ("output", "input", "local"):
+                    raise SweepError(f"[record] {one.name}: {column} is a {variable.causality}; it does not change in a run.")
+        settings = [adapt(system, run)[1] for run in study.settings]
+        variables = {name: wiring.variable(name, "[set] or [vary]") for name in {n for run in settings for n in run}}
+        _combinations(study, settings, wiring, variables)
+    finally:
+        wiring.close()
+
+
+def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, variables: dict[str, Any]) -> None:
+    """Every component that is varied is initialized once with each set of values that it will meet."""
+    seen: dict[str, str | None] = {}  # values of one component → why they are refused
+    refused: list[tuple[int, str]] = []
+    for number, run in enumerate(settings):
+        mine: dict[str, dict[str, Any]] = {}
+        for name, value in run.items():
+            component, variable = variables[name]
+            mine.setdefault(component, {})[variable.name] = value
+        for component, values in mine.items():
+            key = canonical([component, values])
+            if key not in seen:
+                seen[key] = _objection(wiring.parts[component], {**wiring.values.get(component, {}), **values}, study.stop)
+            if seen[key] is not None:
+                refused.append((number, seen[key]))
+                break
+    if refused:
+        reasons = list(dict.fromkeys(reason for _, reason in refused))
+        first = ", ".join(f"{name} = {value}" for name, value in study.items[refused[0][0]]["parameters"].items())
+        raise SweepError(
+            f"{len(refused)} of {len(settings)} combinations are not physical, the first with {first}. Narrow what varies. Why:\n"
+            + "\n".join(f"  {reason}" for reason in reasons[:SHOWN])
+            + (f"\n  … and {len(reasons) - SHOWN} more reasons" if len(reasons) > SHOWN else "")
+        )
+
+
+def _objection(part: Part, values: dict[str, Any], stop: float | None) -> str | None:
+    """Why the part does not accept these values together; None if it does."""
+    try:
+        part.reset()
+        for name, value in values.items():
+            part.set(name, typed(part.variables[name], value, part.name))
+        part.enter_initialization(0.0, stop)
+        part.exit_initialization()
+    except (SelflockError, ValueError) as error:
+        said = [line.removeprefix("Error: ") for line in part.log if line.startswith("Error")]
+        return f"{part.name}: {said[0]}" if said else str(error)
+    return None

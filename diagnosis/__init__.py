@@ -5,7 +5,7 @@
     print(result.summary())
 """
 
-from .diagnose import diagnose
+from .run import diagnose
 from .errors import DataError
 from .result import Cause, Diagnosis
 

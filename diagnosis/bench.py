@@ -62,8 +62,10 @@ class Bench:
 
     def __init__(self, rig: Rig, runs: list[Run]):
         self.rig, self.steady = rig, rig.kind == "steady"
+        self.original = runs
         self.runs = points(runs) if self.steady else runs
         self.channels = {(i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives}
+        self.kernels = kernels()  # laws that run; extend puts FMUs in their place
         self._memory: dict[str, dict] = {}
         self.smoothing = {prefix: 11 for prefix in rig.drives}
         self.cuts = [cut for prefix in rig.drives for cut in _cuts(self, prefix)]
@@ -276,7 +278,7 @@ def _delivered(bench: Bench, prefix: str, values: dict, ch: Channels, second: Mo
     if ch.has("reducer.output_torque"):
         return ch.true("reducer.output_torque", values)
     out = np.empty(len(ch.dt))
-    kernels().load_torque(_law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
+    bench.kernels.load_torque(_law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
     return out
 
 
@@ -306,7 +308,7 @@ def _controller(bench, prefix, command, values, ch):
     out = np.empty(n)
     motor_speed = ch.true("reducer.input_speed", values) if ch.has("reducer.input_speed") else first.speed
     delivered = _delivered(bench, prefix, values, ch, second)
-    kernels().controller(_law(bench, prefix, "controller", values), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out)
+    bench.kernels.controller(_law(bench, prefix, "controller", values), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out)
     return _read(command, out, values, ch), ch.raw(command), ch.good(command)
 
 
@@ -314,7 +316,7 @@ def _motor(bench, prefix, electric, values, ch):
     first, _ = _both(bench, prefix, values, ch)
     voltage, good = _voltage(electric, values, ch)
     current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
-    kernels().motor(_law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, current, torque)
+    bench.kernels.motor(_law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, current, torque)
     return _read("motor.current", current, values, ch), ch.raw("motor.current"), good & ch.good("motor.current")
 
 
@@ -336,7 +338,7 @@ def _gear(bench, prefix, torque, electric, values, ch):
     n = len(ch.dt)
     law = _law(bench, prefix, "reducer", values)
     bare = np.empty(n)
-    kernels().gear(law, *inputs, ch.dt, bare)
+    bench.kernels.gear(law, *inputs, ch.dt, bare)
     if torque == "reducer.input_torque":
         return _read(torque, bare, values, ch), ch.raw(torque), first.sliding & ch.good(torque)
     required = bare + law.shaft_inertia * first.acceleration
@@ -345,17 +347,17 @@ def _gear(bench, prefix, torque, electric, values, ch):
     given = np.empty(n)
     law = _law(bench, prefix, "motor", values)
     if torque == "motor.current":
-        kernels().shaft_torque(law, ch.true(torque, values), first.speed, first.angle, ch.dt, given)
+        bench.kernels.shaft_torque(law, ch.true(torque, values), first.speed, first.angle, ch.dt, given)
         return required, given, first.sliding & ch.good(torque)
     voltage, good = _voltage(electric, values, ch)
-    kernels().motor(law, voltage, first.speed, ch.dt, np.empty(n), given)
+    bench.kernels.motor(law, voltage, first.speed, ch.dt, np.empty(n), given)
     return required, given, first.sliding & good
 
 
 def _load(bench, prefix, values, ch):
     second = _side(bench, prefix, "load.", values, ch)
     out = np.empty(len(ch.dt))
-    kernels().load_torque(_law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
+    bench.kernels.load_torque(_law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
     name = "reducer.output_torque"
     return _read(name, out, values, ch), ch.raw(name), ch.good(name) & ch.good("load.angle" if ch.has("load.angle") else "load.speed")
 
@@ -364,7 +366,7 @@ def _twist(bench, prefix, values, ch):
     _, second = _both(bench, prefix, values, ch)
     out = np.empty(len(ch.dt))
     angle = ch.true("reducer.input_angle", values)
-    kernels().twist(_law(bench, prefix, "reducer", values), angle, _delivered(bench, prefix, values, ch, second), out)
+    bench.kernels.twist(_law(bench, prefix, "reducer", values), angle, _delivered(bench, prefix, values, ch, second), out)
     out -= np.median(out - ch.raw("load.angle"))  # where the encoders' zeros lie is nobody's fault
     good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding
     return _read("load.angle", out, values, ch), ch.raw("load.angle"), good

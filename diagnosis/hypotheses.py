@@ -106,7 +106,10 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
         if extra == "friction_static":  # at least the kinetic one: fitted as what lies above it
             free.append(Free(full, 0.0, 0.0, 1.0, "", "mu_s - mu_k", above=f"{name}.friction_kinetic"))
         elif full not in rig.uncertain:
-            free.append(replace(_parameter(rig, full, parameter), companion=True))
+            p = _parameter(rig, full, parameter)
+            if full not in rig.parameters and p.nominal > 0.0:  # no data sheet says: a time constant may be anything
+                p = replace(p, low=max(parameter.low, p.nominal / 1000.0), high=min(parameter.high, p.nominal * 10.0))
+            free.append(replace(p, companion=True))
     return Hypothesis(name, effect.name, tuple(free), summary=effect.summary, source=effect.source)
 
 

@@ -1,2 +1,54 @@
-"""Placeholder."""
-def write(*a, **k): pass
+"""report.html: one self-contained page that says within a minute what is wrong, why, and what mending brings."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, select_autoescape
+
+from . import figures
+from .bench import Bench, Cut
+from .check import Fault
+from .result import Diagnosis
+from .select import Contest, Outcome
+
+SAYS = {
+    "explained": "A cause was found.",
+    "ambiguous": "A cause was found, but this log cannot tell it from another.",
+    "unknown": "Something is missing in the simulation, but none of the known causes explains it.",
+    "none": "Nothing is missing: what remains is noise.",
+}
+
+
+def write(result: Diagnosis, bench: Bench, contest: Contest, outcome: Outcome, cut: Cut, before: dict, after: dict, train: np.ndarray, left: list,
+          faults: list[Fault], out: Path) -> Path:
+    """Draw the figures as PNG files and write the page that holds them."""
+    held = ~train if (~train).any() else train
+    changed = bool(outcome.causes)
+    rng = np.random.default_rng(1)
+    pictures = {
+        "traces": figures.traces(bench, cut, before, after, held, changed, out / "traces.png"),
+        "where": figures.where(bench, cut, before, after, held, changed, result.gain.noise_floor, out / "where.png"),
+        "contest": figures.contest(outcome, out / "contest.png"),
+        "missing": figures.missing(bench, cut, before, after, contest, outcome, out / "missing.png", rng) if changed else None,
+        "faults": figures.faults(bench.original, faults, out / "faults.png"),
+    }
+    stages = [{
+        "winner": stage.winner.hypothesis.label if stage.winner else "",
+        "rows": [{"label": c.hypothesis.label, "summary": c.hypothesis.summary, "loss": c.errors.mean() / stage.base.errors.mean(), "drop": c.drop,
+                  "chance": c.chance, "free": len(c.free), "won": c is stage.winner, "tied": any(c is t for t in stage.tied)}
+                 for c in stage.candidates if c.fit],
+        "others": [c.hypothesis.label for c in stage.candidates if not c.fit],
+    } for stage in outcome.stages]
+    environment = Environment(loader=PackageLoader("diagnosis"), autoescape=select_autoescape())
+    environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
+    page = environment.get_template("report.html.j2").render(
+        rig=bench.rig, result=result, says=SAYS[result.verdict], gain=result.gain, stages=stages, left=left, faults=faults,
+        pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},
+        sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in outcome.causes},
+    )
+    path = out / "report.html"
+    path.write_text(page)
+    return path

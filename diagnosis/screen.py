@@ -53,7 +53,7 @@ class Direction:
         values = dict(self.shape)
         if self.phase:
             amplitude = self.amplitudes[0]
-            values[self.phase] = float(np.arctan2(-self.amounts[1], self.amounts[0]))
+            values[self.phase] = float(np.arctan2(self.amounts[1], self.amounts[0]))
             values[amplitude.name] = amplitude.nominal + float(np.hypot(*self.amounts))
         else:
             for free, amount in zip(self.amplitudes, self.amounts):
@@ -140,7 +140,8 @@ def _shapes(residual, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
     """Whether p matters while the amplitude is on; a range too narrow to matter, or a value that the rig tells, is no question."""
     if p.told or (p.low > 0.0 and p.high < 2.0 * p.low):
         return False
-    return any(np.any(residual({**base, **on, p.name: value}) != there) for value in _grid(p)[:: max(1, len(_grid(p)) // 3)])
+    values = [0.5 * np.pi] if p.name.endswith("_phase") else _grid(p)[:: max(1, len(_grid(p)) // 3)]
+    return any(np.any(residual({**base, **on, p.name: value}) != there) for value in values)
 
 
 def _grid(p: Free) -> list[float]:
@@ -189,17 +190,23 @@ class Linear:
         return change, full
 
     def gains(self, direction: Direction | None, errors: np.ndarray, order: np.ndarray, signs: np.ndarray):
-        """Drop of the held-out squared residual for each draw: errors' blocks put in `order` with `signs` (draws, blocks)."""
+        """Drop of the held-out squared residual for each draw: errors' blocks put in `order` with `signs` (draws, blocks).
+
+        A single draw means the blocks as they are.
+        """
         own = None if direction is None else direction.columns * self.weights[..., None].astype(np.float32)
         columns = self.base if own is None else np.concatenate([self.base, own], axis=-1)
         if columns.shape[-1] == 0:
             return np.zeros(len(order)), np.zeros((len(order), 0))
         lengths = np.sqrt(np.maximum((columns.astype(float) ** 2).sum((0, 1)), 1e-300))
         columns = columns / lengths.astype(np.float32)
-        gram = np.einsum("bli,blj->bij", columns, columns, optimize=True).astype(float)
-        pairs = np.einsum("bli,cl->bci", columns, errors.astype(np.float32), optimize=True).astype(float)
-        blocks = np.arange(columns.shape[0])
-        cross = pairs[blocks[None, :], order] * signs[..., None]
+        turned = columns.transpose(0, 2, 1)
+        gram = np.matmul(turned, columns).astype(float)
+        if len(order) == 1:  # the blocks as they are
+            cross = np.matmul(turned, errors.astype(np.float32)[..., None])[None, ..., 0].astype(float)
+        else:
+            pairs = np.matmul(turned, errors.astype(np.float32).T).transpose(0, 2, 1).astype(float)  # (block, block, k)
+            cross = pairs[np.arange(columns.shape[0])[None, :], order] * signs[..., None]
         limits = None
         if direction is not None and not direction.phase:
             k0 = self.base.shape[-1]

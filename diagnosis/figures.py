@@ -1,0 +1,189 @@
+"""The figures of a report: measured and simulated, where the error was, the contest, the cause as a curve, faults."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+from .bench import Bench, Cut
+from .depends import variables
+from .gain import samples
+from .select import Contest, Outcome
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+BEFORE, AFTER, MEASURED, BAND = "#c2571a", "#1f6fb2", "#222222", "#1f6fb233"
+plt.rcParams.update({"font.size": 10, "axes.grid": True, "grid.alpha": 0.25, "axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 110})
+
+
+def save(figure, path: Path) -> Path:
+    figure.tight_layout()
+    figure.savefig(path)
+    plt.close(figure)
+    return path
+
+
+def traces(bench: Bench, cut: Cut, before: dict, after: dict, held: np.ndarray, changed: bool, path: Path) -> Path:
+    """Measured against simulated, before and after: over time where it was worst, steady points over speed."""
+    old, new = bench.compare(cut, before), bench.compare(cut, after)
+    figure, (top, low) = plt.subplots(2, 1, figsize=(9, 5.4), sharex=True, height_ratios=[2, 1])
+    if bench.steady:
+        x = variables(bench, cut, after)["speed"][0]
+        order = np.argsort(x)
+        x, part, i = x[order], order, 0
+        top.plot(x, old[0][1][part], "o", color=MEASURED, ms=4, label="measured")
+        label = "speed in rad/s" if not bench.rig.linear else "speed in m/s"
+    else:
+        i, part = _worst(bench, old, held)
+        x, label = bench.runs[i].time[part], "time in s"
+        shown = np.where(old[i][2][part], old[i][1][part], np.nan)
+        top.plot(x, shown, color=MEASURED, lw=1.0, label="measured")
+        top.plot(x, np.where(old[i][2][part], np.nan, old[i][1][part]), color=MEASURED, lw=0.6, alpha=0.25)
+    style = "o-" if bench.steady else "-"
+    hide = lambda run, y: np.where(run[i][2][part], y, np.nan)
+    top.plot(x, hide(old, old[i][0][part]), style, color=BEFORE, lw=1.2, ms=3, label="simulated, nominal")
+    low.plot(x, hide(old, (old[i][1] - old[i][0])[part]), style, color=BEFORE, lw=0.9, ms=3)
+    if changed:
+        top.plot(x, hide(new, new[i][0][part]), style, color=AFTER, lw=1.2, ms=3, label="simulated, extended")
+        low.plot(x, hide(new, (new[i][1] - new[i][0])[part]), style, color=AFTER, lw=0.9, ms=3)
+    low.set_xlabel(label)
+    top.set_ylabel(f"{cut.output}\n{cut.unit}")
+    low.set_ylabel(f"measured - simulated\n{cut.unit}")
+    top.legend(loc="best", ncols=3, fontsize=9)
+    return save(figure, path)
+
+
+def _worst(bench: Bench, compared, held: np.ndarray) -> tuple[int, slice]:
+    """A stretch of held-out data in which the nominal simulation is off most."""
+    best, where = -1.0, (0, slice(0, len(bench.runs[0])))
+    for i, (simulated, measured, good) in enumerate(compared):
+        first = int(np.flatnonzero(bench.block_run == i)[0])
+        block = bench.block_of[i]
+        for b in np.unique(block):
+            mine = (block == b) & good
+            if held[first + b] and mine.sum() > 20:
+                level = float(np.sqrt(np.mean((measured - simulated)[mine] ** 2)))
+                if level > best:
+                    places = np.flatnonzero(block == b)
+                    wide = 2 * (places[-1] - places[0])
+                    best, where = level, (i, slice(max(0, places[0] - wide // 4), min(len(block), places[-1] + wide // 4)))
+    return where
+
+
+def where(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, changed: bool, noise: float, path: Path) -> Path:
+    """Size of the error against what it may depend on, before and after, beside the noise floor."""
+    old, trusted = samples(bench, cut, before, blocks)
+    new, _ = samples(bench, cut, after, blocks)
+    wanted = [(label, parts) for label, parts in variables(bench, cut, after).items() if label not in {"direction"}][:8]
+    rows = int(np.ceil(len(wanted) / 4))
+    figure, axes = plt.subplots(rows, 4, figsize=(11, 2.6 * rows), squeeze=False, sharey=True)
+    for axis, (label, parts) in zip(axes.flat, wanted):
+        x = np.concatenate([p[t] for p, t in zip(parts, trusted)])
+        for errors, color in ((old, BEFORE), (new, AFTER))[: 2 if changed else 1]:
+            e = np.concatenate([q[t] for q, t in zip(errors, trusted)])
+            if len(x) < 4 or np.ptp(x) == 0.0:
+                continue
+            edges = np.unique(np.quantile(x, np.linspace(0, 1, min(21, len(x) // 3 + 2))))
+            place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+            count = np.maximum(np.bincount(place, minlength=len(edges) - 1), 1)
+            axis.plot(0.5 * (edges[1:] + edges[:-1]), np.sqrt(np.bincount(place, e**2, len(edges) - 1) / count), "-", color=color, lw=1.4)
+        axis.axhline(noise, color="gray", ls=":", lw=1.0)
+        axis.set_xlabel(label)
+    for axis in axes.flat[len(wanted):]:
+        axis.set_visible(False)
+    for row in axes:
+        row[0].set_ylabel(f"error (rms), {cut.unit}")
+    figure.suptitle("orange: nominal, blue: extended, dotted: noise floor" if changed else "orange: nominal, dotted: noise floor", fontsize=10)
+    return save(figure, path)
+
+
+def contest(outcome: Outcome, path: Path) -> Path | None:
+    """What was considered in each round, and the error that each left on blocks that its fit did not see."""
+    stages = [s for s in outcome.stages if any(c.fit for c in s.candidates)]
+    if not stages:
+        return None
+    figure, axes = plt.subplots(1, len(stages), figsize=(5.2 * len(stages), 3.6), squeeze=False)
+    for number, (axis, stage) in enumerate(zip(axes[0], stages)):
+        fitted = [c for c in stage.candidates if c.fit][:8][::-1]
+        level = stage.base.errors.mean()
+        colors = [AFTER if c is stage.winner else "#7fa8c9" if any(c is t for t in stage.tied) else "#b8b8b8" for c in fitted]
+        axis.barh([c.hypothesis.label for c in fitted], [c.errors.mean() / level for c in fitted], color=colors)
+        axis.axvline(1.0, color=BEFORE, lw=1.2)
+        axis.set_title(f"round {number + 1}", fontsize=10)
+        axis.set_xlim(0.0, 1.2)
+        axis.set_xlabel("loss on unseen blocks, share of the round's base")
+    return save(figure, path)
+
+
+SHOWN = {"stribeck": "speed", "viscous": "speed", "asymmetric": "speed", "load_dependent": "load", "preload": "load", "ripple": "position",
+         "cogging": "position", "warm_up": "time", "wear": "time", "winding_heating": "time", "torque_constant": "current", "brush_drop": "current",
+         "supply_sag": "current", "mass": "output position", "centre_of_mass": "output position", "tilt": "output position", "inertia": "acceleration",
+         "compliance": "load", "backlash": "load"}
+
+
+def missing(bench: Bench, cut: Cut, before: dict, after: dict, contest_: Contest, outcome: Outcome, path: Path, rng: np.random.Generator) -> Path | None:
+    """What the nominal simulation lacks, as a curve: measured means, what the cause adds, with its 95 % band."""
+    known = variables(bench, cut, after)
+    label = SHOWN.get(outcome.causes[0].hypothesis.effect, "speed")
+    label = label if label in known else "speed" if "speed" in known else next(iter(known))
+    everywhere = np.ones(bench.blocks, bool)
+    old, trusted = samples(bench, cut, before, everywhere)
+    take = lambda parts: np.concatenate([p[t] for p, t in zip(parts, trusted)])
+    x, lacking = take(known[label]), take(old)
+    if len(x) < 4 or np.ptp(x) == 0.0:
+        return None
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, min(31, len(x) // 2 + 2))))
+    place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    count = np.maximum(np.bincount(place, minlength=len(edges) - 1), 1)
+    mean = lambda y: np.bincount(place, y, len(edges) - 1) / count
+    middle = mean(x)
+
+    def added(values: dict) -> np.ndarray:
+        new, _ = samples(bench, cut, values, everywhere)
+        return mean(lacking - take(new))
+
+    fit = outcome.final
+    spread = fit.covariance(contest_.rows, contest_.blocks)
+    names = [p.name for p in fit.free]
+    center = np.array([fit.values[n] for n in names])
+    bounds = np.array([[p.low, p.high] for p in fit.free]).T
+    draws = np.clip(rng.multivariate_normal(center, spread, 24, check_valid="ignore"), *bounds)
+    curves = np.array([added(contest_.absolute(dict(zip(names, row)))) for row in draws])
+    curves = curves[np.all(np.isfinite(curves), axis=1)]
+    figure, axis = plt.subplots(figsize=(7, 3.8))
+    axis.errorbar(middle, mean(lacking), yerr=np.sqrt(np.maximum(mean(lacking**2) - mean(lacking) ** 2, 0) / count), fmt="o", ms=4, color=MEASURED,
+                  lw=0.8, label="missing in the nominal simulation, measured")
+    if len(curves):
+        axis.fill_between(middle, *np.quantile(curves, [0.025, 0.975], axis=0), color=BAND, label="95 % band")
+    axis.plot(middle, added(after), color=AFTER, lw=1.6, label=" and ".join(c.hypothesis.label for c in outcome.causes))
+    axis.axhline(0.0, color=BEFORE, lw=1.0)
+    axis.set_xlabel(label)
+    axis.set_ylabel(f"{cut.output}, {cut.unit}")
+    axis.legend(fontsize=9)
+    return save(figure, path)
+
+
+def faults(bench_runs, found, path: Path, most: int = 6) -> Path | None:
+    """Faults marked in place, each in its neighbourhood."""
+    shown = [f for f in found if f.channel != "time"][:most]
+    if not shown:
+        return None
+    columns = min(3, len(shown))
+    rows = int(np.ceil(len(shown) / columns))
+    figure, axes = plt.subplots(rows, columns, figsize=(3.6 * columns, 2.4 * rows), squeeze=False)
+    for axis, fault in zip(axes.flat, shown):
+        run = next(r for r in bench_runs if r.log == fault.log and r.name == fault.run and len(r) and r.rows[0] <= fault.first <= r.rows[-1])
+        a, b = np.searchsorted(run.rows, [fault.first, fault.last])
+        around = slice(max(0, a - 40), min(len(run), b + 41))
+        x, y = run.rows[around], run.signals[fault.channel][around]
+        bad = ~run.good[fault.channel][around]
+        axis.plot(x, y, "-", color="#999999", lw=0.8)
+        axis.plot(x[bad], y[bad], "x", color="#c00000", ms=7)
+        axis.set_title(f"{fault.kind}: {fault.channel}, {fault.log} {fault.run}", fontsize=7)
+        axis.set_xlabel("row", fontsize=8)
+    for axis in axes.flat[len(shown):]:
+        axis.set_visible(False)
+    return save(figure, path)

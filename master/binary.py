@@ -127,14 +127,14 @@ def _open(digest: str, path: Path) -> Binary:
 
 # --- the voice of the instances ----------------------------------------------------------------------------------
 
-_voices: dict[int, deque] = {}
+_voices: dict[int | bytes, deque] = {}  # by the number given as environment, and by the instance's name
 _numbers = itertools.count(1)
 
 
 @fmi2.fmi2CallbackLoggerTYPE
 def _hear(environment, instance, status, category, message):
-    """The logger of every instance: its line goes to the one that `environment` numbers."""
-    lines = _voices.get(environment)
+    """The logger of every instance: its line goes to the one that `environment` numbers, else to the one of that name."""
+    lines = _voices.get(environment, _voices.get(instance))
     if lines is not None:
         text = (message or b"").decode("utf-8", "replace").rstrip()
         lines.append(f"{STATUS[status] if 0 <= status < 6 else status}: {text}")
@@ -151,10 +151,10 @@ def _proxy() -> ctypes.CDLL:
     return library
 
 
-def callbacks() -> tuple[fmi2.fmi2CallbackFunctions, deque]:
+def callbacks(instance: str) -> tuple[fmi2.fmi2CallbackFunctions, deque]:
     """The callback functions for one instance, and the list in which its log lines arrive."""
     number, lines = next(_numbers), deque(maxlen=LINES_KEPT)
-    _voices[number] = lines
+    _voices[number] = _voices[instance.encode()] = lines
     functions = fmi2.fmi2CallbackFunctions()
     functions.logger = _hear
     functions.allocateMemory = fmi2.defaultCallbacks.allocateMemory
@@ -162,3 +162,8 @@ def callbacks() -> tuple[fmi2.fmi2CallbackFunctions, deque]:
     functions.componentEnvironment = number
     _proxy().addLoggerProxy(ctypes.byref(functions))
     return functions, lines
+
+
+def forget(functions: fmi2.fmi2CallbackFunctions) -> None:
+    """Listen no more to an instance that is gone."""
+    _voices.pop(functions.componentEnvironment, None)

@@ -53,7 +53,7 @@ class FmuPart:
         self._do_step = self._function("fmi2DoStep")
         self._instance = c_void_p()
         self._alive = False  # between exit of initialization and terminate
-        self._callbacks, self.log = binary.callbacks()
+        self._callbacks, self.log = binary.callbacks(name)
         self._instantiate()
 
     # --- life ----------------------------------------------------------------------------------------------------
@@ -108,6 +108,7 @@ class FmuPart:
             self._alive = False
             self._function("fmi2FreeInstance", None)(self._instance)
             self._instance = c_void_p()
+            binary.forget(self._callbacks)
 
     # --- single values -------------------------------------------------------------------------------------------
 

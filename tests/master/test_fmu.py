@@ -177,3 +177,15 @@ def test_pending_steps_are_waited_for(system, native):
 def test_an_fmu_without_variable_steps_refuses_step_control(system, native, refused):
     description = system({"t": native("teller")}, open_inputs=True, step_control="doubling")
     refused(lambda: master.run(description), "t takes steps of one size only")
+
+
+def test_log_lines_find_their_instance_with_or_without_its_environment(counter):
+    from master import binary
+
+    parts = [FmuPart(name, counter) for name in ("one", "two")]
+    binary._hear(parts[0]._callbacks.componentEnvironment, b"whoever", 1, b"", b"hot")
+    binary._hear(None, b"two", 3, b"", "zu heiß".encode())
+    binary._hear(None, b"three", 3, b"", b"nobody's")
+    assert list(parts[0].log) == ["Warning: hot"] and list(parts[1].log) == ["Error: zu heiß"]
+    for part in parts:
+        part.close()

@@ -10,5 +10,6 @@
 from .campaign import SweepResult, sweep
 from .engine import map_runs
 from .errors import Interrupted, SweepError
+from .report import report
 
-__all__ = ["Interrupted", "SweepError", "SweepResult", "map_runs", "sweep"]
+__all__ = ["Interrupted", "SweepError", "SweepResult", "map_runs", "report", "sweep"]

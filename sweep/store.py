@@ -54,8 +54,10 @@ class Store:
         self._writing("making the folder", lambda: self.parts.mkdir(parents=True, exist_ok=True))
         self._lock = self._hold()
         shutil.rmtree(self.work, ignore_errors=True)  # of a sweep that was killed
-        self._claim(json.loads(canonical(about)))
-        self.rows: dict[str, Row] = {row["key"]: row for file in self._files() for row in _read(file)}
+        self._claim(json.loads(json.dumps(about)))
+        for torn in [*self.folder.glob("*.new"), *self.folder.glob("*/*.new")]:
+            torn.unlink()
+        self.rows = rows_in(self.folder)
 
     def add(self, rows: Iterable[Row], files: Mapping[str, bytes] | None = None) -> None:
         """Put finished rows on disk, the files that belong to them first."""
@@ -83,12 +85,6 @@ class Store:
             os.close(self._lock)
             self._lock = None
 
-    def _files(self) -> list[Path]:
-        for torn in [*self.folder.glob("*.new"), *self.folder.glob("*/*.new")]:
-            torn.unlink()
-        whole = self.folder / "runs.parquet"
-        return ([whole] if whole.exists() else []) + sorted(self.parts.glob("*.parquet"))
-
     def _claim(self, about: dict) -> None:
         """Mark the folder as this study's, or refuse it if it is another's."""
         file = self.folder / "study.json"
@@ -106,7 +102,7 @@ class Store:
         elif strange := sorted(p.name for p in self.folder.iterdir() if p.name not in ("parts", "lock")):
             self.close()
             raise SweepError(f"{self.folder} is not the folder of a sweep (it holds {strange[0]}). Give an empty or a new one.")
-        self._write(file, lambda to: to.write_text(json.dumps(about, indent=1, sort_keys=True), encoding="utf-8"))
+        self._write(file, lambda to: to.write_text(json.dumps(about, indent=1), encoding="utf-8"))
 
     def _hold(self) -> int | None:
         if fcntl is None:
@@ -145,15 +141,18 @@ class Store:
             ) from error
 
 
-def _read(file: Path) -> list[Row]:
-    try:
-        rows = pq.read_table(file).to_pylist()
-    except (pa.ArrowInvalid, OSError):  # torn by a power cut: its runs are made again
-        file.unlink()
-        return []
-    for row in rows:
-        row.pop("run", None)
-    return rows
+def rows_in(folder: Path) -> dict[str, Row]:
+    """All finished rows in a sweep's folder, by key."""
+    found: dict[str, Row] = {}
+    for file in [folder / "runs.parquet", *sorted((folder / "parts").glob("*.parquet"))]:
+        try:
+            rows = pq.read_table(file).to_pylist()
+        except (pa.ArrowInvalid, OSError):  # not there, or torn by a power cut: such runs are made again
+            continue
+        for row in rows:
+            row.pop("run", None)
+            found[row["key"]] = row
+    return found
 
 
 def _filled(rows: list[Row]) -> list[Row]:

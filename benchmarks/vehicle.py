@@ -55,18 +55,21 @@ def main() -> None:
     segmented, belt, coarse, falling = Robot(), Robot(track="belt"), Robot(track="belt", inner_step=1e-3), Robot()
     model, dt = falling.model, 2.5e-4
     steps = round(TIME / dt)
-    took = best({
-        "vehicle": drive(segmented),
-        "belt": drive(belt),
-        "coarse": drive(coarse),
-        "bare": lambda: bare_steps(steps, model.step_address, model.space_address, dt),
-        "python": lambda: [model.space.step(dt) for _ in range(steps)],
-    })
+    took = best(
+        {
+            "vehicle": drive(segmented),
+            "belt": drive(belt),
+            "coarse": drive(coarse),
+            "bare": lambda: bare_steps(steps, model.step_address, model.space_address, dt),
+            "python": lambda: [model.space.step(dt) for _ in range(steps)],
+        }
+    )
     vehicle, bare, python = (took[name] / steps * 1e6 for name in ("vehicle", "bare", "python"))
     print(f"{len(model.bodies)} bodies, {len(model.joints)} joints, inner step {dt * 1e3:g} ms, communication step 1 ms")
     print(f"  pymunk's step from compiled code      {bare:7.2f} µs")
     print(f"  pymunk's step from Python             {python:7.2f} µs")
-    print(f"  whole vehicle step                    {vehicle:7.2f} µs  = {vehicle / bare:.2f} x pymunk's step ({vehicle / python:.2f} x from Python)")
+    ratios = f"{vehicle / bare:.2f} x pymunk's step ({vehicle / python:.2f} x from Python)"
+    print(f"  whole vehicle step                    {vehicle:7.2f} µs  = {ratios}")
     print(f"  segmented track                       {TIME / took['vehicle']:7.1f} x real time")
     print(f"  belt track, inner step 0.25 ms        {TIME / took['belt']:7.1f} x real time")
     print(f"  belt track, inner step 1 ms           {TIME / took['coarse']:7.1f} x real time")

@@ -19,14 +19,19 @@ import numpy as np
 
 from master.vehicle.munk import call_step, compiled, inlined, load, store
 
-CONSTANTS = np.dtype([(name, float) for name in """
+CONSTANTS = np.dtype(
+    [
+        (name, float)
+        for name in """
     dt gravity sides driven belt hold_stiffness hold_damping
     ground_stiffness ground_exponent ground_damping ground_depth ground_friction
     bristle_stiffness bristle_damping ground_top level shoe foot_pitch foot_back
     guide_stiffness guide_damping guide_radius holder_length rail_height rail_ramp
     tooth_stiffness tooth_damping tooth_angle belt_radius sprocket_inertia segment_weight
     front_hinge_x rear_hinge_x hinge_y holder_center holder_weight
-""".split()])
+""".split()
+    ]
+)
 
 FEET = 3  # points of a segment's rounded shoe that can touch the ground, a third of the pitch apart
 
@@ -235,7 +240,9 @@ def track_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, angle, rate, body,
                 if y + dy >= top:
                     bristle[track, FEET * i + k] = 0.0
                     continue
-                gfx, gfy, normal, tangent, tx, ty, b = touch(p, gx, gy, x + dx, y + dy, vx - spin * dy, vy + spin * dx, bristle[track, FEET * i + k])
+                gfx, gfy, normal, tangent, tx, ty, b = touch(
+                    p, gx, gy, x + dx, y + dy, vx - spin * dy, vy + spin * dx, bristle[track, FEET * i + k]
+                )
                 bristle[track, FEET * i + k] = b
                 sx += gfx
                 sy += gfy
@@ -354,11 +361,11 @@ def forces(p, gx, gy, belly, u, state, body, at, bristle, scrape, told):
         hy += load(place + velocity + 8) * dt
         wheel, rate = sprocket(p, state, track, u, ca, cw)
         if p.belt > 0.0:
-            fx, fy, moment, turning = belt_forces(
-                p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, wheel, rate, angle, bristle, told)
+            fx, fy, moment, turning = belt_forces(p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, wheel, rate, angle, bristle, told)
         else:
             fx, fy, moment, turning = track_forces(
-                p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, wheel, rate, body, at, bristle, told)
+                p, gx, gy, track, hx, hy, hvx, hvy, c, s, w, wheel, rate, body, at, bristle, told
+            )
         told[track, GRAVITY] += p.holder_weight * ox
         chassis_torque += turn_sprocket(p, state, track, u, turning)
         drive = p.sides * u[FRONT_TORQUE + track]
@@ -369,7 +376,7 @@ def forces(p, gx, gy, belly, u, state, body, at, bristle, scrape, told):
         store(place + force + 8, fy)
         store(place + torque, moment + drive - ox * fy + oy * fx)
 
-    normal_sum = tangent_sum = pressure = 0.0
+    normal_sum = tangent_sum = 0.0
     c, s = math.cos(ca), math.sin(ca)
     for i in range(len(scrape)):
         rx, ry = belly[i, 0] * c - belly[i, 1] * s, belly[i, 0] * s + belly[i, 1] * c
@@ -402,7 +409,7 @@ def sound(body, at, limit):
 
 @compiled
 def outputs(constants, state, zero, body, at, told, out):
-    """The outputs, in the order of tables.OUTPUTS, from the bodies and what the last step told; `zero`: sprocket angles at the start."""
+    """The outputs, in the order of tables.OUTPUTS; `zero`: the sprockets' angles at the start."""
     p = constants[0]
     position, velocity, turn, spin = at[0], at[1], at[3], at[4]
     place = body[0]

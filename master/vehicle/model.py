@@ -90,14 +90,40 @@ class Model:
             self.body = self._rows.ctypes.data + 72 * np.arange(rows, dtype=np.int64)
             self._fetch()
         self._size = 0.0
-        self._arrays = (self.constants, self.gx, self.gy, self.belly, self.inputs, self.state, self.body, self.at, self.bristle,
-                        self.scrape, self.told, self.zero, self.outputs)
+        self._arrays = (
+            self.constants,
+            self.gx,
+            self.gy,
+            self.belly,
+            self.inputs,
+            self.state,
+            self.body,
+            self.at,
+            self.bristle,
+            self.scrape,
+            self.told,
+            self.zero,
+            self.outputs,
+        )
 
     def _fill(self) -> None:
         v, g, c = self.values, self.geometry, self.constants
-        for name in ("gravity", "ground_stiffness", "ground_exponent", "ground_damping", "ground_depth", "ground_friction",
-                     "bristle_stiffness", "bristle_damping", "guide_stiffness", "guide_damping", "tooth_stiffness", "tooth_damping",
-                     "holder_length", "rail_height"):
+        for name in (
+            "gravity",
+            "ground_stiffness",
+            "ground_exponent",
+            "ground_damping",
+            "ground_depth",
+            "ground_friction",
+            "bristle_stiffness",
+            "bristle_damping",
+            "guide_stiffness",
+            "guide_damping",
+            "tooth_stiffness",
+            "tooth_damping",
+            "holder_length",
+            "rail_height",
+        ):
             c[name] = v[name]
         c["sides"], c["driven"], c["belt"] = SIDES, v["driven_sprockets"], self.belt
         c["ground_top"], c["shoe"], c["foot_pitch"] = max(self.gy), v["shoe_height"], g.pitch / kernel.FEET
@@ -139,8 +165,10 @@ class Model:
 
         half = 0.5 * v["wheelbase"]
         angles = (v["front_start_angle"], v["rear_start_angle"])
-        pins = [np.array([(s * half + x * math.cos(a) - y * math.sin(a), x * math.sin(a) + y * math.cos(a)) for x, y in g.pins(v)])
-                for s, a in zip((1.0, -1.0), angles)]
+        pins = [
+            np.array([(s * half + x * math.cos(a) - y * math.sin(a), x * math.sin(a) + y * math.cos(a)) for x, y in g.pins(v)])
+            for s, a in zip((1.0, -1.0), angles)
+        ]
         origin, pitch = self._place(np.vstack(pins))
         turn = np.array([[math.cos(pitch), math.sin(pitch)], [-math.sin(pitch), math.cos(pitch)]])
 
@@ -155,28 +183,34 @@ class Model:
             holder.position = world((s * half + center * math.cos(a), center * math.sin(a)))
             holder.angle = pitch + a
             self.bodies.append(holder)
-            self.joints.append(pymunk.PivotJoint(chassis, holder, (s * half - v["chassis_center_x"], -v["chassis_center_y"]), (-center, 0.0)))
+            self.joints.append(
+                pymunk.PivotJoint(chassis, holder, (s * half - v["chassis_center_x"], -v["chassis_center_y"]), (-center, 0.0))
+            )
         if not self.belt:
             m = SIDES * v["segment_mass"]
-            for points, a in zip(pins, angles):
+            for points in pins:
                 links = []
                 for start, end in zip(points, np.roll(points, -1, axis=0)):
                     link = pymunk.Body(m, m * (g.pitch**2 + v["shoe_height"] ** 2) / 12.0)
                     link.position = world(0.5 * (start + end))
                     link.angle = pitch + math.atan2(end[1] - start[1], end[0] - start[0])
                     links.append(link)
-                self.joints += [pymunk.PivotJoint(one, other, (0.5 * g.pitch, 0.0), (-0.5 * g.pitch, 0.0))
-                                for one, other in zip(links, links[1:] + links[:1])]
+                self.joints += [
+                    pymunk.PivotJoint(one, other, (0.5 * g.pitch, 0.0), (-0.5 * g.pitch, 0.0))
+                    for one, other in zip(links, links[1:] + links[:1])
+                ]
                 self.bodies += links
         space.add(*self.bodies, *self.joints)
 
     def _place(self, pins: np.ndarray) -> tuple[np.ndarray, float]:
         """Where the middle between the hinges goes and the pitch, so that the tracks just touch the ground."""
         v, half = self.values, 0.5 * self.values["wheelbase"]
-        x0 = v["start_x"]
+        travel = 0.0 if v["driven_sprockets"] else -v["sprocket_speed"] * self.geometry.belt_radius * v["settling_time"]
+        x0 = v["start_x"] - travel  # it rolls while it settles
         low, high = ground.height(self.gx, self.gy, x0 - half), ground.height(self.gx, self.gy, x0 + half)
         pitch = math.atan2(high - low, 2.0 * half)
         c, s = math.cos(pitch), math.sin(pitch)
+        x0 += travel * (1.0 - c)
         points = np.column_stack([x0 + pins[:, 0] * c - pins[:, 1] * s, pins[:, 0] * s + pins[:, 1] * c])
         reach, shoe = self.geometry.pitch_radius, v["shoe_height"]
 
@@ -220,7 +254,8 @@ class Model:
         self.inputs[:] = 0.0
         self.inputs[kernel.SPROCKET_SPEED] = speed
         self.inputs[kernel.FRONT_HOLD], self.inputs[kernel.REAR_HOLD] = v["front_start_angle"], v["rear_start_angle"]
-        c["driven"], c["hold_stiffness"], c["hold_damping"] = 0.0, SIDES * v["holding_stiffness"], SIDES * v["holding_stiffness"] * 2e-3
+        hold = SIDES * v["holding_stiffness"]
+        c["driven"], c["hold_stiffness"], c["hold_damping"] = 0.0, hold, 2e-3 * hold
         for track in range(2):  # the teeth stand where the segments are
             self.state[track] = (v["front_start_angle"], v["rear_start_angle"])[track] + 0.5 * float(c["tooth_angle"][0])
         steps = round(time / 1e-3)
@@ -254,22 +289,28 @@ class Model:
 
     def save(self) -> tuple:
         """Everything that decides what comes next, the joints' warm start among it."""
-        lay = self.layout
-        bodies = np.array([np.concatenate([munk.doubles(b._body, lay.position, 2), munk.doubles(b._body, lay.velocity, 2),
-                                           munk.doubles(b._body, lay.angle, 1), munk.doubles(b._body, lay.angular_velocity, 1),
-                                           munk.doubles(b._body, lay.transform, 6)]) for b in self.bodies])
-        joints = np.array([munk.doubles(j._constraint, lay.impulse, 2) for j in self.joints])
-        arrays = tuple(a.copy() for a in (self.inputs, self.state, self.zero, self.bristle, self.scrape, self.told))
-        return bodies, joints, arrays, float(lib.cpSpaceGetCurrentTimeStep(self.space._space))
+        return (
+            np.concatenate(self._memory()),
+            [a.copy() for a in self._own()],
+            float(lib.cpSpaceGetCurrentTimeStep(self.space._space)),
+        )
 
     def restore(self, saved: tuple) -> None:
-        lay = self.layout
-        bodies, joints, arrays, dt = saved
-        for b, row in zip(self.bodies, bodies):
-            for offset, part in zip((lay.position, lay.velocity, lay.angle, lay.angular_velocity, lay.transform), np.split(np.asarray(row), (2, 4, 5, 6))):
-                munk.doubles(b._body, offset, len(part))[:] = part
-        for j, pair in zip(self.joints, joints):
-            munk.doubles(j._constraint, lay.impulse, 2)[:] = pair
-        for mine, theirs in zip((self.inputs, self.state, self.zero, self.bristle, self.scrape, self.told), arrays):
+        memory, own, dt = saved
+        place = 0
+        for part in self._memory():
+            part[:] = memory[place : place + len(part)]
+            place += len(part)
+        for mine, theirs in zip(self._own(), own):
             mine[:] = theirs
         lib.cpSpaceSetCurrentTimeStep(self.space._space, dt)
+
+    def _memory(self) -> list[np.ndarray]:
+        """Views of pymunk's memory: the state of every body, and the impulse from which a joint's next step starts."""
+        lay = self.layout
+        state = ((lay.position, 2), (lay.velocity, 2), (lay.angle, 1), (lay.angular_velocity, 1), (lay.transform, 6))
+        views = [munk.doubles(body._body, offset, count) for body in self.bodies for offset, count in state]
+        return views + [munk.doubles(joint._constraint, lay.impulse, 2) for joint in self.joints]
+
+    def _own(self) -> tuple[np.ndarray, ...]:
+        return self.inputs, self.state, self.zero, self.bristle, self.scrape, self.told

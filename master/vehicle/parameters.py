@@ -20,7 +20,15 @@ def variables() -> dict[str, Variable]:
         Variable(name, "parameter", kind, "", start, least, greatest, variability="fixed", description=text)
         for name, kind, start, least, greatest, text in tables.CHOICES
     ]
-    listed.append(Variable("sprocket_radius", "local", unit="m", variability="fixed", description="pitch circle of a sprocket, from teeth and pitch"))
+    listed.append(
+        Variable(
+            "sprocket_radius",
+            "local",
+            unit="m",
+            variability="fixed",
+            description="pitch circle of a sprocket, from teeth and pitch",
+        )
+    )
     listed += [Variable(name, "input", unit=unit, start=start, description=text) for name, unit, start, text in tables.INPUTS]
     for name in tables.OUTPUTS:
         unit, text = tables.told(name)
@@ -52,7 +60,8 @@ def checked(part: str, name: str, value: Any) -> Any:
     if not math.isfinite(number):
         raise DescriptionError(f"{part}.{name} = {value!r} is not finite.")
     if variable.minimum is not None and not variable.minimum <= number <= variable.maximum:
-        raise DescriptionError(f"{part}.{name} = {number:g} {variable.unit} is outside {variable.minimum:g} … {variable.maximum:g}: {variable.description}.")
+        limits = f"{variable.minimum:g} … {variable.maximum:g} {variable.unit}".rstrip()
+        raise DescriptionError(f"{part}.{name} = {number:g} is outside {limits}: {variable.description}.")
     if variable.type == "Integer":
         if number != int(number):
             raise DescriptionError(f"{part}.{name} = {value!r} is not a whole number.")

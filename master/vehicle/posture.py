@@ -14,7 +14,7 @@ VIEW = 2.0  # m of ground to either side
 
 
 def posture(model: Model) -> dict[str, np.ndarray]:
-    """Polylines of shape (points, 2): chassis, holders, tracks (outer face, closed), wheels (from the axis, so that they show their turn), ground."""
+    """Polylines of shape (points, 2): chassis, holders, tracks (outer face), wheels (from the axis: their turn shows), ground."""
     v, g = model.values, model.geometry
     place = model.positions()
     cx, cy, pitch = place[0]
@@ -24,7 +24,9 @@ def posture(model: Model) -> dict[str, np.ndarray]:
 
     half = 0.5 * v["wheelbase"]
     low, high, end = v["belly_height"], ROOF, half + g.pitch_radius
-    lines = {"chassis": at_chassis([(-end, 0.0), (-half, low), (half, low), (end, 0.0), (half, high), (-half, high), (-end, 0.0)])}
+    lines = {
+        "chassis": at_chassis([(-end, 0.0), (-half, low), (half, low), (end, 0.0), (half, high), (-half, high), (-end, 0.0)])
+    }
     turns = np.linspace(0.0, 2.0 * math.pi, 37)
     center = float(model.constants["holder_center"][0])
     for track, name in enumerate(("front", "rear")):
@@ -51,7 +53,7 @@ def _moved(points: np.ndarray, x: float, y: float, angle: float) -> np.ndarray:
 def _shoes(model: Model, track: int, place: np.ndarray) -> np.ndarray:
     """Outer corners of the segments, one after the other round the loop."""
     n = model.values["segments"]
-    x, y, angle = place[3 + track * n: 3 + (track + 1) * n].T
+    x, y, angle = place[3 + track * n : 3 + (track + 1) * n].T
     along = np.column_stack([np.cos(angle), np.sin(angle)])
     middle = np.column_stack([x, y]) + model.values["shoe_height"] * np.column_stack([np.sin(angle), -np.cos(angle)])
     reach = 0.45 * model.geometry.pitch

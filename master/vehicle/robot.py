@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -54,8 +55,10 @@ class Robot:
             model.inputs[: len(INPUTS)] = [self._values[name] for name in INPUTS]
             model.settle(self._values["settling_time"])
             if not model.sound():
-                raise DescriptionError(f"{self.name}: the robot does not come to rest on its ground; a shorter inner_step, softer contacts "
-                                       "or another start_x may help.")
+                raise DescriptionError(
+                    f"{self.name}: the robot does not come to rest on its ground; a shorter inner_step, softer contacts "
+                    "or another start_x may help."
+                )
             model.tell()
             self._model = model
         return self._model
@@ -117,7 +120,9 @@ class Robot:
     def _fail(self, time: float, size: float) -> None:
         inputs = {name: float(value) for name, value in zip(INPUTS, self.model.inputs)}
         if np.isfinite(list(inputs.values())).all():
-            self.log.append(f"the bodies' positions or speeds are no longer sane (inner step {self.model.constants['dt'][0]:.3g} s)")
+            self.log.append(
+                f"the bodies' positions or speeds are no longer sane (inner step {self.model.constants['dt'][0]:.3g} s)"
+            )
             hint = "a shorter inner_step or communication step, softer contacts or guides, a softer drive shaft or less torque."
         else:
             self.log.append("an input is not finite")
@@ -130,7 +135,9 @@ class Robot:
 
     def save(self) -> Any:
         if not self.can_roll_back:
-            raise DescriptionError(f"{self.name} cannot be saved: pymunk's memory has another layout than expected. Run without rollback.")
+            raise DescriptionError(
+                f"{self.name} cannot be saved: pymunk's memory has another layout than expected. Run without rollback."
+            )
         return self.model.save()
 
     def restore(self, state: Any) -> None:

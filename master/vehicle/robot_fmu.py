@@ -71,8 +71,8 @@ class Robot(Slave):
             if not self._state.exact:
                 self.complain("this state cannot be saved: pymunk's memory has another layout than expected")
             else:
-                bodies, joints, arrays, dt = self._state.save()
-                model = (bodies.tolist(), joints.tolist(), [array.tolist() for array in arrays], dt)
+                memory, own, dt = self._state.save()
+                model = (memory.tolist(), [array.tolist() for array in own], dt)
         return (self.identity, list(self._values), dict(self._texts), model, self._phase, self._stale, self._fault, self._unfit)
 
     def _set_fmu_state(self, state: tuple) -> None:
@@ -112,7 +112,9 @@ def _vehicle(identity: str) -> type:
 
 def _copied(identity: str) -> Path:
     """The folder of the copy, made if it is not there, safe beside others that make it; where none can be made, the FMU's own."""
-    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "selflock")
+    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(
+        os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "selflock"
+    )
     target = Path(home) / f"vehicle_{identity}"
     try:
         if not target.is_dir():
@@ -132,7 +134,13 @@ def sources() -> dict[str, bytes]:
     """The files that the FMU needs, by their path below the project."""
     from fmus.build import ROOT, SHARED
 
-    names = [*SHARED, "fmus/errors.py", "master/errors.py", "master/face.py", *(f"master/vehicle/{file.name}" for file in sorted(HERE.glob("*.py")))]
+    names = [
+        *SHARED,
+        "fmus/errors.py",
+        "master/errors.py",
+        "master/face.py",
+        *(f"master/vehicle/{file.name}" for file in sorted(HERE.glob("*.py"))),
+    ]
     files = {name: (ROOT / name).read_bytes() for name in names}
     return files | {"master/__init__.py": b"", "master/vehicle/__init__.py": b""}  # their re-exports would import the host's half
 

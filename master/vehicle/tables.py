@@ -48,7 +48,14 @@ CHOICES = (
     ("teeth", "Integer", 12, 6, 100, "teeth of a sprocket, an even number"),
     ("iterations", "Integer", 10, 1, 200, "iterations of pymunk's joint solver in a step"),
     ("driven_sprockets", "Boolean", False, None, None, "sprockets turned by their torques instead of at an imposed speed"),
-    ("track", "String", "segmented", None, None, "segmented: bodies pinned to a loop; belt: no bodies, contact slides along the outline"),
+    (
+        "track",
+        "String",
+        "segmented",
+        None,
+        None,
+        "segmented: bodies pinned to a loop; belt: no bodies, contact slides along the outline",
+    ),
     ("ground", "String", "flat", None, None, "flat, slope:30, step:0.1, stairs:0.17,0.29,4, polyline:0,0;1,0.1;…"),
 )
 INPUTS = (

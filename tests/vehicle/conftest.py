@@ -13,7 +13,9 @@ INPUTS = ("front_torque", "rear_torque", "front_sprocket_torque", "rear_sprocket
 def run():
     """run(robot, time, front=angle, rear=angle, sprockets=f(outputs)) -> dict of arrays, one value for each ms."""
 
-    def run(robot: Robot, time: float, front: float = 0.0, rear: float = 0.0, sprockets=None, size: float = 1e-3) -> dict[str, np.ndarray]:
+    def run(
+        robot: Robot, time: float, front: float = 0.0, rear: float = 0.0, sprockets=None, size: float = 1e-3
+    ) -> dict[str, np.ndarray]:
         stiffness, damping = 2e4, 8.0
         robot.bind(INPUTS, OUTPUTS)
         robot.exit_initialization()

@@ -11,9 +11,9 @@ import pytest
 from master.errors import DescriptionError, PartFailed
 from master.face import Part
 from master.vehicle import Robot, munk
-from master.vehicle.tables import OUTPUTS
 from master.vehicle.model import Model
 from master.vehicle.parameters import INPUTS, VARIABLES
+from master.vehicle.tables import OUTPUTS
 
 PROGRAM = """
 import hashlib, numpy
@@ -62,10 +62,21 @@ def test_it_is_a_part_with_described_variables():
     assert robot.get("rear_torque") == 0.0 and robot.get("track") == "segmented"
 
 
-@pytest.mark.parametrize("name, value, words", [
-    ("chassis_mass", -1.0, "outside"), ("segment_mass", 0.0, "outside"), ("ground_friction", math.nan, "not finite"), ("segments", 35, "even"),
-    ("segments", 36.5, "whole"), ("track", "wheel", "segmented or belt"), ("ground", "sea", "ground ="), ("weight", 1.0, "no variable"),
-    ("front_angle", 1.0, "cannot be set"), ("inner_step", "fast", "not a Real")])
+@pytest.mark.parametrize(
+    "name, value, words",
+    [
+        ("chassis_mass", -1.0, "outside"),
+        ("segment_mass", 0.0, "outside"),
+        ("ground_friction", math.nan, "not finite"),
+        ("segments", 35, "even"),
+        ("segments", 36.5, "whole"),
+        ("track", "wheel", "segmented or belt"),
+        ("ground", "sea", "ground ="),
+        ("weight", 1.0, "no variable"),
+        ("front_angle", 1.0, "cannot be set"),
+        ("inner_step", "fast", "not a Real"),
+    ],
+)
 def test_a_bad_value_is_refused_by_name(name, value, words):
     with pytest.raises(DescriptionError, match=words):
         robot = Robot()
@@ -138,13 +149,19 @@ def test_reset_starts_anew():
 @pytest.mark.parametrize("track", ["segmented", "belt"])
 def test_runs_repeat_bit_for_bit_in_fresh_processes(track):
     program = PROGRAM.format(track=track)
-    said = [subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120).stdout.strip() for _ in range(2)]
+    said = [
+        subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120).stdout.strip()
+        for _ in range(2)
+    ]
     assert said[0] == said[1] and len(said[0]) == len(hashlib.sha256().hexdigest())
 
 
 @pytest.mark.parametrize("track", ["segmented", "belt"])
 def test_through_pymunks_batch_interface_the_numbers_are_the_same(track):
-    values = {v.name: v.start for v in VARIABLES.values() if v.causality in ("parameter", "input")} | {"track": track, "settling_time": 0.05}
+    values = {v.name: v.start for v in VARIABLES.values() if v.causality in ("parameter", "input")} | {
+        "track": track,
+        "settling_time": 0.05,
+    }
     told = []
     for direct in (True, False):
         model = Model(values, direct=direct)
@@ -177,13 +194,19 @@ def test_the_door_to_pymunks_memory_opens_here_and_shuts_when_places_are_not_fou
 def test_its_posture_is_where_its_outputs_say(track):
     robot = started(track=track, ground="stairs:0.1,0.3,3,1.0")
     lines = robot.posture()
-    assert set(lines) == {"chassis", "ground", *(f"{end}_{what}" for end in ("front", "rear") for what in ("holder", "track", "sprocket", "idler"))}
+    assert set(lines) == {
+        "chassis",
+        "ground",
+        *(f"{end}_{what}" for end in ("front", "rear") for what in ("holder", "track", "sprocket", "idler")),
+    }
     for line in lines.values():
         assert line.ndim == 2 and line.shape[1] == 2 and len(line) >= 2 and np.isfinite(line).all()
     y = dict(zip(OUTPUTS, robot.y))
     middle = 0.5 * (lines["front_holder"][0] + lines["rear_holder"][0])
     assert middle == pytest.approx((y["chassis_x"], y["chassis_y"]), abs=1e-4)
     along = lines["rear_holder"][1] - lines["rear_holder"][0]
-    assert np.hypot(*along) == pytest.approx(0.3) and math.atan2(along[1], along[0]) == pytest.approx(y["rear_angle"] + y["chassis_pitch"])
+    assert np.hypot(*along) == pytest.approx(0.3) and math.atan2(along[1], along[0]) == pytest.approx(
+        y["rear_angle"] + y["chassis_pitch"]
+    )
     lowest = min(lines["front_track"][:, 1].min(), lines["rear_track"][:, 1].min())
     assert -0.003 < lowest < 0.003  # it stands on the ground

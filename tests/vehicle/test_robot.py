@@ -15,7 +15,12 @@ G = 9.81
 
 
 def weight(robot: Robot) -> float:
-    of_one_side = robot.get("holder_mass") + robot.get("idler_mass") + robot.get("sprocket_mass") + robot.get("segments") * robot.get("segment_mass")
+    of_one_side = (
+        robot.get("holder_mass")
+        + robot.get("idler_mass")
+        + robot.get("sprocket_mass")
+        + robot.get("segments") * robot.get("segment_mass")
+    )
     return G * (robot.get("chassis_mass") + 2 * SIDES * of_one_side)
 
 
@@ -31,12 +36,23 @@ def placed(lift: float = 0.0, **settings) -> Model:
 
 def momentum(model: Model) -> np.ndarray:
     """Linear momentum and angular momentum about the origin."""
-    return sum(np.array([b.mass * b.velocity.x, b.mass * b.velocity.y,
-                         b.mass * (b.position.x * b.velocity.y - b.position.y * b.velocity.x) + b.moment * b.angular_velocity]) for b in model.bodies)
+    return sum(
+        np.array(
+            [
+                b.mass * b.velocity.x,
+                b.mass * b.velocity.y,
+                b.mass * (b.position.x * b.velocity.y - b.position.y * b.velocity.x) + b.moment * b.angular_velocity,
+            ]
+        )
+        for b in model.bodies
+    )
 
 
 def energy(model: Model) -> float:
-    return sum(0.5 * b.mass * b.velocity.length**2 + 0.5 * b.moment * b.angular_velocity**2 + b.mass * G * b.position.y for b in model.bodies)
+    return sum(
+        0.5 * b.mass * b.velocity.length**2 + 0.5 * b.moment * b.angular_velocity**2 + b.mass * G * b.position.y
+        for b in model.bodies
+    )
 
 
 @pytest.mark.parametrize("track", TRACKS)
@@ -95,8 +111,14 @@ def test_a_holders_torque_balances_its_weight_and_the_ground(track, rear, run):
 def test_a_lifted_holder_needs_its_gravity_moment(track, run):
     robot = Robot(track=track, rear_start_angle=1.0)
     told = run(robot, 0.5, rear=1.0)
-    arm = sum(robot.get(m) * x for m, x in (("holder_mass", robot.get("holder_center")), ("idler_mass", robot.get("holder_length")),
-                                            ("segment_mass", robot.get("segments") * 0.5 * robot.get("holder_length"))))
+    arm = sum(
+        robot.get(m) * x
+        for m, x in (
+            ("holder_mass", robot.get("holder_center")),
+            ("idler_mass", robot.get("holder_length")),
+            ("segment_mass", robot.get("segments") * 0.5 * robot.get("holder_length")),
+        )
+    )
     pitch = told["chassis_pitch"][-1]
     assert told["rear_gravity_moment"][-1] == pytest.approx(G * arm * math.cos(1.0 + pitch), rel=0.01)
     assert np.mean(told["rear_torque"][-300:]) == pytest.approx(told["rear_gravity_moment"][-1], rel=0.05)
@@ -108,7 +130,9 @@ def test_on_a_slope_it_stands_without_creep_or_slides_as_coulomb_says(track, run
     slope = math.radians(25.0)
     stands = run(Robot(track=track, ground="slope:25", sprocket_speed=0.0, ground_friction=0.6), 1.0)
     assert np.ptp(stands["chassis_x"][200:]) < 1e-6
-    assert stands["front_ground_tangent"][-1] + stands["rear_ground_tangent"][-1] == pytest.approx(weight(Robot()) * math.sin(slope), rel=5e-3)
+    assert stands["front_ground_tangent"][-1] + stands["rear_ground_tangent"][-1] == pytest.approx(
+        weight(Robot()) * math.sin(slope), rel=5e-3
+    )
     slides = run(Robot(track=track, ground="slope:25", sprocket_speed=0.0, ground_friction=0.3, settling_time=0.3), 0.5)
     rate = (slides["chassis_vx"][-1] - slides["chassis_vx"][0]) / 0.499
     assert rate == pytest.approx(-G * (math.sin(slope) - 0.3 * math.cos(slope)) * math.cos(slope), rel=0.02)
@@ -134,13 +158,16 @@ def test_it_moves_as_fast_as_its_track(track, run):
     told = run(robot, 1.0)
     assert np.mean(told["chassis_vx"]) == pytest.approx(3.0 * robot.model.geometry.belt_radius, rel=0.01)
     assert told["front_sprocket_angle"][-1] == pytest.approx(-3.0, rel=1e-9)
+    assert told["chassis_x"][0] == pytest.approx(0.0, abs=0.01)  # at its start it is where it was told to be
 
 
 @pytest.mark.parametrize("front, rear", [(0.0, 0.0), (0.0, math.pi), (-0.7, math.pi + 0.7)])
 def test_belt_and_segments_need_the_same_torques(front, rear, run):
     means = []
     for track in TRACKS:
-        told = run(Robot(track=track, front_start_angle=front, rear_start_angle=rear, settling_time=1.5), 0.79, front=front, rear=rear)
+        told = run(
+            Robot(track=track, front_start_angle=front, rear_start_angle=rear, settling_time=1.5), 0.79, front=front, rear=rear
+        )
         means.append(np.mean(told["rear_torque"]))
     assert means[1] == pytest.approx(means[0], rel=0.08)
 

@@ -49,8 +49,12 @@ class Host:
         self.reference = {v.name: v.valueReference for v in self.description.modelVariables}
         self.type = {v.name: v.type for v in self.description.modelVariables}
         self.folder = extract(path, unzipdir=str(folder))
-        self.slave = FMU2Slave(guid=self.description.guid, unzipDirectory=self.folder,
-                               modelIdentifier=self.description.coSimulation.modelIdentifier, instanceName="robot")
+        self.slave = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="robot",
+        )
         self.said = []
         self.slave.instantiate(loggingOn=True)
         self.slave.setupExperiment(startTime=0.0)
@@ -128,7 +132,7 @@ def test_a_python_without_pymunk_is_told_what_is_missing(fmu, tmp_path):
     script = (tmp_path / "resources" / "slavemodule.txt").read_text()
     program = f"""
 import sys
-sys.path[:0] = [r"{tmp_path / 'resources'}"]
+sys.path[:0] = [r"{tmp_path / "resources"}"]
 import {script} as module
 robot = module.Robot(instance_name="robot", resources="")
 said = []
@@ -139,6 +143,10 @@ print(said, robot.do_step(0.0, 1e-3))
 """
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     python = shutil.which("python3", path="/usr/bin:/usr/local/bin") or sys.executable
-    done = subprocess.run([python, "-S", "-c", program], capture_output=True, text=True, timeout=60, env=environment, cwd=tmp_path)
-    assert "lacks numpy" in done.stdout or "lacks pymunk" in done.stdout or "lacks numba" in done.stdout, done.stdout + done.stderr
+    done = subprocess.run(
+        [python, "-S", "-c", program], capture_output=True, text=True, timeout=60, env=environment, cwd=tmp_path
+    )
+    assert "lacks numpy" in done.stdout or "lacks pymunk" in done.stdout or "lacks numba" in done.stdout, (
+        done.stdout + done.stderr
+    )
     assert "pip install" in done.stdout and done.stdout.strip().endswith("False")

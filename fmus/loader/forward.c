@@ -319,10 +319,9 @@ static void (*let_go_of_python)(void);
 
 static void before_exit(void) { let_go_of_python(); }
 
-static int open_library(const char *folder, char *why, size_t size)
+static int opened(const char *folder, char *why, size_t size)
 {
     char path[PATH_MAX];
-    if (to.library) return 1;
     if (!python_ready(why, size)) return 0;
     snprintf(path, sizeof path, "%s/libpythonfmu-export.so", folder);
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -344,6 +343,14 @@ static int open_library(const char *folder, char *why, size_t size)
     return whole;
 }
 
+static int open_library(const char *folder, char *why, size_t size)
+{
+    pthread_mutex_lock(&lock);
+    int done = to.library || opened(folder, why, size);
+    pthread_mutex_unlock(&lock);
+    return done;
+}
+
 static void unlink_path(Instance *it)
 {
     char name[PATH_MAX];
@@ -360,27 +367,43 @@ __attribute__((destructor)) static void at_exit(void)
 
 static void discard(Instance *it)
 {
+    pthread_mutex_lock(&lock);
     for (Instance **place = &every; *place; place = &(*place)->next)
         if (*place == it) {
             *place = it->next;
             break;
         }
+    pthread_mutex_unlock(&lock);
     unlink_path(it);
     free(it->name), free(it->resources), free(it->link), free(it->states), free(it);
 }
 
-/* A spare instance of the same content, which then is to be reset, or a new one without a slave. */
+/* A spare instance of the same content, or a new one without a slave. */
 static Instance *taken(const char *resources, const char *content)
 {
-    for (Instance *it = every; it; it = it->next)
-        if (it->spare && !strcmp(it->resources, resources) && !strcmp(it->content, content)) {
-            it->spare = 0, it->said = fmi2OK;
-            spare_count--;
-            return it;
-        }
-    Instance *it = calloc(1, sizeof *it);
-    if (it) it->next = every, every = it;
+    pthread_mutex_lock(&lock);
+    Instance *it = every;
+    while (it && !(it->spare && !strcmp(it->resources, resources) && !strcmp(it->content, content))) it = it->next;
+    if (it) {
+        it->spare = 0;
+        spare_count--;
+    } else if ((it = calloc(1, sizeof *it))) {
+        it->next = every, every = it;
+    }
+    pthread_mutex_unlock(&lock);
     return it;
+}
+
+/* Give an instance its slave: the one it had, reset, or a new one. The lock is not held here: Python may wait for others. */
+static int quicken(Instance *it, fmi2String guid, fmi2Boolean visible)
+{
+    it->own = it->host, it->own.logger = heard, it->own.componentEnvironment = it;
+    it->said = fmi2OK;
+    if (it->slave) return to.Reset(it->slave) == fmi2OK;
+    char *plain = plain_path(it->resources, &it->link);
+    if (plain) it->slave = to.Instantiate(it->name, fmi2CoSimulation, guid ? guid : "", plain, &it->own, visible, 1);
+    free(plain);
+    return it->slave != NULL;
 }
 
 FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String uri, const fmi2CallbackFunctions *host,
@@ -390,34 +413,22 @@ FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2St
     char *resources = NULL;
     Instance *it = NULL;
     if (!host) return NULL;
-    pthread_mutex_lock(&lock);
     if (!name || !*name) snprintf(why, sizeof why, "an instance needs a name");
     else if (type != fmi2CoSimulation) snprintf(why, sizeof why, "this FMU is for co-simulation, not for model exchange");
     else if (!here(folder, sizeof folder)) snprintf(why, sizeof why, "cannot tell where this library lies");
     else if (!(resources = find_resources(uri, folder, content, sizeof content)))
         snprintf(why, sizeof why, "no resources of this FMU at %.1500s", uri ? uri : "(null)");
-    else if (open_library(folder, why, sizeof why)) {
-        if ((it = taken(resources, content))) {
-            free(it->name), free(it->resources);
-            it->name = strdup(name), it->resources = resources, resources = NULL;
-            it->host = *host, it->talkative = talkative;
-            strcpy(it->content, content);
-            it->own = *host, it->own.logger = heard, it->own.componentEnvironment = it;
-            if (!it->slave) {
-                char *plain = plain_path(it->resources, &it->link);
-                it->slave = to.Instantiate(name, type, guid ? guid : "", plain, &it->own, visible, 1);
-                free(plain);
-            } else if (to.Reset(it->slave) != fmi2OK) {
-                it->slave = NULL;
-            }
-            if (!it->slave) {
-                discard(it);
-                it = NULL;
-                snprintf(why, sizeof why, "Python could not make the slave");
-            }
+    else if (open_library(folder, why, sizeof why) && (it = taken(resources, content))) {
+        free(it->name), free(it->resources);
+        it->name = strdup(name), it->resources = resources, resources = NULL;
+        it->host = *host, it->talkative = talkative;
+        strcpy(it->content, content);
+        if (!quicken(it, guid, visible)) {
+            discard(it);
+            it = NULL;
+            snprintf(why, sizeof why, "Python could not make the slave");
         }
     }
-    pthread_mutex_unlock(&lock);
     free(resources);
     if (!it) tell(host, name ? name : "", fmi2Error, "logStatusError", why);
     return it;
@@ -430,12 +441,11 @@ FMI2_EXPORT void fmi2FreeInstance(fmi2Component c)
     while (it->count && !it->dead) to.FreeFMUstate(it->slave, &it->states[--it->count]);
     it->host.logger = NULL;
     pthread_mutex_lock(&lock);
-    if (!it->dead && spare_count < SPARE) {
-        it->spare = 1;
-        spare_count++;
-    } else {
-        if (!it->dead) to.FreeInstance(it->slave); /* a dead one's Python objects are lost */
-        discard(it);
-    }
+    int keep = !it->dead && spare_count < SPARE;
+    it->spare = keep;
+    spare_count += keep;
     pthread_mutex_unlock(&lock);
+    if (keep) return;
+    if (!it->dead) to.FreeInstance(it->slave); /* a dead one's Python objects are lost */
+    discard(it);
 }

@@ -77,7 +77,7 @@ static int open_of(const char *program, char *executable, size_t room, char *why
 {
     char answer[8192], *version = answer, *path, *library, *end;
     if (!ask(program, answer, sizeof answer) || !(path = strchr(answer, '\n'))) {
-        snprintf(why, size, "%s cannot be run", program);
+        snprintf(why, size, "%s cannot be run as a Python 3", program);
         return 0;
     }
     *path++ = 0;

@@ -7,6 +7,7 @@
      get i VR…                        reals, as exact hexadecimal         getb i VR
      step i T H                       a communication step                steps i T H COUNT VR    many, with a get after each
      save i K · restore i K · drop i K · pack i K    states; pack: to bytes, freed, and back from the bytes
+     together A URI B URI N           two threads at once, each instantiates, makes N steps and frees; answers with both statuses
      cycles A NAME URI N              instantiate and free N times; answers with the growth of resident memory in kB
 
    What an FMU logs comes as lines that begin with "log ". */
@@ -14,6 +15,7 @@
 #include "../../fmus/loader/fmi2.h"
 
 #include <dlfcn.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -63,6 +65,29 @@ static long resident(void)
     return pages * (sysconf(_SC_PAGESIZE) / 1024);
 }
 
+typedef struct {
+    void *from;
+    const char *uri;
+    int steps;
+    fmi2Status worst;
+} Work;
+
+static void *life(void *given)
+{
+    Work *work = given;
+    fmi2Component c = instantiate(work->from, "thread", work->uri);
+    fmi2Status (*step)(fmi2Component, double, double, int) = function(work->from, "fmi2DoStep");
+    fmi2Status (*enter)(fmi2Component) = function(work->from, "fmi2EnterInitializationMode");
+    fmi2Status (*leave)(fmi2Component) = function(work->from, "fmi2ExitInitializationMode");
+    work->worst = c ? enter(c) + leave(c) : fmi2Fatal;
+    for (int n = 0; c && n < work->steps; n++) {
+        fmi2Status status = step(c, n * 1e-3, 1e-3, 0);
+        if (status > work->worst) work->worst = status;
+    }
+    if (c) release(work->from, c);
+    return NULL;
+}
+
 int main(void)
 {
     char line[8192], *word[64];
@@ -88,6 +113,16 @@ int main(void)
                 if (c) made++, release(from, c);
             }
             printf("%d %ld\n", made - 100, resident() - before);
+            continue;
+        }
+        if (!strcmp(what, "together")) {
+            Work one = {library[(int)word[1][0]], word[2], atoi(word[5]), 0}, two = {library[(int)word[3][0]], word[4], atoi(word[5]), 0};
+            pthread_t first, second;
+            pthread_create(&first, NULL, life, &one);
+            pthread_create(&second, NULL, life, &two);
+            pthread_join(first, NULL);
+            pthread_join(second, NULL);
+            printf("%d %d\n", one.worst, two.worst);
             continue;
         }
         if (!strcmp(what, "new")) {

@@ -108,6 +108,12 @@ def test_two_fmus_and_two_instances_at_once(host, extracted):
         assert seen[i::3] == by_fmpy(fmu, parameters, inputs, 30)
 
 
+def test_two_threads_at_once(host, extracted):
+    motor, load = extracted("Motor"), extracted("Load")
+    answers, said = host([("load", "A", motor.library), ("load", "B", load.library), ("together", "A", motor.uri, "B", load.uri, 2000)])
+    assert answers == ["0", "0", "0 0"] and said == []
+
+
 @pytest.mark.parametrize("name", ["Motor", "Controller", "Reducer"])
 def test_instances_come_and_go_without_growth(host, extracted, name):
     fmu = extracted(name)

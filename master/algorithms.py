@@ -29,6 +29,7 @@ class Seat:
         self.name = name
         self.part = wiring.parts[name]
         self.cycle = getattr(self.part, "cycle", self._cycle)
+        self.begin = getattr(self.part, "begin", None)  # of parts that step while others do
         self.at: Callable[[float], None] | None = getattr(self.part, "at", None)
         inputs, outputs = wiring.bound[name]
         self.inputs, self.outputs = list(inputs), list(outputs)
@@ -185,6 +186,8 @@ def jacobi(stepped: list[Seat], index: int, time: float, step: float) -> None:
     for seat in stepped:
         if seat.large == 1 or index % seat.large == 0:
             seat.gather(time, 0.0, 0.0)
+            if seat.begin is not None and seat.even and not seat.input_faults:
+                seat.begin(time, step)
     for seat in stepped:
         seat.turn(index, time, step, False)
 

@@ -42,7 +42,8 @@ class Part(Protocol):
 
     A part may also have `at(time)`: then its outputs are functions of time alone; `at` fills y for any time, and
     it is never stepped. `units` may tell what its units are (as BaseUnit in FMI), `variable_step = False` that it
-    takes steps of one size only, `cycle(time, size)` do write, step and read in one call.
+    takes steps of one size only, `cycle(time, size)` do write, step and read in one call,
+    which `begin(time, size)` may have started before.
     """
 
     name: str  # the component's name in the system

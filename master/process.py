@@ -1,6 +1,7 @@
 """An FMU in a process of its own: its crash ends that process, not the master and not the results.
 
-The numbers of a step are one short message each way; everything else is a call by name.
+The numbers of a step are one short message each way; everything else is a call by name. Under Jacobi such FMUs step
+at the same time, on as many cores as there are.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ class ProcessPart:
         self.u = self.y = np.zeros(0)
         self.log: list[str] = []
         self._time = self._size = 0.0
+        self._begun = False  # a step is under way
         self._inputs: Sequence[str] = ()
         self._errors = tempfile.TemporaryFile()
         ours, theirs = socket.socketpair()
@@ -88,10 +90,18 @@ class ProcessPart:
         self.u = np.array(self._call("bind", list(inputs), list(outputs)), dtype=float)
         self.y = np.zeros(len(outputs))
 
+    def begin(self, time: float, size: float) -> None:
+        """Start write, step and read, so that others can step meanwhile; `cycle` waits for the end."""
+        self._time, self._size = time, size
+        self._send(_STEP, _TIMES.pack(time, size))
+        self._begun = True
+
     def cycle(self, time: float, size: float) -> None:
         """write, step and read with one message."""
-        self._time, self._size = time, size
-        self._short(_STEP, _TIMES.pack(time, size))
+        if not self._begun:
+            self.begin(time, size)
+        self._begun = False
+        self._receive(_STEP)
 
     def step(self, time: float, size: float) -> None:
         self._time, self._size = time, size
@@ -103,9 +113,18 @@ class ProcessPart:
     def read(self) -> None:
         self._short(_READ)
 
-    def _short(self, what: bytes, times: bytes = b"") -> None:
+    def _short(self, what: bytes) -> None:
+        self._send(what)
+        self._receive(what)
+
+    def _send(self, what: bytes, times: bytes = b"") -> None:
         try:
             self._line.send_bytes(what + times + (b"" if what == _READ else self.u.tobytes()))
+        except OSError:
+            self._crashed()
+
+    def _receive(self, what: bytes) -> None:
+        try:
             answer = self._line.recv_bytes()
         except (EOFError, OSError):
             self._crashed()

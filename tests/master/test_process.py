@@ -16,6 +16,16 @@ def test_the_same_bits_as_inside(system, counter, native):
         assert master.run(description).table.equals(inside)
 
 
+def test_jacobi_in_processes_side_by_side(system, counter):
+    parts = {name: (counter, {"gain": 0.5}, {"process": name != "c"}) for name in "abc"}
+    ends = {"a.u": "b.n", "b.u": "c.sum", "c.u": "a.sum"}
+    description = system(parts, ends, stop=1.0, step=0.1, algorithm="jacobi")
+    apart = master.run(description).table
+    for component in description.components.values():
+        component.process = False
+    assert master.run(description).table.equals(apart)
+
+
 def test_one_instance_per_process_means_a_process_for_each(system, native):
     parts = {name: (native("teller"), {}) for name in "abc"}
     ends = {f"{t}.{n}_in": f"{s}.{n}_out" for s, t in ("ab", "bc") for n in ("count", "flag", "word")}

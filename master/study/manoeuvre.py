@@ -80,11 +80,15 @@ REAR = (Turn(2.0, 4.0, TURN_RAMP, math.pi), Turn(6.0, 8.0, PRESS_RAMP, PRESS_ANG
 
 
 def motion(turns: tuple[Turn, ...], time: float) -> Motion:
-    """The motion that the turns add up to."""
-    if len(turns) == 1:
-        return turns[0].at(time)
-    parts = [turn.at(time) for turn in turns]
-    return Motion(*(sum(column) for column in zip(*parts)))
+    """The motion that the turns, one after the other, add up to."""
+    angle = 0.0
+    for turn in turns:
+        if time >= turn.stop:
+            angle += turn.angle
+        elif time > turn.start:
+            moving = turn.at(time)
+            return Motion(angle + moving.angle, moving.speed, moving.acceleration)
+    return Motion(angle, 0.0, 0.0)
 
 
 class Setpoints:
@@ -131,10 +135,10 @@ class Setpoints:
         self._time = 0.0
 
     def bind(self, inputs, outputs) -> None:
-        self._names = tuple(outputs)
-        self.u, self.y = np.zeros(len(inputs)), np.zeros(len(self._names))
+        self.u, self.y = np.zeros(len(inputs)), np.zeros(len(outputs))
         order = [name for name, variable in self.variables.items() if variable.causality == "output"]
-        self._pick = np.array([order.index(name) for name in self._names], dtype=int)
+        self._pick = [(k, order.index(name)) for k, name in enumerate(outputs)]
+        self._view = memoryview(self.y)
 
     def set(self, name: str, value) -> None:
         self._parameters[name] = float(value)
@@ -157,9 +161,8 @@ class Setpoints:
 
     def at(self, time: float) -> None:
         """The outputs of this instant into y, without a step."""
-        values = self._values(time)
-        y = self.y
-        for k, index in enumerate(self._pick):
+        values, y = self._values(time), self._view
+        for k, index in self._pick:
             y[k] = values[index]
 
     def enter_initialization(self, start: float, stop: float | None) -> None:

@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
@@ -52,7 +53,7 @@ def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[
         figures={number: _embedded(file, caption) for number, (file, caption) in figures.items()},
         parameters=parameters(SYSTEM.read_text(encoding="utf-8")),
         step=load(SYSTEM).run.step,
-        done=done,
+        done=[(one.case.name, one.seconds, _worst_bond(one.energy)) for one in done],
         motion=_script_data(_motion(runs, postures)),
         script=Markup(Path(__file__).with_name("report.js").read_text(encoding="utf-8")),
     )
@@ -65,6 +66,12 @@ def _embedded(file: Path, caption: str) -> dict:
         width, height = image.size
     data = base64.b64encode(file.read_bytes()).decode()
     return {"data": data, "width": width // 2, "height": height // 2, "caption": caption}
+
+
+def _worst_bond(energy: pd.DataFrame) -> tuple[str, float, float]:
+    """The connection whose coupling swallowed or made the most energy: its name, J, parts of what crossed it."""
+    worst = energy.loc[energy["lost"].abs().idxmax()]
+    return str(worst.name), float(worst["lost"]), float(worst["relative"])
 
 
 def _script_data(data: dict) -> Markup:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from master.errors import DescriptionError, PartFailed
 from master.face import Variable
 from master.vehicle import munk
-from master.vehicle.model import Model
+from master.vehicle.model import Geometry, Model
 from master.vehicle.parameters import INPUTS, VARIABLES, checked
 from master.vehicle.posture import posture
 from master.vehicle.tables import OUTPUTS
@@ -84,7 +85,7 @@ class Robot:
 
     def get(self, name: str) -> Any:
         if name == "sprocket_radius":
-            return self.model.geometry.pitch_radius
+            return Geometry(self._values).pitch_radius
         if name in OUTPUTS:
             return float(self.model.outputs[OUTPUTS.index(name)])
         if name in INPUTS and self._model is not None:
@@ -143,6 +144,13 @@ class Robot:
     def restore(self, state: Any) -> None:
         self.model.restore(state)
         self.model.tell()
+
+    @staticmethod
+    def pack(out: str | Path, **starts: Any) -> Path:
+        """Robot.fmu in the folder `out`: the same vehicle for other hosts."""
+        from master.vehicle.robot_fmu import build
+
+        return build(out, **starts)
 
     def terminate(self) -> None:
         pass

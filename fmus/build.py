@@ -157,7 +157,8 @@ def _imports_moved(text: bytes, package: str) -> bytes:
 
 
 def _hash(sources: dict[str, bytes], starts: dict[str, Any], *more: bytes) -> str:
-    content = [*(part for name, text in sorted(sources.items()) for part in (name.encode(), text)), repr(sorted(starts.items())).encode()]
+    content = [part for name, text in sorted(sources.items()) for part in (name.encode(), text)]
+    content.append(repr(sorted(starts.items())).encode())
     digest = hashlib.sha256(pythonfmu.__version__.encode())
     for part in (*content, *more):
         digest.update(len(part).to_bytes(8, "big") + part)
@@ -195,7 +196,8 @@ def _write_zip(path: Path, files: dict[str, bytes]) -> None:
 
 def cache_folder() -> Path:
     """SELFLOCK_CACHE, else the user's cache folder, else the temporary folder."""
-    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "selflock")
+    caches = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(caches, "selflock")
     try:
         Path(home).mkdir(parents=True, exist_ok=True)
         usable = os.access(home, os.W_OK)

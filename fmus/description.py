@@ -69,7 +69,8 @@ def _add_units(root: Element, names: list[str]) -> None:
     for name in names:
         unit = units.parse(name)
         powers = {base: str(power) for base, power in zip(units.BASES, unit.powers) if power}
-        conversion = {key: _text(value) for key, value, off in (("factor", unit.factor, 1.0), ("offset", unit.offset, 0.0)) if value != off}
+        conversion = {"factor": _text(unit.factor)} if unit.factor != 1.0 else {}
+        conversion |= {"offset": _text(unit.offset)} if unit.offset != 0.0 else {}
         SubElement(SubElement(definitions, "Unit", name=name), "BaseUnit", **powers, **conversion)
 
 
@@ -92,7 +93,8 @@ def _variable(slave: Slave, place: int, row: Variable) -> Element:
         limits = {"unit": row.unit or None, "min": row.minimum, "max": row.maximum, "nominal": row.nominal}
         attributes = {key: _text(value) for key, value in limits.items() if value is not None}
     elif row.type == "Integer":
-        attributes = {key: str(int(value)) for key, value in {"min": row.minimum, "max": row.maximum}.items() if value is not None}
+        limits = {"min": row.minimum, "max": row.maximum}
+        attributes = {key: str(int(value)) for key, value in limits.items() if value is not None}
     if causality != "output":
         attributes["start"] = _text(row.start)
     if row.derivative_of:

@@ -45,7 +45,13 @@ PICTURES = {
             "speed": lambda t: 1.0 if 0.02 < t < 0.21 else 0.0,
         },
     ),
-    "Load": Picture("A mass of 1 kg falls from the horizontal.", 3.0, ("angle", "speed"), {"torque": lambda t: 0.0}, {"mass": 1.0}),
+    "Load": Picture(
+        "A mass of 1 kg falls from the horizontal.",
+        3.0,
+        ("angle", "speed"),
+        {"torque": lambda t: 0.0},
+        {"mass": 1.0},
+    ),
     "Sensor": Picture(
         "A sine through a lag and steps.",
         1.0,
@@ -71,7 +77,8 @@ ICONS = {"Reducer": "r", "Motor": "M", "Controller": "PD", "Load": "J", "Sensor"
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
 table { border-collapse: collapse; width: 100%; margin: 0.5rem 0 1.5rem } th { text-align: left; background: #eef2f6 }
-td, th { border: 1px solid #ccd; padding: 0.25rem 0.5rem; vertical-align: top } pre { background: #f6f8fa; padding: 1rem; white-space: pre-wrap }
+td, th { border: 1px solid #ccd; padding: 0.25rem 0.5rem; vertical-align: top }
+pre { background: #f6f8fa; padding: 1rem; white-space: pre-wrap }
 """
 
 
@@ -123,7 +130,8 @@ def _effects(effects: tuple[Effect, ...], slave: Slave) -> str:
     for effect in effects:
         for parameter in effect.parameters:
             start = slave._table[slave._place[parameter.name]].start
-            rows.append([effect.name, effect.summary, f"{parameter.name} [{parameter.unit}]", str(start), parameter.description, effect.source])
+            named = f"{parameter.name} [{parameter.unit}]"
+            rows.append([effect.name, effect.summary, named, str(start), parameter.description, effect.source])
     return _rows(["effect", "formula", "parameter", "start", "description", "source"], rows)
 
 

@@ -294,7 +294,8 @@ class Slave(Fmi2Slave):
     # The whole state: values, law's state, phase, fault.
 
     def _get_fmu_state(self) -> tuple:
-        return (self.identity, list(self._values), dict(self._texts), self._state, self._phase, self._stale, self._fault, self._unfit)
+        values, texts = list(self._values), dict(self._texts)
+        return (self.identity, values, texts, self._state, self._phase, self._stale, self._fault, self._unfit)
 
     def _set_fmu_state(self, state: tuple) -> None:
         if not isinstance(state, tuple) or state[0] != self.identity:

@@ -25,7 +25,8 @@ typedef const fmi2ValueReference *References;
 
 /* name, parameters after the component, arguments after the component */
 #define SIMPLE_FUNCTIONS(F) \
-    F(SetupExperiment, (fmi2Component c, fmi2Boolean td, fmi2Real t, fmi2Real s, fmi2Boolean ed, fmi2Real e), (i, td, t, s, ed, e)) \
+    F(SetupExperiment, (fmi2Component c, fmi2Boolean td, fmi2Real t, fmi2Real s, fmi2Boolean ed, fmi2Real e), \
+      (i, td, t, s, ed, e)) \
     F(EnterInitializationMode, (fmi2Component c), (i)) \
     F(ExitInitializationMode, (fmi2Component c), (i)) \
     F(Terminate, (fmi2Component c), (i)) \
@@ -38,9 +39,10 @@ typedef const fmi2ValueReference *References;
     F(SetInteger, (fmi2Component c, References r, size_t n, const fmi2Integer *v), (i, r, n, v)) \
     F(SetBoolean, (fmi2Component c, References r, size_t n, const fmi2Boolean *v), (i, r, n, v)) \
     F(SetString, (fmi2Component c, References r, size_t n, const fmi2String *v), (i, r, n, v)) \
-    F(GetDirectionalDerivative, (fmi2Component c, References u, size_t nu, References k, size_t nk, const fmi2Real *dk, fmi2Real *du), \
-      (i, u, nu, k, nk, dk, du)) \
-    F(SetRealInputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, const fmi2Real *v), (i, r, n, o, v)) \
+    F(GetDirectionalDerivative, (fmi2Component c, References u, size_t nu, References k, size_t nk, const fmi2Real *dk, \
+                               fmi2Real *du), (i, u, nu, k, nk, dk, du)) \
+    F(SetRealInputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, const fmi2Real *v), \
+      (i, r, n, o, v)) \
     F(GetRealOutputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, fmi2Real *v), (i, r, n, o, v)) \
     F(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n), (i, t, h, n)) \
     F(CancelStep, (fmi2Component c), (i)) \
@@ -60,7 +62,8 @@ typedef const fmi2ValueReference *References;
 
 static struct { /* pythonfmu's functions */
     void *library;
-    fmi2Component (*Instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);
+    fmi2Component (*Instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean,
+                                 fmi2Boolean);
     void (*FreeInstance)(fmi2Component);
 #define DECLARE(name, parameters, arguments) fmi2Status(*name) parameters;
     SIMPLE_FUNCTIONS(DECLARE)
@@ -98,13 +101,15 @@ static void tell(const fmi2CallbackFunctions *host, fmi2String name, fmi2Status 
 }
 
 /* What the slave says goes to the host under the host's name for the instance. */
-static void heard(fmi2ComponentEnvironment environment, fmi2String unused, fmi2Status status, fmi2String category, fmi2String text, ...)
+static void heard(fmi2ComponentEnvironment environment, fmi2String unused, fmi2Status status, fmi2String category,
+                  fmi2String text, ...)
 {
     Instance *it = environment;
     (void)unused;
     if (!it) return;
     if (status >= fmi2Error && status <= fmi2Fatal && status > it->said) it->said = status;
-    if (status != fmi2OK || it->talkative) tell(&it->host, it->name, status, category && *category ? category : "logAll", text ? text : "");
+    if (!category || !*category) category = "logAll";
+    if (status != fmi2OK || it->talkative) tell(&it->host, it->name, status, category, text ? text : "");
 }
 
 /* The instance behind a component, at the beginning of a call; NULL if it cannot take any. */
@@ -244,7 +249,8 @@ static void decode(const char *uri, char *path)
     }
     for (; *uri; uri++) {
         unsigned byte;
-        if (*uri == '%' && isxdigit((unsigned char)uri[1]) && isxdigit((unsigned char)uri[2]) && sscanf(uri + 1, "%2x", &byte) == 1 && byte) {
+        int escaped = *uri == '%' && isxdigit((unsigned char)uri[1]) && isxdigit((unsigned char)uri[2]);
+        if (escaped && sscanf(uri + 1, "%2x", &byte) == 1 && byte) {
             *path++ = (char)byte;
             uri += 2;
         } else {
@@ -275,8 +281,8 @@ static char *find_resources(const char *uri, const char *here, char *content, si
         const char *plain = !strncmp(uri, "file://", 7) ? uri + 7 : uri;
         if (holds_slave(plain, content, size)) return strdup(plain);
     }
-    if (snprintf(path, sizeof path, "%s/../../resources", here) < (int)sizeof path && holds_slave(path, content, size)) return realpath(path, NULL);
-    return NULL;
+    int length = snprintf(path, sizeof path, "%s/../../resources", here);
+    return length < (int)sizeof path && holds_slave(path, content, size) ? realpath(path, NULL) : NULL;
 }
 
 /* pythonfmu's library and some Pythons stumble over characters in paths; such a path gets a plain name that leads to it. */
@@ -406,8 +412,8 @@ static int quicken(Instance *it, fmi2String guid, fmi2Boolean visible)
     return it->slave != NULL;
 }
 
-FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String uri, const fmi2CallbackFunctions *host,
-                                          fmi2Boolean visible, fmi2Boolean talkative)
+FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String uri,
+                                          const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean talkative)
 {
     char folder[PATH_MAX] = ".", why[2048] = "", content[sizeof ((Instance *)0)->content] = "";
     char *resources = NULL;

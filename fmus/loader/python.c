@@ -91,7 +91,8 @@ static int open_of(const char *program, char *executable, size_t room, char *why
         return 0;
     }
     if (!*library) {
-        snprintf(why, size, "%s has no shared library libpython%s.so (on Debian or Ubuntu: install libpython%s)", path, version, version);
+        snprintf(why, size, "%s has no shared library libpython%s.so (on Debian or Ubuntu: install libpython%s)", path, version,
+                 version);
         return 0;
     }
     snprintf(executable, room, "%s", path);

@@ -31,7 +31,8 @@ def test_valid_for_fmpy_and_the_schema(fmu, name):
     assert root.find("CoSimulation").get("canSerializeFMUstate") == "true"
     variables = root.findall("ModelVariables/ScalarVariable")
     assert all(variable.get("description") for variable in variables)
-    assert {unit.get("name") for unit in root.iterfind("UnitDefinitions/Unit")} >= {v[0].get("unit") for v in variables if v[0].get("unit")}
+    units = {unit.get("name") for unit in root.iterfind("UnitDefinitions/Unit")}
+    assert units >= {variable[0].get("unit") for variable in variables if variable[0].get("unit")}
     assert all(unknown.get("dependencies") is not None for unknown in root.iterfind("ModelStructure/Outputs/Unknown"))
 
 
@@ -79,7 +80,8 @@ def run_alone(tmp_path, *paths):
     """Simulate motors in one fresh process in which nothing of the project can be imported."""
     site = [p for p in sys.path if p.endswith("site-packages")]
     code = ALONE.format(site=site, paths=[str(path) for path in paths])
-    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], cwd=tmp_path, env={"MALLOC_PERTURB_": "165"}, capture_output=True, text=True, timeout=60)
+    options = {"cwd": tmp_path, "env": {"MALLOC_PERTURB_": "165"}, "capture_output": True, "text": True, "timeout": 60}
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], **options)  # freed memory is overwritten
     assert done.returncode == 0 and not done.stderr, done.stderr
     return json.loads(done.stdout)
 

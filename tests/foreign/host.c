@@ -27,7 +27,8 @@ static void *library[128], *state[MANY];
 static fmi2Component component[MANY];
 static void *of[MANY];
 
-static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String text, ...)
+static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                   fmi2String text, ...)
 {
     va_list arguments;
     (void)environment;
@@ -116,7 +117,8 @@ int main(void)
             continue;
         }
         if (!strcmp(what, "together")) {
-            Work one = {library[(int)word[1][0]], word[2], atoi(word[5]), 0}, two = {library[(int)word[3][0]], word[4], atoi(word[5]), 0};
+            Work one = {library[(int)word[1][0]], word[2], atoi(word[5]), 0};
+            Work two = {library[(int)word[3][0]], word[4], atoi(word[5]), 0};
             pthread_t first, second;
             pthread_create(&first, NULL, life, &one);
             pthread_create(&second, NULL, life, &two);
@@ -137,7 +139,8 @@ int main(void)
             release(of[i], c);
             printf("0\n");
         } else if (!strcmp(what, "setup")) {
-            fmi2Status (*call)(fmi2Component, fmi2Boolean, fmi2Real, fmi2Real, fmi2Boolean, fmi2Real) = function(of[i], "fmi2SetupExperiment");
+            fmi2Status (*call)(fmi2Component, fmi2Boolean, fmi2Real, fmi2Real, fmi2Boolean, fmi2Real) =
+                function(of[i], "fmi2SetupExperiment");
             printf("%d\n", call(c, 0, 0.0, 0.0, 0, 0.0));
         } else if (!strcmp(what, "enter") || !strcmp(what, "exit") || !strcmp(what, "terminate") || !strcmp(what, "reset")) {
             const char *name = !strcmp(what, "enter")  ? "fmi2EnterInitializationMode"

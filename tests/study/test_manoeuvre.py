@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import quad
 
 from master.face import Part
-from master.study.manoeuvre import FRONT, PRESS_ANGLE, REAR, Setpoints, Turn, motion
+from master.study.manoeuvre import Setpoints
+from master.study.turns import FRONT, PRESS_ANGLE, REAR, Turn, motion
 
 BOTH = pytest.mark.parametrize("turns", [FRONT, REAR], ids=["front", "rear"])
 

@@ -1,0 +1,58 @@
+"""Setpoints.fmu: the manoeuvre's set-points for hosts other than our master; standard library alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fmus.slave import Slave, Variable
+from master.study import turns
+
+
+class State(NamedTuple):
+    """Time in s."""
+
+    time: float
+
+
+class Law:
+    """A turn: its speed rises by 3x^2 - 2x^3 over the ramp, stays, and falls likewise; at rest it is exactly 0."""
+
+    Parameters, State, Output = turns.Parameters, State, turns.Output
+
+    @staticmethod
+    def start(p: turns.Parameters) -> State:
+        return State(0.0)
+
+    @staticmethod
+    def advance(p: turns.Parameters, s: State, dt: float) -> tuple[State, turns.Output]:
+        return State(s.time + dt), turns.setpoints(p, s.time + dt)
+
+
+class Setpoints(Slave):
+    """Set-points of the study's manoeuvre: the motion of the track holders and the driving of the sprockets."""
+
+    law = Law
+    outputs = tuple(Variable(name, unit, start, text) for name, unit, start, text in turns.TOLD)
+    parameters = tuple(Variable(name, unit, start, text) for name, unit, start, text in turns.CHOICES)
+    _start = 0.0
+
+    def setup_experiment(self, start_time: float = 0.0, stop_time: float | None = None, tolerance: float | None = None) -> None:
+        super().setup_experiment(start_time, stop_time, tolerance)
+        self._start = start_time
+
+    def begin(self, p: turns.Parameters) -> State:
+        return State(self._start)
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        self._state = State(current_time)  # the host's clock: no drift
+        return super().do_step(current_time, step_size)
+
+
+def build(out: str | Path, **starts: Any) -> Path:
+    """Build Setpoints.fmu into the folder `out`; `starts`: other start values."""
+    from fmus.build import ROOT, SHARED, pack
+
+    names = [*SHARED, "fmus/errors.py", "master/study/turns.py", "master/study/setpoints_fmu.py"]
+    files = {name: (ROOT / name).read_bytes() for name in names}
+    return pack(Setpoints, files, Path(out) / "Setpoints.fmu", starts)

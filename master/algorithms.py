@@ -120,6 +120,47 @@ class Seat:
             for port in self.ports:
                 port.add(size)
 
+    def settle(self) -> None:
+        """Choose, once all is known, the shortest way through a macro step.
+
+        stroke(index, time, step): take inputs and step, for Gauss-Seidel; collect and move: the same in two, for Jacobi.
+        """
+        self.stroke, self.collect, self.move = self._stroke, self._collect, self._move
+        more = self.scaled, self.between, self.carried, self.clocked, self.texts, self.input_faults, self.output_faults
+        if not self.even or self.keep or self.begin is not None or any(more):
+            return
+        u, plain, cycle, ports = self.u, self.plain, self.cycle, self.ports
+
+        def collect(index: int, time: float, step: float) -> None:
+            for i, y, j in plain:
+                u[i] = y[j]
+
+        def move(index: int, time: float, step: float) -> None:
+            cycle(time, step)
+            for port in ports:
+                port.add(step)
+
+        def stroke(index: int, time: float, step: float) -> None:
+            for i, y, j in plain:
+                u[i] = y[j]
+            cycle(time, step)
+            for port in ports:
+                port.add(step)
+
+        self.stroke, self.collect, self.move = stroke, collect, move
+
+    def _stroke(self, index: int, time: float, step: float) -> None:
+        self.turn(index, time, step, True)
+
+    def _collect(self, index: int, time: float, step: float) -> None:
+        if self.large == 1 or index % self.large == 0:
+            self.gather(time, 0.0, 0.0)
+            if self.begin is not None and self.even and not self.input_faults:
+                self.begin(time, step)
+
+    def _move(self, index: int, time: float, step: float) -> None:
+        self.turn(index, time, step, False)
+
     def turn(self, index: int, time: float, step: float, gather: bool) -> None:
         """This part's share of macro step `index`, from `time`. `gather`: renew inputs before every own step."""
         if self.keep:
@@ -179,17 +220,14 @@ def seats(wiring: Wiring) -> list[Seat]:
 
 def gauss_seidel(stepped: list[Seat], index: int, time: float, step: float) -> None:
     for seat in stepped:
-        seat.turn(index, time, step, True)
+        seat.stroke(index, time, step)
 
 
 def jacobi(stepped: list[Seat], index: int, time: float, step: float) -> None:
     for seat in stepped:
-        if seat.large == 1 or index % seat.large == 0:
-            seat.gather(time, 0.0, 0.0)
-            if seat.begin is not None and seat.even and not seat.input_faults:
-                seat.begin(time, step)
+        seat.collect(index, time, step)
     for seat in stepped:
-        seat.turn(index, time, step, False)
+        seat.move(index, time, step)
 
 
 ALGORITHMS = {"gauss-seidel": gauss_seidel, "jacobi": jacobi}

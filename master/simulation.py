@@ -106,6 +106,8 @@ class _Simulation:
             by_name[taker].ports.append(balance.taker)
             self.balances.append(balance)
         self.faults.install(by_name)
+        for seat in self.seats:
+            seat.settle()
         self.recorder = Recorder(wiring, by_name, self.sink)
 
     def _go(self) -> None:

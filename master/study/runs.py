@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 from fmus.build import built
-from master import load, read, run
+from master import PartFailed, load, read, run
 from master.study.claims import LIMIT, Curves, Facts, Runs
 from master.system import System
 from master.vehicle import Robot
@@ -110,7 +110,11 @@ def run_case(case: Case, folder: Path) -> Done:
 
     path = folder / f"{case.name}.parquet"
     began = clock.perf_counter()
-    result = run(robot, settings=settings_of(case, robot), out=path, observe=observe if case.postures else None)
+    try:
+        result = run(robot, settings=settings_of(case, robot), out=path, observe=observe if case.postures else None)
+    except PartFailed as failed:
+        failed.args = (f"run {case.name}: {failed}",)
+        raise
     return Done(case, path, result.energy, postures, clock.perf_counter() - began)
 
 
@@ -122,10 +126,15 @@ def run_all(folder: Path, progress: Callable[[str, int, int], None] | None = Non
         built(name)  # once, before the processes ask for them
     done = []
     with ProcessPoolExecutor(workers) as pool:
-        for future in as_completed([pool.submit(run_case, case, folder) for case in todo]):
-            done.append(future.result())
-            if progress:
-                progress(done[-1].case.name, len(done), len(todo))
+        futures = [pool.submit(run_case, case, folder) for case in todo]
+        try:
+            for future in as_completed(futures):
+                done.append(future.result())
+                if progress:
+                    progress(done[-1].case.name, len(done), len(todo))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     return sorted(done, key=lambda one: todo.index(one.case))
 
 

@@ -30,13 +30,4 @@ typedef struct {
 
 #define FMI __attribute__((visibility("default")))
 
-/* Functions that do nothing in all of these FMUs. */
-FMI const char *fmi2GetTypesPlatform(void) { return "default"; }
-FMI const char *fmi2GetVersion(void) { return "2.0"; }
-FMI fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) { return fmi2OK; }
-FMI fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real tolerance, fmi2Real start, fmi2Boolean s, fmi2Real stop) { return fmi2OK; }
-FMI fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return fmi2OK; }
-FMI fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
-FMI fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
-
 #endif

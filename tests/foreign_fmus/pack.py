@@ -16,7 +16,7 @@ def pack(name: str, out: Path | str) -> Path:
     out.mkdir(parents=True, exist_ok=True)
     library = out / f"{name}.so"
     flags = ["-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden"]
-    subprocess.run(["gcc", *flags, "-o", library, HERE / name / f"{name}.c", "-lm"], check=True)
+    subprocess.run(["gcc", *flags, "-o", library, HERE / name / f"{name}.c", HERE / "rest.c", "-lm"], check=True)
     path = out / f"{name}.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.write(HERE / name / "modelDescription.xml", "modelDescription.xml")

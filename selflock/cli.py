@@ -42,9 +42,9 @@ def build(
     only: Annotated[Optional[list[str]], typer.Argument(help="Names of FMUs, such as Reducer Motor; all when none is given.")] = None,
 ) -> None:
     """Pack the components as FMUs that run alone in any FMI 2.0 tool."""
-    from fmus.build import build_all
+    from master.pack import build_all
 
-    for path in build_all(out, only or None):
+    for path in build_all(out, only):
         console.print(path)
 
 

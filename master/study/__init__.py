@@ -42,12 +42,16 @@ def study(out: Path | str, progress: bool = False, workers: int = 2) -> StudyRes
     columns = (TextColumn("{task.description:<28}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), disable=not progress) as bar:
         running = bar.add_task("building the FMUs", total=len(runs.cases()))
-        done = runs.run_all(out / "runs", lambda name, count, total: bar.update(running, completed=count, description=f"ran {name}"), workers)
+        done = runs.run_all(
+            out / "runs", lambda name, count, total: bar.update(running, completed=count, description=f"ran {name}"), workers
+        )
         bar.update(running, description="runs")
         finishing = bar.add_task("claims", total=3)
         tables = runs.read_runs(done)
         claims = evaluate(tables)
-        (out / "claims.json").write_text(json.dumps([claim.as_dict() for claim in claims], indent=2, ensure_ascii=False) + "\n", "utf-8")
+        (out / "claims.json").write_text(
+            json.dumps([claim.as_dict() for claim in claims], indent=2, ensure_ascii=False) + "\n", "utf-8"
+        )
         bar.update(finishing, advance=1, description="figures")
         postures = next(one.postures for one in done if one.postures)
         drawn = figures.draw(tables, postures, out)

@@ -59,7 +59,16 @@ def _canvas(ylabel: str, height: float = 3.0) -> tuple[Figure, Axes]:
     axes = figure.subplots()
     for name, (start, stop) in WINDOWS.items():
         axes.axvspan(start, stop, color=SHADE, lw=0, zorder=0)
-        axes.text((start + stop) / 2, 1.01, name, transform=axes.get_xaxis_transform(), ha="center", va="bottom", fontsize=7.5, color="#6a737d")
+        axes.text(
+            (start + stop) / 2,
+            1.01,
+            name,
+            transform=axes.get_xaxis_transform(),
+            ha="center",
+            va="bottom",
+            fontsize=7.5,
+            color="#6a737d",
+        )
     axes.axhline(0, color="#7b8490", lw=0.7, zorder=1)
     axes.set(xlim=(0, DURATION), xlabel="time in s", ylabel=ylabel, xticks=range(0, 11))
     return figure, axes
@@ -70,7 +79,14 @@ def _legend(axes: Axes, ncols: int = 4) -> None:
     lines, labels = axes.get_legend_handles_labels()
     rows = -(-len(lines) // ncols)
     order = [row * ncols + column for column in range(ncols) for row in range(rows) if row * ncols + column < len(lines)]
-    axes.figure.legend([lines[k] for k in order], [labels[k] for k in order], loc="outside lower center", ncols=ncols, columnspacing=1.4, handlelength=1.6)
+    axes.figure.legend(
+        [lines[k] for k in order],
+        [labels[k] for k in order],
+        loc="outside lower center",
+        ncols=ncols,
+        columnspacing=1.4,
+        handlelength=1.6,
+    )
 
 
 def _frame(axes: Axes, *curves: np.ndarray) -> None:
@@ -128,7 +144,9 @@ def setpoints(runs: Runs) -> Figure:
     time = np.linspace(0, DURATION, 1001)
     run = runs.dynamic[0.0]
     for (end, colour), turns in zip(ENDS.items(), (FRONT, REAR)):
-        axes.plot(time, [math.degrees(motion(turns, t).angle) for t in time], color=colour, lw=3.5, alpha=0.3, label=f"{end}, desired")
+        axes.plot(
+            time, [math.degrees(motion(turns, t).angle) for t in time], color=colour, lw=3.5, alpha=0.3, label=f"{end}, desired"
+        )
         axes.plot(run.time, np.degrees(run[f"robot.{end}_angle"]), color=colour, label=f"{end}, realised at μ = 0")
     axes.set_yticks(range(-90, 271, 45))
     _legend(axes)
@@ -193,7 +211,16 @@ def advice(runs: Runs) -> Figure:
     levels = np.array(sorted(runs.sweep))
     hold, move = np.array([duty(runs.sweep[mu]) for mu in levels]).T
     axes.axvline(LIMIT, color=FAINT, lw=1)
-    axes.text(LIMIT, 1.01, "self-locking limit", transform=axes.get_xaxis_transform(), ha="center", va="bottom", fontsize=8, color="#6a737d")
+    axes.text(
+        LIMIT,
+        1.01,
+        "self-locking limit",
+        transform=axes.get_xaxis_transform(),
+        ha="center",
+        va="bottom",
+        fontsize=8,
+        color="#6a737d",
+    )
     axes.plot(levels, hold, "o--", ms=3, color=ENDS["front"], label=f"to hold configuration C for {LONG_HOLD:g} s")
     axes.plot(levels, move, "o-", ms=3, color=ENDS["rear"], label="to move once (2–4 s, 6–8 s)")
     axes.plot(levels, hold + move, "-", color=INK, lw=1.6, label="both")

@@ -51,8 +51,14 @@ class Setpoints:
         self.name = name
         self.log: list[str] = []
         self.variables = {
-            **{field: Variable(field, "parameter", unit=unit, start=start, description=text) for field, unit, start, text in CHOICES},
-            **{field: Variable(field, "output", unit=unit, start=start, depends_on=(), description=text) for field, unit, start, text in TOLD},
+            **{
+                field: Variable(field, "parameter", unit=unit, start=start, description=text)
+                for field, unit, start, text in CHOICES
+            },
+            **{
+                field: Variable(field, "output", unit=unit, start=start, depends_on=(), description=text)
+                for field, unit, start, text in TOLD
+            },
         }
         self.u = np.zeros(0)
         self.y = np.zeros(0)

@@ -73,7 +73,7 @@ function drawTorque() {
     g.strokeStyle = Math.abs(v) < 1e-9 ? "#8b95a0" : "#e3e7eb"; g.beginPath(); g.moveTo(L, Y(v)); g.lineTo(W - R, Y(v)); g.stroke();
     g.fillText(v.toFixed(1), L - 6, Y(v) + 4);
   }
-  g.save(); g.translate(12, T + (H - T - B) / 2); g.rotate(-Math.PI / 2); g.textAlign = "center"; g.fillText(H > 200 ? "torque in N·m" : "N·m", 0, 0); g.restore();
+  g.save(); g.translate(12, T + (H - T - B) / 2); g.rotate(-Math.PI / 2); g.textAlign = "center"; g.fillText(H > 190 ? "torque in N·m" : "N·m", 0, 0); g.restore();
   g.save(); g.beginPath(); g.rect(L, T, W - L - R, H - T - B); g.clip();
   for (const [k, colour] of D.colours.entries()) {
     g.strokeStyle = colour; g.lineWidth = 1.4; g.lineJoin = "round"; g.beginPath();

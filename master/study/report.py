@@ -45,7 +45,9 @@ LINES = {"chassis": {"fill": "#d5dce3", "colour": "#8b95a0", "width": 3}} | {
 
 def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[Path, str]], done: list[Done]) -> Path:
     """The report with everything inside: figures, claims, parameters, moving robot."""
-    environment = Environment(loader=PackageLoader("master.study", "."), undefined=StrictUndefined, autoescape=True, trim_blocks=True)
+    environment = Environment(
+        loader=PackageLoader("master.study", "."), undefined=StrictUndefined, autoescape=True, trim_blocks=True
+    )
     postures = next(one.postures for one in done if one.postures)
     html = environment.get_template("report.html.j2").render(
         facts=runs.facts,
@@ -87,7 +89,10 @@ def _motion(runs: Runs, postures: dict[float, dict]) -> dict:
         frames.append([round(1000 * x), *np.rint(1000 * points).astype(int).ravel().tolist()])
     first = next(iter(postures.values()))
     lines = [{"n": len(_drawn(name, first[name])), **style} for name, style in LINES.items()]
-    torque = {mode: [_sampled(run) for _, run in sorted(of.items())] for mode, of in (("kinematic", runs.kinematic), ("dynamic", runs.dynamic))}
+    torque = {
+        mode: [_sampled(run) for _, run in sorted(of.items())]
+        for mode, of in (("kinematic", runs.kinematic), ("dynamic", runs.dynamic))
+    }
     settled = np.concatenate([np.array(curve)[int(0.5 / SAMPLE) :] for curves in torque.values() for curve in curves])
     low, high = float(settled.min()), float(settled.max())
     room = 0.08 * (high - low)

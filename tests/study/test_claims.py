@@ -106,7 +106,10 @@ def test_claims_go_to_json(perfect):
         assert all(check["holds"] for check in told["checks"])
 
 
-@pytest.mark.parametrize(("relation", "value", "holds"), [("<=", 1.0, True), ("<", 1.0, False), (">=", 1.0, True), (">", 1.0, False), ("<=", math.nan, False)])
+@pytest.mark.parametrize(
+    ("relation", "value", "holds"),
+    [("<=", 1.0, True), ("<", 1.0, False), (">=", 1.0, True), (">", 1.0, False), ("<=", math.nan, False)],
+)
 def test_check(relation, value, holds):
     assert Check("x", value, relation, 1.0).holds is holds
 

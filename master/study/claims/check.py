@@ -39,7 +39,11 @@ class Check:
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
         told = f"{self.what}: {_number(self.value)}{unit}"
-        return f"{told} ({self.relation.replace('<=', '≤').replace('>=', '≥')} {_number(self.bound)}{unit})" if self.relation else told
+        return (
+            f"{told} ({self.relation.replace('<=', '≤').replace('>=', '≥')} {_number(self.bound)}{unit})"
+            if self.relation
+            else told
+        )
 
 
 def _number(value: float) -> str:

@@ -23,8 +23,14 @@ def gradual_fall(runs: Runs) -> list[Check]:
                 rho = run.mean(run.F, window) / run.mean(run.P, window)
                 bound = 0.05 * float(np.max(np.abs(run.P))) / runs.facts.gear_ratio
                 times[mode].append(run.settled_after(start, stop, run.F - rho * run.P, bound))
-        checks.append(Check(f"dynamic: time from {start:g} s to the hold's torque, shortest", least(times["dynamic"]), ">=", 0.050, "s"))
-        checks.append(Check(f"kinematic: time from {start:g} s to the hold's torque, longest", largest(times["kinematic"]), "<=", 0.010, "s"))
+        checks.append(
+            Check(f"dynamic: time from {start:g} s to the hold's torque, shortest", least(times["dynamic"]), ">=", 0.050, "s")
+        )
+        checks.append(
+            Check(
+                f"kinematic: time from {start:g} s to the hold's torque, longest", largest(times["kinematic"]), "<=", 0.010, "s"
+            )
+        )
     return checks
 
 
@@ -87,7 +93,11 @@ def electric_power_moving(runs: Runs) -> list[Check]:
     ]
 
 
-@row(16, "Without friction electric power is close to mechanical at high speed and much greater at low speed and high torque.", (17,))
+@row(
+    16,
+    "Without friction electric power is close to mechanical at high speed and much greater at low speed and high torque.",
+    (17,),
+)
 def efficiency_of_the_motor(runs: Runs) -> list[Check]:
     run = runs.dynamic[0.0]
     electric, mechanical = run[ELECTRIC], run[MECHANICAL]
@@ -139,7 +149,9 @@ def advice(runs: Runs) -> list[Check]:
     beyond = [abs(h) for mu, h in zip(levels, hold) if mu >= LIMIT]
     below = [h for mu, h in zip(levels, hold) if mu <= LIMIT]
     return [
-        Check(f"least fall of the energy to hold for {LONG_HOLD:g} s up to the limit", least_step([-h for h in below]), ">", 0, "J"),
+        Check(
+            f"least fall of the energy to hold for {LONG_HOLD:g} s up to the limit", least_step([-h for h in below]), ">", 0, "J"
+        ),
         Check("energy to hold at and above the limit / without friction", largest(beyond) / hold[0], "<=", 0.01),
         Check("least growth of the energy to move from one μ to the next", least_step(move), ">", 0, "J"),
         Check("best μ of moving once and holding long, at least the limit", best, ">=", LIMIT),

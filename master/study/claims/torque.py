@@ -39,7 +39,9 @@ def same_output_torque(runs: Runs) -> list[Check]:
         checks.append(Check(f"dynamic against kinematic, mean P in {window}", worst, "<=", 0.03))
     for window in ("hold A", "hold B"):
         means = [run.mean(run.P, window) for _, _, run in runs.each()]
-        checks.append(Check(f"spread of the mean P over all runs in {window} (indeterminate)", max(means) - min(means), unit="N.m"))
+        checks.append(
+            Check(f"spread of the mean P over all runs in {window} (indeterminate)", max(means) - min(means), unit="N.m")
+        )
     return checks
 
 
@@ -53,11 +55,15 @@ def constant_at_rest(runs: Runs) -> list[Check]:
         nearest = least(apart(run.mean(run.P, one), run.mean(run.P, other)) for _, _, run in runs.each())
         checks.append(Check(f"mean P of {one} and {other} apart", nearest, ">", 0.05))
     still = runs.standstill
-    checks += [Check(f"standing still: standard deviation of P / mean in {w}", still.ripple(still.P, w), "<=", 0.005) for w in HOLDS]
+    checks += [
+        Check(f"standing still: standard deviation of P / mean in {w}", still.ripple(still.P, w), "<=", 0.005) for w in HOLDS
+    ]
     return checks
 
 
-@row(4, "The torque changes rapidly where the centre of pressure moves: at 2 s back under the axis, and near 4 s and 6 s.", (6, 8))
+@row(
+    4, "The torque changes rapidly where the centre of pressure moves: at 2 s back under the axis, and near 4 s and 6 s.", (6, 8)
+)
 def centre_of_pressure(runs: Runs) -> list[Check]:
     checks = []
     away = []
@@ -68,7 +74,9 @@ def centre_of_pressure(runs: Runs) -> list[Check]:
     checks.append(Check("rear centre of pressure from the axis, 2.5–3.5 s", largest(away), "<=", runs.facts.sprocket_radius, "m"))
     for window in ((1.9, 2.6), (3.6, 4.4), (5.9, 6.6)):
         contrast = least(_burst(run, window) for _, _, run in runs.each())
-        checks.append(Check(f"largest |dP/dt| in {window[0]}–{window[1]} s / median over the run, least of eight runs", contrast, ">", 10))
+        checks.append(
+            Check(f"largest |dP/dt| in {window[0]}–{window[1]} s / median over the run, least of eight runs", contrast, ">", 10)
+        )
     return checks
 
 
@@ -77,14 +85,26 @@ def _burst(run: Curves, window: tuple[float, float]) -> float:
     return float(rate[run.inside(window)].max() / np.median(rate))
 
 
-@row(5, "While lifted, the outside moment is mainly the holder's own weight: positive when lifting, negative when lowering.", (8, 9))
+@row(
+    5,
+    "While lifted, the outside moment is mainly the holder's own weight: positive when lifting, negative when lowering.",
+    (8, 9),
+)
 def own_weight(runs: Runs) -> list[Check]:
     checks = [
         Check("mean P in lift, least of eight runs", least(run.mean(run.P, "lift") for _, _, run in runs.each()), ">", 0, "N.m"),
-        Check("mean P in lower, largest of eight runs", largest(run.mean(run.P, "lower") for _, _, run in runs.each()), "<", 0, "N.m"),
+        Check(
+            "mean P in lower, largest of eight runs",
+            largest(run.mean(run.P, "lower") for _, _, run in runs.each()),
+            "<",
+            0,
+            "N.m",
+        ),
     ]
     for window in ("lift", "lower"):
-        worst = largest(abs(run.mean(run.P, window) / run.mean("robot.rear_gravity_moment", window) - 1) for _, _, run in runs.each())
+        worst = largest(
+            abs(run.mean(run.P, window) / run.mean("robot.rear_gravity_moment", window) - 1) for _, _, run in runs.each()
+        )
         checks.append(Check(f"|mean P / gravity moment − 1| in {window}, worst of eight runs", worst, "<=", 0.10))
     return checks
 

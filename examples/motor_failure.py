@@ -9,12 +9,13 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 import master
+from master.study.figures import COLOURS, STYLE, sketch
 
 ROBOT = Path(master.__file__).parent / "study" / "robot.toml"
 FAILS_AT = 8.5  # s; the robot was lifted from 6 to 8 s
 
 
-def run(friction: float, track: str = "segmented") -> master.Result:
+def run(friction: float, track: str = "segmented", observe=None) -> master.Result:
     """The study's manoeuvre with gears of this friction and motors that give no torque from FAILS_AT on."""
     system = master.load(ROBOT)
     system.faults = [master.Fault(f"{side}_motor.torque", "drop-out", FAILS_AT) for side in ("front", "rear")]
@@ -22,19 +23,24 @@ def run(friction: float, track: str = "segmented") -> master.Result:
     for side in ("front", "rear"):
         settings |= {f"{side}_reducer.friction_kinetic": friction, f"{side}_reducer.friction_static": friction}
         settings |= {f"{side}_controller.friction_static": friction, f"{side}_controller.irreversible": friction > 0.02}
-    return master.run(system, settings)
+    return master.run(system, settings, observe=observe)
 
 
 def main(picture: str = "motor_failure.png") -> None:
-    figure, axes = plt.subplots(figsize=(8, 3.2), layout="constrained")
-    for friction, colour, label in ((0.0, "tab:red", "μ = 0: back-drivable"), (0.03, "tab:blue", "μ = 0.03: self-locking")):
-        table = run(friction).table
-        axes.plot(table["time"], 1e3 * table["robot.chassis_y"], colour, label=label)
-    axes.axvline(FAILS_AT, color="k", linestyle=":")
-    axes.annotate(" both motors fail", (FAILS_AT, axes.get_ylim()[0]), va="bottom", ha="left")
-    axes.set(xlabel="time, s", ylabel="height of the chassis, mm", xlim=(5, 10))
+    plt.rcParams.update(STYLE)
+    figure, grid = plt.subplot_mosaic([["curve", 0.0], ["curve", 0.03]], figsize=(8, 3.2), width_ratios=(2, 1), layout="constrained")
+    axes = grid["curve"]
+    for friction, label in ((0.0, "μ = 0: the gear can be driven back"), (0.03, "μ = 0.03: the gear locks itself")):
+        last = {}
+        table = run(friction, observe=lambda time, parts: last.update(posture=parts["robot"].posture()) if time > 9.9985 else None).table
+        axes.plot(table["time"], 1e3 * table["robot.chassis_y"], color=COLOURS[friction], label=label)
+        sketch(grid[friction], last["posture"])
+        grid[friction].set_title(f"μ = {friction:g} at 10 s", fontsize=9, color=COLOURS[friction])
+    axes.axvline(FAILS_AT, color="#4c5560", linestyle=":")
+    axes.text(FAILS_AT - 0.06, 170, "both motors fail", rotation=90, va="center", ha="right", color="#4c5560")
+    axes.set(xlabel="time in s", ylabel="height of the chassis in mm", xlim=(5, 10))
     axes.legend(loc="upper left")
-    figure.savefig(picture, dpi=150)
+    figure.savefig(picture)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
 
 from .run import diagnose
 from .errors import DataError
+from .replay import Comparison, Replay, replay
 from .result import Cause, Diagnosis
 
-__all__ = ["Cause", "DataError", "Diagnosis", "diagnose"]
+__all__ = ["Cause", "Comparison", "DataError", "Diagnosis", "Replay", "diagnose", "replay"]

@@ -14,9 +14,11 @@ A cut whose residual is noise proves its components; a cut that is off has the f
 from __future__ import annotations
 
 from dataclasses import dataclass
+from threading import Lock
 from typing import Callable
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from .errors import DataError
 from .kernels import kernels
@@ -32,8 +34,11 @@ BLOCKS = 36
 BINS = 250
 """Averages kept of each block: what is left of noise then is small, and fits are fast."""
 
-MOST = 120_000
-"""Samples simulated in a fit; longer logs are thinned by averaging."""
+MOST = 8_000
+"""Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
+
+STRETCH = 60
+"""Samples in such a stretch."""
 
 
 @dataclass
@@ -60,20 +65,49 @@ class Cut:
 class Bench:
     """All runs of a measurement under one rig, and the residual of a simulation with given parameter values."""
 
-    def __init__(self, rig: Rig, runs: list[Run]):
+    def __init__(self, rig: Rig, runs: list[Run], sampled: bool = False):
         self.rig, self.steady = rig, rig.kind == "steady"
         self.original = runs
         self.runs = points(runs) if self.steady else runs
         self.channels = {(i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives}
         self.kernels = kernels()  # laws that run; extend puts FMUs in their place
         self._memory: dict[str, dict] = {}
+        self._lock = Lock()
         self.smoothing = {prefix: 11 for prefix in rig.drives}
+        total = sum(len(run) for run in self.runs)
+        for ch in self.channels.values():
+            ch.take = stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
         self.cuts = [cut for prefix in rig.drives for cut in _cuts(self, prefix)]
         if not self.cuts:
             have = sorted({name for run in self.runs for name in run.signals})
             raise DataError(f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "
                             "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together.")
+        self.choosing = False
         self._layout()
+        for prefix in rig.drives:
+            self._choose_smoothing(prefix)
+
+    def _choose_smoothing(self, prefix: str) -> None:
+        """The shortest window over which the noise of the acceleration matters no more than that of the torque."""
+        gear = next((cut for cut in self.cuts if cut.name == prefix + "gear"), None)
+        if gear is None or self.steady:
+            return
+        levels = {}
+        self.choosing = True  # the balance is not smoothed meanwhile
+        for samples in (5, 7, 11, 17, 25, 41, 61):
+            self.smoothing[prefix] = samples
+            steps, count = 0.0, 0
+            for simulated, measured, good in self.compare(gear, {}):
+                e = (measured - simulated)[good]
+                if len(e) > 20:
+                    steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
+            levels[samples] = steps / max(count, 1)
+        self.choosing = False
+        self.smoothing[prefix] = min(samples for samples, level in levels.items() if level <= 1.15 * min(levels.values()))
+
+    def reach(self, cut: Cut) -> int:
+        """Samples over which smoothing ties the residual of a cut together."""
+        return self.smoothing[cut.prefix] if cut.name.endswith("gear") and not self.steady else 1
 
     # --- where the samples of each run go: blocks and bins -------------------------------------------------
 
@@ -109,9 +143,9 @@ class Bench:
         self.blocks = len(self.block_run)
         self.block_run = np.array(self.block_run)
 
-    def bin(self, i: int, samples: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sums and counts of run i's good samples in all bins."""
-        place = self.place[i][good]
+    def bin(self, i: int, samples: np.ndarray, good: np.ndarray, take: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Sums and counts of run i's good samples in all bins; `take`: which samples these are, where not all."""
+        place = (self.place[i] if take is None or len(samples) == len(self.place[i]) else self.place[i][take])[good]
         size = self.blocks * self.bins
         return np.bincount(place, samples[good], size), np.bincount(place, minlength=size)
 
@@ -125,7 +159,7 @@ class Bench:
         """Mean residual (measured - simulated) and count in each bin, arrays (blocks, bins)."""
         total, count = np.zeros(self.blocks * self.bins), np.zeros(self.blocks * self.bins, int)
         for i, (simulated, measured, good) in enumerate(self.compare(cut, values)):
-            sums, counts = self.bin(i, measured - simulated, good & np.isfinite(simulated))
+            sums, counts = self.bin(i, measured - simulated, good & np.isfinite(simulated), self.channels[i, cut.prefix].take)
             total += sums
             count += counts
         return (total / np.maximum(count, 1)).reshape(self.blocks, self.bins), count.reshape(self.blocks, self.bins)
@@ -138,11 +172,14 @@ class Bench:
         """A cut's residual, computed only when a value that it uses is new: a fit changes few cuts at a time."""
         key = tuple(sorted((name, value) for name, value in values.items() if cut.uses(name)))
         memory = self._memory.setdefault(cut.name, {})
-        if key not in memory:
-            while len(memory) >= 24:
-                memory.pop(next(iter(memory)), None)
-            memory[key] = self.binned(cut, values)[0]
-        return memory[key]
+        found = memory.get(key)
+        if found is None:
+            found = self.binned(cut, values)[0]
+            with self._lock:
+                while len(memory) >= 24:
+                    memory.pop(next(iter(memory)))
+                memory[key] = found
+        return found
 
     def present(self, values: dict[str, float]) -> np.ndarray:
         """Which entries of the residual are backed by samples."""
@@ -168,6 +205,13 @@ class Bench:
 
     def _prefix(self, component: str) -> str:
         return next((p for p in sorted(self.rig.drives, key=len, reverse=True) if component.startswith(p)), "")
+
+
+def stretches(n: int, share: float) -> np.ndarray:
+    """Places of short stretches spread evenly over n samples, about this share of them."""
+    count = max(1, int(n * share / STRETCH))
+    firsts = np.linspace(0, max(0, n - STRETCH), count).astype(int)
+    return np.unique((firsts[:, None] + np.arange(STRETCH)).ravel().clip(0, n - 1))
 
 
 def points(runs: list[Run]) -> list[Run]:
@@ -334,24 +378,42 @@ def gear_inputs(bench, prefix, values, ch) -> tuple[tuple[np.ndarray, ...], Moti
 
 
 def _gear(bench, prefix, torque, electric, values, ch):
+    """The balance at the motor's shaft: what the gear and the shaft's inertia take against what the motor gives.
+
+    The measured acceleration is that of a smoothed motion, so the rest of the balance is smoothed in the same way.
+    """
     inputs, first = gear_inputs(bench, prefix, values, ch)
-    n = len(ch.dt)
     law = _law(bench, prefix, "reducer", values)
-    bare = np.empty(n)
-    bench.kernels.gear(law, *inputs, ch.dt, bare)
+    take = ch.take
+    dt = ch.dt if take is None else np.diff(np.concatenate([[0.0], np.cumsum(ch.dt)[take]]))
+    pick = (lambda x: x) if take is None else (lambda x: x[take])
+    bare = np.empty(len(dt))
+    bench.kernels.gear(law, *(pick(x) for x in inputs), dt, bare)
+    good = first.sliding.copy()
     if torque == "reducer.input_torque":
-        return _read(torque, bare, values, ch), ch.raw(torque), first.sliding & ch.good(torque)
-    required = bare + law.shaft_inertia * first.acceleration
+        return _read(torque, bare, values, ch), pick(ch.raw(torque)), pick(good & ch.good(torque))
     if torque == "motor.torque":
-        return _read(torque, required, values, ch), ch.raw(torque), first.sliding & ch.good(torque)
-    given = np.empty(n)
-    law = _law(bench, prefix, "motor", values)
-    if torque == "motor.current":
-        bench.kernels.shaft_torque(law, ch.true(torque, values), first.speed, first.angle, ch.dt, given)
-        return required, given, first.sliding & ch.good(torque)
-    voltage, good = _voltage(electric, values, ch)
-    bench.kernels.motor(law, voltage, first.speed, ch.dt, np.empty(n), given)
-    return required, given, first.sliding & good
+        given, good = ch.raw(torque), good & ch.good(torque)
+    elif torque == "motor.current":
+        given, good = np.empty(len(ch.dt)), good & ch.good(torque)
+        bench.kernels.shaft_torque(_law(bench, prefix, "motor", values), ch.true(torque, values), first.speed, first.angle, ch.dt, given)
+    else:
+        given = np.empty(len(ch.dt))
+        voltage, fine = _voltage(electric, values, ch)
+        good &= fine
+        bench.kernels.motor(_law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given)
+    given, good, inertial = pick(given), pick(good), law.shaft_inertia * pick(first.acceleration)
+    if torque == "motor.torque":
+        bare = _read(torque, bare + inertial, values, ch) - inertial
+    if bench.steady:
+        return bare, given, good
+    samples = 0 if bench.choosing else min(bench.smoothing[prefix], len(bare) - 1 | 1)
+    smoothed = savgol_filter(given - bare, samples, 2, mode="nearest") if samples >= 5 else given - bare
+    if take is not None:  # not across the gaps between stretches
+        edge = np.flatnonzero(np.diff(take) > 1)
+        for shift in range(-(samples // 2), samples // 2 + 1):
+            good[np.clip(edge + shift + (shift <= 0), 0, len(good) - 1)] = False
+    return bare + inertial, bare + smoothed, good
 
 
 def _load(bench, prefix, values, ch):
@@ -368,5 +430,19 @@ def _twist(bench, prefix, values, ch):
     angle = ch.true("reducer.input_angle", values)
     bench.kernels.twist(_law(bench, prefix, "reducer", values), angle, _delivered(bench, prefix, values, ch, second), out)
     out -= np.median(out - ch.raw("load.angle"))  # where the encoders' zeros lie is nobody's fault
-    good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding
+    good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(bench, prefix, ch)
     return _read("load.angle", out, values, ch), ch.raw("load.angle"), good
+
+
+def _pressed(bench, prefix, ch) -> np.ndarray:
+    """Where the nominal output torque is far enough from zero to press one flank for sure, and has been for a while."""
+    memory = ch.__dict__.setdefault("_motions", {})
+    key = ("pressed", bench.smoothing[prefix])
+    if key not in memory:
+        torque = _delivered(bench, prefix, {}, ch, _both(bench, prefix, {}, ch)[1])
+        side = np.sign(torque) * (abs(torque) > 0.1 * np.quantile(abs(torque), 0.9))
+        steady = side != 0.0
+        for shift in range(1, 2 * bench.smoothing[prefix]):
+            steady[shift:] &= side[shift:] == side[:-shift]
+        memory[key] = steady
+    return memory[key]

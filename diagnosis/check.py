@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
-from .log import Run
+from .log import VALID, Run
 from .rig import Rig, split
 from .signals import COMMANDS
 
@@ -50,12 +50,15 @@ def check(runs: list[Run], rig: Rig) -> list[Fault]:
         for name, values in run.signals.items():
             faults += _spans(run, name, ~run.good[name], "non-finite")
             _, bare = split(name, rig.drives)
-            if bare in COMMANDS:
+            if bare in COMMANDS or name == VALID:
                 continue
             for kind, test in (("corrupted", _corrupted), ("clipped", _clipped), ("frozen", _frozen)):
                 bad = test(run, name, bare) & run.good[name]
                 faults += _spans(run, name, bad, kind)
                 run.good[name] = run.good[name] & ~bad
+        if VALID in run.signals:  # as the rig says, and no fault
+            for name in run.good:
+                run.good[name] &= run.signals[VALID] > 0.0
     return faults
 
 

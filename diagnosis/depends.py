@@ -2,7 +2,9 @@
 
 For each variable the residual's mean in bins of the variable is learnt on some blocks and tried on the others; the
 share of the residual's variance that this predicts is compared with what chance predicts: blocks of the residual
-permuted and their signs flipped, the best over all variables in each draw.
+permuted and their signs flipped, the best over all variables in each draw. Friction changes its sign with the
+direction and grows with the load, so the same is asked of what goes with the direction, and with direction and load:
+a variable counts there by what it predicts beyond their mere proportion. Last, a line in the spectrum over time.
 """
 
 from __future__ import annotations
@@ -18,6 +20,9 @@ from .signals import SIGNALS
 GROUPS = 10
 DRAWS = 199
 SIGNIFICANT = 0.02
+LINES = 400
+"""Lines of a spectrum are looked for up to so many periods in the longest run."""
+
 RELEVANT = 0.06
 """Share of the variance that a variable must explain to be named."""
 
@@ -74,11 +79,18 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
         if here.sum() < 12:
             continue
         r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
-        shares = {}
-        for label, parts in variables(bench, cut, values).items():
-            groups = _groups(bench, parts, here)
-            if groups is not None:
-                shares[label] = _shares(r, groups, folds, orders, signs)
+        shares: dict[str, np.ndarray] = {}
+        known = variables(bench, cut, values)
+        for regressor in _regressors(bench, known, here):
+            one = _shares(r, np.where(here, 0, -1), regressor, folds, orders, signs)
+            for label, parts in known.items():
+                groups = _groups(bench, parts, here)
+                if groups is not None:
+                    s = _shares(r, groups, regressor, folds, orders, signs) - (0.0 if np.ptp(regressor) == 0.0 else one)
+                    shares[label] = np.maximum(s, shares.get(label, -np.inf))
+        line = None if bench.steady else _line(bench, r, here, folds, signs)
+        if line is not None:
+            shares[f"time, period {line[0]:.3g} s"] = line[1]
         if not shares:
             continue
         best_by_chance = np.max([s[1:] for s in shares.values()], axis=0)
@@ -90,14 +102,30 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
     return found
 
 
-def _groups(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarray | None:
-    """Each bin's group of the variable, -1 where there is none; None for a variable that does not vary."""
+def _means(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A variable's mean in each bin, and where there is one."""
     total, count = 0.0, 0
     for i, x in enumerate(parts):
         sums, counts = bench.bin(i, x, np.isfinite(x))
         total, count = total + sums, count + counts
-    x = (total / np.maximum(count, 1)).reshape(here.shape)
-    known = here & (np.asarray(count).reshape(here.shape) > 0)
+    return (total / np.maximum(count, 1)).reshape(here.shape), here & (np.asarray(count).reshape(here.shape) > 0)
+
+
+def _regressors(bench: Bench, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray]:
+    """What the residual may go with: nothing, the direction, direction and load."""
+    found = [np.ones(here.shape)]
+    if "direction" in known:
+        found.append(np.sign(_means(bench, known["direction"], here)[0]))
+        if "load" in known:
+            load = abs(_means(bench, known["load"], here)[0])
+            if load[here].max(initial=0.0) > 0.0:
+                found.append(found[-1] * load / load[here].max())
+    return found
+
+
+def _groups(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarray | None:
+    """Each bin's group of the variable, -1 where there is none; None for a variable that does not vary."""
+    x, known = _means(bench, parts, here)
     if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
         return None
     few = max(2, min(GROUPS, int(known.sum() // 4)))
@@ -105,12 +133,43 @@ def _groups(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarr
     return np.where(known, np.searchsorted(edges, x, side="left"), -1)
 
 
-def _shares(r, groups, folds, orders, signs) -> np.ndarray:
-    """Share of variance predicted on unseen blocks, for each draw of blocks and signs; the groups stay in place."""
+def _line(bench: Bench, r: np.ndarray, here: np.ndarray, folds: np.ndarray, signs: list[np.ndarray]) -> tuple[float, np.ndarray] | None:
+    """The strongest line of the residual's spectrum, each run with a phase of its own: (period, shares for each draw).
+
+    A line of a run is learnt on some of its blocks and tried on the others, as all else.
+    """
+    time, known = _means(bench, [run.time - run.time[0] for run in bench.runs], here)
+    longest = max(run.time[-1] - run.time[0] for run in bench.runs)
+    usual = np.median([np.median(np.diff(t[k])) for t, k in zip(time, known) if k.sum() > 2] or [np.inf])
+    highest = min(0.25 / usual, LINES / longest)
+    frequencies = np.arange(3.0 / longest, highest, 0.5 / longest)
+    energy = float((r**2).sum())
+    if len(frequencies) < 2 or energy == 0.0:
+        return None
+    sums = np.empty((len(r), len(frequencies)), complex)  # of r exp(-i w t) over each block
+    for block, (t, k) in enumerate(zip(time, known)):
+        sums[block] = r[block, k] @ np.exp(-2j * np.pi * np.outer(t[k], frequencies))
+    counts = known.sum(1).astype(float)
+    shares = np.empty((len(signs), len(frequencies)))
+    for draw, sign in enumerate(signs):
+        gain = np.zeros(len(frequencies))
+        for run in np.unique(bench.block_run):
+            own = bench.block_run == run
+            for fold in np.unique(folds[own]):
+                seen, unseen = own & (folds != fold), own & (folds == fold)
+                amplitude = 2.0 * (sign[seen] @ sums[seen]) / max(counts[seen].sum(), 1.0)
+                gain += (amplitude.conj() * (sign[unseen] @ sums[unseen])).real - 0.5 * abs(amplitude) ** 2 * counts[unseen].sum()
+        shares[draw] = 2.0 * gain / energy
+    best = int(shares[0].argmax())
+    return 1.0 / frequencies[best], shares.max(1)
+
+
+def _shares(r, groups, regressor, folds, orders, signs) -> np.ndarray:
+    """Share of variance predicted on unseen blocks, for each draw of blocks and signs; groups and regressor stay in place."""
     number = groups.max() + 1
     inside = groups >= 0
-    members = np.stack([((groups == g) & inside) for g in range(number)], axis=-1).astype(float)  # (blocks, bins, groups)
-    counts = members.sum(1)
+    members = np.stack([((groups == g) & inside) * regressor for g in range(number)], axis=-1)  # (blocks, bins, groups)
+    counts = (members**2).sum(1)
     pairs = np.einsum("blg,cl->bcg", members, r)  # sums of block c's residual over block b's groups
     energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has groups
     out = []
@@ -120,7 +179,7 @@ def _shares(r, groups, folds, orders, signs) -> np.ndarray:
         for fold in np.unique(folds):
             seen, unseen = folds != fold, folds == fold
             n = counts[seen].sum(0)
-            mean = sums[seen].sum(0) / np.maximum(n + 1.0, 1.0)
+            mean = sums[seen].sum(0) / (n + 1.0)
             left += (counts[unseen] @ mean**2 - 2.0 * sums[unseen] @ mean).sum()
         out.append(-left / max(energy, 1e-300))
     return np.array(out)

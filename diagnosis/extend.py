@@ -39,7 +39,7 @@ def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray
     _parameters(bench, before, after, out / "parameters.toml")
     system = write_system(bench, values, fmus, out)
     promised = _error(bench, cut, after, blocks)
-    with _FmuBench(bench, fmus, cut) as theirs:
+    with with_fmus(bench, fmus, cut) as theirs:
         found = _error(theirs, cut, after, blocks) if theirs.runs_fmus else promised
     return {
         "fmus": sorted(path.name for path in fmus.values()), "parameters": "parameters.toml", "system": system.name if system else None,
@@ -72,7 +72,7 @@ def _parameters(bench: Bench, before: dict, after: dict, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
-class _FmuBench:
+class with_fmus:
     """A bench whose laws of one cut run as FMUs under FMPy."""
 
     def __init__(self, bench: Bench, fmus: dict[str, Path], cut: Cut):

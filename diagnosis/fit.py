@@ -104,11 +104,12 @@ def fit(residual: Residual, fixed: dict, free: Sequence[Free], start: dict, rows
             known[key] = residual({**fixed, **named(x)})
         return known[key]
 
+    least, most = low / lengths, high / lengths
     found = least_squares(
         lambda x: value(x)[rows],
-        origin / lengths,
+        np.clip(origin / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
         jac=lambda x: jacobian(residual, fixed, free, named(x), value(x))[rows] * lengths,
-        bounds=(low / lengths, high / lengths), loss="soft_l1", f_scale=c, max_nfev=effort, xtol=1e-5, ftol=1e-6, gtol=1e-8,
+        bounds=(least, most), loss="soft_l1", f_scale=c, max_nfev=effort, xtol=1e-5, ftol=1e-6, gtol=1e-8,
     )
     values = named(found.x)
     r = value(found.x)

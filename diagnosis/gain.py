@@ -37,9 +37,9 @@ def samples(bench: Bench, cut: Cut, values: dict, blocks: np.ndarray) -> tuple[l
     return errors, trusted
 
 
-def floor(errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
-    """Noise of single samples, from differences of neighbours, which no slow error reaches."""
-    steps = np.concatenate([np.diff(e)[t[1:] & t[:-1]] for e, t in zip(errors, trusted)])
+def floor(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int = 1) -> float:
+    """Noise of single samples, from differences of near neighbours, beyond the reach of smoothing, which no slow error reaches."""
+    steps = np.concatenate([(e[reach:] - e[:-reach])[t[reach:] & t[:-reach]] for e, t in zip(errors, trusted)])
     return float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) > 10 else 0.0
 
 
@@ -71,7 +71,7 @@ def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarra
     picks = rng.choice(there, (DRAWS, len(there)))
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
     was, now = rms([e[t] for e, t in zip(old, trusted)]), rms([e[t] for e, t in zip(new, trusted)])
-    noise = min(floor(new, trusted), now)
+    noise = min(floor(new, trusted, bench.reach(cut)), now)
     closed = float(np.clip((was - now) / (was - noise), 0.0, 1.0)) if was > noise and was > now else 0.0
     gain = Gain(f"root mean square error of {cut.output} ({cut.name})", cut.unit, was, now, float(low), float(high), closed, noise, names)
     gain.regimes = _regimes(bench, cut, after, old, new, trusted)

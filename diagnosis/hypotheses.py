@@ -16,6 +16,9 @@ NOT_IN_POINTS = {"ripple", "cogging", "backlash", "compliance", "warm_up", "wear
 
 COMPONENTS = ("controller", "motor", "reducer", "load")
 
+SAID_BY_EFFECTS = {"load.mass", "load.arm", "load.inertia", "load.arm_angle", "load.gravity", "reducer.shaft_stiffness"}
+"""Nominal values for whose errors the vocabulary has names of their own (mass, centre_of_mass, inertia, tilt, compliance)."""
+
 
 @dataclass(frozen=True)
 class Free:
@@ -30,6 +33,7 @@ class Free:
     companion: bool = False  # a nominal value that an effect frees beside its own parameters
     told: bool = False  # the rig gives it
     above: str = ""  # counted from this other parameter's value on, so that it can never fall below it
+    trials: tuple[float, ...] = ()  # values to try where it acts only from a finite amount on
 
 
 @dataclass(frozen=True)
@@ -78,14 +82,31 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
         declared = {p.name for effect in effects(component) for p in effect.parameters}
         for parameter in base(component):
             full = f"{name}.{parameter.name}"
-            if parameter.name not in declared and rig.questioned(full) and full not in rig.uncertain:
+            if parameter.name in declared or f"{component}.{parameter.name}" in SAID_BY_EFFECTS:
+                continue
+            if rig.questioned(full) and full not in rig.uncertain:
                 found.append(Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description))
     for channel in sorted(channels):
         if rig.questioned(channel) and split(channel, rig.drives)[1] not in COMMANDS:
-            found += [_sensor(channel, effect, spread(bench, channel)) for effect in effects("sensor")]
+            found += [_sensor(channel, effect, spread(bench, channel)) for effect in effects("sensor")
+                      if not (effect.name == "bias" and channel.endswith("reducer.input_angle"))]  # where an encoder's zero lies is nobody's fault
     if rig.kind == "steady":  # a point has no angle and no time
         found = [h for h in found if h.effect not in NOT_IN_POINTS]
-    return [h for h in found if h.free]
+    return [_tried(h, bench) for h in found if h.free]
+
+
+def _tried(hypothesis: Hypothesis, bench) -> Hypothesis:
+    """Steps of time are looked for in whole samples, steps of a reading where its channel has them."""
+    def trials(p: Free) -> tuple[float, ...]:
+        if p.name.endswith("sample_period"):
+            step = float(np.median(np.concatenate([np.diff(run.time) for run in bench.runs])))
+            return tuple(n * step for n in range(2, 41) if p.low <= n * step <= p.high)
+        if p.name.endswith("resolution"):
+            steps = [np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)])) for run in bench.runs]
+            return tuple({float(np.quantile(s, 0.05)) for s in steps if len(s)})
+        return ()
+
+    return replace(hypothesis, free=tuple(replace(p, trials=trials(p)) for p in hypothesis.free))
 
 
 def spread(bench, channel: str) -> float:
@@ -97,12 +118,14 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
     free = []
     for p in effect.parameters:
         full = f"{name}.{p.name}"
-        if not rig.questioned(full) and full in rig.known:
+        if not rig.questioned(full):
             continue
         free.append(Free(full, rig.parameters.get(full, p.off), p.low, p.high, p.unit, p.description, told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
+        if not rig.questioned(full):
+            continue
         if extra == "friction_static":  # at least the kinetic one: fitted as what lies above it
             free.append(Free(full, 0.0, 0.0, 1.0, "", "mu_s - mu_k", above=f"{name}.friction_kinetic"))
         elif full not in rig.uncertain:

@@ -103,7 +103,8 @@ def _control() -> dict:
         """Command on measured angles. The command of sample i is that of the inputs of sample i."""
         s = start(p, angle_setpoint[0], speed_setpoint[0], angle[0], speed[0], motor_speed[0], output_torque[0])
         for i in range(len(dt)):
-            s, out = advance(p, s, angle_setpoint[i], speed_setpoint[i], angle[i], speed[i], motor_speed[i], output_torque[i], dt[i])
+            h = dt[i] if i > 0 else 0.0  # the first sample is at the start
+            s, out = advance(p, s, angle_setpoint[i], speed_setpoint[i], angle[i], speed[i], motor_speed[i], output_torque[i], h)
             voltage[i] = out.voltage
 
     return {"controller": controller}

@@ -13,6 +13,9 @@ from .errors import DataError
 from .rig import Column, Rig, conversion, split, suggest
 from .signals import SIGNALS, canonical, unit
 
+VALID = "rig.valid"
+"""The signal of the rig's `valid` column."""
+
 SHORTEST = 30
 """Fewer samples than this tell nothing."""
 
@@ -56,6 +59,9 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         given = column.unit or units.get(_bare(column.column), "")
         data[column.signal] = _si(path, values, given, column, rig)
     time = _time(path, table, headers, units, rig)
+    if rig.valid:
+        switch = Column(rig.valid, VALID)
+        data[VALID] = (_numbers(path, table, _find(path, headers, rig.valid, rig), switch) != 0.0).astype(float)
     names = table[_find(path, headers, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
     runs = []
     for name in pd.unique(names):

@@ -123,8 +123,8 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
         elif electric:
             play("voltage", _voltage(electric, values, ch)[0], f"{name('motor')}.voltage")
         component("motor")
-        component("reducer", f"kinematic = false\ninitial_speed = {first.speed[0]!r}")
-        component("load", f"start_angle = {second.angle[0]!r}\nstart_speed = {second.speed[0]!r}")
+        component("reducer", f"kinematic = false\ninitial_speed = {float(first.speed[0])!r}")
+        component("load", f"start_angle = {float(second.angle[0])!r}\nstart_speed = {float(second.speed[0])!r}")
         connections += [f'"{name("motor")}.speed" = "{name("reducer")}.input_speed"', f'"{name("reducer")}.motor_torque" = "{name("motor")}.torque"',
                         f'"{name("load")}.torque" = "{name("reducer")}.output_torque"', f'"{name("reducer")}.output_angle" = "{name("load")}.angle"',
                         f'"{name("reducer")}.output_speed" = "{name("load")}.speed"']

@@ -34,6 +34,7 @@ class Channels:
         step = np.diff(self.run.time)
         self.dt = np.ones(n) if self.steady else np.concatenate([[step[0] if n > 1 else 1.0], step])
         self._filled: dict[str, np.ndarray] = {}
+        self.take: np.ndarray | None = None  # of a long run: the samples that are simulated
 
     def has(self, *names: str) -> bool:
         return all(self.prefix + name in self.run.signals for name in names)

@@ -13,7 +13,7 @@ from .signals import SIGNALS, canonical, unit
 
 KINDS = ("inverse", "forward", "steady")
 _TABLES = {"rig", "time", "columns", "parameters", "uncertain"}
-_RIG_KEYS = {"name", "kind", "description", "linear", "run", "known", "system", "drives", "named", "hold_out", "simulate", "metric"}
+_RIG_KEYS = {"name", "kind", "description", "linear", "run", "known", "system", "drives", "named", "hold_out", "simulate", "valid"}
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,7 @@ class Rig:
     drives: tuple[str, ...] = ("",)  # prefixes of the drives, such as "front_", "rear_"
     named: bool = False  # columns named component.variable stand for themselves
     hold_out: str = ""  # "every second run" | "" (blocks)
+    valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
     simulate: str = ""  # forward rigs: "open" | "closed"; "" decides by the columns
     system: Path | None = None  # an FMU system to replay instead of a drive
 
@@ -95,7 +96,7 @@ def _rig(path: Path, data: dict) -> Rig:
         parameters=_numbers(path, "parameters", data.get("parameters", {})),
         uncertain=_ranges(path, data.get("uncertain", {})),
         known=frozenset(head.get("known", [])), run=head.get("run", ""), linear=linear, drives=drives, named=named,
-        hold_out=head.get("hold_out", ""), simulate=head.get("simulate", ""),
+        hold_out=head.get("hold_out", ""), simulate=head.get("simulate", ""), valid=head.get("valid", ""),
         system=(path.parent / system) if system else None,
     )
 

@@ -24,6 +24,12 @@ from .select import Candidate, Contest, Outcome
 ENOUGH = 0.4
 """Share of the error above the noise floor that causes must close while something significant remains; else `unknown`."""
 
+HELP = 0.02
+"""Share of the held-out error that causes must take away."""
+
+EXCESS = 1.6
+"""Error in units of the noise from which on something is missing, whether or not anything is seen to go with it."""
+
 
 def diagnose(rig: str | Path | Rig, logs: Sequence[str | Path], test: Sequence[str | Path] = (), out: str | Path | None = "out/diagnosis",
              progress: bool | Callable[[str, float], None] = False, seed: int | None = None) -> Diagnosis:
@@ -61,7 +67,8 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     rng = np.random.default_rng(seed)
     bench = Bench(rig, runs)
     train, names = division.split(bench, runs, held)
-    contest = Contest(bench, train, rng, tell)
+    taught = Bench(rig, [run for run, h in zip(runs, held) if not h], sampled=True) if any(held) and not bench.steady else Bench(rig, runs, sampled=True)
+    contest = Contest(taught, np.ones(taught.blocks, bool) if any(held) and not bench.steady else train, rng, tell)
     outcome = contest.run()
     before = contest.absolute(outcome.base.values) | {k: v for k, v in contest.nominal.items() if k not in outcome.base.values}
     after = contest.absolute(outcome.final.values)
@@ -69,10 +76,10 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     cut = max(bench.cuts, key=lambda c: improvement(bench, c, before, after, train)) if outcome.causes else _main(bench, outcome, contest)
     gain = measure(bench, cut, before, after, ~train if (~train).any() else train, names, rng)
     final = outcome.final.residual.reshape(contest.shape)
-    left = depends(bench, final, contest.present, after, rng)
+    left = depends(bench, bench.residual(after), bench.present(after), after, rng)
     causes = _causes(contest, outcome)
-    verdict, causes = _verdict(outcome, causes, gain, left)
-    shares = blame(bench, outcome.base.residual.reshape(contest.shape), final, contest.present, outcome.causes)
+    verdict, causes = _verdict(causes, gain, left, _excess(contest, outcome))
+    shares = blame(taught, outcome.base.residual.reshape(contest.shape), final, contest.present, outcome.causes)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(verdict, [fault.row() for fault in faults], shares, causes, gain, remainder)
     result.extension["seed"] = seed
@@ -94,14 +101,22 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
 def _main(bench: Bench, outcome: Outcome, contest: Contest):
     """The cut that is off most; the gear's where none is."""
     r = outcome.base.residual.reshape(contest.shape)
-    return max(bench.cuts, key=lambda c: (np.sqrt(np.mean(r[:, bench.slice(c)] ** 2)) > 1.3, c.name.endswith("gear")))
+    off = {c.name: np.sqrt(np.mean(r[:, contest.bench.slice(c)] ** 2)) > 1.3 for c in contest.bench.cuts}
+    return max(bench.cuts, key=lambda c: (off[c.name], c.name.endswith("gear")))
 
 
-def _verdict(outcome: Outcome, causes: list[Cause], gain: Gain, left: list[Dependence]) -> tuple[str, list[Cause]]:
-    if not causes:
-        return ("unknown" if left else "none"), []
-    if left and gain.closed < ENOUGH:
+def _excess(contest: Contest, outcome: Outcome) -> float:
+    """What the final simulation leaves in the cut where it leaves most, in units of the noise."""
+    r = np.where(contest.present, outcome.final.residual.reshape(contest.shape), np.nan)
+    return max(float(np.sqrt(np.nanmean(r[:, contest.bench.slice(cut)] ** 2))) for cut in contest.bench.cuts)
+
+
+def _verdict(causes: list[Cause], gain: Gain, left: list[Dependence], excess: float) -> tuple[str, list[Cause]]:
+    """Causes that do not help on held-out data are none; nothing is missing only where what is left is noise."""
+    if causes and (gain.after > (1.0 - HELP) * gain.before or (left and gain.closed < ENOUGH)):
         return "unknown", []
+    if not causes:
+        return ("unknown" if left or excess > EXCESS else "none"), []
     return ("ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"), causes
 
 
@@ -112,7 +127,7 @@ def _causes(contest: Contest, outcome: Outcome) -> list[Cause]:
     intervals = outcome.final.intervals(contest.rows, contest.blocks)
     values = contest.absolute(outcome.final.values)
     found = []
-    for candidate, stage in zip(outcome.causes, outcome.stages):
+    for candidate, stage in zip(outcome.causes, outcome.kept):
         parameters = {}
         for p in candidate.free:
             low, high = intervals[p.name]

@@ -26,6 +26,9 @@ PER_DECADE = 2
 HIGHEST_ORDER = 64
 """Waves in a turn are looked for up to this number."""
 
+JUMPS = 11
+"""Amounts tried of a parameter that acts only from a finite amount on."""
+
 MOST_STARTS = 40
 """Combinations of shapes tried for one way of acting, orders apart."""
 
@@ -41,6 +44,7 @@ class Direction:
     gain: float = 0.0
     amounts: np.ndarray = field(default_factory=lambda: np.zeros(0))
     phase: str = ""  # name of a phase; then the columns are the amplitude's at phase 0 and a quarter later
+    jump: float = 0.0  # where not 0 the only amount that is looked at
 
     @property
     def free(self) -> tuple[Free, ...]:
@@ -86,6 +90,28 @@ def directions(residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarra
         found += _ways(residual, base, off, at, hypothesis, (leader, *companions), shapes)
     if len(leading) > 1 and all(not way.shape and not way.phase for way in found):
         found += _ways(residual, base, off, at, hypothesis, (*leading, *companions), [])
+    for p in inside:
+        if p.companion or p.told or p.above or p.name.endswith("_phase") or _is_order(p):
+            continue
+        if p not in amplitudes or _bends(residual, base, off, at, p):
+            found += _jumps(residual, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes])
+    return found
+
+
+def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]) -> list[Direction]:
+    """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step): that amount and no other."""
+    found = []
+    for value in leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]}):
+        on = {**off, leader.name: value}
+        there = residual({**base, **on})
+        if value == leader.nominal or not np.any(there != at):
+            continue
+        shapes = [p for p in others if _shapes(residual, base, on, p, there)]
+        for values in product(*(sorted({p.nominal, p.low, *_grid(p)[1::2]}) if len(_grid(p)) < 8 else [p.nominal] for p in shapes)):
+            shape = {p.name: v for p, v in zip(shapes, values)}
+            column = (residual({**base, **on, **shape}) - at) / (value - leader.nominal)
+            if np.all(np.isfinite(column)) and np.any(column):
+                found.append(Direction(hypothesis, shape, (leader,), column[..., None].astype(np.float32), jump=value - leader.nominal))
     return found
 
 
@@ -94,8 +120,9 @@ def _ways(residual, base, off, at, hypothesis, amplitudes, shapes) -> list[Direc
     phase = next((p for p in shapes if p.name.endswith("_phase")), None) if len(amplitudes) == 1 else None
     shapes = [p for p in shapes if p is not phase]
     axes = [_grid(p) for p in shapes]
-    while np.prod([len(a) for a in axes if len(a) < HIGHEST_ORDER], initial=1.0) > MOST_STARTS:
-        longest = max(range(len(axes)), key=lambda i: len(axes[i]) if len(axes[i]) < HIGHEST_ORDER else 0)
+    thin = [i for i, p in enumerate(shapes) if not _is_order(p)]
+    while thin and np.prod([len(axes[i]) for i in thin]) > MOST_STARTS:
+        longest = max(thin, key=lambda i: len(axes[i]))
         axes[longest] = axes[longest][::2]
     found = []
     for values in product(*axes):
@@ -136,6 +163,16 @@ def _proportional(residual, base: dict, here: dict, p: Free, at: np.ndarray) -> 
     return bool(np.sqrt(((twice - 2.0 * once) ** 2).sum()) < 0.2 * size)
 
 
+def _bends(residual, base: dict, off: dict, at: np.ndarray, p: Free) -> bool:
+    """Whether a large amount of p acts otherwise than a small one would make expect: limits and dead zones do."""
+    slope = _column(residual, base, off, p, at)
+    for value in (0.7 * p.nominal + 0.3 * p.low, 0.7 * p.nominal + 0.3 * p.high):
+        change = residual({**base, **off, p.name: value}) - at
+        if value != p.nominal and np.sum((change - slope * (value - p.nominal)) ** 2) > 0.25 * np.sum(change**2) > 0.0:
+            return True
+    return False
+
+
 def _shapes(residual, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
     """Whether p matters while the amplitude is on; a range too narrow to matter, or a value that the rig tells, is no question."""
     if p.told or (p.low > 0.0 and p.high < 2.0 * p.low):
@@ -144,9 +181,14 @@ def _shapes(residual, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
     return any(np.any(residual({**base, **on, p.name: value}) != there) for value in values)
 
 
+def _is_order(p: Free) -> bool:
+    """Whether p counts waves in a turn."""
+    return p.name.endswith(("_order", "_periods"))
+
+
 def _grid(p: Free) -> list[float]:
     """Values to start from: orders one by one, wide ranges by decades, others at a few places."""
-    if p.name.endswith(("_order", "_periods")):
+    if _is_order(p):
         return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, HIGHEST_ORDER)) + 1)]
     if p.name.endswith("_phase"):
         return [0.0]
@@ -210,8 +252,9 @@ class Linear:
         limits = None
         if direction is not None and not direction.phase:
             k0 = self.base.shape[-1]
-            low = np.concatenate([np.full(k0, -np.inf), [p.low - p.nominal for p in direction.amplitudes]]) * lengths
-            high = np.concatenate([np.full(k0, np.inf), [p.high - p.nominal for p in direction.amplitudes]]) * lengths
+            least, most = zip(*((direction.jump or p.low - p.nominal, direction.jump or p.high - p.nominal) for p in direction.amplitudes))
+            low = np.concatenate([np.full(k0, -np.inf), least]) * lengths
+            high = np.concatenate([np.full(k0, np.inf), most]) * lengths
             limits = (low, high)
         change, full = self._energy(gram, cross, limits)
         return -change, full / lengths
@@ -222,7 +265,7 @@ class Linear:
         with_it, coefficients = self.gains(direction, errors, order, signs)
         without, _ = self.gains(None, errors, order, signs)
         direction.gain = float(with_it[0] - without[0])
-        direction.amounts = coefficients[0, self.base.shape[-1]:]
+        direction.amounts = np.array([direction.jump]) if direction.jump else coefficients[0, self.base.shape[-1]:]
 
     def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
         """Largest gain over all directions, in each draw from residuals without an effect."""

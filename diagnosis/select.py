@@ -60,7 +60,8 @@ class Stage:
 @dataclass
 class Outcome:
     stages: list[Stage]
-    causes: list[Candidate]  # in the order found; the last holds the fit of all
+    causes: list[Candidate]  # in the order found
+    kept: list[Stage]  # the stages in which they were found
     final: Fit
     base: Fit
     normal: float  # where the robust loss turns, in units of noise
@@ -72,6 +73,7 @@ class Contest:
     def __init__(self, bench: Bench, train: np.ndarray, rng: np.random.Generator, tell: Callable[[str, float], None] = lambda *_: None):
         self.bench, self.train, self.rng, self.tell = bench, train, rng, tell
         self.base_free = tuple(p for p in uncertain(bench.rig) if p.name.rpartition(".")[0] in bench.components)
+        self.luck = np.inf  # gain that the best hypothesis finds by chance in one draw of twenty
         self.hypotheses = vocabulary(bench.rig, bench.components, bench.measured, bench)
         self.nominal = {p.name: p.nominal for p in self.base_free}
         self.shape = bench.residual(self.nominal).shape
@@ -106,7 +108,24 @@ class Contest:
                 break
             causes.append(stage.winner)
             base_fit = stage.winner.fit
-        return Outcome(stages, causes, base_fit, first, self.turn)
+        causes, kept, base_fit = self._prune(causes, [s for s in stages if s.winner], base_fit)
+        return Outcome(stages, causes, kept, base_fit, first, self.turn)
+
+    def _prune(self, causes: list[Candidate], stages: list[Stage], final: Fit):
+        """Drop causes that those found after them have made needless: an early guess may stand for a later, better one."""
+        full = None
+        for gone in list(causes[:-1]):
+            rest = [c for c in causes if c is not gone]
+            names = {p.name for c in rest for p in c.free} | {p.name for p in self.base_free}
+            free = tuple(p for p in final.free if p.name in names)
+            fitted = self._fit(free, {p.name: final.values[p.name] for p in free})
+            judge = lambda f: Candidate(rest[-1].hypothesis, rest[-1].free, f, self._block_loss(held_out(f, self.rows, self.folds)), 0.0, 0.0)
+            full = full or judge(final)
+            without = judge(fitted)
+            if not self._worse(without, full):
+                stages = [s for s in stages if s.winner is not gone]
+                causes, final, full = rest, fitted, without
+        return causes, stages, final
 
     # --- one stage -----------------------------------------------------------------------------------------
 
@@ -116,7 +135,7 @@ class Contest:
         values = fitted.values if fitted else {}
         for cut in self.bench.cuts:
             r, count = self.bench.binned(cut, self.absolute(values))
-            cut.noise = noise(r, count > 0, self.bench.steady)
+            cut.noise = noise(r, count > 0, self.bench.steady, 1 + self.bench.reach(cut) // self.bench.per_bin)
         r = self.residual({**self.nominal, **values})[self.rows]
         self.turn = max(3.0, 2.0 * float(np.median(abs(r))))
         self.nominal.update(values)
@@ -192,6 +211,7 @@ class Contest:
         energy = float((noise_level**2).sum())
         self.tell(say + "chance", 0.0)
         chance = linear.chance(ways, noise_level, DRAWS, self.rng) / max(energy, 1e-300)
+        self.luck = float(np.quantile(chance, 0.95))
         for c in fitted:
             c.gain = float((base_loss - c.errors).sum() / max(best.errors.sum(), 1e-300))
             c.chance = (1 + int((chance >= c.gain).sum())) / (1 + DRAWS)
@@ -200,7 +220,8 @@ class Contest:
             return stage
         winner = self._simplest(real, real[0])
         stage.winner = winner
-        stage.tied = [c for c in real if c is not winner and self._equal(c, winner) and len(c.free) <= len(winner.free)]
+        stage.tied = [c for c in real if c is not winner and self._equal(c, winner) and len(c.free) <= len(winner.free)
+                      and not self._same_law(c, winner)]
         return stage
 
     def _resolved(self, candidate: Candidate) -> bool:
@@ -236,10 +257,11 @@ class Contest:
         return first if not self._worse(first, second) else second
 
     def _worse(self, a: Candidate, b: Candidate) -> bool:
-        """Whether a leaves more than b on unseen blocks, beyond what varies between blocks, and enough to matter."""
+        """Whether a leaves more than b on unseen blocks, enough to matter: beyond what varies between blocks, or beyond luck."""
         difference = a.errors - b.errors
         spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
-        return difference.mean() > 2.0 * spread and difference.mean() > 0.02 * b.errors.mean()
+        more = difference.mean() / b.errors.mean()
+        return more > 0.02 and (difference.mean() > 2.0 * spread or more > 2.0 * self.luck)
 
     def _equal(self, a: Candidate, b: Candidate) -> bool:
         return not self._worse(a, b) and not self._worse(b, a)
@@ -247,7 +269,19 @@ class Contest:
     def _simplest(self, real: list[Candidate], best: Candidate) -> Candidate:
         """The one with the fewest free numbers among those that are not worse than the best."""
         as_good = [c for c in real if not self._worse(c, best)]
-        return min(as_good, key=lambda c: (len(c.free), c.errors.mean()))
+        fewest = min(len(c.free) for c in as_good)
+        as_simple = [c for c in as_good if len(c.free) == fewest]
+        least = min(c.errors.mean() for c in as_simple)
+        # equal to the last digits: the same law twice. The more special one is the cause: an effect before a nominal value.
+        same = [c for c in as_simple if c.errors.mean() <= 1.002 * least]
+        return min(same, key=lambda c: (c.hypothesis.effect == "parameter", len(c.hypothesis.free), c.errors.mean()))
+
+    def _same_law(self, a: Candidate, b: Candidate) -> bool:
+        """A nominal value that does exactly what the component's effect does is no other cause."""
+        if a.hypothesis.component != b.hypothesis.component or "parameter" not in (a.hypothesis.effect, b.hypothesis.effect):
+            return False
+        difference, size = (a.fit.residual - b.fit.residual)[self.rows], self.turn / 3.0
+        return bool(np.sqrt(np.mean(difference**2)) < 0.05 * size)
 
 
 def _without(hypothesis: Hypothesis, taken: set[str]) -> Hypothesis:
@@ -257,13 +291,11 @@ def _without(hypothesis: Hypothesis, taken: set[str]) -> Hypothesis:
     return replace(hypothesis, free=tuple(p for p in hypothesis.free if p.name not in taken))
 
 
-def noise(residual: np.ndarray, present: np.ndarray, steady: bool) -> float:
-    """Noise of bins: from differences of neighbours, which what varies slowly does not reach."""
-    both = present[:, 1:] & present[:, :-1]
-    steps = (residual[:, 1:] - residual[:, :-1])[both]
+def noise(residual: np.ndarray, present: np.ndarray, steady: bool, lag: int) -> float:
+    """Noise of bins: from differences of near neighbours, `lag` bins apart, which what varies slowly does not reach."""
+    lag = min(lag, max(1, residual.shape[1] // 2))
+    steps = (residual[:, lag:] - residual[:, :-lag])[present[:, lag:] & present[:, :-lag]]
+    level = float(np.sqrt(np.mean(residual[present] ** 2))) if present.any() else 0.0
     if steady or len(steps) < 20:
-        values = residual[present]
-        steps = np.diff(values)
-        return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0), 1e-9 * float(abs(values).max(initial=1e-300)), 1e-300)
-    level = float(np.sqrt(np.mean(residual[present] ** 2)))
-    return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0), 1e-3 * level, 1e-300)
+        steps = np.diff(residual[present])
+    return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) else 0.0, 1e-3 * level, 1e-300)

@@ -1,0 +1,128 @@
+"""Replay: the nominal simulation on a measured log, each component on its measured inputs; no fit, no judgement.
+
+The reducer is the FMU itself, in kinematic mode: the measured motion is imposed on its input shaft, and on its output
+shaft the angle at which its spring carries the known load. What it computes is drawn over what was measured.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fmus.build import build
+
+from . import figures
+from .bench import Bench, Cut
+from .check import check
+from .errors import DataError
+from .extend import with_fmus, starts
+from .gain import floor, rms
+from .laws import check_names
+from .log import read
+from .rig import Rig, load, split
+
+
+@dataclass
+class Comparison:
+    """One channel, measured and simulated."""
+
+    name: str  # of the cut
+    output: str
+    unit: str
+    error: float  # root mean square
+    relative: float  # to the root mean square of the measured values
+    noise_floor: float
+    components: list[str]
+
+
+@dataclass
+class Replay:
+    """What `replay` returns. `points` has the error speed by speed where the log is one of steady-state points."""
+
+    comparisons: list[Comparison]
+    faults: list[dict]
+    folder: Path | None
+    figures: list[str] = field(default_factory=list)
+    points: pd.DataFrame | None = None
+
+    def summary(self) -> str:
+        lines = [f"{c.output} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
+                 + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "") for c in self.comparisons]
+        if self.points is not None:
+            lines.append(self.points.to_string(index=False, float_format=lambda v: f"{v:.4g}"))
+        if self.faults:
+            lines.append(f"{len(self.faults)} faults in the data, left out: " + "; ".join(
+                f"{f['kind']} {f['channel']} rows {f['first']} to {f['last']}" + (f" of run {f['run']}" if f["run"] else "") for f in self.faults[:6]))
+        if self.folder:
+            lines.append(f"Open {self.folder / self.figures[0]}" if self.figures else f"Written to {self.folder}")
+        return "\n".join(lines)
+
+
+def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out/replay") -> Replay:
+    """Simulate a measured log with the rig's nominal parameters and compare; figures, tables and replay.json go to `out`."""
+    rig = rig if isinstance(rig, Rig) else load(rig)
+    if rig.system is not None:
+        from .system import replay_system
+
+        return replay_system(rig, log, out)
+    check_names(rig)
+    runs = read(log, rig)
+    faults = check(runs, rig)
+    if not any(run.usable(*run.signals).any() for run in runs):
+        raise DataError(f"{log}: no sample has all its channels sound. The faults: " + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5]))
+    bench = Bench(rig, runs)
+    values: dict[str, float] = {}
+    folder = Path(out) if out else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    comparisons, drawn, points = [], [], None
+    for cut in bench.cuts:
+        compared = _by_fmu(bench, cut, values, folder)
+        errors = [m - s for s, m, _ in compared]
+        trusted = [good & np.isfinite(s) for s, _, good in compared]
+        e = rms([x[t] for x, t in zip(errors, trusted)])
+        size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
+        noise = 0.0 if bench.steady else floor(errors, trusted, bench.reach(cut))
+        comparisons.append(Comparison(cut.name, cut.output, cut.unit, e, e / size if size else 0.0, noise, list(cut.components)))
+        if cut.name.endswith("gear") and bench.steady:
+            points = _points(bench, cut, compared[0])
+        if folder:
+            path = figures.traces(bench, cut, values, values, np.ones(bench.blocks, bool), False, folder / f"{cut.name}.png")
+            drawn.append(path.name)
+            _table(bench, compared).to_csv(folder / f"{cut.name}.csv", index=False, float_format="%.9g")
+    result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)
+    if folder:
+        if points is not None:
+            points.to_csv(folder / "points.csv", index=False, float_format="%.9g")
+        (folder / "replay.json").write_text(json.dumps({"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2) + "\n")
+    return result
+
+
+def _by_fmu(bench: Bench, cut: Cut, values: dict, folder: Path | None):
+    """A comparison with the component's FMU in the law's place."""
+    part = {"gear": "reducer", "motor": "motor", "controller": "controller"}.get(cut.name[len(cut.prefix):])
+    if part is None or folder is None:
+        return bench.compare(cut, values)
+    name = cut.prefix + part
+    _, base = split(name, bench.rig.drives)
+    given = starts(base, name, {**bench.rig.parameters, **values})
+    path = build(base.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if base == "reducer" else {}))
+    with with_fmus(bench, {name: path}, cut):
+        return bench.compare(cut, values)
+
+
+def _points(bench: Bench, cut: Cut, compared) -> pd.DataFrame:
+    simulated, measured, good = compared
+    speed = bench.channels[0, cut.prefix].raw("reducer.input_speed" if bench.channels[0, cut.prefix].has("reducer.input_speed") else "load.speed")
+    table = pd.DataFrame({"speed": speed, "measured": measured, "simulated": simulated, "error": measured - simulated})
+    return table[good].sort_values("speed").reset_index(drop=True)
+
+
+def _table(bench: Bench, compared) -> pd.DataFrame:
+    parts = [pd.DataFrame({"run": run.name, "time": run.time, "measured": m, "simulated": s, "trusted": good})
+             for run, (s, m, good) in zip(bench.runs, compared)]
+    return pd.concat(parts)

@@ -12,6 +12,7 @@ below lets the step double.
 from __future__ import annotations
 
 import math
+from array import array
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,14 +58,14 @@ class Snapshot:
 
     def __init__(self, seats: list[Seat]):
         self.seats = [(seat, seat.part.save(), seat.part.u.copy(), seat.part.y.copy()) for seat in seats]
-        self.ports = [(port, port.last, port.energy, port.turnover) for seat in seats for port in seat.ports]
+        self.ports = [(port, array("d", port.state)) for seat in seats for port in seat.ports]
 
     def restore(self) -> None:
         for seat, state, u, y in self.seats:
             seat.part.restore(state)
             seat.part.u[:], seat.part.y[:] = u, y
-        for port, port.last, port.energy, port.turnover in self.ports:
-            pass
+        for port, state in self.ports:
+            port.state[:] = state
 
 
 class _Power:

@@ -293,19 +293,19 @@ class _Block:
         self.real = kind == "Real"  # the C call works on `u` or `y` itself
         self.function = part._function(self.name)
         self._references = np.array(references, dtype=np.uint32)
-        self._own = values[first : first + len(references)] if self.real else np.zeros(len(references), dtype=np.intc)
+        self.own = values[first : first + len(references)] if self.real else np.zeros(len(references), dtype=np.intc)
         self.references = c_void_p(self._references.ctypes.data)
         self.count = c_size_t(len(references))
-        self.pointer = c_void_p(self._own.ctypes.data)
-        copies = [] if self.real else [(first + k, k) for k in range(len(references))]
+        self.pointer = c_void_p(self.own.ctypes.data)
+        self.copies = [] if self.real else [(first + k, k) for k in range(len(references))]  # (in `u` or `y`, in `own`)
         self.call = (
             self.function,
             self.references,
             self.count,
             self.pointer,
-            copies,
+            self.copies,
             memoryview(values),
-            memoryview(self._own),
+            memoryview(self.own),
             self.name,
         )
 

@@ -44,14 +44,14 @@ class Sink:
         self._numbers = [c for c in columns if c.type != "String"]
         self._texts = [c.name for c in columns if c.type == "String"]
         self.width = len(self._numbers)
-        self._block = np.empty((ROWS, self.width))
-        self.flat = memoryview(self._block.reshape(-1))  # row r starts at r · width
+        self.block = np.empty((ROWS, self.width))
+        self.flat = memoryview(self.block.reshape(-1))  # row r starts at r · width
         self.words: list[list[str]] = []
         self.fill = self._good = 0  # rows in the block, and how many of them were looked at
 
     def unchecked(self) -> np.ndarray:
         """The numbers of all rows since `checked` was called last."""
-        return self._block[self._good : self.fill].reshape(-1)
+        return self.block[self._good : self.fill].reshape(-1)
 
     def checked(self) -> None:
         """All rows until here are good; write them when there are many."""
@@ -66,7 +66,7 @@ class Sink:
             self.words.clear()
 
     def _frame(self) -> pd.DataFrame:
-        block = self._block[: self.fill]
+        block = self.block[: self.fill]
         data = {c.name: block[:, k].astype(KINDS[c.type]) for k, c in enumerate(self._numbers)}
         data |= {name: [row[k] for row in self.words] for k, name in enumerate(self._texts)}
         return pd.DataFrame({c.name: data[c.name] for c in self.columns})

@@ -20,6 +20,7 @@ from master.results import Column, Result, Sink, sink
 from master.system import System, load
 from master.wiring import Wiring, wire
 
+WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
 Observer = Callable[[float, dict[str, Part]], None]
 
 
@@ -121,6 +122,13 @@ class _Simulation:
         start, step = run.start, run.step
         count = round((self.stop - start) / step)
         every = max(1, round(run.interval / step)) if run.interval else 1
+        if count * len(stepped) >= WORTH:
+            from master import convoy
+
+            stepped = convoy.form(stepped)
+            alone = len(stepped) == 1 and isinstance(stepped[0], convoy.Convoy) and not stepped[0].looking
+            if alone and self.observe is None and not windows.parameters and not self.recorder.texts and not self.recorder.timed:
+                return convoy.sail(self, stepped[0], count, every)
         time = start
         for index in range(count):
             if windows.parameters:

@@ -1,0 +1,281 @@
+"""Neighbouring FMUs stepped as one: their C calls, and what passes between them, in one compiled loop.
+
+Python spends more time around the three C calls of an FMU's step than a native FMU spends in them. A convoy writes
+down once what a macro step of its FMUs consists of, as a list of operations on addresses, and a loop compiled by
+numba carries the list out. What happens, in which order, and every bit of every number are those of
+master.algorithms. Whatever is not plain is left to it: steps of their own, interpolated inputs, strings, faults. A
+status beyond Warning is handed back to Python at the operation that had it.
+
+Where the whole system is one convoy that nobody observes, many macro steps with their rows of results are one call.
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+from master.algorithms import Seat
+from master.energy import Port
+from master.fmu import FmuPart
+
+STRETCH = 1000  # macro steps between two looks at the results
+MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK = range(6)
+
+
+def _call(builder, address, kinds, args):
+    return builder.call(builder.inttoptr(address, ir.FunctionType(ir.IntType(32), kinds).as_pointer()), args)
+
+
+@intrinsic
+def _exchange(context, function, instance, references, count, values):
+    """fmi2SetXxx or fmi2GetXxx by the address of the function."""
+
+    def code(context, builder, signature, args):
+        return _call(builder, args[0], [ir.IntType(64)] * 4, args[1:])
+
+    return types.int32(types.int64, types.int64, types.int64, types.int64, types.int64), code
+
+
+@intrinsic
+def _do_step(context, function, instance, time, size, free):
+    """fmi2DoStep by the address of the function."""
+
+    def code(context, builder, signature, args):
+        return _call(builder, args[0], [ir.IntType(64), ir.DoubleType(), ir.DoubleType(), ir.IntType(32)], args[1:])
+
+    return types.int32(types.int64, types.int64, types.float64, types.float64, types.int32), code
+
+
+def _memory(kind, numba_kind):
+    """Functions that load and store a number at an address."""
+
+    @intrinsic
+    def load(context, address):
+        def code(context, builder, signature, args):
+            return builder.load(builder.inttoptr(args[0], kind.as_pointer()))
+
+        return numba_kind(types.int64), code
+
+    @intrinsic
+    def store(context, address, value):
+        def code(context, builder, signature, args):
+            builder.store(args[1], builder.inttoptr(args[0], kind.as_pointer()))
+            return context.get_dummy_value()
+
+        return types.void(types.int64, numba_kind), code
+
+    return load, store
+
+
+_load, _store = _memory(ir.DoubleType(), types.float64)
+_load_int, _store_int = _memory(ir.IntType(32), types.int32)
+
+
+@njit(cache=True)
+def _carry_out(kinds, where, numbers, first, time, size):
+    """Carry out the operations from `first` on: (the operation that failed, its status), or (-1, 0)."""
+    for k in range(first, len(kinds)):
+        kind = kinds[k]
+        a, b = where[k, 0], where[k, 1]
+        status = 0
+        if kind == MOVE:
+            value = _load(a)
+            if numbers[k, 0] != 1.0 or numbers[k, 1] != 0.0:
+                value = numbers[k, 0] * value + numbers[k, 1]
+            _store(b, value)
+        elif kind == EXCHANGE:
+            status = _exchange(a, b, where[k, 2], where[k, 3], where[k, 4])
+        elif kind == STEP:
+            status = _do_step(a, b, time, size, np.int32(where[k, 2]))
+        elif kind == WORK:  # as master.energy.Port.add
+            state, now = where[k, 2], _load(a)
+            work = 0.5 * (_load(state) + now) * _load(b) * size * numbers[k, 0]
+            _store(state, now)
+            _store(state + 8, _load(state + 8) + work)
+            _store(state + 16, _load(state + 16) + abs(work))
+        elif kind == TO_INT:
+            _store_int(b, np.int32(_load(a)))
+        else:
+            _store(b, float(_load_int(a)))
+        if status > 1:
+            return k, status
+    return -1, 0
+
+
+@njit(cache=True)
+def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill):
+    """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status)."""
+    for index in range(first, first + count):
+        failed, status = _carry_out(kinds, where, numbers, 0, start + index * size, size)
+        if failed >= 0:
+            return index - first, fill, failed, status
+        if (index + 1) % every == 0:
+            rows[fill, 0] = start + (index + 1) * size
+            for column in range(len(sources)):
+                rows[fill, column + 1] = _load(sources[column])
+            fill += 1
+    return count, fill, -1, 0
+
+
+def address(values: memoryview, place: int = 0) -> int:
+    """Where a number of a part's buffer lies."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(values)) + place * values.itemsize
+
+
+class Program:
+    """A list of operations, and which seat each belongs to."""
+
+    def __init__(self):
+        self.rows: list[tuple[int, tuple[int, ...], tuple[float, float]]] = []
+        self.seats: list[Seat] = []
+        self.names: list[str] = []
+
+    def add(self, seat: Seat, kind: int, *where: int, factor: float = 1.0, offset: float = 0.0, name: str = "") -> None:
+        self.rows.append((kind, where + (0,) * (5 - len(where)), (factor, offset)))
+        self.seats.append(seat)
+        self.names.append(name)
+
+    def gather(self, seat: Seat) -> None:
+        for i, y, j in seat.plain:
+            self.add(seat, MOVE, address(y, j), address(seat.u, i))
+        for i, y, j, factor, offset in seat.scaled:
+            self.add(seat, MOVE, address(y, j), address(seat.u, i), factor=factor, offset=offset)
+
+    def cycle(self, seat: Seat) -> None:
+        part = seat.part
+        for block in part._writes:
+            for i, k in block.copies:
+                self.add(seat, TO_INT, address(seat.u, i), address(block.own, k))
+            self._exchange(seat, block)
+        self.add(seat, STEP, ctypes.cast(part._do_step, ctypes.c_void_p).value, part._instance.value, part._free.value, name="fmi2DoStep")
+        for block in part._reads:
+            self._exchange(seat, block)
+            for i, k in block.copies:
+                self.add(seat, FROM_INT, address(block.own, k), address(seat.out, i))
+        for port in seat.ports:
+            self.work(seat, port)
+
+    def _exchange(self, seat: Seat, block) -> None:
+        function = ctypes.cast(block.function, ctypes.c_void_p).value
+        where = function, seat.part._instance.value, block.references.value, block.count.value, block.pointer.value
+        self.add(seat, EXCHANGE, *where, name=block.name)
+
+    def work(self, seat: Seat, port: Port) -> None:
+        self.add(seat, WORK, address(port.y, port.j), address(port.u, port.i), address(port.state), factor=port.scale)
+
+    def close(self) -> Program:
+        self.kinds = np.array([row[0] for row in self.rows], dtype=np.int64)
+        self.where = np.array([row[1] for row in self.rows], dtype=np.int64).reshape(-1, 5)
+        self.numbers = np.array([row[2] for row in self.rows], dtype=float).reshape(-1, 2)
+        return self
+
+    def run(self, time: float, size: float, first: int = 0) -> None:
+        """Carry the operations out; what a part does not finish is finished, or raised, by the part."""
+        while True:
+            failed, status = _carry_out(self.kinds, self.where, self.numbers, first, time, size)
+            if failed < 0:
+                return
+            self.mend(failed, status, time, size)
+            first = failed + 1
+
+    def mend(self, failed: int, status: int, time: float, size: float) -> None:
+        """Let the part finish what ended with `status`; raises PartFailed where it cannot."""
+        part = self.seats[failed].part
+        part._time.value, part._size.value = time, size
+        if self.kinds[failed] == STEP:
+            part._unfinished(status, time, time + size)
+        else:
+            part._fail(status, self.names[failed])
+
+
+class Convoy:
+    """Seats next to each other as one, with the face that the algorithms know of a seat."""
+
+    def __init__(self, seats: list[Seat]):
+        self.seats = seats
+        self.looking = [seat for seat in seats if seat.clocked]
+        self.together, self.gathering, self.moving = Program(), Program(), Program()
+        for seat in seats:
+            self.together.gather(seat)
+            self.together.cycle(seat)
+            self.gathering.gather(seat)
+            self.moving.cycle(seat)
+        for program in (self.together, self.gathering, self.moving):
+            program.close()
+
+    def _look(self, time: float) -> None:
+        for seat in self.looking:
+            seat.look(time, 0.0)
+
+    def stroke(self, index: int, time: float, step: float) -> None:
+        self._look(time)
+        self.together.run(time, step)
+
+    def collect(self, index: int, time: float, step: float) -> None:
+        self._look(time)
+        self.gathering.run(time, step)
+
+    def move(self, index: int, time: float, step: float) -> None:
+        self.moving.run(time, step)
+
+    def whole(self, algorithm: str) -> Program:
+        """A macro step of a system that is this convoy alone."""
+        if algorithm == "gauss-seidel":
+            return self.together
+        program = Program()
+        for seat in self.seats:
+            program.gather(seat)
+        for seat in self.seats:
+            program.cycle(seat)
+        return program.close()
+
+
+def fits(seat: Seat) -> bool:
+    """Whether a seat does nothing but what a convoy knows."""
+    more = seat.between, seat.carried, seat.texts, seat.input_faults, seat.output_faults
+    return type(seat.part) is FmuPart and seat.even and not seat.keep and not any(more)
+
+
+def form(stepped: list[Seat]) -> list[Seat | Convoy]:
+    """The seats in their order, neighbours that fit as one."""
+    formed, run = [], []
+    for seat in [*stepped, None]:
+        if seat is not None and fits(seat):
+            run.append(seat)
+            continue
+        formed += [Convoy(run)] if len(run) > 1 else run
+        run = []
+        formed += [seat] if seat is not None else []
+    return formed
+
+
+def sail(simulation, convoy: Convoy, count: int, every: int) -> None:
+    """All macro steps of a run whose parts are one convoy, in stretches that end where rows are looked at."""
+    program = convoy.whole(simulation.system.run.algorithm)
+    start, size = simulation.system.run.start, simulation.system.run.step
+    recorder, sink = simulation.recorder, simulation.sink
+    sources = np.array([address(values, k) for first, last, values in recorder.pieces for k in range(last - first)], dtype=np.int64)
+    while simulation.index < count:
+        room = (len(sink.block) - sink.fill) * every - simulation.index % every
+        stretch = min(count - simulation.index, room, STRETCH)
+        done, sink.fill, failed, status = _sail(
+            program.kinds, program.where, program.numbers, start, simulation.index, stretch, size, every, sources, sink.block, sink.fill
+        )
+        simulation.index += done
+        simulation.time = start + simulation.index * size
+        recorder.check()
+        if failed >= 0:
+            program.mend(failed, status, simulation.time, size)
+            program.run(simulation.time, size, failed + 1)
+            simulation.index += 1
+            simulation.time = start + simulation.index * size
+            if simulation.index % every == 0:
+                recorder.row(simulation.time)
+        if simulation.tell is not None:
+            simulation.tell(simulation.time)
+
+

@@ -1,6 +1,6 @@
 """What a step of the reducer's law costs, plain as in the FMU and compiled as in the diagnosis, in microseconds.
 
-    python benchmarks/laws.py
+python benchmarks/laws.py
 """
 
 from __future__ import annotations

@@ -49,7 +49,9 @@ def compiled(module_name: str) -> ModuleType:
 
 def _copied(folder: Path) -> Path:
     """The folder of the copy of this package's sources, made if it is not there yet, safe beside others that make it."""
-    sources = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py")) if _law(path.relative_to(folder))}
+    sources = {
+        path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py")) if _law(path.relative_to(folder))
+    }
     digest = hashlib.sha256()
     for path, content in sources.items():
         digest.update(f"{path.as_posix()} {len(content)}\n".encode() + content)

@@ -18,40 +18,36 @@ def _kinematic(p, s, motor_torque, imposed_angle, imposed_speed, output_angle, o
 
 
 class Reducer(Slave):
-    """Speed reducer with dry friction up to and beyond self-locking (eq 1-14): torque out, angle and speed of what is driven in."""
+    """Speed reducer with dry friction up to and beyond self-locking (eq 1-14): torque out, motion of what is driven in."""
 
     law = shaft
     explained = (wedge, shaft)
     inputs = (
-        Variable(
-            "motor_torque", "N.m", 0.0, "torque M of the motor on the input shaft, held over the step; dynamic mode", nominal=0.1
-        ),
-        Variable(
-            "imposed_angle", "rad", 0.0, "angle of the input shaft, carried on with imposed_speed; kinematic mode", nominal=100.0
-        ),
-        Variable("imposed_speed", "rad/s", 0.0, "speed of the input shaft, exactly 0 at rest; kinematic mode", nominal=100.0),
+        Variable("motor_torque", "N.m", 0.0, "M, of the motor on the input shaft, held over the step; dynamic mode", nominal=0.1),
+        Variable("imposed_angle", "rad", 0.0, "of the input shaft, carried on with imposed_speed; kinematic mode", nominal=100.0),
+        Variable("imposed_speed", "rad/s", 0.0, "of the input shaft, exactly 0 at rest; kinematic mode", nominal=100.0),
         Variable("output_angle", "rad", 0.0, "angle of what is driven, carried on with output_speed", nominal=1.0),
         Variable("output_speed", "rad/s", 0.0, "speed of what is driven", nominal=1.0),
     )
     outputs = (
         Variable("input_torque", "N.m", 0.0, "F, torque that drives the input shaft", nominal=0.1, depends_on=EVERY),
-        Variable("output_torque", "N.m", 0.0, "P, torque on what is driven; positive when the load resists positive motion", nominal=1.0,
+        Variable("output_torque", "N.m", 0.0, "P, on what is driven; positive when the load resists positive motion", nominal=1.0,
                  depends_on=(*KINEMATIC, *OUTPUT)),
         Variable("friction_torque", "N.m", 0.0, "F - P/r, what friction adds at the input shaft", nominal=0.1, depends_on=EVERY),
         Variable("input_angle", "rad", 0.0, "angle of the input shaft", nominal=100.0, depends_on=KINEMATIC),
-        Variable("input_speed", "rad/s", 0.0, "speed of the input shaft", nominal=100.0, depends_on=KINEMATIC, derivative_of="input_angle"),
+        Variable("input_speed", "rad/s", 0.0, "speed of the input shaft", nominal=100.0, depends_on=KINEMATIC,
+                 derivative_of="input_angle"),
         Variable("motor_torque_required", "N.m", 0.0, "F + J dw/dt, what the motor gives or would have to give", nominal=0.1,
                  depends_on=EVERY),
-        Variable("normal_force", "N.m", 0.0, "N in the wedge (eq 4), as torque at the input shaft", nominal=1.0, depends_on=EVERY),
+        Variable("normal_force", "N.m", 0.0, "N in the wedge (eq 4), as input-shaft torque", nominal=1.0, depends_on=EVERY),
         Variable("stuck", "", False, "static friction holds the input shaft", depends_on=EVERY),
         Variable("input_power", "W", 0.0, "F times the speed of the input shaft", nominal=10.0, depends_on=EVERY),
         Variable("output_power", "W", 0.0, "P times output_speed", nominal=1.0, depends_on=(*KINEMATIC, *OUTPUT)),
-        Variable("loss_power", "W", 0.0, "heat of friction and of the output shaft's damper", minimum=0.0, nominal=1.0, depends_on=EVERY),
+        Variable("loss_power", "W", 0.0, "heat of friction and of the output shaft's damper", minimum=0.0, nominal=1.0,
+                 depends_on=EVERY),
     )  # fmt: skip
     parameters = (
-        Variable(
-            "kinematic", "", False, "false: motor_torque moves the input shaft; true: its motion is imposed, its torque computed"
-        ),
+        Variable("kinematic", "", False, "false: motor_torque moves the input shaft; true: its motion is imposed"),
         *rows(shaft.BASE, shaft.EFFECTS),
         Variable("initial_speed", "rad/s", 0.0, "of the input shaft at the start; dynamic mode"),
         Variable("initial_torque", "N.m", 0.0, "output torque at the start, 0: relaxed; dynamic mode"),
@@ -61,8 +57,8 @@ class Reducer(Slave):
         mu_t = max(p.friction_static, p.friction_kinetic) * wedge.wedge_tangent(p.gear_ratio, p.wedge_angle)
         if mu_t >= 1.0:
             return (
-                f"friction_kinetic = {p.friction_kinetic:.9g}, friction_static = {p.friction_static:.9g}: no torque can drive the gear "
-                f"forward, because mu tan(alpha) = {mu_t:.9g} is not below 1; reduce the friction or the wedge angle"
+                f"friction_kinetic = {p.friction_kinetic:.9g}, friction_static = {p.friction_static:.9g}: no torque can drive "
+                f"the gear forward, because mu tan(alpha) = {mu_t:.9g} is not below 1; reduce the friction or the wedge angle"
             )
         if p.shaft_stiffness <= 0.0:
             return "shaft_stiffness = 0 N.m/rad: the output shaft must be stiffer than nothing"

@@ -22,11 +22,30 @@ import math
 from typing import NamedTuple
 
 from .flow import response
-from .law import BASE, EFFECTS, Condition, Parameters, active, contact, extended, friction_at, plain, static_coefficient
-from .law import initial_windup
+from .law import (
+    BASE,
+    EFFECTS,
+    Condition,
+    Parameters,
+    active,
+    contact,
+    extended,
+    friction_at,
+    initial_windup,
+    plain,
+    static_coefficient,
+)
 from .travel import held, travel
-from .wedge import backdriving_slope, cone, driving_slope, least_torque, normal_force, preload_torque, sliding_torque
-from .wedge import wedge_tangent
+from .wedge import (
+    backdriving_slope,
+    cone,
+    driving_slope,
+    least_torque,
+    normal_force,
+    preload_torque,
+    sliding_torque,
+    wedge_tangent,
+)
 
 __all__ = ["BASE", "EFFECTS", "Output", "Parameters", "State", "advance", "impose", "relaxed", "start"]
 

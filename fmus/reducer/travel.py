@@ -25,6 +25,7 @@ def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output
     windup = angle / ratio - output_angle
     push = motor_torque - law.torque
     turned = distance = time = 0.0
+    least = 1e-9 * dt  # what an event takes at least; more where the motion in it is lost in rounding
     stalled = 0
     for _ in range(PIECES):
         left = dt - time
@@ -41,13 +42,15 @@ def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output
             left = dt - time
         else:
             s = 1.0 if speed > 0.0 else -1.0
-        taken, wound, speed = _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left)
+        taken, wound, speed = _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, least)
         moved = ratio * (wound + output_speed * taken)
+        lost = taken < 1e-9 * dt or windup + wound == windup
         windup += wound
         turned += moved
         distance += abs(moved)
         time += taken
-        stalled = stalled + 1 if taken < 1e-9 * dt else 0
+        stalled = stalled + 1 if lost else 0
+        least = 2.0 * least if lost else 1e-9 * dt
     else:
         speed = math.nan
     return angle + turned, speed, distance
@@ -112,7 +115,7 @@ def _breakaway(friction, ratio, push, x, change):
     return begin if begin < end else math.inf
 
 
-def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left):
+def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, least):
     """One piece of sliding in direction s: the time it takes, s, the change of the wind-up, rad, the speed after it, rad/s."""
     friction = law.forward if s > 0.0 else law.backward
     v = speed / ratio - output_speed
@@ -177,7 +180,7 @@ def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left):
     else:
         side = 1.0 if edge > 0.0 else -1.0
         depth = side * windup - law.half_play  # into the flank on this side, which may yet be separated from it
-        if depth >= 0.0:
+        if depth > 0.0:
             fall = first_fall(depth, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
             spring, damper = side * law.stiffness, side * law.damping
             touch = first_fall(-law.stiffness * depth, -spring, -damper, 0.0, v, a, wound, v1, a1, delta, w, tau)
@@ -187,7 +190,7 @@ def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left):
             far = first_fall(law.half_play + side * windup, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
             other = min(near, far)
     if other < stop:
-        other = min(max(other, 1e-9 * tau), tau)
+        other = min(max(other, least), tau)
 
     taken = min(stop, other, tau)
     if taken < tau:

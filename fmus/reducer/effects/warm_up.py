@@ -30,7 +30,9 @@ EFFECT = Effect(
     parameters=(
         Parameter("cold_excess", "", 0.0, -0.9, 5.0, "a, friction at the start above the nominal, which is the warm one"),
         Parameter("warm_up_time", "s", 60.0, 1e-2, 1e5, "T"),
-        Parameter("heat_coefficient", "1/J", 0.0, -0.1, 0.1, "g, friction falls with heat where positive; nominal is without heat"),
+        Parameter(
+            "heat_coefficient", "1/J", 0.0, -0.1, 0.1, "g, friction falls with heat where positive; nominal is without heat"
+        ),
         Parameter("cooling_time", "s", 600.0, 1e-1, 1e6, "T_H, time in which the heat leaves"),
     ),
     source="Bittencourt, Gunnarsson, Static friction in a robot joint, J. Dyn. Sys. Meas. Control 134(5), 2012",

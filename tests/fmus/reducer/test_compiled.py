@@ -34,7 +34,9 @@ def close(one, other):
     assert tuple(other) == pytest.approx(tuple(one), rel=1e-9, abs=1e-9 * scale)
 
 
-@pytest.mark.parametrize("changes", [{}, {"friction_kinetic": 0.01, "preload": 0.5}, EFFECTS], ids=["plain", "preload", "effects"])
+@pytest.mark.parametrize(
+    "changes", [{}, {"friction_kinetic": 0.01, "preload": 0.5}, EFFECTS], ids=["plain", "preload", "effects"]
+)
 def test_both_modes_step_by_step(fast, changes):
     plain, second = shaft.Parameters(**changes), fast.Parameters(**changes)
     assert plain == tuple(second)

@@ -1,4 +1,4 @@
-"""Each effect: its formula alone, its torque in both modes, its motion against an independent integration, and nothing when off."""
+"""Each effect: its torque by its formula, its motion against an independent integration, and nothing when it is off."""
 
 import math
 from importlib import import_module
@@ -39,7 +39,8 @@ ON = {
         lambda P, s, w, a, b, t, h, d: wedge_torque(P, s, 0.01 * (1 + 0.3 * s)) + 1e-3 * (1 - 0.2 * s) * w,
     ),
     "load_dependent": (
-        dict(friction_kinetic=0.01, driving_friction=0.004, backdriving_friction=-0.003, driving_load_slope=2e-3, backdriving_load_slope=1e-3),
+        dict(friction_kinetic=0.01, driving_friction=0.004, backdriving_friction=-0.003,
+             driving_load_slope=2e-3, backdriving_load_slope=1e-3),
         lambda P, s, w, a, b, t, h, d: wedge_torque(P, s, 0.014 + 2e-3 * abs(P) if P * s > 0 else 0.007 + 1e-3 * abs(P)),
     ),
     "preload": (
@@ -53,9 +54,10 @@ ON = {
         + 0.01 * math.cos(2 * a + 0.5) + 0.004 * math.cos(30 * b - 1),
     ),
     "warm_up": (
-        dict(friction_kinetic=0.01, cold_excess=0.8, warm_up_time=0.05, heat_coefficient=0.3, cooling_time=0.2, viscous_damping=1e-3),
-        lambda P, s, w, a, b, t, h, d: (wedge_torque(P, s, 0.01 * (1 + 0.8 * math.exp(-t / 0.05)) * math.exp(-0.3 * h))
-                                        + 1e-3 * w * (1 + 0.8 * math.exp(-t / 0.05)) * math.exp(-0.3 * h)),
+        dict(friction_kinetic=0.01, cold_excess=0.8, warm_up_time=0.05, heat_coefficient=0.3, cooling_time=0.2,
+             viscous_damping=1e-3),
+        lambda P, s, w, a, b, t, h, d: wedge_torque(P, s, 0.01 * (1 + 0.8 * math.exp(-t / 0.05)) * math.exp(-0.3 * h))
+        + 1e-3 * w * (1 + 0.8 * math.exp(-t / 0.05)) * math.exp(-0.3 * h),
     ),
     "wear": (
         dict(friction_kinetic=0.01, wear_rate=0.05, wear_reach=4.0),
@@ -138,7 +140,8 @@ def test_rest_is_rest_with_effects_on():
 @pytest.mark.parametrize("name", NAMES)
 def test_off_is_exactly_nothing(name):
     """The parameters that only shape an effect change no bit while it is off; neither does its being there."""
-    switches = {"stribeck": ["stribeck_speed"], "ripple": ["input_ripple", "input_ripple_torque", "output_ripple", "output_ripple_torque"],
+    switches = {"stribeck": ["stribeck_speed"],
+                "ripple": ["input_ripple", "input_ripple_torque", "output_ripple", "output_ripple_torque"],
                 "warm_up": ["cold_excess", "heat_coefficient"], "wear": ["wear_rate"]}  # fmt: skip
     declared = effect(name).EFFECT
     shapes = [q for q in declared.parameters if q.name not in switches.get(name, [x.name for x in declared.parameters])]
@@ -209,6 +212,13 @@ def test_play_one_step_is_as_many(damping):
         assert many.speed == pytest.approx(one.speed, abs=1e-3)
 
 
+def test_flank_left_slower_than_rounding_can_tell():
+    """At the very edge of the play, moving less in an event than a unit of the last place: the step must end all the same."""
+    p = P(backlash=0.01, friction_kinetic=0.02)
+    state, out = shaft.advance(p, shaft.relaxed(p, 1e-66, -0.002, 0.0, 0.0), 0.0, 0.0, 0.0, 1e-5)
+    assert state.speed == -0.002 and out.output_torque == 0.0
+
+
 def test_output_that_crosses_the_play_meets_the_resting_gear():
     p = P(backlash=0.01, friction_kinetic=0.03)
     state = shaft.relaxed(p, 0.0, 0.0, 0.0, 0.0)
@@ -252,9 +262,11 @@ def test_any_mixture_ends_and_makes_no_energy(
 ):  # fmt: skip
     p = P(
         friction_kinetic=0.02, friction_static=0.03, stribeck_speed=10 * stribeck, viscous_damping=1e-3 * viscous,
-        friction_asymmetry=asymmetry, viscous_asymmetry=-asymmetry, driving_friction=0.1 * driving, backdriving_friction=0.1 * backdriving,
-        driving_load_slope=0.01 * load, drag_torque=0.01 * drag, preload=preload, input_ripple=ripple, output_ripple=-ripple,
-        backlash=0.01 * play, compliance=1e-3 * compliance, cold_excess=0.8 * cold, heat_coefficient=0.1 * heat, wear_rate=0.1 * wear,
+        friction_asymmetry=asymmetry, viscous_asymmetry=-asymmetry, driving_friction=0.1 * driving,
+        backdriving_friction=0.1 * backdriving, driving_load_slope=0.01 * load, drag_torque=0.01 * drag,
+        preload=preload, input_ripple=ripple, output_ripple=-ripple,
+        backlash=0.01 * play, compliance=1e-3 * compliance, cold_excess=0.8 * cold, heat_coefficient=0.1 * heat,
+        wear_rate=0.1 * wear,
     )  # fmt: skip
     state = shaft.relaxed(p, torque, speed, 0.0, output_speed)
     softened = p.shaft_stiffness / (1.0 + p.shaft_stiffness * p.compliance)

@@ -14,7 +14,8 @@ from fmus.reducer.fmu import Reducer
 
 OUT = tuple(row.name for row in Reducer.outputs)
 ISSUE = {
-    "parameters": "kinematic gear_ratio wedge_angle friction_kinetic friction_static preload shaft_inertia shaft_stiffness shaft_damping",
+    "parameters": "kinematic gear_ratio wedge_angle friction_kinetic friction_static preload "
+    "shaft_inertia shaft_stiffness shaft_damping",
     "inputs": "motor_torque imposed_angle imposed_speed output_angle output_speed",
     "outputs": "input_torque output_torque friction_torque input_angle input_speed motor_torque_required normal_force stuck "
     "input_power output_power loss_power",
@@ -47,7 +48,9 @@ def test_the_fmu_is_the_law(instance):
         assert row == list(out)
 
 
-@pytest.mark.parametrize("extra", [{}, {"stribeck_speed": 3.0, "friction_static": 0.05, "heat_coefficient": 0.01, "wear_rate": 1e-3}])
+@pytest.mark.parametrize(
+    "extra", [{}, {"stribeck_speed": 3.0, "friction_static": 0.05, "heat_coefficient": 0.01, "wear_rate": 1e-3}]
+)
 def test_run_save_run_restore_run_gives_the_same_bits(instance, extra):
     it = instance("Reducer").begin(friction_kinetic=0.01, backlash=1e-3 if extra else 0.0, **extra)
     drive(it, 0, 40)

@@ -382,4 +382,6 @@ def test_dynamic_resembles_kinematic():
 def test_no_memory_beyond_the_state(push, speed, output_speed):
     p = P()
     state = relaxed(p, 0.0, output_speed, speed, 1.0)
-    assert shaft.advance(p, state, push, 0.0, output_speed, 1e-3) == shaft.advance(p, shaft.State(*state), push, 0.0, output_speed, 1e-3)
+    assert shaft.advance(p, state, push, 0.0, output_speed, 1e-3) == shaft.advance(
+        p, shaft.State(*state), push, 0.0, output_speed, 1e-3
+    )

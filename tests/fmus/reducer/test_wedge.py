@@ -78,7 +78,11 @@ def test_least_torque_against_brute_force_over_the_cone(ratio, share, torque, pr
     least = wedge.least_torque(*wedge.cone(torque, mu, preload, t, ratio))
     grid = np.linspace(-abs(torque) * 6.0 / ratio - 0.1, abs(torque) * 6.0 / ratio + 0.1, 4001)
     load = torque / (ratio * t)
-    admissible = [f for f in grid if abs(wedge.tangent_force(f, load, t)) <= wedge.friction_limit(mu, wedge.normal_force(f, load, t), preload)]
+    admissible = [
+        f
+        for f in grid
+        if abs(wedge.tangent_force(f, load, t)) <= wedge.friction_limit(mu, wedge.normal_force(f, load, t), preload)
+    ]
     if admissible:
         best = min(admissible, key=abs)
         assert abs(abs(best) - abs(least)) <= grid[1] - grid[0]

@@ -6,9 +6,9 @@ from ...effect import Effect, Parameter
 
 
 def factor(time, heat, excess, warm_up_time, per_heat):
-    """(1 + excess exp(-time / warm_up_time)) exp(-per_heat heat): s, J."""
+    """(1 + excess exp(-time / warm_up_time)) exp(-per_heat heat), s, J; by heat at most twentyfold either way."""
     cold = excess * math.exp(-time / warm_up_time) if excess != 0.0 else 0.0
-    return (1.0 + cold) * (math.exp(-per_heat * heat) if per_heat != 0.0 else 1.0)
+    return (1.0 + cold) * (math.exp(min(max(-per_heat * heat, -3.0), 3.0)) if per_heat != 0.0 else 1.0)
 
 
 def active(p, x):

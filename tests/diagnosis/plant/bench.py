@@ -66,9 +66,10 @@ def run(drive: Drive, plan: Motion) -> np.ndarray:
 def record(rows: np.ndarray, drive: Drive, rng: np.random.Generator) -> pd.DataFrame:
     """What the recorder writes: noise, then each sensor's and the recorder's own steps."""
     table = pd.DataFrame(rows, columns=list(CHANNELS))
-    for channel, sigma in NOISE.items():
-        table[channel] += sigma * rng.standard_normal(len(table))
-    for channel, quantum in (QUANTUM | {c: step for c, step in zip(SENSED, drive.step) if step}).items():
+    coarse = {channel: step for channel, step in zip(SENSED, drive.step) if step}
+    for channel, sigma in NOISE.items():  # a coarse sensor is a quiet one
+        table[channel] += min(sigma, coarse.get(channel, np.inf) / 60.0) * rng.standard_normal(len(table))
+    for channel, quantum in (QUANTUM | coarse).items():
         table[channel] = quantum * np.round(table[channel] / quantum)
     table.insert(0, "time", np.arange(len(table)) * STEP)
     return table

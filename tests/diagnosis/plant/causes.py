@@ -150,10 +150,10 @@ def _sensor(effect, typical, extent, both=True):
     return draw
 
 
-_bias = _sensor("bias", {"angle": 0.01, "motor_angle": 0.5, "current": 0.2, "motor_speed": 1.0}, (0.05, 6.0))
+_bias = _sensor("bias", {"current": 0.2, "motor_speed": 1.0, "speed": 0.03}, (0.05, 6.0))
 _scale = _sensor("scale", {"current": 0.1, "motor_speed": 0.05, "angle": 0.03}, (0.05, 4.0))
 _lag = _sensor("lag", {"current": 0.015, "motor_speed": 0.015}, (0.1, 4.0), both=False)
-_quantisation = _sensor("quantisation", {"current": 0.3, "motor_speed": 3.0, "angle": 0.01}, (0.1, 4.0), both=False)
+_quantisation = _sensor("quantisation", {"current": 0.3, "angle": 0.01}, (0.1, 4.0), both=False)
 
 
 def _load(effect, fields, extent=(0.02, 3.0)):

@@ -18,6 +18,11 @@ def expected(cause: Cause) -> str:
     return cause.name
 
 
+def plain(diagnosis) -> dict:
+    """What the product returns, as its diagnosis.json."""
+    return diagnosis.data()
+
+
 def answers(result: dict) -> list[str]:
     """The causes named in a diagnosis.json, in their order; the verdict alone where it names none."""
     if result["verdict"] in ("none", "unknown"):

@@ -31,8 +31,8 @@ def variables() -> dict[str, Variable]:
     )
     listed += [Variable(name, "input", unit=unit, start=start, description=text) for name, unit, start, text in tables.INPUTS]
     for name in tables.OUTPUTS:
-        unit, text = tables.told(name)
-        listed.append(Variable(name, "output", unit=unit, description=text, depends_on=()))
+        (unit, text), of = tables.told(name), tables.derivative_of(name)
+        listed.append(Variable(name, "output", unit=unit, description=text, depends_on=(), derivative_of=of))
     return {variable.name: variable for variable in listed}
 
 

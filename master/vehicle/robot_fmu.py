@@ -40,7 +40,11 @@ class Robot(Slave):
 
     law = Vehicle
     inputs = tuple(Variable(name, unit, start, text) for name, unit, start, text in tables.INPUTS)
-    outputs = tuple(Variable(name, unit, 0.0, text) for name in tables.OUTPUTS for unit, text in [tables.told(name)])
+    outputs = tuple(
+        Variable(name, unit, 0.0, text, derivative_of=tables.derivative_of(name))
+        for name in tables.OUTPUTS
+        for unit, text in [tables.told(name)]
+    )
     parameters = (
         *(Variable(name, unit, start, text, least, greatest) for name, unit, start, least, greatest, text in tables.PARAMETERS),
         *(Variable(name, "", start, text, least, greatest) for name, _, start, least, greatest, text in tables.CHOICES),

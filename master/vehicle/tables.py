@@ -91,6 +91,14 @@ OUTPUTS = tuple(
 )
 
 
+def derivative_of(output: str) -> str:
+    """The output whose time derivative this one is; "" where there is none."""
+    for rate, value in (("_speed", "_angle"), ("_vx", "_x"), ("_vy", "_y"), ("_pitch_rate", "_pitch")):
+        if output.endswith(rate):
+            return output.removesuffix(rate) + value
+    return ""
+
+
 def told(output: str) -> tuple[str, str]:
     """Unit and description of an output."""
     end = max((end for end in TELLS if output.endswith("_" + end)), key=len)

@@ -192,7 +192,7 @@ def _disturbance(rng, d):
 
 
 def _end_stop(rng, d):
-    return Cause("-", "unknown", lambda s: dict(end_stop=1.6, end_stop_stiffness=6.0 * s), what="end_stop",
+    return Cause("-", "unknown", lambda s: dict(end_stop=0.6, end_stop_stiffness=3.0 * s), what="end_stop",
                  depends_on=("angle", "position"), extent=(0.02, 4.0))
 
 

@@ -18,7 +18,7 @@ from .rig import split
 from .signals import SIGNALS
 
 GROUPS = 10
-DRAWS = 199
+DRAWS = 99
 SIGNIFICANT = 0.02
 LINES = 400
 """Lines of a spectrum are looked for up to so many periods in the longest run."""
@@ -71,8 +71,9 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
     if blocks < 6:
         return []
     folds = np.arange(blocks) % 5
-    orders = [np.arange(blocks), *(rng.permutation(blocks) for _ in range(DRAWS))]
-    signs = [np.ones(blocks), *(rng.choice([-1.0, 1.0], blocks) for _ in range(DRAWS))]
+    orders = np.stack([np.arange(blocks), *(rng.permutation(blocks) for _ in range(DRAWS))])
+    signs = np.concatenate([np.ones((1, blocks)), rng.choice([-1.0, 1.0], (DRAWS, blocks))])
+    lines = {} if bench.steady else _lines(bench, residual, present, folds, signs)
     for cut in bench.cuts:
         part = bench.slice(cut)
         r, here = residual[:, part] * present[:, part], present[:, part]
@@ -88,9 +89,9 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
                 if groups is not None:
                     s = _shares(r, groups, regressor, folds, orders, signs) - (0.0 if np.ptp(regressor) == 0.0 else one)
                     shares[label] = np.maximum(s, shares.get(label, -np.inf))
-        line = None if bench.steady else _line(bench, r, here, folds, signs)
-        if line is not None:
-            shares[f"time, period {line[0]:.3g} s"] = line[1]
+        if cut.name in lines:
+            period, share = lines[cut.name]
+            shares[f"time, period {period:.3g} s"] = share
         if not shares:
             continue
         best_by_chance = np.max([s[1:] for s in shares.values()], axis=0)
@@ -133,35 +134,38 @@ def _groups(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarr
     return np.where(known, np.searchsorted(edges, x, side="left"), -1)
 
 
-def _line(bench: Bench, r: np.ndarray, here: np.ndarray, folds: np.ndarray, signs: list[np.ndarray]) -> tuple[float, np.ndarray] | None:
-    """The strongest line of the residual's spectrum, each run with a phase of its own: (period, shares for each draw).
+def _lines(bench: Bench, residual: np.ndarray, present: np.ndarray, folds: np.ndarray, signs: np.ndarray) -> dict[str, tuple]:
+    """The strongest line of each cut's spectrum, each run with a phase of its own: (period, shares for each draw).
 
     A line of a run is learnt on some of its blocks and tried on the others, as all else.
     """
-    time, known = _means(bench, [run.time - run.time[0] for run in bench.runs], here)
+    time, known = _means(bench, [run.time - run.time[0] for run in bench.runs], np.ones((bench.blocks, bench.bins), bool))
     longest = max(run.time[-1] - run.time[0] for run in bench.runs)
-    usual = np.median([np.median(np.diff(t[k])) for t, k in zip(time, known) if k.sum() > 2] or [np.inf])
-    highest = min(0.25 / usual, LINES / longest)
-    frequencies = np.arange(3.0 / longest, highest, 0.5 / longest)
-    energy = float((r**2).sum())
-    if len(frequencies) < 2 or energy == 0.0:
-        return None
-    sums = np.empty((len(r), len(frequencies)), complex)  # of r exp(-i w t) over each block
-    for block, (t, k) in enumerate(zip(time, known)):
-        sums[block] = r[block, k] @ np.exp(-2j * np.pi * np.outer(t[k], frequencies))
-    counts = known.sum(1).astype(float)
-    shares = np.empty((len(signs), len(frequencies)))
-    for draw, sign in enumerate(signs):
-        gain = np.zeros(len(frequencies))
+    usual = np.median(np.concatenate([np.diff(t[k]) for t, k in zip(time, known)]))
+    frequencies = np.arange(3.0 / longest, min(0.25 / usual, LINES / longest), 0.5 / longest)
+    if len(frequencies) < 2:
+        return {}
+    kept = (residual * present).reshape(bench.blocks, len(bench.cuts), bench.bins)
+    sums = np.empty((len(bench.cuts), bench.blocks, len(frequencies)), complex)  # of r exp(-i w t) over each block
+    for block in range(bench.blocks):
+        waves = np.exp(-2j * np.pi * np.outer(time[block, known[block]], frequencies))
+        sums[:, block] = kept[block][:, known[block]] @ waves
+    found = {}
+    for number, cut in enumerate(bench.cuts):
+        energy, counts = float((kept[:, number] ** 2).sum()), present[:, bench.slice(cut)].sum(1).astype(float)
+        if energy == 0.0:
+            continue
+        gain = np.zeros((len(signs), len(frequencies)))  # drop of the squared residual
         for run in np.unique(bench.block_run):
             own = bench.block_run == run
+            total = signs[:, own] @ sums[number, own]
             for fold in np.unique(folds[own]):
-                seen, unseen = own & (folds != fold), own & (folds == fold)
-                amplitude = 2.0 * (sign[seen] @ sums[seen]) / max(counts[seen].sum(), 1.0)
-                gain += (amplitude.conj() * (sign[unseen] @ sums[unseen])).real - 0.5 * abs(amplitude) ** 2 * counts[unseen].sum()
-        shares[draw] = 2.0 * gain / energy
-    best = int(shares[0].argmax())
-    return 1.0 / frequencies[best], shares.max(1)
+                unseen = own & (folds == fold)
+                there = signs[:, unseen] @ sums[number, unseen]
+                amplitude = 2.0 * (total - there) / max(counts[own & ~unseen].sum(), 1.0)
+                gain += 2.0 * (amplitude.conj() * there).real - 0.5 * abs(amplitude) ** 2 * counts[unseen].sum()
+        found[cut.name] = 1.0 / frequencies[int(gain[0].argmax())], gain.max(1) / energy
+    return found
 
 
 def _shares(r, groups, regressor, folds, orders, signs) -> np.ndarray:
@@ -172,14 +176,10 @@ def _shares(r, groups, regressor, folds, orders, signs) -> np.ndarray:
     counts = (members**2).sum(1)
     pairs = np.einsum("blg,cl->bcg", members, r)  # sums of block c's residual over block b's groups
     energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has groups
-    out = []
-    blocks = np.arange(len(r))
-    for order, sign in zip(orders, signs):
-        sums, energy, left = pairs[blocks, order] * sign[:, None], energies[order, blocks].sum(), 0.0
-        for fold in np.unique(folds):
-            seen, unseen = folds != fold, folds == fold
-            n = counts[seen].sum(0)
-            mean = sums[seen].sum(0) / (n + 1.0)
-            left += (counts[unseen] @ mean**2 - 2.0 * sums[unseen] @ mean).sum()
-        out.append(-left / max(energy, 1e-300))
-    return np.array(out)
+    sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, groups)
+    energy, left = energies[orders, np.arange(len(r))].sum(1), 0.0
+    for fold in np.unique(folds):
+        seen, unseen = folds != fold, folds == fold
+        mean = sums[:, seen].sum(1) / (counts[seen].sum(0) + 1.0)
+        left = left + (counts[unseen].sum(0) * mean**2 - 2.0 * sums[:, unseen].sum(1) * mean).sum(1)
+    return -left / np.maximum(energy, 1e-300)

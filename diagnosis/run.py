@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+from dataclasses import replace
 from pathlib import Path
 from typing import Callable, Sequence
 
@@ -74,7 +75,12 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     after = contest.absolute(outcome.final.values)
     tell("gain", 0.0)
     cut = max(bench.cuts, key=lambda c: improvement(bench, c, before, after, train)) if outcome.causes else _main(bench, outcome, contest)
-    gain = measure(bench, cut, before, after, ~train if (~train).any() else train, names, rng)
+    judged = ~train if (~train).any() else train
+    gain = measure(bench, cut, before, after, judged, names, rng)
+    if outcome.causes and gain.after > (1.0 - HELP) * gain.before:  # what does not help on held-out data is no cause
+        outcome = replace(outcome, causes=[], kept=[], final=outcome.base)
+        after, cut = before, _main(bench, outcome, contest)
+        gain = measure(bench, cut, before, after, judged, names, rng)
     final = outcome.final.residual.reshape(contest.shape)
     left = depends(bench, bench.residual(after), bench.present(after), after, rng)
     causes = _causes(contest, outcome)
@@ -91,7 +97,7 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
         result.folder = out
         if verdict in ("explained", "ambiguous"):
             tell("extended FMUs", 0.0)
-            result.extension |= extend(bench, cut, before, after, ~train if (~train).any() else train, out, [c.hypothesis for c in outcome.causes])
+            result.extension |= extend(bench, cut, before, after, judged, out, [c.hypothesis for c in outcome.causes])
         result.write(out)
         tell("report", 0.0)
         write(result, bench, contest, outcome, cut, before, after, train, left, faults, out)
@@ -112,8 +118,8 @@ def _excess(contest: Contest, outcome: Outcome) -> float:
 
 
 def _verdict(causes: list[Cause], gain: Gain, left: list[Dependence], excess: float) -> tuple[str, list[Cause]]:
-    """Causes that do not help on held-out data are none; nothing is missing only where what is left is noise."""
-    if causes and (gain.after > (1.0 - HELP) * gain.before or (left and gain.closed < ENOUGH)):
+    """Nothing is missing only where what is left is noise."""
+    if causes and left and gain.closed < ENOUGH:
         return "unknown", []
     if not causes:
         return ("unknown" if left or excess > EXCESS else "none"), []

@@ -107,7 +107,7 @@ def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]
         if value == leader.nominal or not np.any(there != at):
             continue
         shapes = [p for p in others if _shapes(residual, base, on, p, there)]
-        for values in product(*(sorted({p.nominal, p.low, *_grid(p)[1::2]}) if len(_grid(p)) < 8 else [p.nominal] for p in shapes)):
+        for values in product(*(sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
             shape = {p.name: v for p, v in zip(shapes, values)}
             column = (residual({**base, **on, **shape}) - at) / (value - leader.nominal)
             if np.all(np.isfinite(column)) and np.any(column):

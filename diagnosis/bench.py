@@ -7,6 +7,9 @@ A cut is a comparison of one measured channel with what some of the components c
     gear         measured motion (and load)         -> torque at the motor's shaft
     load         measured motion of the load        -> output torque
     twist        measured angle of the input shaft  -> angle of the load
+    input        measured angle of the input shaft  -> its speed: sensors alone
+    output       measured angle of the load         -> its speed: sensors alone
+    drive        set-points or voltage              -> motion: the whole at once, where the rig asks for it (simulate)
 
 A cut whose residual is noise proves its components; a cut that is off has the fault among its components.
 """
@@ -24,7 +27,7 @@ from .errors import DataError
 from .kernels import kernels
 from .laws import parameters
 from .log import Run
-from .prepare import Channels, Motion, motion
+from .prepare import Channels, Motion, motion, smooth
 from .rig import Rig
 from .signals import unit
 
@@ -36,6 +39,9 @@ BINS = 250
 
 MOST = 8_000
 """Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
+
+LONGEST = 0.045
+"""s; a longer smoothing window would blur the motion itself."""
 
 STRETCH = 60
 """Samples in such a stretch."""
@@ -92,9 +98,13 @@ class Bench:
         gear = next((cut for cut in self.cuts if cut.name == prefix + "gear"), None)
         if gear is None or self.steady:
             return
+        if self.rig.smoothing > 0.0:
+            self.smoothing[prefix] = max(5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
+            return
         levels = {}
         self.choosing = True  # the balance is not smoothed meanwhile
-        for samples in (5, 7, 11, 17, 25, 41, 61):
+        step = float(np.median(np.concatenate([ch.dt for ch in self.channels.values()])))
+        for samples in (n for n in (5, 7, 11, 17, 25, 41, 61) if n == 5 or n * step <= LONGEST):
             self.smoothing[prefix] = samples
             steps, count = 0.0, 0
             for simulated, measured, good in self.compare(gear, {}):
@@ -107,7 +117,7 @@ class Bench:
 
     def reach(self, cut: Cut) -> int:
         """Samples over which smoothing ties the residual of a cut together."""
-        return self.smoothing[cut.prefix] if cut.name.endswith("gear") and not self.steady else 1
+        return self.smoothing[cut.prefix] if cut.name.endswith(("gear", "input", "output")) and not self.steady else 1
 
     # --- where the samples of each run go: blocks and bins -------------------------------------------------
 
@@ -159,7 +169,11 @@ class Bench:
         """Mean residual (measured - simulated) and count in each bin, arrays (blocks, bins)."""
         total, count = np.zeros(self.blocks * self.bins), np.zeros(self.blocks * self.bins, int)
         for i, (simulated, measured, good) in enumerate(self.compare(cut, values)):
-            sums, counts = self.bin(i, measured - simulated, good & np.isfinite(simulated), self.channels[i, cut.prefix].take)
+            error = measured - simulated
+            wild = ~np.isfinite(error) & good  # a simulation that breaks down is wrong, not absent
+            if wild.any():
+                error = np.where(wild, 1e3 * np.nanstd(measured), error)
+            sums, counts = self.bin(i, error, good, self.channels[i, cut.prefix].take)
             total += sums
             count += counts
         return (total / np.maximum(count, 1)).reshape(self.blocks, self.bins), count.reshape(self.blocks, self.bins)
@@ -243,6 +257,21 @@ def _cuts(bench: Bench, prefix: str) -> list[Cut]:
     electric = "motor.voltage" if has("motor.voltage") else "motor.duty" if has("motor.duty", "motor.supply_voltage") else \
         "controller.voltage" if has("controller.voltage") else ""
     moves = [m for m in ("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed") if has(m)]
+    if bench.rig.kind == "forward" and bench.rig.simulate and electric and moves:
+        from .forward import simulate
+
+        shown = next(m for m in ("load.angle", "reducer.input_angle", "load.speed", "reducer.input_speed") if has(m))
+        closed = bench.rig.simulate == "closed"
+
+        def drive(values, ch):
+            row = {"load.angle": "angle", "load.speed": "speed", "reducer.input_angle": "input_angle", "reducer.input_speed": "input_speed"}[shown]
+            return _read(shown, simulate(bench, prefix, values, ch, closed)[row], values, ch), ch.raw(shown), ch.good(shown)
+
+        read = ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage") if closed else \
+            ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")
+        add("drive", [*(["controller"] if closed else []), "motor", "reducer", "load"], read, shown, drive)
+        return cuts
+
     volts = ("motor.duty", "motor.supply_voltage") if electric == "motor.duty" else (electric,) if electric else ()
 
     command = "controller.voltage" if has("controller.voltage") else "motor.voltage" if has("motor.voltage") else ""
@@ -262,6 +291,9 @@ def _cuts(bench: Bench, prefix: str) -> list[Cut]:
         key.rpartition(".")[0] for key in bench.rig.parameters
     }:
         add("load", ["load"], ("load.angle", "load.speed"), "reducer.output_torque", lambda v, ch: _load(bench, prefix, v, ch))
+    for side, cut in (("reducer.input_", "input"), ("load.", "output")):
+        if has(side + "angle", side + "speed") and not bench.steady:
+            add(cut, [], (side + "angle",), side + "speed", lambda v, ch, side=side: _redundant(bench, prefix, side, v, ch))
     if has("reducer.input_angle", "load.angle") and not bench.steady:
         add("twist", ["reducer", *([] if has("reducer.output_torque") else ["load"])], ("reducer.input_angle",), "load.angle",
             lambda v, ch: _twist(bench, prefix, v, ch))
@@ -422,6 +454,14 @@ def _load(bench, prefix, values, ch):
     bench.kernels.load_torque(_law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
     name = "reducer.output_torque"
     return _read(name, out, values, ch), ch.raw(name), ch.good(name) & ch.good("load.angle" if ch.has("load.angle") else "load.speed")
+
+
+def _redundant(bench, prefix, side, values, ch):
+    """A measured speed against the derivative of the measured angle of the same shaft, smoothed alike."""
+    samples = bench.smoothing[prefix]
+    slope = motion(ch.true(side + "angle", values), None, ch.dt, samples).speed
+    name = side + "speed"
+    return _read(name, slope, values, ch), smooth(ch.raw(name), samples), ch.good(name) & ch.good(side + "angle")
 
 
 def _twist(bench, prefix, values, ch):

@@ -29,8 +29,12 @@ def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, 
         train = ~np.array(held)[owner]
         names = sorted({run.log for run, h in zip(runs, held) if h})
     elif bench.rig.hold_out == "every second run":
-        train = (np.arange(count) if bench.steady else owner) % 2 == 0
-        names = [f"run {runs[i].name or i}" for i in range(1, len(runs), 2)] if len(runs) > 1 else ["every second point"]
+        train = owner % 2 == 0
+        if bench.steady:  # every second point of each direction
+            backward = np.array([bench.runs[0].signals[n] for n in bench.runs[0].signals if n.endswith("speed")])[0] < 0.0
+            for side in (backward, ~backward):
+                train[np.flatnonzero(side)] = np.arange(side.sum()) % 2 == 0
+        names = [f"run {runs[i].name or i}" for i in np.flatnonzero(~train)] if len(runs) == count else ["every second"]
     else:
         train = np.arange(count) % 3 != 2
         names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]

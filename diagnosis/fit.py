@@ -86,6 +86,7 @@ def fit(residual: Residual, fixed: dict, free: Sequence[Free], start: dict, rows
     if not free:
         r = residual(fixed)
         return Fit((), {}, r, np.zeros((len(r), 0)), weight(r, c))
+    start = {p.name: start[p.name] if np.isfinite(start[p.name]) else p.nominal for p in free}
     low = np.array([p.low for p in free])
     high = np.array([p.high for p in free])
     lengths = np.array([scale(p, start[p.name]) for p in free])

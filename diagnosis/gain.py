@@ -21,7 +21,7 @@ class Gain:
     after: float
     low: float  # 95 % interval of `after`, over held-out blocks
     high: float
-    closed: float  # share of the error above the noise floor that is gone
+    closed: float  # share of the error above the noise floor that is gone, of squares: independent errors add in squares
     noise_floor: float
     held_out: list[str]
     regimes: list[dict] = field(default_factory=list)  # {where, before, after}
@@ -72,7 +72,7 @@ def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarra
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
     was, now = rms([e[t] for e, t in zip(old, trusted)]), rms([e[t] for e, t in zip(new, trusted)])
     noise = min(floor(new, trusted, bench.reach(cut)), now)
-    closed = float(np.clip((was - now) / (was - noise), 0.0, 1.0)) if was > noise and was > now else 0.0
+    closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
     gain = Gain(f"root mean square error of {cut.output} ({cut.name})", cut.unit, was, now, float(low), float(high), closed, noise, names)
     gain.regimes = _regimes(bench, cut, after, old, new, trusted)
     return gain

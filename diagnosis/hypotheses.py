@@ -14,6 +14,9 @@ from .signals import COMMANDS
 NOT_IN_POINTS = {"ripple", "cogging", "backlash", "compliance", "warm_up", "wear", "winding_heating", "lag", "quantisation"}
 """Effects of angle and time, of which steady-state points know nothing."""
 
+ON_REQUEST = {"stribeck_asymmetry"}
+"""Freed only where a rig lists them as uncertain."""
+
 COMPONENTS = ("controller", "motor", "reducer", "load")
 
 SAID_BY_EFFECTS = {"load.mass", "load.arm", "load.inertia", "load.arm_angle", "load.gravity", "reducer.shaft_stiffness"}
@@ -118,9 +121,10 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
     free = []
     for p in effect.parameters:
         full = f"{name}.{p.name}"
-        if not rig.questioned(full):
+        if not rig.questioned(full) or (p.name in ON_REQUEST and full not in rig.uncertain):
             continue
-        free.append(Free(full, rig.parameters.get(full, p.off), p.low, p.high, p.unit, p.description, told=full in rig.parameters))
+        low, high = rig.uncertain.get(full, (p.low, p.high))
+        free.append(Free(full, rig.parameters.get(full, p.off), low, high, p.unit, p.description, told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)

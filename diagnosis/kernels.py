@@ -119,10 +119,11 @@ def _whole() -> dict:
     LoadState, load_advance = load.State, load.advance
 
     @njit(nogil=True)
-    def whole(pc, pm, pr, pl, closed, supply, voltage, angle_setpoint, speed_setpoint, dt, parts, start, out):
+    def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, speed_setpoint, dt, parts, start, out):
         """A drive from its voltage, or with closed > 0 from its set-points.
 
-        start: angle and speed of the input shaft, angle and speed of the load. supply limits the voltage where above 0.
+        start: angle and speed of the input shaft, angle and speed of the load. With supply above 0 the controller's command
+        is a duty. Where powered is 0 the motor is open.
         out rows: voltage, current, motor torque, input angle, input speed, output torque, load angle, load speed.
         """
         angle, speed = start[2], start[3]
@@ -145,8 +146,10 @@ def _whole() -> dict:
             if closed > 0.0:
                 c, co = control(pc, c, angle_setpoint[i], speed_setpoint[i], l.angle, l.speed, g.speed, delivered, dt[i])
                 u = co.voltage
-                if supply[i] > 0.0:
-                    u = min(max(u, -supply[i]), supply[i])
+                if supply[i] > 0.0:  # the controller commands a duty
+                    u *= supply[i]
+            if powered[i] == 0.0:
+                u = pm.voltage_constant * g.speed  # no current flows
             out[0, i] = u
             out[3, i] = g.angle
             out[4, i] = g.speed

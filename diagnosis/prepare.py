@@ -73,33 +73,30 @@ def window(seconds: float, dt: np.ndarray) -> int:
 
 
 def smooth(x: np.ndarray, samples: int) -> np.ndarray:
-    return savgol_filter(x, samples, 2) if 5 <= samples <= len(x) else x
+    return savgol_filter(x, samples, 2, mode="nearest") if 5 <= samples <= len(x) else x
 
 
 def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, samples: int) -> Motion:
-    """The motion from an angle, a speed or both; local parabolas over `samples` give the derivatives."""
-    step = float(np.median(dt))
+    """The motion from an angle, a speed or both: smoothed by local parabolas over `samples`, then differentiated.
+
+    Whatever is compared with it can be smoothed in the same way: smoothing and differentiating change places.
+    """
     samples = min(samples, (len(dt) - 1) | 1)
     samples = samples if samples >= 5 else 0
+    time = np.cumsum(dt)
     if speed is None:
-        fine = savgol_filter(angle, samples, 3, deriv=1, delta=step) if samples else np.gradient(angle, np.cumsum(dt))
-        acceleration = savgol_filter(angle, samples, 3, deriv=2, delta=step) if samples else np.gradient(fine, np.cumsum(dt))
-        plain = np.gradient(angle, np.cumsum(dt))
+        fine = np.gradient(smooth(angle, samples), time)
+        plain = np.gradient(angle, time)
     else:
-        fine = savgol_filter(speed, samples, 2) if samples else speed
-        acceleration = savgol_filter(speed, samples, 2, deriv=1, delta=step) if samples else np.gradient(speed, np.cumsum(dt))
-        plain = speed
-    if np.max(abs(dt - step)) > 0.2 * step and samples:  # uneven steps: derivatives over the real time
-        stretch = np.convolve(dt, np.ones(samples) / samples, mode="same") / step
-        stretch[: samples // 2] = stretch[-(samples // 2):] = 1.0
-        acceleration = acceleration / stretch ** (2 if speed is None else 1)
-        fine = fine / stretch if speed is None else fine
+        fine, plain = smooth(speed, samples), speed
+    acceleration = np.gradient(fine, time)
     if angle is None:
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
     else:
         angle = smooth(angle, samples) if samples else angle
-    noise = 1.4826 * float(np.median(abs(plain - fine))) / np.sqrt(max(1, samples) / 2.25)
-    moving = abs(fine) > max(4.0 * noise, 2e-3 * float(np.quantile(abs(fine), 0.98)), 1e-12)
+    rough = abs(plain - fine)  # half of it may be at rest, where a coarse sensor shows no noise
+    noise = max(float(np.median(rough)) / 0.6745, float(np.quantile(rough, 0.9)) / 1.645) / np.sqrt(max(1, samples) / 2.25)
+    moving = abs(fine) > max(4.0 * noise, 5e-3 * float(np.quantile(abs(fine), 0.98)), 1e-12)
     same = np.sign(fine) * moving
     reach = samples // 2 + 1
     sliding = moving.copy()

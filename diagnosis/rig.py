@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from dataclasses import dataclass, field
+from fnmatch import fnmatch
 from functools import cache
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from .errors import DataError
 from .signals import SIGNALS, canonical, unit
 
 KINDS = ("inverse", "forward", "steady")
-_TABLES = {"rig", "time", "columns", "parameters", "uncertain"}
-_RIG_KEYS = {"name", "kind", "description", "linear", "run", "known", "system", "drives", "named", "hold_out", "simulate", "valid"}
+_TABLES = {"rig", "time", "columns", "parameters", "uncertain", "logs"}
+_RIG_KEYS = {"name", "kind", "description", "linear", "run", "known", "system", "drives", "named", "hold_out", "simulate", "valid", "smoothing"}
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,17 @@ class Rig:
     hold_out: str = ""  # "every second run" | "" (blocks)
     valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
     simulate: str = ""  # forward rigs: "open" | "closed"; "" decides by the columns
+    smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
+    logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
+
+    def of_log(self, name: str) -> dict[str, float]:
+        """Parameters that belong to this log alone."""
+        found: dict[str, float] = {}
+        for pattern, values in self.logs.items():
+            if fnmatch(name, pattern):
+                found |= values
+        return found
 
     def questioned(self, parameter: str) -> bool:
         """Whether a diagnosis may doubt this nominal value."""
@@ -95,8 +106,10 @@ def _rig(path: Path, data: dict) -> Rig:
         path=path, name=head.get("name", path.stem), kind=kind, columns=columns, time=time,
         parameters=_numbers(path, "parameters", data.get("parameters", {})),
         uncertain=_ranges(path, data.get("uncertain", {})),
+        logs={pattern: _numbers(path, f'logs."{pattern}"', table) for pattern, table in data.get("logs", {}).items()},
         known=frozenset(head.get("known", [])), run=head.get("run", ""), linear=linear, drives=drives, named=named,
         hold_out=head.get("hold_out", ""), simulate=head.get("simulate", ""), valid=head.get("valid", ""),
+        smoothing=float(head.get("smoothing", 0.0)),
         system=(path.parent / system) if system else None,
     )
 

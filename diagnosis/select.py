@@ -16,7 +16,7 @@ import numpy as np
 
 from .bench import Bench
 from .fit import Fit, fit, held_out, jacobian, rho, weight
-from .hypotheses import Free, Hypothesis, uncertain, vocabulary
+from .hypotheses import ON_REQUEST, Free, Hypothesis, uncertain, vocabulary
 from .screen import Direction, Linear, directions
 
 FOLDS = 5
@@ -72,7 +72,8 @@ class Contest:
 
     def __init__(self, bench: Bench, train: np.ndarray, rng: np.random.Generator, tell: Callable[[str, float], None] = lambda *_: None):
         self.bench, self.train, self.rng, self.tell = bench, train, rng, tell
-        self.base_free = tuple(p for p in uncertain(bench.rig) if p.name.rpartition(".")[0] in bench.components)
+        self.base_free = tuple(p for p in uncertain(bench.rig) if p.name.rpartition(".")[0] in bench.components or p.name.startswith("sensor."))
+        self.base_free = tuple(p for p in self.base_free if p.name.rpartition(".")[2] not in ON_REQUEST)
         self.luck = np.inf  # gain that the best hypothesis finds by chance in one draw of twenty
         self.hypotheses = vocabulary(bench.rig, bench.components, bench.measured, bench)
         self.nominal = {p.name: p.nominal for p in self.base_free}
@@ -173,7 +174,7 @@ class Contest:
             for way in found_ways:
                 way.columns = way.columns[self.train]
                 linear.look(way, errors)
-            return found_ways
+            return [way for way in found_ways if np.isfinite(way.gain)]
 
         with ThreadPoolExecutor(2) as pool:
             for done, result in enumerate(pool.map(look, open_)):

@@ -1,0 +1,58 @@
+"""The whole drive in time: from its voltage, or from its set-points with the loop closed, simulated motor to load."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bench import Bench, _both, _law, _voltage
+from .log import VALID
+from .prepare import Channels
+
+ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
+SOFTEST = 0.3
+"""The output shaft's own frequency times the inner step, at most: explicit coupling of gear and load is stable below 1."""
+
+MOST_PARTS = 4
+
+
+def can(bench: Bench, prefix: str) -> bool:
+    """Whether the log says what drives the whole: set-points or a voltage, and a motion to compare with."""
+    ch = bench.channels[0, prefix]
+    driven = ch.has("controller.angle_setpoint") or ch.has("motor.voltage") or ch.has("motor.duty", "motor.supply_voltage") or ch.has("controller.voltage")
+    return not bench.steady and bench.rig.kind == "forward" and driven and any(ch.has(n) for n in ("load.angle", "load.speed", "reducer.input_angle", "reducer.input_speed"))
+
+
+def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
+    """All signals of the drive over one run; it starts as measured."""
+    first, second = _both(bench, prefix, values, ch)
+    n = len(ch.dt)
+    values = {**values, **bench.rig.of_log(ch.run.log)}
+    laws = [_law(bench, prefix, part, values) for part in ("controller", "motor", "reducer", "load")]
+    reducer, load = laws[2], laws[3]
+    stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
+    laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
+    zero = np.zeros(n)
+    voltage = supply = zero
+    if ch.has("motor.duty", "motor.supply_voltage"):
+        supply = ch.true("motor.supply_voltage", values)
+        voltage = ch.true("motor.duty", values) * supply
+    elif not closed:
+        voltage = _voltage("motor.voltage" if ch.has("motor.voltage") else "controller.voltage", values, ch)[0]
+    wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
+    rate = ch.raw("controller.speed_setpoint") if ch.has("controller.speed_setpoint") else np.gradient(wanted, np.cumsum(ch.dt))
+    powered = ch.run.signals.get(VALID, np.ones(n))
+    start = np.array([second.angle[0] * reducer.gear_ratio, first.speed[0], second.angle[0], second.speed[0]])
+    out = np.zeros((8, n))
+    bench.kernels.whole(*laws, 1.0 if closed else 0.0, powered, supply, voltage, wanted, rate, ch.dt, stiffness[1], start, out)
+    return dict(zip(ROWS, out))
+
+
+def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
+    """Stiffness of the output shaft, parts of a step, damping: as given where so many parts carry it, else as stiff as they do."""
+    inertia = load.inertia + load.mass * load.arm**2
+    behind = reducer.shaft_inertia * reducer.gear_ratio**2
+    together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
+    parts = int(np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS))
+    stiffness = min(reducer.shaft_stiffness, together * (SOFTEST * parts / step) ** 2)
+    damping = min(reducer.shaft_damping, 0.4 * np.sqrt(stiffness * together))
+    return (stiffness, parts), max(damping, 0.2 * np.sqrt(stiffness * together))

@@ -62,4 +62,4 @@ class Flat:
     start_time: float = 0.0
     stop_time: float | None = None
     smallest_step: float = 0.0  # of the FMUs' default experiments, s; 0: none says one
-    run: dict = field(default_factory=dict)  # step, algorithm, order, if our annotation is there
+    ours: dict = field(default_factory=dict)  # what our annotation says, if it is there; see write.py

@@ -3,14 +3,16 @@
 Nested systems are flattened: component M in system Drive becomes "Drive/M". A connection through the connectors of
 systems becomes one connection from an FMU's output to an FMU's input, with every linear transformation and every
 conversion of units on its way multiplied out. Parameter values reach FMUs through bindings at every level; a higher
-level wins over a lower one, a later binding over an earlier one (SSP 1.0, ParameterBindings).
+level wins over a lower one, a later binding over an earlier one (SSP 1.0, ParameterBindings). Linear transformations
+act after the conversion of units, at connections and in mappings alike.
 
-Not supported, and refused by name: signal dictionaries, mapping transformations other than linear, binary and
-enumeration connectors, model exchange, sources outside the archive.
+Not supported, and refused by name: signal dictionaries, mapping transformations other than linear, binary,
+enumeration and inout connectors, model exchange, sources outside the archive.
 """
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import fmpy
@@ -41,7 +43,7 @@ class _Reader:
         self.links: list[Link] = []
         self.kinds: dict[Port, str] = {}
         self.ports: dict[str, set[str]] = {}
-        self.bindings: list[tuple[int, int, Port, object, Unit | None]] = []  # depth, order, …
+        self.bindings: list[tuple[int, int, Port, object, Unit | None, Affine]] = []  # depth, order, …
         self.flat = Flat("", "")
 
     def read(self, document: Path) -> Flat:
@@ -54,7 +56,10 @@ class _Reader:
             flat.stop_time = float(experiment.get("stopTime")) if experiment.get("stopTime") else None
         for annotation in root.iter(tag("ssc:Annotation")):
             if annotation.get("type") == ANNOTATION and len(annotation):
-                flat.run = dict(annotation[0].attrib)
+                try:
+                    flat.ours = json.loads(annotation[0].text or "{}")
+                except json.JSONDecodeError as error:
+                    raise DescriptionError(f"{document.name}: its annotation {ANNOTATION} is damaged: {error}.") from None
         self._system(root.find(tag("ssd:System")), "", document.parent, _read_units(root), 0)
         self._resolve()
         return flat
@@ -125,16 +130,23 @@ class _Reader:
             for refused in ("Binary", "Enumeration"):
                 if connector.find(tag(f"ssc:{refused}")) is not None:
                     raise DescriptionError(f"{path}.{name}: connectors of type {refused} are not supported.")
+            if connector.get("kind") == "inout":
+                raise DescriptionError(f"{path or 'the system'}: connector {name!r} is of kind inout, which is not supported.")
+            real = connector.find(tag("ssc:Real"))
+            text = None if real is None else real.get("unit")
+            if text is not None and text not in units:
+                raise DescriptionError(f"{path or 'the system'}: connector {name!r} has unit {text!r}, which is not in Units.")
+            unit = Unit(text, units) if text else None
             if path in self.flat.fmus:
                 if (path, name) not in self.kinds:
                     raise DescriptionError(f"{path}: connector {name!r} is not a variable of its FMU.")
-                continue  # an FMU's own unit counts: values cross its face in it
+                own = self.units[path, name]
+                if unit and own and unit.to(own, f"{path}.{name}, connector and FMU") != Affine():
+                    raise DescriptionError(f"{path}: connector {name!r} is in {text}, its FMU says {own.name}; that is not supported.")
+                self.units[path, name] = own or unit  # values cross the face of an FMU in its own unit
+                continue
             self.kinds[path, name] = connector.get("kind")
-            real = connector.find(tag("ssc:Real"))
-            unit = None if real is None else real.get("unit")
-            if unit is not None and unit not in units:
-                raise DescriptionError(f"{path or 'the system'}: connector {name!r} has unit {unit!r}, which is not in Units.")
-            self.units[path, name] = Unit(unit, units) if unit else None
+            self.units[path, name] = unit
 
     def _connection(self, node: etree._Element, path: str, children: dict[str, str]) -> None:
         ends = []
@@ -165,15 +177,18 @@ class _Reader:
                 renamed = {}
                 for entry in entries.iter(tag("ssm:MappingEntry")):
                     change = _transform(entry, f"{what}, mapping of {entry.get('source')}")
-                    renamed.setdefault(entry.get("source"), []).append((entry.get("target"), change))
+                    convert = entry.get("suppressUnitConversion") not in ("true", "1")
+                    renamed.setdefault(entry.get("source"), []).append((entry.get("target"), change, convert))
             units = _read_units(values)
             for parameter in values.iter(tag("ssv:Parameter")):
                 name = binding.get("prefix", "") + parameter.get("name")
                 value, unit = _value(parameter, units, what)
-                targets = [(name, Affine())] if renamed is None else renamed.get(name, [])
-                for target, change in targets:
-                    changed = change(value) if isinstance(value, float) else value
-                    self.bindings.append((-depth, len(self.bindings), (path, target), changed, unit))
+                targets = [(name, Affine(), True)] if renamed is None else renamed.get(name, [])
+                for target, change, convert in targets:
+                    if change != Affine() and not _number(value):
+                        raise DescriptionError(f"{what}: {name} = {value!r} is no number, its mapping cannot change it.")
+                    said = unit if convert else None
+                    self.bindings.append((-depth, len(self.bindings), (path, target), value, said, change))
 
     def _content(self, node, inline: str | None, wanted: str, base: Path, component_base: Path, what: str):
         """The document that a binding or mapping gives inline or by its source."""
@@ -207,9 +222,13 @@ class _Reader:
                         raise DescriptionError(f"{'.'.join(port)}: its connection goes round in a circle of system connectors.")
                 if source[0] in self.flat.fmus:
                     self.flat.connections[port] = (source, transform)
-        for _, _, (path, name), value, unit in sorted(self.bindings, key=lambda entry: entry[:2]):
-            for port, result in self._down(self._port(path, name), value, unit, outof):
-                self.flat.start[port] = result
+        for _, _, (path, name), value, unit, change in sorted(self.bindings, key=lambda entry: entry[:2]):
+            port = self._port(path, name)
+            own = self.units.get(port)
+            if _number(value):
+                convert = unit.to(own, f"value of {'.'.join(port)}") if unit and own else Affine()
+                value = convert.then(change)(value) if convert.then(change) != Affine() else value
+            self.flat.start.update(self._down(port, value, outof))
 
     def _oriented(self, link: Link) -> tuple[Port, Port]:
         """SSP connections run from start to end; a connection written backwards to an FMU's input is refused."""
@@ -237,18 +256,18 @@ class _Reader:
                 return port
         raise DescriptionError(f"a parameter set of {path or 'the system'} names {name!r}, which is neither a variable nor a connector of it.")
 
-    def _down(self, port: Port, value, unit: Unit | None, outof: dict[Port, list[Link]]):
+    def _down(self, port: Port, value, outof: dict[Port, list[Link]]):
         """The FMU variables that a value given at a port reaches, each with the value in its unit."""
-        where = f"value of {'.'.join(port)}"
-        own = self.units.get(port)
-        if isinstance(value, float) and unit and own:
-            value = unit.to(own, where)(value)
         if port[0] in self.flat.fmus:
             yield port, value
             return
         for link in outof.get(port, []):
-            reached = self._through(link)(value) if isinstance(value, float) else value
-            yield from self._down(link.end, reached, self.units.get(link.end), outof)
+            change = self._through(link)
+            yield from self._down(link.end, change(value) if _number(value) and change != Affine() else value, outof)
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _transform(node: etree._Element, where: str) -> Affine:

@@ -7,8 +7,10 @@ others pass over. In-process parts are packed as FMUs by the `pack` of their cla
 from __future__ import annotations
 
 import hashlib
+import json
 import tempfile
 import zipfile
+from dataclasses import asdict, fields
 from html import escape
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +20,7 @@ from lxml import etree
 from master.errors import DescriptionError
 from master.face import Part, Variable
 from master.ssp.archive import ANNOTATION, NAMESPACES, check, tag
-from master.system import System, load
+from master.system import Component, Run, System, load
 from master.units import unit as known_unit
 from master.wiring import Wiring, fmu_path, wire
 
@@ -40,7 +42,7 @@ def export(system: System | Path | str, out: Path | str) -> Path:
         documents = {"SystemStructure.ssd": _structure(wiring, files)}
         for name in system.components:
             if wiring.values.get(name):
-                documents[f"resources/{_file_name(name)}.ssv"] = _parameter_set(wiring, name)
+                documents[_set_file(system, name)] = _parameter_set(wiring, name)
     finally:
         wiring.close()
     for name, root in documents.items():
@@ -61,8 +63,14 @@ def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
     archive.writestr(entry, data)
 
 
-def _file_name(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
+def _plain(name: str) -> str:
+    return "".join(c if c.isascii() and c.isalnum() or c in "-_" else "_" for c in name)
+
+
+def _set_file(system: System, name: str) -> str:
+    """The parameter set of a component: a plain name, so that no tool stumbles over its URI; with a number where two are alike."""
+    alike = [other for other in system.components if _plain(other).lower() == _plain(name).lower()]
+    return f"resources/{_plain(name)}{alike.index(name) + 1 if alike[1:] else ''}.ssv"
 
 
 def _fmus(system: System) -> dict[str, tuple[str, bytes]]:
@@ -80,8 +88,8 @@ def _fmus(system: System) -> dict[str, tuple[str, bytes]]:
             else:
                 path = fmu_path(component, system)
             data = Path(path).read_bytes()
-            content = hashlib.sha256(data).hexdigest()
-            taken = names.setdefault(content, Path(path).name if Path(path).name not in names.values() else f"{Path(path).stem}_{content[:8]}.fmu")
+            content, stem = hashlib.sha256(data).hexdigest(), _plain(Path(path).stem)
+            taken = names.setdefault(content, f"{stem}.fmu" if f"{stem}.fmu" not in names.values() else f"{stem}_{content[:8]}.fmu")
             found[name] = taken, data
     return found
 
@@ -91,7 +99,7 @@ def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> etree._El
     root = etree.Element(tag("ssd:SystemStructureDescription"), version="1.0", name=system.name, nsmap=NAMESPACES, generationTool="selflock")
     if system.description:
         root.set("description", system.description)
-    top = etree.SubElement(root, tag("ssd:System"), name=_file_name(system.name))
+    top = etree.SubElement(root, tag("ssd:System"), name=_plain(system.name))
     elements = etree.SubElement(top, tag("ssd:Elements"))
     for place, (name, part) in enumerate(wiring.parts.items()):
         element = etree.SubElement(elements, tag("ssd:Component"), name=name, source=f"resources/{files[name][0]}", implementation="CoSimulation")
@@ -103,20 +111,25 @@ def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> etree._El
         etree.SubElement(element, tag("ssd:ElementGeometry"), x1=str(column * 40.0), y1=str(-row * 30.0), x2=str(column * 40.0 + 30), y2=str(20 - row * 30.0))
         if wiring.values.get(name):
             bindings = etree.SubElement(element, tag("ssd:ParameterBindings"))
-            etree.SubElement(bindings, tag("ssd:ParameterBinding"), source=f"resources/{_file_name(name)}.ssv")
+            etree.SubElement(bindings, tag("ssd:ParameterBinding"), source=_set_file(system, name))
     _connections(top, wiring)
     _units(root, {unit: declared for part in wiring.parts.values() for unit, declared in _named_units(part).items()}, "ssd")
-    run = system.run
-    etree.SubElement(root, tag("ssd:DefaultExperiment"), startTime=repr(run.start), stopTime=repr(run.stop))
-    said = {"step": repr(run.step), "algorithm": run.algorithm, "order": " ".join(run.order or system.components)}
-    own = {name: component.step for name, component in system.components.items() if component.step}
-    if own:
-        said["steps"] = " ".join(f"{name}={step!r}" for name, step in own.items())
-    if run.open_inputs:
-        said["open_inputs"] = "true"
+    etree.SubElement(root, tag("ssd:DefaultExperiment"), startTime=repr(system.run.start), stopTime=repr(system.run.stop))
     annotation = etree.SubElement(etree.SubElement(root, tag("ssd:Annotations")), tag("ssc:Annotation"), type=ANNOTATION)
-    etree.SubElement(annotation, "run", **said)
+    etree.SubElement(annotation, "run").text = json.dumps(_ours(system))
     return root
+
+
+def _ours(system: System) -> dict:
+    """What SSP has no place for, in the words of a system file."""
+
+    def differing(thing, plain, names) -> dict:
+        return {name: getattr(thing, name) for name in names if getattr(thing, name) != getattr(plain, name)}
+
+    run, names = system.run, [f.name for f in fields(Run) if f.name not in ("start", "stop", "open_inputs")]
+    said = differing(run, Run(), names) | {"step": run.step, "algorithm": run.algorithm, "order": run.order or list(system.components)}
+    components = {name: differing(c, Component(), ("step", "process")) for name, c in system.components.items()}
+    return {"run": said, "components": {name: c for name, c in components.items() if c}, "bonds": [asdict(b) for b in system.bonds]}
 
 
 def _connector(variable: Variable) -> etree._Element:

@@ -21,7 +21,6 @@ from threading import Lock
 from typing import Callable
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from .errors import DataError
 from .kernels import kernels
@@ -440,7 +439,7 @@ def _gear(bench, prefix, torque, electric, values, ch):
     if bench.steady:
         return bare, given, good
     samples = 0 if bench.choosing else min(bench.smoothing[prefix], len(bare) - 1 | 1)
-    smoothed = savgol_filter(given - bare, samples, 2, mode="nearest") if samples >= 5 else given - bare
+    smoothed = smooth(given - bare, samples)
     if take is not None:  # not across the gaps between stretches
         edge = np.flatnonzero(np.diff(take) > 1)
         for shift in range(-(samples // 2), samples // 2 + 1):
@@ -461,7 +460,9 @@ def _redundant(bench, prefix, side, values, ch):
     samples = bench.smoothing[prefix]
     slope = motion(ch.true(side + "angle", values), None, ch.dt, samples).speed
     name = side + "speed"
-    return _read(name, slope, values, ch), smooth(ch.raw(name), samples), ch.good(name) & ch.good(side + "angle")
+    good = ch.good(name) & ch.good(side + "angle")
+    good[:samples] = good[-samples:] = False  # the average has no neighbours there
+    return _read(name, slope, values, ch), smooth(ch.raw(name), samples), good
 
 
 def _twist(bench, prefix, values, ch):

@@ -16,6 +16,9 @@ from .signals import SIGNALS, canonical, unit
 VALID = "rig.valid"
 """The signal of the rig's `valid` column."""
 
+HELD = ("controller.voltage", "motor.voltage", "motor.duty")
+"""In a table of `selflock run` a row has the command of the step that ends there; here it is that of the step that begins."""
+
 SHORTEST = 30
 """Fewer samples than this tell nothing."""
 
@@ -52,7 +55,8 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         raise DataError(f"{path}: is empty. Export the log again; it needs a header line and at least {SHORTEST} samples.")
     headers = {_bare(name): name for name in table.columns}
     units = {_bare(name): _unit(name) for name in table.columns}
-    columns = list(rig.columns) + (_named(headers, rig) if rig.named else [])
+    named = _named(headers, rig) if rig.named else []
+    columns = list(rig.columns) + named
     data: dict[str, np.ndarray] = {}
     for column in columns:
         values = _numbers(path, table, _find(path, headers, column.column, rig), column)
@@ -64,8 +68,11 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         data[VALID] = (_numbers(path, table, _find(path, headers, rig.valid, rig), switch) != 0.0).astype(float)
     names = table[_find(path, headers, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
     runs = []
+    late = [column.signal for column in named if column.signal.endswith(HELD)]
     for name in pd.unique(names):
         rows = np.flatnonzero(names == name)
+        for signal in late:
+            data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
         runs.append(_ordered(path, Run(path.name, str(name), rows, time[rows], {k: v[rows] for k, v in data.items()}), rig))
     if sum(len(run) for run in runs) < SHORTEST:
         raise DataError(f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {SHORTEST}, better some seconds.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.ndimage import gaussian_filter1d
 
 from .log import Run
 
@@ -73,11 +73,12 @@ def window(seconds: float, dt: np.ndarray) -> int:
 
 
 def smooth(x: np.ndarray, samples: int) -> np.ndarray:
-    return savgol_filter(x, samples, 2, mode="nearest") if 5 <= samples <= len(x) else x
+    """Gaussian average over about so many samples (six standard deviations): no overshoot, little of high frequencies left."""
+    return gaussian_filter1d(x, samples / 6.0, mode="nearest", truncate=3.0) if 5 <= samples <= len(x) else x
 
 
 def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, samples: int) -> Motion:
-    """The motion from an angle, a speed or both: smoothed by local parabolas over `samples`, then differentiated.
+    """The motion from an angle, a speed or both: averaged over `samples`, then differentiated.
 
     Whatever is compared with it can be smoothed in the same way: smoothing and differentiating change places.
     """
@@ -103,6 +104,8 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
     for shift in range(1, reach + 1):
         sliding[shift:] &= same[shift:] == same[:-shift]
         sliding[:-shift] &= same[:-shift] == same[shift:]
+    if samples:  # the average has no neighbours at the ends
+        sliding[:reach] = sliding[-reach:] = False
     return Motion(angle, fine, acceleration, sliding, noise)
 
 

@@ -163,6 +163,29 @@ def test_prefix_and_mapping_rename_and_change(tmp_path):
     assert mapped.start == {("B", "p"): 30.0}
 
 
+def mapped(entry, parameters):
+    mapping = f'<ssd:ParameterMapping><ssm:ParameterMapping version="1.0">{entry}</ssm:ParameterMapping></ssd:ParameterMapping>'
+    return flat_pair(connection("A.y", "B.u"), bindings=binding(parameters, mapping=mapping))
+
+
+def test_a_mapping_converts_first_and_transforms_then_or_does_not_convert(tmp_path):
+    change = '<ssc:LinearTransformation factor="2" offset="1"/>'
+    for attribute, expected in (("", 2.0 * math.pi + 1.0), (' suppressUnitConversion="true"', 2.0 * 180.0 + 1.0)):
+        flat = read_system(tmp_path, mapped(f'<ssm:MappingEntry source="x" target="B.p"{attribute}>{change}</ssm:MappingEntry>', real("x", 180, "deg")))
+        assert flat.start["B", "p"] == pytest.approx(expected)
+    whole = read_system(tmp_path, mapped(f'<ssm:MappingEntry source="x" target="B.p">{change}</ssm:MappingEntry>', '<ssv:Parameter name="x"><ssv:Integer value="3"/></ssv:Parameter>'))
+    assert whole.start["B", "p"] == 7.0
+
+
+def test_a_connector_says_the_unit_where_the_fmu_says_none(tmp_path):
+    silent = SOURCE.replace(' unit="deg"', "", 1)
+    said = A.replace('<ssd:Connector name="y" kind="output"/>', '<ssd:Connector name="y" kind="output"><ssc:Real unit="deg"/></ssd:Connector>')
+    extra = {"resources/source.fmu": silent, "resources/sink.fmu": SINK}
+    for inner, factor in ((said, math.pi / 180), (A, 1.0)):
+        flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), inner_a=inner), extra=extra)
+        assert flat.connections["B", "u"][1].factor == pytest.approx(factor)
+
+
 def test_values_from_a_file_of_their_own(tmp_path):
     ssv = f'<ssv:ParameterSet {HEAD} version="1.0" name="p"><ssv:Parameters>{real("p", 180, "deg")}</ssv:Parameters>{UNITS.replace("ssd:", "ssv:")}</ssv:ParameterSet>'
     bound = component("B", "sink", [("u", "input")], '<ssd:ParameterBindings><ssd:ParameterBinding source="resources/b.ssv"/></ssd:ParameterBindings>')
@@ -199,6 +222,11 @@ def test_a_packed_ssp_inside_an_ssp(tmp_path):
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("resources/sink.fmu", "../../sink.fmu")), "outside"),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("resources/sink.fmu", "resources/none.fmu")), "not in the SSP"),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("<ssd:Component ", '<ssd:Component implementation="ModelExchange" ')), "model exchange"),
+        (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('"u" kind="input"', '"u" kind="inout"')), "'u' is of kind inout"),
+        (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('"u" kind="input"/>', '"u" kind="input"><ssc:Real unit="deg"/></ssd:Connector>')), "'u' is in deg, its FMU says rad"),
+        (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('"u" kind="input"/>', '"u" kind="input"><ssc:Binary/></ssd:Connector>')), "Binary"),
+        (flat_pair(connection("A.y", "B.u"), inner_b=B + '<ssd:SignalDictionaryReference name="bus" dictionary="d"/>'), "'bus' is a signal dictionary"),
+        (mapped('<ssm:MappingEntry source="x" target="B.p"><ssc:LinearTransformation factor="2"/></ssm:MappingEntry>', '<ssv:Parameter name="x"><ssv:Boolean value="true"/></ssv:Parameter>'), "x = True is no number"),
         ("<ssd:Sytem/>", "not valid SSP 1.0"),
     ],
 )  # fmt: skip

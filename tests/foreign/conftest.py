@@ -3,17 +3,18 @@
 import os
 import shutil
 import subprocess
+import sys
 import sysconfig
-import zipfile
 from pathlib import Path
 
 import pytest
-from fmpy import read_model_description
 
 from fmus import loader
 from fmus.build import built
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+from lives import Extracted  # noqa: E402
 
 
 @pytest.fixture(scope="session")
@@ -36,21 +37,6 @@ def host(tmp_path_factory):
         return [line for line in text.splitlines() if not line.startswith("log ")], said
 
     return run
-
-
-class Extracted:
-    """An FMU in a folder: its library, the URI of its resources, its value references."""
-
-    def __init__(self, path, folder):
-        self.folder = folder
-        with zipfile.ZipFile(path) as archive:
-            archive.extractall(folder)
-        description = read_model_description(path)
-        self.description = description
-        self.library = folder / "binaries" / "linux64" / f"{description.modelName}.so"
-        self.uri = (folder / "resources").as_uri()
-        self.vr = {variable.name: variable.valueReference for variable in description.modelVariables}
-        self.outputs = [v.name for v in description.modelVariables if v.causality == "output" and v.type == "Real"]
 
 
 @pytest.fixture

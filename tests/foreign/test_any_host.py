@@ -3,9 +3,8 @@
 import math
 
 import pytest
-from fmpy.fmi2 import FMU2Slave
+from lives import H, born, by_fmpy, numbers, steps
 
-H = 1e-3
 # name -> (parameters, inputs at step i)
 LIVELY = {
     "Motor": (
@@ -17,51 +16,6 @@ LIVELY = {
     "Load": ({"mass": 1.0}, lambda i: {"torque": math.sin(0.5 * i)}),
     "Sensor": ({"lag_time": 0.01}, lambda i: {"value": math.sin(0.5 * i)}),
 }
-
-
-def born(fmu, i=0, letter="A", parameters=(), uri=None):
-    """Commands from loading to the end of initialization."""
-    sets = [("real", i, fmu.vr[name], value) for name, value in dict(parameters).items()]
-    return [("load", letter, fmu.library), ("new", i, letter, f"it{i}", uri or fmu.uri), ("setup", i), *sets, ("enter", i), ("exit", i)]
-
-
-def steps(fmu, inputs, first, last, i=0):
-    """Commands of steps, each followed by a get of all outputs."""
-    commands = []
-    for n in range(first, last):
-        commands += [("real", i, fmu.vr[name], float(value).hex()) for name, value in inputs(n).items()]
-        commands += [("step", i, (n * H).hex(), H.hex()), ("get", i, *(fmu.vr[name] for name in fmu.outputs))]
-    return commands
-
-
-def numbers(commands, answers):
-    """The values behind every get, each call having answered fmi2OK."""
-    assert len(commands) == len(answers), answers[-3:]
-    assert all(answer.split()[0] == "0" for answer in answers), [pair for pair in zip(commands, answers) if pair[1].split()[0] != "0"][:3]
-    return [[float.fromhex(word) for word in answer.split()[1:]] for command, answer in zip(commands, answers) if command[0] == "get"]
-
-
-def by_fmpy(fmu, parameters, inputs, count):
-    slave = FMU2Slave(
-        guid=fmu.description.guid,
-        unzipDirectory=str(fmu.folder),
-        modelIdentifier=fmu.description.coSimulation.modelIdentifier,
-        instanceName="it",
-    )
-    slave.instantiate()
-    slave.setupExperiment()
-    slave.setReal([fmu.vr[name] for name in parameters], list(parameters.values()))
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    seen = []
-    for n in range(count):
-        for name, value in inputs(n).items():
-            slave.setReal([fmu.vr[name]], [value])
-        slave.doStep(n * H, H)
-        seen.append(slave.getReal([fmu.vr[name] for name in fmu.outputs]))
-    slave.terminate()
-    slave.freeInstance()
-    return seen
 
 
 @pytest.mark.parametrize("name", LIVELY)

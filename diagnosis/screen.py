@@ -101,7 +101,10 @@ def directions(residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarra
 def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]) -> list[Direction]:
     """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step): that amount and no other."""
     found = []
-    for value in leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]}):
+    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]})
+    if not any(np.any(residual({**base, **off, leader.name: value}) != at) for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}):
+        return found
+    for value in amounts:
         on = {**off, leader.name: value}
         there = residual({**base, **on})
         if value == leader.nominal or not np.any(there != at):

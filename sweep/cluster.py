@@ -68,7 +68,8 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
                 f"No Dask scheduler answers at {address} ({type(error).__name__}). "
                 "Start one with `dask scheduler`, or check the address. Nothing is lost."
             ) from error
-        _same_everywhere(client, address, ("fmus", "master", "sweep", function.__module__.partition(".")[0]))
+        if scheduler:  # elsewhere something else may be installed
+            _same_everywhere(client, scheduler, ("fmus", "master", "sweep", function.__module__.partition(".")[0]))
         client.register_plugin(Holder(parcel), name=parcel.name)
         stack.callback(_leave, client, parcel.name)
         yield Pool(client, parcel.name, function)

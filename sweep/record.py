@@ -82,7 +82,7 @@ def evaluate(expression: str, table: pd.DataFrame, known: Mapping[str, Any] | No
     """The expression's value in each row of the table."""
     quoted = COLUMN.sub(lambda match: f"`{match[0]}`", expression)
     try:
-        value = table.eval(quoted, local_dict={}, resolvers=(dict(known or {}),), engine="python", inplace=False)
+        value = table.eval(quoted, local_dict={}, resolvers=(dict(known or {}),), engine="python")
     except Exception as error:  # whatever an expression that a person wrote may cause inside pandas
         raise SweepError(f"The expression {expression} cannot be evaluated: {error}") from None
     return np.broadcast_to(np.asarray(value), len(table))

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from master import PartFailed
+from master.face import Variable
+
 
 def draw(context, item):
     """A number that depends on the item's seed alone; every seventh fails."""
@@ -53,3 +56,44 @@ class Opened:
 
 def look(context, item):
     return {"there": (context.folder / "unpacked").exists()}
+
+
+class Brittle:
+    """A part of a system that breaks at t = 0.005 s where `load` is above 1, and dies with its process above 2."""
+
+    can_roll_back = False
+
+    def __init__(self, name):
+        self.name, self.log = name, []
+        self.variables = {
+            "load": Variable("load", "parameter", start=0.0, minimum=0.0),
+            "y": Variable("y", "output", start=0.0, unit="N.m", depends_on=()),
+        }
+        self.reset()
+
+    def reset(self):
+        self.load, self.log = 0.0, []
+
+    def bind(self, inputs, outputs):
+        self.u, self.y = np.zeros(len(inputs)), np.zeros(len(outputs))
+
+    def set(self, name, value):
+        self.load = float(value)
+
+    def get(self, name):
+        return self.load
+
+    def step(self, time, size):
+        if self.load > 2.0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.load > 1.0 and time > 0.0045:
+            self.log.append(f"Error: {self.load} is too much")
+            raise PartFailed(self.name, time, size, "Error", {}, self.log)
+        self.y[:] = self.load
+
+    def enter_initialization(self, start, stop): ...
+    def exit_initialization(self): ...
+    def write(self): ...
+    def read(self): ...
+    def terminate(self): ...
+    def close(self): ...

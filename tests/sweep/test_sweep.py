@@ -1,0 +1,245 @@
+"""Sweeps of real systems: FMUs on workers, bad combinations, failed runs, reports."""
+
+import math
+import os
+import re
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import psutil
+import pytest
+
+import master
+from fmus.errors import SelflockError
+from sweep import SweepError, report, sweep
+from sweep.analysis import pareto, sensitivity
+from sweep.study import from_dict, read
+
+MOTOR = """
+[run]
+stop = 0.01
+step = 0.001
+[components.motor]
+fmu = "selflock:Motor"
+[components.motor.start]
+voltage = 12.0
+speed = 0.0
+inductance = 1e-3
+"""
+STUDY = """
+system = "system.toml"
+[vary.ohm]
+set = "motor.resistance"
+grid = { from = 0.5, to = 2.0, count = 5 }
+[vary.km]
+set = "motor.torque_constant"
+values = [0.02, 0.03]
+[record]
+current = { final = "motor.current", unit = "A" }
+torque = { max = "abs(motor.torque)", unit = "N.m" }
+energy = { integral = "motor.electric_power", unit = "J" }
+"""
+BRITTLE = """
+[run]
+stop = 0.01
+step = 0.001
+[components.part]
+part = "jobs:Brittle"
+"""
+LOADS = """
+system = "system.toml"
+table = true
+[vary.load]
+set = "part.load"
+values = [0.5, 1.5, 0.75, 1.25]
+[record]
+y = { final = "part.y" }
+"""
+
+
+def write(folder: Path, system: str, study: str) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "system.toml").write_text(system)
+    (folder / "study.toml").write_text(study)
+    return folder / "study.toml"
+
+
+def test_the_same_bits_on_any_workers_and_the_closed_form(tmp_path, scheduler):
+    file = write(tmp_path / "in", MOTOR, STUDY)
+    ways = {"here": {"workers": 0}, "one": {"workers": 1}, "two": {"workers": 2}, "cluster": {"scheduler": scheduler}}
+    results = {name: sweep(file, tmp_path / name, **way) for name, way in ways.items()}
+    assert len({(tmp_path / name / "runs.parquet").read_bytes() for name in ways}) == 1
+    table = results["two"].table
+    assert len(table) == 10 and (table["status"] == "ok").all()
+    expected = 12.0 / table["ohm"] * (1.0 - np.exp(-table["ohm"] / 1e-3 * 0.01))  # eq 16 at standstill
+    np.testing.assert_allclose(table["current"], expected, rtol=1e-9)
+    np.testing.assert_allclose(table["torque"], expected * table["km"], rtol=1e-9)
+    assert "10 runs, 0 failed" in results["two"].summary()
+    assert not [p for name in ways for p in (tmp_path / name).rglob("*.fmu")]
+
+
+def test_the_order_of_runs_changes_no_bit(tmp_path):
+    ohms = [0.5, 2.0, 1.0, 0.7]
+    tables = []
+    for name, order in (("there", ohms), ("back", ohms[::-1])):
+        study = STUDY.replace("grid = { from = 0.5, to = 2.0, count = 5 }", f"values = {order}")
+        table = sweep(write(tmp_path / name, MOTOR, study), tmp_path / f"out_{name}", workers=0).table
+        tables.append(table.sort_values(["ohm", "km"])[["ohm", "km", "current", "torque", "energy"]].reset_index(drop=True))
+    assert tables[0].equals(tables[1])
+
+
+def test_thousands_of_runs_neither_grow_nor_leave_anything(tmp_path):
+    study = STUDY.replace("count = 5", "count = 150")
+    before = set(os.listdir(tempfile.gettempdir()))
+    sweep(write(tmp_path / "warm", MOTOR, STUDY), tmp_path / "first", workers=0)
+    memory = psutil.Process().memory_info().rss
+    sweep(write(tmp_path / "in", MOTOR, study), tmp_path / "out", workers=0)
+    assert psutil.Process().memory_info().rss - memory < 30e6  # 300 runs; an instance made again each time is more
+    new = {name for name in set(os.listdir(tempfile.gettempdir())) - before if name.startswith("selflock-")}
+    assert not new
+
+
+def test_a_failed_run_is_a_row_with_its_reason(tmp_path):
+    result = sweep(write(tmp_path / "in", BRITTLE, LOADS), tmp_path / "out", workers=0)
+    assert result.table["status"].tolist() == ["ok", "failed", "ok", "failed"]
+    assert "1.5 is too much" in result.table["reason"][1]
+    assert re.search("2 failed: part answered Error: … is too much", result.summary())
+    kept = pd.read_parquet(tmp_path / "out" / result.table["table"][0])
+    assert kept["part.y"].iloc[-1] == 0.5
+    assert master.read(tmp_path / "out" / result.table["table"][0])[1]["part.y"] == "N.m"
+    page = report(tmp_path / "out").read_text()
+    assert "Failed runs" in page and "is too much" in page
+
+
+def test_a_part_that_kills_its_worker(tmp_path):
+    study = LOADS.replace("values = [0.5, 1.5, 0.75, 1.25]", "values = [0.5, 2.5, 0.75]")
+    result = sweep(write(tmp_path / "in", BRITTLE, study), tmp_path / "out", workers=2)
+    assert result.table["status"].tolist() == ["ok", "failed", "ok"]
+    assert "killed its worker" in result.table["reason"][1]
+
+
+REDUCER = """
+[run]
+stop = 0.01
+open_inputs = true
+[components.reducer]
+fmu = "selflock:Reducer"
+"""
+WEDGES = """
+system = "system.toml"
+[vary.mu]
+set = ["reducer.friction_kinetic", "reducer.friction_static"]
+values = [0.1, 0.6, 1.1]
+[vary.r]
+set = "reducer.gear_ratio"
+values = [1.0, 2.0, 50.0]
+[record]
+f = { final = "reducer.input_torque" }
+"""
+
+
+def test_combinations_that_are_not_physical_are_counted_and_refused(tmp_path):
+    with pytest.raises(SweepError, match="1 of 9 combinations are not physical, the first with mu = 1.1, r = 1"):
+        sweep(write(tmp_path / "in", REDUCER, WEDGES), tmp_path / "out", workers=0)
+    assert not (tmp_path / "out").exists()
+    negative = WEDGES.replace("[0.1, 0.6, 1.1]", "[-0.1, 0.6]").replace("[1.0, 2.0, 50.0]", "[2.0, 50.0]")
+    with pytest.raises(SweepError, match="2 of 4 combinations are not physical"):
+        sweep(write(tmp_path / "in", REDUCER, negative), tmp_path / "out", workers=0)
+
+
+@pytest.mark.parametrize(
+    "old, new, said",
+    [
+        ("motor.resistance", "motor.resistence", "Did you mean resistance"),
+        ("motor.resistance", "engine.resistance", "no component engine"),
+        ("motor.electric_power", "motor.power", "no variable power"),
+        ("motor.electric_power", "motor.resistance", "does not change in a run"),
+        ('system = "system.toml"', 'system = "nothing.toml"', "no system file"),
+        ('"motor.resistance"', '"connections.motor.voltage.factor"', "no such connection"),
+    ],
+)
+def test_names_that_are_not_there(tmp_path, old, new, said):
+    with pytest.raises(SelflockError, match=said):
+        sweep(write(tmp_path / "in", MOTOR, STUDY.replace(old, new)), tmp_path / "out", workers=0)
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_study_does_not_get_into_a_folder(tmp_path):
+    file = write(tmp_path / "in", MOTOR, STUDY)
+    sweep(file, tmp_path / "out", workers=0)
+    write(tmp_path / "in", MOTOR.replace("12.0", "24.0"), STUDY)
+    with pytest.raises(SweepError, match="belongs to another study: it differs in system"):
+        sweep(file, tmp_path / "out", workers=0)
+    with pytest.raises(SweepError, match="differs in runs, study"):
+        sweep(write(tmp_path / "in", MOTOR, STUDY.replace("0.03", "0.04")), tmp_path / "out", workers=0)
+    sweep(write(tmp_path / "in", MOTOR, STUDY + "\n[report]\nhold_times = [1]\n"), tmp_path / "out", workers=0)  # its words may
+
+
+def test_the_report_draws_what_a_designer_looks_at(tmp_path):
+    study = STUDY + """
+held = { value = "current * 12", unit = "W" }
+[report]
+friction = "ohm"
+ratio = "km"
+moving = { figure = "energy" }
+holding = { figure = "held" }
+hold_times = [0, 1]
+pareto = { holding = "held", moving = "energy", torque = "torque" }
+margins = { by = ["km"], figures = ["current"] }
+"""
+    sweep(write(tmp_path / "in", MOTOR, study), tmp_path / "out", workers=0)
+    page = report(tmp_path / "out").read_text()
+    names = {path.stem for path in (tmp_path / "out" / "figures").glob("*.png")}
+    assert names == {"duty_cycle", "chart", "pareto", "sensitivity", "overview", "margins"}
+    assert not re.search(r"""(src|href)=["'](?!data:)""", page)
+    with pytest.raises(SweepError, match="not the folder of a sweep"):
+        report(tmp_path / "in")
+
+
+def sampled(method: str, count: int):
+    data = {
+        "system": "none", "record": {"y": {"final": "m.y"}}, "sample": {"method": method, "count": count, "seed": 2},
+        "vary": {name: {"range": [-math.pi, math.pi]} for name in ("a", "b", "c")},
+    }  # fmt: skip
+    study = from_dict(data, Path("study.toml"))
+    p = study.parameters
+    y = np.sin(p["a"]) + 7.0 * np.sin(p["b"]) ** 2 + 0.1 * p["c"] ** 4 * np.sin(p["a"])  # Ishigami and Homma 1990
+    return study, p.assign(y=y, status="ok")
+
+
+def test_sobol_indices_of_ishigami():
+    found, how = sensitivity(*sampled("saltelli", 2048))
+    np.testing.assert_allclose(found["first"], [0.3139, 0.4424, 0.0], atol=0.03)
+    np.testing.assert_allclose(found["total"], [0.5576, 0.4424, 0.2437], atol=0.03)
+    assert "Sobol" in how
+    found, _ = sensitivity(*sampled("sobol", 1024))
+    np.testing.assert_allclose(found["first"], [0.3139, 0.4424, 0.0], atol=0.05)
+
+
+def test_variance_on_a_grid_is_exact():
+    data = {"system": "none", "record": {"y": {"final": "m.y"}}, "vary": {"a": {"values": [0, 1, 2]}, "b": {"values": [0, 1]}}}
+    study = from_dict(data, Path("study.toml"))
+    p = study.parameters
+    found, _ = sensitivity(study, p.assign(y=p["a"] + 2.0 * p["b"], status="ok"))
+    share = (2.0 / 3.0) / (2.0 / 3.0 + 1.0)  # Var(a) = 2/3, Var(2 b) = 1
+    np.testing.assert_allclose(found["first"], [share, 1.0 - share])
+    np.testing.assert_allclose(found["total"], found["first"])
+    product, _ = sensitivity(study, p.assign(y=(p["a"] - 1.0) * (p["b"] - 0.5), status="ok"))  # nothing but interaction
+    np.testing.assert_allclose(product["first"], 0.0, atol=1e-12)
+    np.testing.assert_allclose(product["total"], 1.0)
+
+
+def test_pareto_front_against_its_definition():
+    costs = np.array([[1, 5, 0], [2, 2, 0], [3, 3, 0], [5, 1, 0], [2, 2, 0], [2, 2, -1]], float)
+    assert pareto(costs).tolist() == [True, False, False, True, False, True]
+
+
+@pytest.mark.parametrize("name", ["friction_chart", "motor_choice"])
+def test_the_examples_can_be_read(name):
+    from sweep.check import check
+
+    study = read(Path(__file__).parents[2] / "examples" / f"{name}.toml")
+    study.settings, study.parameters = study.settings[:2], study.parameters[:2]
+    check(study, master.load(study.system))

@@ -236,14 +236,18 @@ class Contest:
         best: Candidate | None = None
         seen: list[tuple] = []
         for way in ways:
-            kind = (tuple(p.name for p in way.free),)
-            if kind in seen or way.gain < 0.5 * ways[0].gain or len(seen) >= 3:
+            if way.gain < 0.5 * ways[0].gain or len(seen) >= 4:
                 continue
-            seen.append(kind)
-            extra = [p for p in way.free if p.name not in base.values]
-            start = {**base.values, **way.start()}
-            fitted = self._fit((*base.free, *extra), start)
-            best = self._better(best, self._candidate(way.hypothesis, tuple(extra), fitted, base_loss, base_errors, ways[0].gain))
+            start = way.start()
+            every = tuple(p for p in way.free if p.name not in base.values)
+            usual = tuple(p for p in every if not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))  # shapes with a usual value
+            for extra in (usual, every):
+                kind = tuple(p.name for p in extra)
+                if kind in seen:
+                    continue
+                seen.append(kind)
+                fitted = self._fit((*base.free, *extra), {**base.values, **{p.name: start[p.name] for p in extra}})
+                best = self._better(best, self._candidate(way.hypothesis, extra, fitted, base_loss, base_errors, ways[0].gain))
         return best
 
     def _candidate(self, hypothesis, extra, fitted: Fit, base_loss, base_errors, linear) -> Candidate:

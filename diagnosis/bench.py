@@ -374,14 +374,15 @@ def _read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray
 
 
 def _controller(bench, prefix, command, values, ch):
+    """The controller acts on what its sensors say, right or wrong."""
     first, second = _both(bench, prefix, values, ch)
     n = len(ch.dt)
-    angle = ch.true("load.angle", values) if ch.has("load.angle") else second.angle
-    speed = ch.true("load.speed", values) if ch.has("load.speed") else second.speed
+    angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
+    speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
     wanted = ch.true("controller.angle_setpoint", values)
     rate = ch.true("controller.speed_setpoint", values) if ch.has("controller.speed_setpoint") else np.gradient(wanted, np.cumsum(ch.dt))
     out = np.empty(n)
-    motor_speed = ch.true("reducer.input_speed", values) if ch.has("reducer.input_speed") else first.speed
+    motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
     delivered = _delivered(bench, prefix, values, ch, second)
     bench.kernels.controller(_law(bench, prefix, "controller", values), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out)
     return _read(command, out, values, ch), ch.raw(command), ch.good(command)

@@ -49,7 +49,7 @@ def _electric() -> dict:
         """Torque of a measured current; the copper loss warms as in the motor's law."""
         heat = 0.0
         for i in range(len(dt)):
-            x = Condition(0.0, speed[i], current[i], angle[i] - angle[0], heat)
+            x = Condition(0.0, speed[i], current[i], angle[i], heat)
             loss = (p.resistance + added_resistance(p, x)) * current[i] * current[i]
             if p.thermal_time > 0.0:
                 heat = loss - (loss - heat) * exp(-dt[i] / p.thermal_time)

@@ -151,7 +151,7 @@ def _sensor(effect, typical, extent, both=True):
 
 
 _bias = _sensor("bias", {"current": 0.2, "motor_speed": 1.0, "speed": 0.03}, (0.05, 6.0))
-_scale = _sensor("scale", {"current": 0.1, "motor_speed": 0.05, "angle": 0.03}, (0.05, 4.0))
+_scale = _sensor("scale", {"current": 0.1, "motor_speed": 0.05}, (0.05, 4.0))
 _lag = _sensor("lag", {"current": 0.015, "motor_speed": 0.015}, (0.1, 4.0), both=False)
 _quantisation = _sensor("quantisation", {"current": 0.3, "angle": 0.01}, (0.1, 4.0), both=False)
 

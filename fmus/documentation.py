@@ -6,7 +6,9 @@ Everything drawn is repeatable to the byte: no dates, no random ids.
 from __future__ import annotations
 
 import io
+import re
 from html import escape
+from inspect import cleandoc
 from math import cos, pi, sin
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
@@ -71,14 +73,30 @@ PICTURES = {
         },
         {"kinematic": True, "gear_ratio": R, "friction_kinetic": 0.01, "friction_static": 0.01, "shaft_stiffness": 2e4},
     ),
+    "Robot": Picture(
+        "On flat ground the tracks begin to run, at 3 rad/s after 0.3 s, with the holders free.",
+        0.6,
+        ("chassis_vx", "rear_ground_normal"),
+        {"sprocket_speed": lambda t: -3.0 * min(1.0, t / 0.3)},
+    ),
+    "Setpoints": Picture("The manoeuvre with its standard values.", 9.0, ("rear_angle", "rear_speed", "front_angle"), {}),
 }
 ICONS = {"Reducer": "r", "Motor": "M", "Controller": "PD", "Load": "J", "Sensor": "S"}
 
+SHORT = ("unit", "start", "range")  # columns that share a line on a phone
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
+body { font: 16px/1.55 system-ui, sans-serif; max-width: 58rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
+p, li { max-width: 42rem } h1 { margin: 0 } h2 { margin-top: 2.5rem }
+pre { background: #f6f8fa; padding: 0.7rem 1rem; overflow-x: auto; line-height: 1.4; font-size: 0.9rem }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: 0.15rem 1rem; max-width: 42rem } dd { margin: 0 }
+dt { font-family: ui-monospace, monospace } figure { margin: 1.5rem 0 } svg { max-width: 100%; height: auto }
 table { border-collapse: collapse; width: 100%; margin: 0.5rem 0 1.5rem } th { text-align: left; background: #eef2f6 }
 td, th { border: 1px solid #ccd; padding: 0.25rem 0.5rem; vertical-align: top }
-pre { background: #f6f8fa; padding: 1rem; white-space: pre-wrap }
+@media (max-width: 48rem) {
+  tr, td { display: block } tr { border-top: 1px solid #ccd; padding: 0.4rem 0 }
+  td { border: 0; padding: 0 } td:first-child { font-weight: 600; overflow-wrap: anywhere } td.short { display: inline-block; margin-right: 1rem }
+  td.short::before { content: attr(data-label) " "; color: #667 } td.short:empty, td:empty, tr:first-child { display: none }
+}
 """
 
 
@@ -86,11 +104,11 @@ def page(slave: Slave, key: str) -> str:
     """documentation/index.html of a slave; `key` names its content."""
     face = type(slave)
     name, effects = face.__name__, getattr(slave.law, "EFFECTS", ())
-    laws = [(module.__doc__ or "").strip() for module in face.explained or (slave.law,)]
+    laws = [cleandoc(module.__doc__ or "") for module in face.explained or (slave.law,)]
     parts = [
         f"<h1>{name}.fmu</h1><p>{escape(face.__doc__ or '')}</p>",
         "<h2>Equations</h2>",
-        *(f"<pre>{escape(law)}</pre>" for law in laws),
+        *(_prose(law) for law in laws),
         *(f"<figure>{svg}<figcaption>{escape(text)}</figcaption></figure>" for svg, text in _drawn(slave)),
         "<h2>Variables</h2>",
     ]
@@ -102,15 +120,45 @@ def page(slave: Slave, key: str) -> str:
     if effects:
         parts.append(f"<h2>Effects</h2><p>Off by default.</p>{_effects(effects, slave)}")
     parts.append(f"<p>Content {key}. FMI 2.0 for co-simulation.</p>")
-    head = f"<meta charset='utf-8'><title>{name}.fmu</title><style>{STYLE}</style>"
+    head = f"<meta charset='utf-8'><meta name='viewport' content='width=device-width'><title>{name}.fmu</title><style>{STYLE}</style>"
     return f"<!DOCTYPE html><html lang='en'><head>{head}</head><body>{''.join(parts)}</body></html>"
 
 
-def _rows(header: list[str], rows: list[list[str]]) -> str:
-    def line(cells: list[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+TERM = re.compile(r"(\S.{0,15}?)  +(\S.*)")  # "F  input torque": a symbol, two spaces, what it is
 
-    return f"<table>{line(header, 'th')}{''.join(line(cells, 'td') for cells in rows)}</table>"
+
+def _prose(text: str) -> str:
+    """A docstring as HTML: indented lines are formulas, kept as they are; symbols with two spaces behind make a list."""
+    parts: list[str] = []
+    for kind, lines in _runs(text):
+        if kind == "formula":
+            parts.append(f"<pre>{escape(cleandoc(chr(10) + chr(10).join(lines)))}</pre>")
+        elif kind == "terms":
+            pairs = (TERM.fullmatch(line).groups() for line in lines)
+            parts.append("<dl>" + "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in pairs) + "</dl>")
+        elif kind == "words":
+            parts.append("<p>" + re.sub("`(.+?)`", r"<code>\1</code>", escape(" ".join(lines))) + "</p>")
+    return "".join(parts)
+
+
+def _runs(text: str) -> list[tuple[str, list[str]]]:
+    """Neighbouring lines of one kind: words, formula, terms."""
+    runs: list[tuple[str, list[str]]] = []
+    for line in text.splitlines():
+        kind = "blank" if not line else "formula" if line.startswith(" ") else "terms" if TERM.fullmatch(line) else "words"
+        if runs and runs[-1][0] == kind:
+            runs[-1][1].append(line)
+        else:
+            runs.append((kind, [line]))
+    return runs
+
+
+def _rows(header: list[str], rows: list[list[str]]) -> str:
+    def cell(label: str, text: str) -> str:
+        return f"<td class='short' data-label='{label}'>{escape(text)}</td>" if label in SHORT else f"<td>{escape(text)}</td>"
+
+    lines = ("<tr>" + "".join(cell(label, text) for label, text in zip(header, row)) + "</tr>" for row in rows)
+    return f"<table><tr>{''.join(f'<th>{escape(label)}</th>' for label in header)}</tr>{''.join(lines)}</table>"
 
 
 def _variables(table: list[Variable], start: bool) -> str:

@@ -24,14 +24,18 @@ HERE = Path(__file__).parent
 
 
 class Vehicle:
-    """Ground, normal force: F = max(0, k x^e - c(x) x') with x' the rate of the distance      (eq 23)
-    c(x) = c_max (3 x^2/h^2 - 2 x^3/h^3) up to h, c_max beyond                                 (eq 24)
-    Ground, tangential force: a bristle, |T| <= mu N
-    Guide, teeth: penalty springs and dampers between segments, holder and sprocket
-    Bodies, pins and hinges: pymunk
+    """The bodies, pins and hinges are pymunk's; what acts between them and the ground is added to it.
 
-    All forces at the positions where the inner step arrives, x + v dt. Angles count counter-clockwise in the
-    side view, x forward and y up. Torques are those of one side's drives; ground forces those of the whole robot.
+    Normal to the ground, with x the depth below it, x' its rate and h the depth of full damping:
+
+        F = max(0, k x^e - c(x) x')                               (eq 23)
+        c(x) = c_max (3 x^2/h^2 - 2 x^3/h^3) up to h, then c_max  (eq 24)
+
+    Along the ground a bristle holds up to |T| = mu N and then slides. Guide and teeth are penalty springs and
+    dampers between segments, holder and sprocket.
+
+    All forces are those at the positions where the inner step arrives, x + v dt. Angles count counter-clockwise in
+    the side view, x forward and y up. Torques are those of one side's drives; ground forces those of the whole robot.
     """
 
 

@@ -13,7 +13,9 @@ import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
 
+from fmus import loader
 from fmus.build import build, build_all, built
+from fmus.documentation import _prose
 from fmus.errors import BuildError
 
 NAMES = ("Motor", "Controller", "Load", "Sensor", "Reducer")
@@ -54,8 +56,30 @@ def test_documentation_and_icon_inside(fmu, name):
     with zipfile.ZipFile(fmu(name)) as archive:
         html = archive.read("documentation/index.html").decode()
         assert archive.read("model.png").startswith(b"\x89PNG")
-    assert "<svg" in html and "Equations" in html
+    assert "<svg" in html and "Equations" in html and "name='viewport'" in html
     assert 'src="http' not in html and 'href="http' not in html.replace('xlink:href="http://www.w3.org', "")
+
+
+def test_a_law_s_text_becomes_paragraphs_formulas_and_a_list_of_symbols():
+    text = "One\nparagraph with `code` & a < b.\n\nF  force, N\nmu N  product\n\n    y = 2 x   (eq 1)\n      + 1\n\nLast."
+    assert _prose(text) == (
+        "<p>One paragraph with <code>code</code> &amp; a &lt; b.</p><dl><dt>F</dt><dd>force, N</dd><dt>mu N</dt>"
+        "<dd>product</dd></dl><pre>y = 2 x   (eq 1)\n  + 1</pre><p>Last.</p>"
+    )
+
+
+def test_the_library_for_windows_is_pythonfmu_s_own(fmu):
+    with zipfile.ZipFile(fmu("Motor")) as archive:
+        assert archive.read("binaries/win64/Motor.dll") == (loader.PYTHONFMU / "win64" / "pythonfmu-export.dll").read_bytes()
+        if loader.compiler():
+            assert archive.read("binaries/linux64/Motor.so") != (loader.PYTHONFMU / "linux64" / "libpythonfmu-export.so").read_bytes()
+
+
+def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkeypatch, fmu):
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    with pytest.warns(UserWarning, match="Python hosts only"):
+        path = build("Motor", tmp_path)
+    assert run_alone(tmp_path, path) == run_alone(tmp_path, fmu("Motor"))
 
 
 ALONE = """

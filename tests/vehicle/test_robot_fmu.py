@@ -78,6 +78,8 @@ def test_it_is_valid_and_builds_the_same_bytes_twice(fmu, tmp_path):
     assert validate_fmu(str(fmu)) == []
     assert build(tmp_path).read_bytes() == Robot.pack(tmp_path / "again").read_bytes() == fmu.read_bytes()
     names = {v.name for v in read_model_description(fmu).modelVariables}
+    with zipfile.ZipFile(fmu) as archive:
+        assert b"<svg" in archive.read("documentation/index.html") and b"(eq 23)" in archive.read("documentation/index.html")
     assert {"rear_torque", "ground", "track", "driven_sprockets", "rear_pressure_x"} <= names
     with pytest.raises(BuildError, match="wheels"):
         build(tmp_path, wheels=4)

@@ -134,12 +134,16 @@ def sweep_report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="The
 
 
 def main() -> None:
-    """Entry of the `selflock` command: a SelflockError is one message and exit code 2."""
+    """Entry of the `selflock` command: a SelflockError, or a file that cannot be used, is one message and exit code 2."""
     try:
         app()
-    except SelflockError as error:
-        errors.print(f"[bold red]error:[/bold red] ", end="")
-        errors.print(str(error), markup=False, highlight=False)
+    except (SelflockError, OSError) as error:
+        if isinstance(error, BrokenPipeError):
+            raise
+        place = isinstance(error, OSError) and error.filename
+        text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable." if place else str(error)
+        errors.print("[bold red]error:[/bold red] ", end="")
+        errors.print(text, markup=False, highlight=False)
         sys.exit(2)
 
 

@@ -1,0 +1,74 @@
+"""The commands as a user types them: a mistake is one sentence on stderr and exit code 2, never a traceback."""
+
+from pathlib import Path
+
+import pytest
+
+from master import read
+from selflock import cli
+
+BENCH = str(Path(__file__).parents[1] / "examples" / "bench.toml")
+
+
+@pytest.fixture
+def typed(monkeypatch, capsys):
+    """What a command line answers: exit code, stdout, stderr."""
+
+    def type_(*words) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["selflock", *map(str, words)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        said = capsys.readouterr()
+        return end.value.code or 0, said.out, said.err
+
+    return type_
+
+
+@pytest.mark.parametrize("setting, words", [
+    ("gear.friction_kinetic=-1", "at least 0"),
+    ("gear.friction_kinetic=nan", "finite"),
+    ("gear.friction_kinetic=60", "mu tan(alpha)"),
+    ("gear.gear_ratio=0", "at least"),
+    ("gear.shaft_inertia=-1", "at least 0"),
+    ("motor.voltage=inf", "finite"),
+    ("motor.voltage=1e300", "not finite"),
+    ("gear.gear_ratio=fifty", "a number is wanted"),
+    ("gear.kinematic=maybe", "true or false"),
+    ("gear.output_torque=1", "an output is computed"),
+    ("gear.gear_rato=50", "gear_ratio"),
+    ("geer.gear_ratio=50", "there is no component geer"),
+    ("gear_ratio", "component.variable=value"),
+])  # fmt: skip
+def test_a_bad_value_is_told_in_one_message(typed, tmp_path, setting, words):
+    code, _, told = typed("run", BENCH, "--stop", "0.01", "--set", setting, "-o", tmp_path / "x.csv")
+    assert code == 2 and told.count("error:") == 1 and words in " ".join(told.split()) and "Traceback" not in told
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_what_was_set_is_what_runs(typed, tmp_path, ending):
+    path = tmp_path / f"x.{ending}"
+    code, told, _ = typed("run", BENCH, "--stop", "0.01", "--set", "motor.voltage=0", "-o", path)
+    table, units = read(path)
+    assert code == 0 and "0.01 s in 10 steps" in " ".join(told.split())
+    assert len(table) == 11 and table["motor.torque"].iloc[0] == 0.0 and units["gear.output_torque"] == "N.m"
+
+
+@pytest.mark.parametrize("words", [
+    ("run", "nofile.toml", "-o", "x.csv"),
+    ("run", BENCH, "-o", "x.txt"),
+    ("run", BENCH, "--stop", "0", "-o", "x.csv"),
+    ("replay", "norig.toml", "nolog.csv", "-o", "replay"),
+])  # fmt: skip
+def test_wrong_files_are_told(typed, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    code, _, told = typed(*words)
+    assert code == 2 and told.count("error:") == 1 and "Traceback" not in told
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", [("run", BENCH), ("build", "Sensor"), ("study",), ("export", BENCH)])
+def test_a_place_that_cannot_be_written_is_told(typed, tmp_path, command):
+    (tmp_path / "file").write_text("")
+    code, _, told = typed(*command, "-o", tmp_path / "file" / "x.csv")
+    assert code == 2 and told.count("error:") == 1 and "Traceback" not in told
+    assert "file" in told

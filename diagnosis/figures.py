@@ -26,15 +26,23 @@ def save(figure, path: Path) -> Path:
     return path
 
 
-def traces(bench: Bench, cut: Cut, before: dict, after: dict, held: np.ndarray, changed: bool, path: Path) -> Path:
-    """Measured against simulated, before and after: over time where it was worst, steady points over speed."""
-    old, new = bench.compare(cut, before), bench.compare(cut, after)
+def traces(
+    bench: Bench, cut: Cut, before: dict, after: dict, held: np.ndarray, changed: bool, path: Path, compared: list | None = None, title: str = ""
+) -> Path:
+    """Measured against simulated, before and after: over time where it was worst, steady points over speed.
+
+    `compared`: what was simulated before, where something else than the laws did it."""
+    old = bench.compare(cut, before) if compared is None else compared
+    new = bench.compare(cut, after) if changed else old
     figure, (top, low) = plt.subplots(2, 1, figsize=(9, 5.4), sharex=True, height_ratios=[2, 1])
     if bench.steady:
         x = variables(bench, cut, after)["speed"][0]
         order = np.argsort(x)
         x, part, i = x[order], order, 0
-        top.plot(x, old[0][1][part], "o", color=MEASURED, ms=4, label="measured")
+        if (x < 0.0).any() and (x > 0.0).any():  # no line through standstill, where the torque is another
+            turn = np.searchsorted(x, 0.0)
+            x, part = np.insert(x, turn, np.nan), np.insert(order, turn, order[0])
+        top.plot(x, np.where(old[0][2][part], old[0][1][part], np.nan), "o", color=MEASURED, ms=4, label="measured")
         label = "speed in rad/s" if not bench.rig.linear else "speed in m/s"
     else:
         i, part = _worst(bench, old, held)
@@ -49,6 +57,7 @@ def traces(bench: Bench, cut: Cut, before: dict, after: dict, held: np.ndarray, 
     if changed:
         top.plot(x, hide(new, new[i][0][part]), style, color=AFTER, lw=1.2, ms=3, label="simulated, extended")
         low.plot(x, hide(new, (new[i][1] - new[i][0])[part]), style, color=AFTER, lw=0.9, ms=3)
+    top.set_title(title, loc="left")
     low.set_xlabel(label)
     top.set_ylabel(f"{cut.output}\n{cut.unit}")
     low.set_ylabel(f"measured - simulated\n{cut.unit}")

@@ -91,7 +91,9 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
         if cut.name.endswith("gear") and bench.steady:
             points = _points(bench, cut, compared[0])
         if folder:
-            path = figures.traces(bench, cut, values, values, np.ones(bench.blocks, bool), False, folder / f"{cut.name}.png")
+            title = f"{rig.name}: {cut.output}, error {e:.3g} {cut.unit} rms" + (f", {100 * e / size:.1f} % of the measured" if size else "")
+            everywhere = np.ones(bench.blocks, bool)
+            path = figures.traces(bench, cut, values, values, everywhere, False, folder / f"{cut.name}.png", compared, title)
             drawn.append(path.name)
             _table(bench, compared).to_csv(folder / f"{cut.name}.csv", index=False, float_format="%.9g")
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)

@@ -42,7 +42,9 @@ def test_the_motor_obeys_ohm_and_its_back_emf():
 
 def test_half_the_step_changes_nothing_that_a_log_shows():
     plan = bench.motion(np.random.default_rng(3), 6.0)
-    coarse, fine = (simulate(Drive(), plan.angle, plan.speed, plan.ambient, bench.STEP, n * bench.FINE, plan.start) for n in (1, 2))
+    coarse, fine = (
+        simulate(Drive(), plan.angle, plan.speed, plan.ambient, bench.STEP, n * bench.FINE, plan.start) for n in (1, 2)
+    )
     for channel in ("current", "motor_speed", "angle"):
         assert np.std(_column(coarse, channel) - _column(fine, channel)) < 0.1 * bench.NOISE[channel]
 

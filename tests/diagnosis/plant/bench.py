@@ -19,7 +19,8 @@ from .rig import SEEN, rig
 
 STEP = 0.002  # s between rows
 FINE = 40  # the plant's steps between two rows: 50 µs
-NOISE = {"current": 0.05, "motor_angle": 2e-3, "motor_speed": 0.2, "angle": 2e-4, "speed": 5e-3, "ambient": 0.05, "motor_torque": 2e-3}
+NOISE = {"current": 0.05, "motor_angle": 2e-3, "motor_speed": 0.2, "angle": 2e-4, "speed": 5e-3,
+         "ambient": 0.05, "motor_torque": 2e-3}
 QUANTUM = {"voltage": 1e-3, "current": 5e-3, "motor_angle": 1.5e-3, "angle": 1e-4}  # of the recorder
 
 
@@ -127,8 +128,8 @@ class Case:
     strengths: list[float]
     ratios: list[float]
     plans: list[Motion]
-    fault: str | None = None
-    placed: dict | None = None  # where the fault was put
+    faulty: bool = False  # the log to learn from has every kind of fault
+    placed: list[dict] | None = None  # where the faults were put
     kind: str = "forward"  # of rig
 
     @property
@@ -149,8 +150,8 @@ class Case:
                 table = _steady(self.truth, rng)
             else:
                 table = record(run(self.truth, plan), self.truth, rng)[["time", *SEEN[self.kind]]]
-            if self.fault and name == "train.csv":
-                table, self.placed = faults.spoil(table, self.fault, rng)
+            if self.faulty and name == "train.csv":
+                table, self.placed = faults.spoil_with_all(table, rng)
             table.to_csv(folder / name, index=False, float_format="%.7g")
         return folder / "rig.toml", folder / "train.csv", folder / "test.csv"
 
@@ -158,7 +159,8 @@ class Case:
 def _steady(drive: Drive, rng: np.random.Generator) -> pd.DataFrame:
     """Runs at constant speed in both directions, lifting and lowering a weight on a pulley."""
     parts = []
-    for number, speed in enumerate(np.concatenate([s * np.geomspace(0.06, 4.0, 12) * rng.uniform(0.9, 1.1, 12) for s in (1, -1)])):
+    speeds = np.concatenate([sign * np.geomspace(0.06, 4.0, 12) * rng.uniform(0.9, 1.1, 12) for sign in (1, -1)])
+    for number, speed in enumerate(speeds):
         time = np.arange(500) * STEP
         ramp = speed * np.maximum(time - 0.3, 0.0)
         plan = Motion(rng.uniform(0.0, 6.0), ramp, np.where(time > 0.3, speed, 0.0), np.full(500, 22.0))
@@ -168,7 +170,7 @@ def _steady(drive: Drive, rng: np.random.Generator) -> pd.DataFrame:
     return pd.concat(parts)
 
 
-def hide(names: list[str], seed: int, duration: float = 12.0, target: float | None = None, fault: str | None = None,
+def hide(names: list[str], seed: int, duration: float = 12.0, target: float | None = None, faulty: bool = False,
          kind: str = "forward") -> Case:
     """Hide causes by name (see causes.DRAWS; [] is none) so strongly that each raises the error `target` times.
 
@@ -188,7 +190,7 @@ def hide(names: list[str], seed: int, duration: float = 12.0, target: float | No
         strengths.append(strength)
         ratios.append(ratio(sheet, sheet._replace(**cause.change(strength)), plans, cause.component == "sensor"))
         truth = _merge(truth, cause.change(strength))
-    return Case(seed, sheet, truth, causes, strengths, ratios, plans, fault, kind=kind)
+    return Case(seed, sheet, truth, causes, strengths, ratios, plans, faulty, kind=kind)
 
 
 def _merge(drive: Drive, changes: dict) -> Drive:

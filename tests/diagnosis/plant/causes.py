@@ -56,7 +56,8 @@ def _load_dependent(rng, d):
     more, less = rng.uniform(0.4, 0.8), rng.uniform(-0.4, 0.1)
     if rng.random() < 0.5:
         more, less = less, more
-    return Cause("reducer", "load_dependent", lambda s: dict(load_driving=more * s, load_backdriving=less * s), extent=(0.02, 2.0))
+    return Cause("reducer", "load_dependent", lambda s: dict(load_driving=more * s, load_backdriving=less * s),
+                 extent=(0.02, 2.0))
 
 
 def _preload(rng, d):
@@ -87,7 +88,8 @@ def _warm_up(rng, d):
 
 def _wear(rng, d):
     sign = _sign(rng)
-    return Cause("reducer", "wear", lambda s: dict(wear=0.4 * sign * s, wear_distance=400.0), extent=(0.02, 1.2 if sign < 0 else 4.0))
+    return Cause("reducer", "wear", lambda s: dict(wear=0.4 * sign * s, wear_distance=400.0),
+                 extent=(0.02, 1.2 if sign < 0 else 4.0))
 
 
 def _winding_heating(rng, d):
@@ -114,7 +116,8 @@ def _supply_sag(rng, d):
 
 
 def _delay(rng, d):
-    return Cause("controller", "delay", lambda s: dict(delay=0.008 * s), extent=(0.1, 1.6), parameters=lambda s: dict(delay=0.008 * s))
+    return Cause("controller", "delay", lambda s: dict(delay=0.008 * s), extent=(0.1, 1.6),
+                 parameters=lambda s: dict(delay=0.008 * s))
 
 
 def _dead_zone(rng, d):
@@ -131,7 +134,8 @@ def _saturation(rng, d):
 
 def _sampling(rng, d):
     period = rng.choice((8, 12, 16, 20)) * 1e-3
-    return Cause("controller", "sampling", lambda s: dict(sampling=period), extent=(1.0, 1.0), parameters=lambda s: dict(sampling=period))
+    return Cause("controller", "sampling", lambda s: dict(sampling=period), extent=(1.0, 1.0),
+                 parameters=lambda s: dict(sampling=period))
 
 
 def _at(channel, value):
@@ -182,7 +186,8 @@ def _parameter(rng, d):
 
 def _ambient(rng, d):
     sign = _sign(rng)
-    return Cause("-", "unknown", lambda s: dict(ambient_friction=0.8 * sign * s), what="ambient", depends_on=("room.temperature",), extent=(0.02, 1.2))
+    return Cause("-", "unknown", lambda s: dict(ambient_friction=0.8 * sign * s), what="ambient",
+                 depends_on=("room.temperature",), extent=(0.02, 1.2))
 
 
 def _disturbance(rng, d):

@@ -162,7 +162,8 @@ def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start):
             housing += dt * (0.2 * heat - housing) / (6.0 * d.heating_time)
             resistance = d.resistance * (1.0 + 0.0039 * (winding + housing))
             flux = 1.0 / (1.0 + (current / d.saturation_current) ** 2)
-            current = (current + dt / d.inductance * (voltage - d.voltage_constant * flux * omega)) / (1.0 + dt / d.inductance * resistance)
+            pull = dt / d.inductance
+            current = (current + pull * (voltage - d.voltage_constant * flux * omega)) / (1.0 + pull * resistance)
             drive = d.torque_constant * flux * current - d.cogging * math.sin(d.cogging_order * theta)
             # shaft: spring with play
             twist = theta / d.gear_ratio - q

@@ -32,12 +32,14 @@ STRENGTHS = (1.2, 12.0)  # error without the cause's model over the error with i
 
 def cases(seeds: int, none: int, pairs: int, only: list[str]) -> list[tuple[tuple[str, ...], int]]:
     """What to hide, and the seed, of every case of the study."""
-    listed = [((name,), seed) for seed in range(seeds) for name in DRAWS if not only or name in only]
+    kinds = [((name,), seeds) for name in DRAWS if not only or name in only]
     if not only or "none" in only:
-        listed += [((), seed) for seed in range(none)]
+        kinds.append(((), none))
     if not only or "pairs" in only:
-        listed += [(pair(seed), seed) for seed in range(pairs)]
-    return listed
+        kinds.append((("pairs",), pairs))
+    # all kinds in step, so that a study stopped early has some of each
+    listed = sorted(((seed + 0.5) / count, names, seed) for names, count in kinds for seed in range(count))
+    return [(pair(seed) if names == ("pairs",) else names, seed) for _, names, seed in listed]
 
 
 def pair(seed: int) -> tuple[str, str]:

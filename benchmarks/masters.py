@@ -5,7 +5,9 @@
 A ring of equal FMUs, each given its neighbour's output, coupled by Jacobi with a fixed step of 1 ms; every master
 reads the same .ssp. Timed from the first step to the last; loading and initialization are left out. The masters
 take turns, the least of several turns counts. Ecos and libcosim are left out with a word where they are not
-installed (extra `masters`; Ecos needs libtbb12). The bare row is the C calls alone, through ctypes.
+installed (extra `masters`; Ecos needs libtbb12). They can be called once for many steps, or once for each step, as
+who wants to look or to steer between steps does. Our master is called once; it keeps a table of every output at every
+step and checks every number, which the others do not. Bare: the C calls alone, through ctypes.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import sys
 import tempfile
 import time
 import zipfile
+from functools import partial
 from pathlib import Path
 
 import fmpy
@@ -72,18 +75,27 @@ def ours(ssp: Path, steps: int, count: int, given: str, taken: str) -> float:
     return marks[-1] - marks[0]
 
 
-def ecos(ssp: Path, steps: int, count: int, given: str, taken: str) -> float:
+def _timed(step, steps: int, each: bool) -> float:
+    """Seconds that `step(count)` takes for all steps, in one call or call by call."""
+    began = time.perf_counter()
+    if each:
+        for _ in range(steps):
+            step(1)
+    else:
+        step(steps)
+    return time.perf_counter() - began
+
+
+def ecos(ssp: Path, steps: int, count: int, given: str, taken: str, each: bool = False) -> float:
     from ecospy import EcosLib, EcosSimulation
 
     EcosLib.set_log_level("off")
     with EcosSimulation(step_size=STEP, ssp_path=str(ssp)) as simulation:
         simulation.init(parameter_set="parameters")
-        began = time.perf_counter()
-        simulation.step(steps)
-        return time.perf_counter() - began
+        return _timed(simulation.step, steps, each)
 
 
-def libcosim(ssp: Path, steps: int, count: int, given: str, taken: str) -> float:
+def libcosim(ssp: Path, steps: int, count: int, given: str, taken: str, each: bool = False) -> float:
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
 
@@ -92,9 +104,7 @@ def libcosim(ssp: Path, steps: int, count: int, given: str, taken: str) -> float
         zipfile.ZipFile(ssp).extractall(folder)
         execution = CosimExecution.from_ssp_file(ssp_path=folder, step_size=round(STEP * 1e9))
         execution.step(1)
-        began = time.perf_counter()
-        execution.step(steps)
-        took = time.perf_counter() - began
+        took = _timed(execution.step, steps, each)
         del execution
         return took
 
@@ -150,9 +160,10 @@ def main() -> None:
     from pack import pack
 
     peers = present({"ecos": "ecospy", "libcosim": "libcosimpy"})
-    runners = {"ours": ours, "FMPy loop": fmpy_loop} | {name: globals()[name] for name in peers}
-    table = Table("FMU", "instances", "bare calls, µs", *(f"{name}, µs" for name in runners), *(f"{name} / ours" for name in runners if name != "ours"),
-                  title="one FMU step: set, step, get, pass on")  # fmt: skip
+    runners = {"ours": ours, "FMPy loop": fmpy_loop}
+    for name in peers:
+        runners |= {f"{name}, one call": globals()[name], f"{name}, call by call": partial(globals()[name], each=True)}
+    table = Table("FMU", "instances", "bare calls", *runners, title="one FMU step: set, step, get, pass on; µs (× ours)")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         cases = [
@@ -170,8 +181,7 @@ def main() -> None:
                     for name, run in runners.items():
                         least[name] = min(least[name], run(ssp, steps, count, given, taken) / (steps * count))
                 table.add_row(
-                    label, str(count), f"{1e6 * least['bare']:.2f}", *(f"{1e6 * least[name]:.2f}" for name in runners),
-                    *(f"{least[name] / least['ours']:.2f}" for name in runners if name != "ours"),
+                    label, str(count), *(f"{1e6 * took:.2f} ({took / least['ours']:.2f})" for took in least.values())
                 )  # fmt: skip
     Console(width=180).print(table)
 

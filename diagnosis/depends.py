@@ -37,6 +37,8 @@ class Dependence:
 
 def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray]]:
     """Variables of a cut's drive, one array for each run."""
+    if bench.rig.system is not None:
+        return bench.variables(cut)
     found: dict[str, list[np.ndarray]] = {}
     for i, run in enumerate(bench.runs):
         ch = bench.channels[i, cut.prefix]

@@ -68,7 +68,7 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         data[VALID] = (_numbers(path, table, _find(path, headers, rig.valid, rig), switch) != 0.0).astype(float)
     names = table[_find(path, headers, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
     runs = []
-    late = [column.signal for column in named if column.signal.endswith(HELD)]
+    late = [column.signal for column in named if column.signal.endswith(HELD) and not rig.system]
     for name in pd.unique(names):
         rows = np.flatnonzero(names == name)
         for signal in late:
@@ -129,8 +129,8 @@ def _named(headers: dict[str, str], rig: Rig) -> list[Column]:
     found = []
     for name in headers:
         prefix, bare = split(name, rig.drives)
-        signal = prefix + canonical(bare)
-        if "." in name and signal not in taken and (canonical(bare) in SIGNALS or rig.system):
+        signal = name if rig.system else prefix + canonical(bare)
+        if "." in name and signal not in taken and (canonical(bare) in SIGNALS or signal in rig.units):
             taken.add(signal)
             found.append(Column(name, signal))
     return found
@@ -158,7 +158,7 @@ def _numbers(path: Path, table: pd.DataFrame, header: str, column: Column) -> np
 def _si(path: Path, values: np.ndarray, given: str, column: Column, rig: Rig) -> np.ndarray:
     _, bare = split(column.signal, rig.drives)
     try:
-        factor, offset = conversion(given, unit(bare, rig.linear))
+        factor, offset = conversion(given, rig.units.get(column.signal, "") if rig.system else unit(bare, rig.linear))
     except ValueError as error:
         raise DataError(f"{path}: column {column.column!r}: {error}. Write the unit of the values in {rig.path.name}.") from None
     return column.factor * (factor * values + offset) + column.offset

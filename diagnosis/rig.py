@@ -50,6 +50,7 @@ class Rig:
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
     logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
+    units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
 
     def of_log(self, name: str) -> dict[str, float]:
         """Parameters that belong to this log alone."""
@@ -84,12 +85,13 @@ def _rig(path: Path, data: dict) -> Rig:
     _only(path, "table", data, _TABLES)
     head = data.get("rig", {})
     _only(path, "key of [rig]", head, _RIG_KEYS)
-    kind = head.get("kind")
+    system = head.get("system")
+    kind = head.get("kind", "forward" if system else None)
     if kind not in KINDS:
         raise DataError(f"{path}: [rig] kind = {kind!r}: write \"inverse\" (motion imposed, torque measured), "
                         "\"forward\" (voltage or duty in, motion or current out) or \"steady\" (steady-state points).")
     linear, drives = bool(head.get("linear", False)), tuple(head.get("drives", [""]))
-    columns = tuple(_column(path, name, entry, drives, linear) for name, entry in data.get("columns", {}).items())
+    columns = tuple(_column(path, name, entry, drives, linear, bool(system)) for name, entry in data.get("columns", {}).items())
     taken: dict[str, str] = {}
     for column in columns:
         if column.signal in taken:
@@ -101,7 +103,6 @@ def _rig(path: Path, data: dict) -> Rig:
                         '"reducer.input_speed" = { column = "speed", unit = "rpm" }.')
     clock = data.get("time", {"column": "time"})
     time = Column(clock.get("column", "time"), "time", clock.get("unit", ""), float(clock.get("factor", 1.0)))
-    system = head.get("system")
     return Rig(
         path=path, name=head.get("name", path.stem), kind=kind, columns=columns, time=time,
         parameters=_numbers(path, "parameters", data.get("parameters", {})),
@@ -134,12 +135,14 @@ def split(name: str, drives: tuple[str, ...]) -> tuple[str, str]:
     return "", name
 
 
-def _column(path: Path, name: str, entry, drives: tuple[str, ...], linear: bool) -> Column:
+def _column(path: Path, name: str, entry, drives: tuple[str, ...], linear: bool, plain: bool) -> Column:
     if isinstance(entry, str):
         entry = {"column": entry}
     if "column" not in entry:
         raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.')
     _only(path, f'key of "{name}"', entry, {"column", "unit", "factor", "offset"})
+    if plain:  # a variable of an FMU system, whatever its name
+        return Column(str(entry["column"]), name, str(entry.get("unit", "")), float(entry.get("factor", 1.0)), float(entry.get("offset", 0.0)))
     prefix, bare = split(name, drives)
     signal = canonical(bare)
     component = signal.split(".")[0]

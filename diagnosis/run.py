@@ -41,6 +41,11 @@ def diagnose(rig: str | Path | Rig, logs: Sequence[str | Path], test: Sequence[s
     seed: of the draws that measure chance; drawn when not given, and kept in the result.
     """
     rig = rig if isinstance(rig, Rig) else load(rig)
+    if rig.system is not None:
+        from .system import diagnose_system
+
+        with _teller(progress) as tell:
+            return diagnose_system(rig, logs, test, Path(out) if out else None, tell, secrets.randbits(32) if seed is None else seed)
     check_names(rig)
     with _teller(progress) as tell:
         tell("reading", 0.0)

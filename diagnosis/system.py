@@ -1,0 +1,175 @@
+"""Diagnosis of any FMU system: which component is off on its own measured inputs, and on what its error depends.
+
+Nothing here knows what the FMUs are. A cause is named by `diagnose` with a rig of drives, where effects are registered.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+from threading import Lock
+from types import SimpleNamespace
+from typing import Callable, Sequence
+
+import numpy as np
+
+from . import blocks as division
+from . import figures
+from .bench import Bench, Cut
+from .check import check
+from .depends import depends
+from .errors import DataError
+from .gain import blame, floor, measure, rms
+from .log import Run, read
+from .parts import Group, Parts
+from .replay import Comparison, Replay
+from .result import Diagnosis
+from .rig import Rig
+from .select import noise
+
+OFF = 1.6
+"""Error in units of the noise from which on a component is off, whether or not anything is seen to go with it."""
+
+FINE = 1e-3
+"""Share of a channel's size below which no error matters: a log without noise is no reason to look closer."""
+
+
+class Silent:
+    """Stands for the channels of a drive where there is none."""
+
+    def __init__(self, index: int):
+        self.index, self.take = index, None
+
+    def has(self, *names: str) -> bool:
+        return False
+
+
+class SystemBench(Bench):
+    """The runs of a log beside the replays of the components: a cut for each measured output."""
+
+    def __init__(self, rig: Rig, parts: Parts, runs: list[Run], whole: bool = False):
+        self.rig, self.parts, self.steady = rig, parts, False
+        self.original = self.runs = runs
+        self.channels = {(i, ""): Silent(i) for i in range(len(runs))}
+        self.smoothing = {"": 1}
+        self._memory, self._lock = {}, Lock()
+        logged = {name for name in runs[0].signals if name in parts.variables}
+        self.cuts = [self._cut(name, group) for name, group in _groups(rig, parts, logged, whole).items()]
+        self._play()
+        self._layout()
+
+    def _cut(self, name: str, group: Group) -> Cut:
+        def compute(values, silent):
+            run = self.runs[silent.index]
+            return self.simulated[group, silent.index][name], run.signals[name], run.usable(name)
+
+        cut = Cut(name, group.members, tuple(feed.channel for feed in group.feeds), name, self.parts.variables[name].unit or "1", compute)
+        cut.group = group
+        return cut
+
+    def _play(self) -> None:
+        """Each group once on each run, for all the outputs that it is compared in."""
+        wanted: dict[Group, list[str]] = {}
+        for cut in self.cuts:
+            wanted.setdefault(cut.group, []).append(cut.output)
+        self.simulated = {(group, i): self.parts.replay(group, run, names) for group, names in wanted.items() for i, run in enumerate(self.runs)}
+
+    def reach(self, cut: Cut) -> int:
+        return 1
+
+    def variables(self, cut: Cut) -> dict[str, list[np.ndarray]]:
+        """Every logged variable, the compared one as simulated, and the time."""
+        found = {"time": [run.time - run.time[0] for run in self.runs]}
+        for name in self.runs[0].signals:
+            found[name] = [np.where(run.usable(name), run.signals[name], np.nan) for run in self.runs]
+        found[cut.output] = [self.simulated[cut.group, i][cut.output] for i in range(len(self.runs))]
+        return found
+
+
+def _groups(rig: Rig, parts: Parts, logged: set[str], whole: bool) -> dict[str, Group]:
+    """For each measured output the components that must run for it: from set-points alone, or on all that is measured."""
+    sources = {c for c, names in parts.inputs.items() if not names}
+    given = {name for name in logged if parts.owner(name) in sources or (parts.variables[name].causality == "input" and name not in parts.links)}
+    outputs = [name for name in parts.variables if name in logged and parts.variables[name].causality == "output" and parts.owner(name) not in sources]
+    if not outputs:
+        raise DataError(f"{rig.path}: the columns hold no output of a component that is given something. Map a column to one, "
+                        f"such as {next((n for n, v in parts.variables.items() if v.causality == 'output'), 'component.output')}.")
+    if whole:
+        together = parts.group(sorted({parts.owner(name) for name in outputs}), given)
+        return dict.fromkeys(outputs, together)
+    return {name: parts.group([parts.owner(name)], logged) for name in outputs}
+
+
+def prepare(rig: Rig, paths: Sequence[str | Path]) -> tuple[Rig, Parts]:
+    """The rig with its system's units, and the system."""
+    parts = Parts(rig)
+    parts.check(column.signal for column in rig.columns)
+    return replace(rig, units={name: variable.unit for name, variable in parts.variables.items()}), parts
+
+
+def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
+    """The whole system from its set-points and each component alone on its measured inputs, over what was measured."""
+    rig, parts = prepare(rig, [log])
+    runs = read(log, rig)
+    faults = check(runs, rig)
+    folder = Path(out) if out else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    comparisons, drawn = [], []
+    for whole in (False, True):
+        bench = SystemBench(rig, parts, runs, whole)
+        for cut in bench.cuts:
+            compared = bench.compare(cut, {})
+            errors = [m - s for s, m, _ in compared]
+            trusted = [good & np.isfinite(s) for s, _, good in compared]
+            error, size = rms([e[t] for e, t in zip(errors, trusted)]), rms([m[t] for (_, m, _), t in zip(compared, trusted)])
+            name = f"whole {cut.output}" if whole else cut.output
+            comparisons.append(Comparison(name, cut.output, cut.unit, error, error / size if size else 0.0, floor(errors, trusted), list(cut.components)))
+            if folder:
+                path = figures.traces(bench, cut, {}, {}, np.ones(bench.blocks, bool), False, folder / f"{name.replace(' ', '_')}.png")
+                drawn.append(path.name)
+    result = Replay(comparisons, [f.row() for f in faults], folder, drawn)
+    if folder:
+        (folder / "replay.json").write_text(json.dumps({"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2) + "\n")
+    return result
+
+
+def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable[[str, float], None], seed: int) -> Diagnosis:
+    """Blame and dependences; `unknown` where a component is off, `none` where what remains is noise."""
+    from .run import gather
+
+    rng = np.random.default_rng(seed)
+    rig, parts = prepare(rig, logs)
+    runs, faults, held = gather(rig, logs, test)
+    tell("replay of each component", 0.1)
+    bench = SystemBench(rig, parts, runs)
+    train, names = division.split(bench, runs, held)
+    for cut in bench.cuts:
+        binned, count = bench.binned(cut, {})
+        size = rms([measured[good] for _, measured, good in bench.compare(cut, {})])
+        cut.noise = max(noise(binned, count > 0, False, 1), FINE * size)
+    residual, present = bench.residual({}), bench.present({})
+    tell("what remains", 0.7)
+    left = depends(bench, residual, present, {}, rng)
+    level = {cut.name: float(np.sqrt(np.mean(residual[:, bench.slice(cut)][present[:, bench.slice(cut)]] ** 2))) for cut in bench.cuts}
+    seen = {d.cut for d in left}
+    off = {name for name, size in level.items() if size > OFF or (size > 1.05 and name in seen)}
+    left = [d for d in left if d.cut in off]
+    cut = max(bench.cuts, key=lambda c: (c.name in off, level[c.name]))
+    judged = ~train if (~train).any() else train
+    gain = measure(bench, cut, {}, {}, judged, names, rng)
+    shares = blame(bench, residual, residual, present, []) if off else []
+    remainder = {"significant": bool(off), "depends_on": list(dict.fromkeys(d.variable for d in left if d.cut == cut.name))
+                 or list(dict.fromkeys(d.variable for d in left))}
+    result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
+    result.extension["seed"] = seed
+    if out is not None:
+        from .report import write
+
+        out.mkdir(parents=True, exist_ok=True)
+        result.folder = out
+        result.write(out)
+        tell("report", 0.9)
+        write(result, bench, None, SimpleNamespace(stages=[], causes=[]), cut, {}, {}, train, left, faults, out)
+    return result

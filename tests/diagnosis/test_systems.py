@@ -1,0 +1,146 @@
+"""Any FMU system on a log: compiled FMUs that are not ours, in a chain in which one may misbehave."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+import master
+from diagnosis import DataError, diagnose, replay
+from selflock.cli import app
+
+sys.path.append(str(Path(__file__).parents[1] / "foreign_fmus"))
+
+SYSTEM = """
+[run]
+stop = 20.0
+step = 0.01
+open_inputs = true
+
+[components.first]
+fmu = "relaxation.fmu"
+start = {{ rate = {first} }}
+
+[components.second]
+fmu = "relaxation.fmu"
+start = {{ rate = {second} }}
+
+[components.third]
+fmu = "relaxation.fmu"
+start = {{ rate = {third} }}
+
+[connections]
+"second.u" = "first.x"
+"third.u" = {{ from = "second.x", factor = 2.0, offset = -1.0 }}
+"""
+RATES = {"first": 2.0, "second": 0.5, "third": 1.0}
+RIG = """
+[rig]
+system = "chain.toml"
+named = true
+
+[columns]
+"first.u" = {{ column = "wanted", unit = "K" }}
+"second.x" = {{ column = "middle", unit = "mK" }}
+{more}
+"""
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory):
+    from pack import pack
+
+    return pack("relaxation", tmp_path_factory.mktemp("native"))
+
+
+class Wanted:
+    """A staircase with a sine, asked for at any time."""
+
+    def __new__(cls, name="wanted"):
+        from diagnosis.parts import Signals
+
+        time = np.arange(0.0, 20.001, 0.01)
+        column = np.sin(1.3 * time) + np.floor(time / 3.0) % 2
+        return Signals(name, time, {"u": column}, {"u": "Real"})
+
+
+def chain(folder, fmu, nature=None, noise=0.005, columns=("first.x", "second.x", "third.x"), seed=1):
+    """A system file with the sheet's rates, and the log of a chain in which some rates, or the law, are nature's."""
+    (folder / "relaxation.fmu").write_bytes(fmu.read_bytes())
+    (folder / "chain.toml").write_text(SYSTEM.format(**RATES))
+    (folder / "nature.toml").write_text(SYSTEM.format(**(RATES | (nature or {}))))
+    system = master.load(folder / "nature.toml")
+    system.components["wanted"] = master.system.Component(part="test_systems:Wanted")
+    system.connections["first.u"] = master.system.Connection("wanted.u")
+    table = master.run(system).table
+    rng = np.random.default_rng(seed)
+    log = pd.DataFrame({"time": table["time"], "wanted": table["wanted.u"]})
+    for name in columns:
+        values = table[name] + noise * rng.standard_normal(len(table))
+        log["middle" if name == "second.x" else f"{name} [K]"] = 1e3 * values if name == "second.x" else values
+    log["room.temperature"] = 20.0 + np.sin(0.7 * table["time"])
+    log.to_csv(folder / "log.csv", index=False)
+    more = '"room.temperature" = { column = "room.temperature" }'
+    rig = RIG.format(more=more)
+    (folder / "rig.toml").write_text(rig if "second.x" in columns else rig.replace('"second.x"', '# "second.x"'))
+    return folder / "rig.toml", folder / "log.csv"
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+
+
+def test_a_sound_chain_replays_to_its_noise_and_nothing_is_missing(tmp_path, fmu):
+    rig, log = chain(tmp_path, fmu)
+    for comparison in replay(rig, log, None).comparisons:
+        assert comparison.error < 1.1 * 0.005, comparison
+    result = diagnose(rig, [log], out=None)
+    assert (result.verdict, result.exit_code, result.blame) == ("none", 3, [])
+
+
+@pytest.mark.parametrize("name", RATES)
+def test_the_component_whose_own_replay_is_off_is_to_blame(tmp_path, fmu, name):
+    rig, log = chain(tmp_path, fmu, {name: 1.25 * RATES[name]})
+    result = diagnose(rig, [log], out=None)
+    assert result.verdict == "unknown" and result.exit_code == 4
+    assert result.blame[0]["component"] == name and result.blame[0]["share"] > 0.95
+    whole = {c.output: c.error for c in replay(rig, log, None).comparisons if c.name.startswith("whole")}
+    assert whole["third.x"] > 5 * 0.005  # the whole is wrong from there on; the others are not to blame
+
+
+def test_what_the_error_depends_on_is_named(tmp_path, fmu):
+    rig, log = chain(tmp_path, fmu)
+    table = pd.read_csv(log)
+    table["third.x [K]"] += 0.03 * (table["room.temperature"] - 20.0)  # the room acts on it, as no FMU here knows
+    table.to_csv(log, index=False)
+    result = diagnose(rig, [log], out=None)
+    assert result.verdict == "unknown"
+    assert result.blame[0]["component"] == "third"
+    assert "room.temperature" in result.remainder["depends_on"]
+
+
+def test_what_is_not_measured_runs_along_and_shares_the_blame(tmp_path, fmu):
+    rig, log = chain(tmp_path, fmu, {"second": 0.7}, columns=("first.x", "third.x"))
+    result = diagnose(rig, [log], out=None)
+    assert {b["component"]: round(b["share"], 2) for b in result.blame} == {"second": 0.5, "third": 0.5}
+
+
+def test_report_replay_and_exit_codes_from_the_command_line(tmp_path, fmu):
+    rig, log = chain(tmp_path, fmu, {"second": 0.7})
+    said = CliRunner().invoke(app, ["diagnose", str(rig), str(log), "-o", str(tmp_path / "out")])
+    assert said.exit_code == 4 and "unknown" in said.output
+    assert "second" in (tmp_path / "out" / "report.html").read_text()
+    said = CliRunner().invoke(app, ["replay", str(rig), str(log), "-o", str(tmp_path / "replay")])
+    assert said.exit_code == 0 and "whole third.x" in said.output
+    assert (tmp_path / "replay" / "replay.json").exists()
+
+
+def test_a_column_that_is_no_variable_is_refused(tmp_path, fmu):
+    rig, log = chain(tmp_path, fmu)
+    rig.write_text(rig.read_text().replace('"first.u"', '"first.uu"'))
+    with pytest.raises(DataError, match="first.uu.*no such variable"):
+        diagnose(rig, [log], out=None)

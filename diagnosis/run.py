@@ -22,7 +22,7 @@ from .result import Cause, Diagnosis
 from .rig import Rig, load
 from .select import Candidate, Contest, Outcome
 
-ENOUGH = 0.4
+ENOUGH = 0.55
 """Share of the error above the noise floor that causes must close while something significant remains; else `unknown`."""
 
 HELP = 0.02

@@ -21,6 +21,7 @@ from fmus.slave import Slave, Variable
 from master.vehicle import tables
 
 HERE = Path(__file__).parent
+NOMINAL = {"N": 100.0, "N.m": 10.0}  # by unit; 1 is FMI's own, which fits the rest
 
 
 class Vehicle:
@@ -43,9 +44,9 @@ class Robot(Slave):
     """Tracked robot with two pairs of track holders on uneven ground, seen from the side; needs pymunk, numba and numpy."""
 
     law = Vehicle
-    inputs = tuple(Variable(name, unit, start, text) for name, unit, start, text in tables.INPUTS)
+    inputs = tuple(Variable(name, unit, start, text, nominal=NOMINAL.get(unit)) for name, unit, start, text in tables.INPUTS)
     outputs = tuple(
-        Variable(name, unit, 0.0, text, derivative_of=tables.derivative_of(name))
+        Variable(name, unit, 0.0, text, nominal=NOMINAL.get(unit), derivative_of=tables.derivative_of(name))
         for name in tables.OUTPUTS
         for unit, text in [tables.told(name)]
     )

@@ -36,13 +36,13 @@ BLOCKS = 36
 BINS = 250
 """Averages kept of each block: what is left of noise then is small, and fits are fast."""
 
-MOST = 8_000
+MOST = 3_000
 """Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
 
 LONGEST = 0.045
 """s; a longer smoothing window would blur the motion itself."""
 
-STRETCH = 60
+STRETCH = 80
 """Samples in such a stretch."""
 
 
@@ -151,6 +151,14 @@ class Bench:
             first += block[-1] + 1
         self.blocks = len(self.block_run)
         self.block_run = np.array(self.block_run)
+
+    def take_all(self) -> bool:
+        """From now on simulate all samples; False where that is done already."""
+        sampled = any(ch.take is not None for ch in self.channels.values())
+        for ch in self.channels.values():
+            ch.take = None
+        self._memory.clear()
+        return sampled
 
     def bin(self, i: int, samples: np.ndarray, good: np.ndarray, take: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Sums and counts of run i's good samples in all bins; `take`: which samples these are, where not all."""

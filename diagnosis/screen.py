@@ -45,6 +45,13 @@ class Direction:
     amounts: np.ndarray = field(default_factory=lambda: np.zeros(0))
     phase: str = ""  # name of a phase; then the columns are the amplitude's at phase 0 and a quarter later
     jump: float = 0.0  # where not 0 the only amount that is looked at
+    part: slice = field(default_factory=lambda: slice(None))  # of the samples, where the columns are not zero; only there are they kept
+
+    def __post_init__(self):
+        touched = np.flatnonzero(np.any(self.columns != 0.0, axis=(0, 2)))
+        if len(touched):
+            self.part = slice(int(touched[0]), int(touched[-1]) + 1)
+            self.columns = self.columns[:, self.part].astype(np.float32)
 
     @property
     def free(self) -> tuple[Free, ...]:
@@ -208,9 +215,10 @@ class Linear:
     """Held-out gains of directions over the base, by block-wise normal equations."""
 
     def __init__(self, base_columns: np.ndarray, weights: np.ndarray, folds: np.ndarray):
-        self.weights = weights  # (blocks, samples), 0 for samples not trained on
+        self.weights = weights.astype(np.float32)  # (blocks, samples), 0 for samples not trained on
         self.folds = folds  # (blocks,)
-        self.base = (base_columns * weights[..., None]).astype(np.float32)  # (blocks, samples, k0)
+        self.base, self.lengths = _normal((base_columns * weights[..., None]).astype(np.float32))  # (blocks, samples, k0)
+        self.gram = np.matmul(self.base.transpose(0, 2, 1), self.base).astype(float)
 
     def _energy(self, columns: np.ndarray, noise: np.ndarray, limits=None):
         """Held-out squared residual of draws (draws, blocks, samples index) given as cross products, and coefficients.
@@ -234,49 +242,71 @@ class Linear:
         full = -np.linalg.solve(total_gram + 1e-8 * np.eye(k), total_cross.T).T
         return change, full
 
-    def gains(self, direction: Direction | None, errors: np.ndarray, order: np.ndarray, signs: np.ndarray):
-        """Drop of the held-out squared residual for each draw: errors' blocks put in `order` with `signs` (draws, blocks).
-
-        A single draw means the blocks as they are.
-        """
-        own = None if direction is None else direction.columns * self.weights[..., None].astype(np.float32)
-        columns = self.base if own is None else np.concatenate([self.base, own], axis=-1)
-        if columns.shape[-1] == 0:
-            return np.zeros(len(order)), np.zeros((len(order), 0))
-        lengths = np.sqrt(np.maximum((columns.astype(float) ** 2).sum((0, 1)), 1e-300))
-        columns = columns / lengths.astype(np.float32)
-        turned = columns.transpose(0, 2, 1)
-        gram = np.matmul(turned, columns).astype(float)
-        if len(order) == 1:  # the blocks as they are
-            cross = np.matmul(turned, errors.astype(np.float32)[..., None])[None, ..., 0].astype(float)
-        else:
-            pairs = np.matmul(turned, errors.astype(np.float32).T).transpose(0, 2, 1).astype(float)  # (block, block, k)
-            cross = pairs[np.arange(columns.shape[0])[None, :], order] * signs[..., None]
-        limits = None
-        if direction is not None and not direction.phase:
-            k0 = self.base.shape[-1]
-            least, most = zip(*((direction.jump or p.low - p.nominal, direction.jump or p.high - p.nominal) for p in direction.amplitudes))
-            low = np.concatenate([np.full(k0, -np.inf), least]) * lengths
-            high = np.concatenate([np.full(k0, np.inf), most]) * lengths
-            limits = (low, high)
+    def gains(self, direction: Direction | None, draws: Draws):
+        """Drop of the held-out squared residual, and the coefficients, for each draw."""
+        k0 = self.base.shape[-1]
+        gram, cross, lengths, limits = self.gram, draws.base, self.lengths, None
+        if direction is not None:
+            part = direction.part
+            own, own_lengths = _normal(direction.columns * self.weights[:, part, None])
+            mixed = np.matmul(self.base[:, part].transpose(0, 2, 1), own)
+            gram = np.zeros((len(own), k0 + own.shape[-1], k0 + own.shape[-1]))
+            gram[:, :k0, :k0], gram[:, :k0, k0:], gram[:, k0:, :k0] = self.gram, mixed, mixed.transpose(0, 2, 1)
+            gram[:, k0:, k0:] = np.matmul(own.transpose(0, 2, 1), own)
+            cross = np.concatenate([draws.base, draws.cross(own, part)], axis=-1)
+            lengths = np.concatenate([self.lengths, own_lengths])
+            if not direction.phase:
+                least, most = zip(*((direction.jump or p.low - p.nominal, direction.jump or p.high - p.nominal) for p in direction.amplitudes))
+                limits = (np.concatenate([np.full(k0, -np.inf), least * own_lengths]), np.concatenate([np.full(k0, np.inf), most * own_lengths]))
+        if gram.shape[-1] == 0:
+            return np.zeros(len(cross)), np.zeros((len(cross), 0))
         change, full = self._energy(gram, cross, limits)
         return -change, full / lengths
 
-    def look(self, direction: Direction, errors: np.ndarray) -> None:
+    def draws(self, errors: np.ndarray, order: np.ndarray | None = None, signs: np.ndarray | None = None) -> Draws:
+        """Residuals to try directions on: the errors' blocks as they are, or put in `order` with `signs` (draws, blocks)."""
+        found = Draws(errors.astype(np.float32), order, signs)
+        found.base = found.cross(self.base, slice(None))
+        found.without = self.gains(None, found)[0]
+        return found
+
+    def look(self, direction: Direction, draws: Draws) -> None:
         """Set the direction's gain on the residual itself, over the base alone, and its amounts."""
-        order, signs = np.arange(len(errors))[None, :], np.ones((1, len(errors)))
-        with_it, coefficients = self.gains(direction, errors, order, signs)
-        without, _ = self.gains(None, errors, order, signs)
-        direction.gain = float(with_it[0] - without[0])
+        with_it, coefficients = self.gains(direction, draws)
+        direction.gain = float(with_it[0] - draws.without[0])
         direction.amounts = np.array([direction.jump]) if direction.jump else coefficients[0, self.base.shape[-1]:]
 
     def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
         """Largest gain over all directions, in each draw from residuals without an effect."""
         blocks = len(errors)
         order = np.stack([rng.permutation(blocks) for _ in range(draws)])
-        signs = rng.choice([-1.0, 1.0], (draws, blocks))
-        without, _ = self.gains(None, errors, order, signs)
+        mixed = self.draws(errors, order, rng.choice([-1.0, 1.0], (draws, blocks)))
         largest = np.zeros(draws)
         for direction in found:
-            largest = np.maximum(largest, self.gains(direction, errors, order, signs)[0] - without)
+            largest = np.maximum(largest, self.gains(direction, mixed)[0] - mixed.without)
         return largest
+
+
+@dataclass
+class Draws:
+    """Residuals (blocks, samples), and how their blocks are put in other places and signs in each draw."""
+
+    errors: np.ndarray
+    order: np.ndarray | None = None
+    signs: np.ndarray | None = None
+    base: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))  # cross products with the base's columns
+    without: np.ndarray = field(default_factory=lambda: np.zeros(0))  # gain of the base alone
+
+    def cross(self, columns: np.ndarray, part: slice) -> np.ndarray:
+        """X_b' e_b for each draw (draws, blocks, k)."""
+        turned, errors = columns.transpose(0, 2, 1), np.ascontiguousarray(self.errors[:, part])
+        if self.order is None:
+            return np.matmul(turned, errors[..., None])[None, ..., 0].astype(float)
+        pairs = np.matmul(turned, errors.T).transpose(0, 2, 1).astype(float)  # (block, block, k)
+        return pairs[np.arange(len(columns))[None, :], self.order] * self.signs[..., None]
+
+
+def _normal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of length 1, and their lengths."""
+    lengths = np.sqrt(np.maximum(np.einsum("bsk,bsk->k", columns, columns, dtype=float), 1e-30))
+    return (columns / lengths).astype(np.float32), lengths

@@ -22,6 +22,7 @@ import pyarrow.parquet as pq
 from master.errors import ResultError
 
 ROWS = 4096  # in memory before they are written; a multiple of 16
+PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
 KINDS = {"Real": np.dtype(float), "Integer": np.dtype("int64"), "Boolean": np.dtype(bool), "String": np.dtype(object)}
 
 
@@ -128,12 +129,21 @@ class Parquet(File):
             [pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata={"units": units}
         )
         self._writer = pq.ParquetWriter(path, self._schema)
+        self._pieces: list[pa.Table] = []
 
     def put(self, frame: pd.DataFrame) -> None:
-        self._writer.write_table(pa.Table.from_pandas(frame, schema=self._schema, preserve_index=False).cast(self._schema))
+        self._pieces.append(pa.Table.from_pandas(frame, schema=self._schema, preserve_index=False).cast(self._schema))
+        if len(self._pieces) == PIECES:
+            self._write()
+
+    def _write(self) -> None:
+        if self._pieces:
+            self._writer.write_table(pa.concat_tables(self._pieces))
+            self._pieces.clear()
 
     def close(self) -> None:
         super().close()
+        self._write()
         self._writer.close()
 
 

@@ -21,6 +21,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import fmpy
+import pythonfmu  # noqa: F401  ours first: FMUs made with it put the folder with their own at the head of sys.path
 from fmpy import fmi2
 from fmpy.model_description import ModelDescription
 

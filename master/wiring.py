@@ -177,6 +177,11 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
         raise DescriptionError(f"{where}: {connection.source} is an {source.causality}, not an output.".replace("an p", "a p"))
     if source.type not in FITS[sink.type]:
         raise DescriptionError(f"{where}: {source.type} does not fit into {sink.type}.")
+    changes = (connection.factor, connection.offset)
+    if sink.type in ("Boolean", "String") and changes != (1.0, 0.0):
+        raise DescriptionError(f"{where}: {target} is a {sink.type}, factor and offset have no meaning there.")
+    if sink.type == "Integer" and any(change != int(change) for change in changes):
+        raise DescriptionError(f"{where}: {target} is an Integer; factor and offset must be whole numbers.")
     if sink.type == "String":
         return Link(of, source.name, to, sink.name, text=True)
     factor, offset = 1.0, 0.0

@@ -167,6 +167,26 @@ def test_not_a_number_from_an_fmu(system, native):
         master.run(description)
 
 
+def test_types_convert_from_one_native_fmu_to_another(system, native, refused):
+    parts = {"a": (native("teller"), {"count_in": 4}), "b": native("teller"), "x": native("relaxation"), "z": native("relaxation")}
+    ends = {
+        "b.count_in": {"from": "a.flag_out", "factor": 3.0, "offset": 1.0},
+        "b.flag_in": "a.flag_out",
+        "x.u": "a.flag_out",
+        "z.u": {"from": "a.count_out", "factor": 0.5},
+    }
+    last = master.run(system(parts, ends, stop=0.3, step=0.1, open_inputs=True)).table.iloc[-1]
+    assert bool(last["a.flag_out"]) and last["b.count_out"] == 3 + 1 + 1 and not last["b.flag_out"]
+    assert last["x.x"] == pytest.approx(1.0) and last["z.x"] == pytest.approx(2.5)
+    for target, source, words in (
+        ("b.count_in", {"from": "a.count_out", "factor": 0.5}, "whole numbers"),
+        ("b.flag_in", {"from": "a.flag_out", "offset": 1.0}, "is a Boolean"),
+        ("b.word_in", {"from": "a.word_out", "factor": 2.0}, "is a String"),
+        ("b.count_in", "x.x", "Real does not fit into Integer"),
+    ):
+        refused(lambda: master.run(system(parts, {target: source}, open_inputs=True)), target, words)
+
+
 def test_pending_steps_are_waited_for(system, native):
     description = system(
         {"t": (native("teller"), {"slow": True, "word_in": "a", "count_in": 4, "flag_in": True})}, stop=0.3, step=0.1

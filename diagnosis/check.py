@@ -103,6 +103,9 @@ def _corrupted(run: Run, name: str, bare: str) -> np.ndarray:
     scale = max(1.4826 * float(np.median(away)), float(np.quantile(away, 0.98)) / 3.0, _quantum(filled))
     spread = float(np.subtract(*np.quantile(filled, [0.98, 0.02])))
     suspect = (away > CORRUPTED * scale) & (away > 0.25 * spread)
+    ends = np.ones(n, bool)
+    ends[SPIKE:-SPIKE] = False  # there a step looks like a spike: it must be larger than the signal itself
+    suspect &= ~ends | (away > 1.5 * spread)
     starts, lengths = _stretches(suspect)
     for start, length in zip(starts, lengths):
         if suspect[start] and length <= SPIKE:
@@ -164,7 +167,7 @@ def _others_move(run: Run, name: str, bare: str, stretch: slice) -> bool:
         if values is None or prefix + witness == name or not np.all(np.isfinite(values[stretch])):
             continue
         part, spread = values[stretch], np.ptp(np.quantile(values[np.isfinite(values)], [0.02, 0.98]))
-        moved = np.ptp(part) if not bare.endswith("angle") else np.median(abs(part))
+        moved = np.ptp(np.quantile(part, [0.05, 0.95])) if not bare.endswith("angle") else np.median(abs(part))
         if spread > 0 and moved > 0.1 * spread:
             return True
     return False

@@ -1,0 +1,110 @@
+"""The comparisons of a drive: residuals vanish for the law that made the log, and show in the cut that is wrong."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from diagnosis import rig as rigs
+from diagnosis.bench import Bench
+from diagnosis.check import check
+from diagnosis.gain import measure
+from diagnosis.hypotheses import vocabulary
+from diagnosis.kernels import kernels
+from diagnosis.laws import parameters
+from diagnosis.log import read
+
+RIG = """
+[rig]
+kind = "{kind}"
+[columns]
+"reducer.input_speed" = "speed"
+"motor.torque" = "torque"
+[parameters]
+"reducer.gear_ratio" = 50.0
+"reducer.friction_kinetic" = 0.03
+"reducer.shaft_inertia" = 1e-4
+"load.inertia" = 0.05
+"load.constant_torque" = 2.0
+"""
+STEP = 1e-3
+
+
+def inverse(folder, friction=0.03, n=6000, noise=1e-5):
+    """A log made with the wedge's closed form (eq 2-13): F = P tan(alpha + phi) driving, P tan(alpha - phi) back-driving."""
+    (folder / "rig.toml").write_text(RIG.format(kind="inverse"))
+    time = np.arange(n) * STEP
+    speed = 60.0 * np.sin(1.3 * time)
+    acceleration = 78.0 * np.cos(1.3 * time)
+    load = 2.0 + 0.05 * acceleration / 50.0
+    alpha, phi = np.arctan(1 / 50.0), np.arctan(friction)
+    torque = load * np.where(load * speed > 0.0, np.tan(alpha + phi), np.tan(alpha - phi)) + 1e-4 * acceleration
+    torque += noise * np.random.default_rng().standard_normal(n)
+    pd.DataFrame({"time": time, "speed": speed, "torque": torque}).to_csv(folder / "log.csv", index=False)
+    rig = rigs.load(folder / "rig.toml")
+    runs = read(folder / "log.csv", rig)
+    check(runs, rig)
+    return Bench(rig, runs)
+
+
+def error(bench, cut, values):
+    parts = [(measured - simulated)[good] for simulated, measured, good in bench.compare(cut, values)]
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
+def test_the_closed_form_of_the_wedge_leaves_only_noise(tmp_path):
+    bench = inverse(tmp_path)
+    (gear,) = bench.cuts
+    assert gear.components == ("reducer", "load")
+    assert error(bench, gear, {}) < 3e-5
+    assert error(bench, gear, {"reducer.friction_kinetic": 0.025}) > 5e-3
+
+
+def test_residuals_are_binned_by_block_and_absent_where_the_shaft_turns_round(tmp_path):
+    bench = inverse(tmp_path)
+    present = bench.present({})
+    assert bench.residual({}).shape == present.shape and present.shape[0] == bench.blocks
+    assert 0.8 < present.mean() < 1.0
+
+
+def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path):
+    bench = inverse(tmp_path)
+    (gear,) = bench.cuts
+    nominal = bench.compare(gear, {})[0][0]
+    np.testing.assert_allclose(bench.compare(gear, {"sensor.motor.torque.bias": 0.1})[0][0], nominal + 0.1, atol=1e-12)
+    np.testing.assert_allclose(bench.compare(gear, {"sensor.motor.torque.scale_factor": 2.0})[0][0], 2.0 * nominal, atol=1e-12)
+    ch = bench.channels[0, ""]
+    np.testing.assert_allclose(ch.true("reducer.input_speed", {"sensor.reducer.input_speed.scale_factor": 0.5}), 2.0 * ch.raw("reducer.input_speed"))
+    slow = ch.true("reducer.input_speed", {"sensor.reducer.input_speed.lag_time": 0.02})
+    np.testing.assert_allclose(slow[100:-100], 60.0 * np.sin(1.3 * (np.arange(6000) * STEP + 0.02))[100:-100], atol=0.05)  # earlier by the lag
+
+
+def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path):
+    bench = inverse(tmp_path, friction=0.04)
+    (gear,) = bench.cuts
+    held = np.arange(bench.blocks) % 3 == 2
+    gain = measure(bench, gear, {}, {"reducer.friction_kinetic": 0.04}, held, ["block"], np.random.default_rng(0))
+    assert gain.before > 50 * gain.after and gain.closed > 0.99 and gain.low <= gain.after <= gain.high
+    worse = measure(bench, gear, {"reducer.friction_kinetic": 0.04}, {}, held, ["block"], np.random.default_rng(0))
+    assert worse.closed == 0.0 and worse.regimes[0]["after"] > worse.regimes[0]["before"]
+
+
+def test_the_vocabulary_is_that_of_the_components_and_channels_in_play(tmp_path):
+    bench = inverse(tmp_path)
+    labels = {h.label for h in vocabulary(bench.rig, bench.components, bench.measured, bench)}
+    assert {"reducer stribeck", "reducer ripple", "load tilt", "sensor bias (motor.torque)", "reducer.friction_kinetic"} <= labels
+    assert not any(label.startswith(("motor ", "controller")) for label in labels)
+
+
+def test_kernels_agree_with_the_plain_law():
+    from fmus.motor import dc
+
+    rng = np.random.default_rng()
+    n = 50
+    voltage, speed, dt = rng.uniform(-20, 20, n), rng.uniform(-100, 100, n), np.full(n, STEP)
+    current, torque = np.empty(n), np.empty(n)
+    kernels().motor(parameters("motor", "motor", {"motor.brush_voltage": 0.7}), voltage, speed, dt, current, torque)
+    p = dc.Parameters(brush_voltage=0.7)
+    s = dc.start(p)
+    for i in range(1, n):
+        s, out = dc.advance(p, s, voltage[i - 1], 0.5 * (speed[i - 1] + speed[i]), STEP)
+        assert current[i] == pytest.approx(out.current, rel=1e-12, abs=1e-12)

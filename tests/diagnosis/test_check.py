@@ -1,0 +1,73 @@
+"""Faults that a log may have, put there by hand: each is found where it is, and a sound log has none."""
+
+import numpy as np
+import pytest
+
+from diagnosis.check import check
+from diagnosis.log import Run
+from diagnosis.rig import Column, Rig
+
+N = 4000
+
+
+@pytest.fixture
+def rig(tmp_path):
+    columns = tuple(Column(name, name) for name in ("reducer.input_speed", "motor.torque", "reducer.input_angle"))
+    return Rig(tmp_path / "rig.toml", "bench", "inverse", columns, {}, time=Column("time", "time"))
+
+
+@pytest.fixture
+def run():
+    rng = np.random.default_rng()
+    time = np.arange(N) * 1e-3
+    speed = 40.0 * np.sin(3.0 * time)
+    torque = 0.1 * np.sign(speed) + 0.05 * np.sin(3.0 * time) + 2e-3 * rng.standard_normal(N)
+    signals = {"reducer.input_speed": speed + 0.05 * rng.standard_normal(N), "motor.torque": torque,
+               "reducer.input_angle": np.cumsum(speed) * 1e-3 + 1e-4 * rng.standard_normal(N)}
+    return Run("log.csv", "", np.arange(N), time, signals)
+
+
+def kinds(faults):
+    return {(f.kind, f.channel) for f in faults}
+
+
+def test_a_sound_log_has_no_faults(rig, run):
+    assert check([run], rig) == []
+    assert all(good.all() for good in run.good.values())
+
+
+def test_corrupted_samples_are_found_one_by_one(rig, run):
+    run.signals["motor.torque"][[500, 2000, 2001]] = [1.4, -2.0, -2.1]
+    faults = check([run], rig)
+    assert [(f.kind, f.channel, f.first, f.last) for f in faults] == [("corrupted", "motor.torque", 500, 500), ("corrupted", "motor.torque", 2000, 2001)]
+    assert (~run.good["motor.torque"]).sum() == 3 and run.good["reducer.input_speed"].all()
+
+
+def test_values_that_are_no_numbers(rig, run):
+    run.signals["motor.torque"][100:103] = [np.nan, np.inf, -np.inf]
+    assert [(f.kind, f.first, f.last) for f in check([run], rig)] == [("non-finite", 100, 102)]
+
+
+def test_a_channel_cut_off_at_a_limit(rig, run):
+    run.signals["reducer.input_speed"] = np.minimum(run.signals["reducer.input_speed"], 38.0)
+    assert kinds(check([run], rig)) == {("clipped", "reducer.input_speed")}
+
+
+def test_a_frozen_torque_while_the_shaft_turns(rig, run):
+    run.signals["motor.torque"][1000:1200] = run.signals["motor.torque"][1000]
+    (fault,) = check([run], rig)
+    assert (fault.kind, fault.channel, fault.last) == ("frozen", "motor.torque", 1199) and fault.first in (1000, 1001)
+
+
+def test_rest_is_no_fault(rig, run):
+    for values in run.signals.values():
+        values[:] = np.round(values, 2)
+        values[1500:2500] = values[1500]
+    run.signals["reducer.input_speed"][1500:2500] = 0.0
+    assert check([run], rig) == []
+
+
+def test_missing_samples(rig, run):
+    run.time[2000:] += 0.5
+    (fault,) = check([run], rig)
+    assert (fault.kind, fault.channel, fault.first, fault.last) == ("missing", "time", 1999, 2000)

@@ -1,0 +1,102 @@
+"""Fits, held-out residuals, chance and dependence on problems whose answer is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.fit import fit, held_out, rho, weight
+from diagnosis.hypotheses import Free, Hypothesis
+from diagnosis.screen import Direction, Linear, directions
+
+BLOCKS, SAMPLES = 20, 50
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng()
+
+
+def line(rng, noise=0.1):
+    x = rng.uniform(-1.0, 1.0, BLOCKS * SAMPLES)
+    y = 0.7 * x + 0.2 + noise * rng.standard_normal(len(x))
+    free = (Free("slope", 0.0, -5.0, 5.0), Free("level", 0.0, -5.0, 5.0))
+    return x, y, free, lambda v: (y - v["slope"] * x - v["level"]) / noise
+
+
+def test_a_fit_gives_the_least_squares_line_and_an_interval_that_holds_it(rng):
+    x, y, free, residual = line(rng)
+    rows = np.ones(len(x), bool)
+    found = fit(residual, {}, free, {"slope": 0.0, "level": 0.0}, rows, 1e6)
+    slope, level = np.polyfit(x, y, 1)
+    assert found.values["slope"] == pytest.approx(slope, abs=1e-5) and found.values["level"] == pytest.approx(level, abs=1e-5)
+    low, high = found.intervals(rows, np.repeat(np.arange(BLOCKS), SAMPLES), level=4.5)["slope"]
+    assert low < 0.7 < high and high - low < 0.15
+
+
+def test_a_few_wild_samples_do_not_pull_a_fit(rng):
+    x, y, free, _ = line(rng)
+    y[:10] += 50.0
+    found = fit(lambda v: (y - v["slope"] * x - v["level"]) / 0.1, {}, free, {"slope": 0.0, "level": 0.0}, np.ones(len(x), bool), 3.0)
+    assert found.values["slope"] == pytest.approx(0.7, abs=0.06)
+
+
+def test_bounds_hold(rng):
+    x, _, free, residual = line(rng)
+    tight = (replace(free[0], high=0.5), free[1])
+    assert fit(residual, {}, tight, {"slope": 0.4, "level": 0.0}, np.ones(len(x), bool), 10.0).values["slope"] <= 0.5
+
+
+def test_the_loss_is_quadratic_then_linear():
+    assert rho(np.array([1e-3]), 3.0)[0] == pytest.approx(1e-6, rel=1e-6)
+    assert rho(np.array([3e4]), 3.0)[0] == pytest.approx(2 * 3.0 * 3e4, rel=1e-3)
+    assert weight(np.zeros(1), 3.0)[0] == 1.0
+
+
+def test_held_out_residuals_are_those_of_fits_without_the_fold(rng):
+    x, _, free, residual = line(rng)
+    rows, folds = np.ones(len(x), bool), np.repeat(np.arange(BLOCKS) % 4, SAMPLES)
+    found = fit(residual, {}, free, {"slope": 0.0, "level": 0.0}, rows, 1e6)
+    left_out = held_out(found, rows, folds)
+    for fold in range(4):
+        alone = fit(residual, {}, free, found.values, folds != fold, 1e6)
+        np.testing.assert_allclose(left_out[folds == fold], alone.residual[folds == fold], atol=1e-3)
+
+
+def _linear(rng):
+    base = rng.standard_normal((BLOCKS, SAMPLES, 2))
+    return Linear(base, np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5)
+
+
+def test_chance_beats_noise_as_often_as_it_should_and_an_effect_hardly_ever(rng):
+    linear, p = _linear(rng), Free("a", 0.0, -9.0, 9.0)
+    ways = [Direction(Hypothesis("c", f"e{i}", (p,)), {}, (p,), rng.standard_normal((BLOCKS, SAMPLES, 1))) for i in range(10)]
+    noise = rng.standard_normal((BLOCKS, SAMPLES))
+    chance = linear.chance(ways, noise, 99, rng)
+    for amount, found in ((0.0, False), (0.3, True)):
+        draws = linear.draws(noise + amount * ways[3].columns[..., 0])
+        for way in ways:
+            linear.look(way, draws)
+        best = max(ways, key=lambda w: w.gain)
+        assert (best.gain > 2.0 * chance.max()) == found
+    assert best is ways[3] and best.amounts[0] == pytest.approx(-0.3, abs=0.15)
+
+
+def test_amplitudes_shapes_and_phases_are_told_apart_by_trying(rng):
+    angle = np.linspace(0.0, 60.0, BLOCKS * SAMPLES).reshape(BLOCKS, SAMPLES)
+    free = (Free("a.size", 0.0, -1.0, 1.0), Free("a.wave_order", 1.0, 0.0, 200.0), Free("a.wave_phase", 0.0, -6.3, 6.3))
+    truth = 0.4 * np.cos(7.0 * angle + 1.1)
+    residual = lambda v: truth - v.get("a.size", 0.0) * np.cos(v.get("a.wave_order", 1.0) * angle + v.get("a.wave_phase", 0.0))
+    ways = directions(residual, {}, residual({}), Hypothesis("a", "ripple", free))
+    assert {w.shape["a.wave_order"] for w in ways} >= {1.0, 7.0, 30.0} and all(w.phase == "a.wave_phase" for w in ways)
+    linear = Linear(np.zeros((BLOCKS, SAMPLES, 0)), np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5)
+    draws = linear.draws(residual({}))
+    for way in ways:
+        linear.look(way, draws)
+    start = max(ways, key=lambda w: w.gain).start()
+    assert start["a.wave_order"] == 7.0 and start["a.size"] == pytest.approx(0.4, abs=0.02) and start["a.wave_phase"] == pytest.approx(1.1, abs=0.05)
+
+
+def test_a_parameter_without_influence_drops_out():
+    at = np.ones((BLOCKS, SAMPLES))
+    assert directions(lambda v: at, {}, at, Hypothesis("a", "nothing", (Free("a.x", 0.0, -1.0, 1.0),))) == []

@@ -1,4 +1,4 @@
-"""Speed of the diagnosis: python benchmarks/diagnosis.py
+"""Speed of the diagnosis: python benchmarks/diagnose.py
 
 Prints the cost of one compiled forward simulation of a drive at 1 kHz for each step, of a whole diagnosis of a 60 s,
 1 kHz log with the full vocabulary, and how the time grows with the log's length.

@@ -82,7 +82,7 @@ class Bench:
         total = sum(len(run) for run in self.runs)
         for ch in self.channels.values():
             ch.take = stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
-        self.cuts = [cut for prefix in rig.drives for cut in _cuts(self, prefix)]
+        self.cuts = [cut for prefix in rig.drives for cut in _cuts(self, prefix) if not rig.only or cut.components == (rig.only,)]
         if not self.cuts:
             have = sorted({name for run in self.runs for name in run.signals})
             raise DataError(f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "

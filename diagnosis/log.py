@@ -68,7 +68,7 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         data[VALID] = (_numbers(path, table, _find(path, headers, rig.valid, rig), switch) != 0.0).astype(float)
     names = table[_find(path, headers, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
     runs = []
-    late = [column.signal for column in named if column.signal.endswith(HELD) and not rig.system]
+    late = [column.signal for column in columns if column.late or (column in named and column.signal.endswith(HELD) and not rig.system)]
     for name in pd.unique(names):
         rows = np.flatnonzero(names == name)
         for signal in late:

@@ -67,6 +67,7 @@ class Parts:
         try:
             self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
             self.continuous = {name for name, part in wiring.parts.items() if hasattr(part, "at")}
+            self.values = wiring.values
             self.links = {f"{link.target}.{link.input}": link for link in wiring.links}
         finally:
             wiring.close()
@@ -99,12 +100,13 @@ class Parts:
                 if name in measured:
                     feeds.append(Feed(name, name))
                 elif source in measured:
-                    feeds.append(Feed(name, source, link.factor, link.offset, self._ahead(link.source, component)))
+                    feeds.append(Feed(name, source, link.factor, link.offset, self.ahead(link.source, component)))
                 elif link:
                     todo.append(link.source)
         return Group(tuple(c for c in self.system.components if c in members), tuple(feeds))
 
-    def _ahead(self, source: str, target: str) -> bool:
+    def ahead(self, source: str, target: str) -> bool:
+        """Whether a component is given the source's value of the end of its step."""
         return (self.system.run.algorithm == "gauss-seidel" and source not in self.continuous
                 and self.order.index(source) < self.order.index(target))
 

@@ -26,6 +26,7 @@ class Column:
     unit: str = ""  # of the values in the log; "" takes the header's or SI
     factor: float = 1.0
     offset: float = 0.0
+    late: bool = False  # a row has the command of the step that ends there
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Rig:
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
     logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
+    only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
 
     def of_log(self, name: str) -> dict[str, float]:

@@ -1,6 +1,6 @@
 """Diagnosis of any FMU system: which component is off on its own measured inputs, and on what its error depends.
 
-Nothing here knows what the FMUs are. A cause is named by `diagnose` with a rig of drives, where effects are registered.
+Nothing here knows what the FMUs are. Where the one to blame is of this package (`ours`), its effects are tried as well.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from .depends import depends
 from .errors import DataError
 from .gain import blame, floor, measure, rms
 from .log import Run, read
+from .ours import as_drive
 from .parts import Group, Parts
 from .replay import Comparison, Replay
 from .result import Diagnosis
@@ -135,6 +136,27 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     return result
 
 
+def _name(rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int) -> Diagnosis | None:
+    """The diagnosis of the component most to blame, where it is one of ours and a cause explains it."""
+    from .run import _diagnose, gather
+
+    component = shares[0]["component"] if shares else ""
+    runs, _, _ = gather(rig, logs, test)
+    drive = as_drive(parts, rig, component, set(runs[0].signals)) if component else None
+    if drive is None:
+        return None
+    try:
+        found = _diagnose(drive, *gather(drive, logs, test), out, tell, seed)
+    except DataError:  # the log has not what its law is to be compared with
+        return None
+    if found.verdict not in ("explained", "ambiguous"):
+        return None
+    found.blame = shares
+    if out is not None:
+        found.write(out)
+    return found
+
+
 def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable[[str, float], None], seed: int) -> Diagnosis:
     """Blame and dependences; `unknown` where a component is off, `none` where what remains is noise."""
     from .run import gather
@@ -163,6 +185,9 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     remainder = {"significant": bool(off), "depends_on": list(dict.fromkeys(d.variable for d in left if d.cut == cut.name))
                  or list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
+    named = _name(rig, parts, shares, logs, test, out, tell, seed) if off else None
+    if named is not None:
+        return named
     result.extension["seed"] = seed
     if out is not None:
         from .report import write

@@ -144,3 +144,35 @@ def test_a_column_that_is_no_variable_is_refused(tmp_path, fmu):
     rig.write_text(rig.read_text().replace('"first.u"', '"first.uu"'))
     with pytest.raises(DataError, match="first.uu.*no such variable"):
         diagnose(rig, [log], out=None)
+
+
+OURS = """
+[run]
+stop = 8.0
+step = 0.002
+open_inputs = true
+
+[components.winder]
+fmu = "selflock:Motor"
+start = { resistance = 0.299, inductance = 8.23e-5, voltage_constant = 0.0302, torque_constant = 0.0302 }
+"""
+
+
+def test_a_cause_is_named_where_the_fmu_to_blame_is_ours(tmp_path):
+    from misbehaving import Motor
+
+    (tmp_path / "motor.toml").write_text(OURS)
+    (tmp_path / "rig.toml").write_text('[rig]\nsystem = "motor.toml"\nnamed = true\n')
+    rng = np.random.default_rng(3)
+    time = np.arange(4001) * 0.002
+    speed = 60.0 * np.sin(1.7 * time) + 30.0 * np.sin(0.6 * time)
+    voltage = 0.03 * speed + 2.0 * np.interp(time, np.arange(0.0, 9.0, 0.4), rng.uniform(-1.0, 1.0, 23))
+    nature, current = Motor("nature", brush_drop=0.4), np.zeros(len(time))
+    for i in range(1, len(time)):
+        current[i] = nature.advance(voltage[i - 1], 0.5 * (speed[i - 1] + speed[i]), 0.002)[0]
+    current += 0.05 * rng.standard_normal(len(time))
+    pd.DataFrame({"time": time, "winder.voltage": voltage, "winder.speed": speed, "winder.current": current}).to_csv(tmp_path / "log.csv", index=False)
+    result = diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out", seed=1)
+    assert [c.label for c in result.causes] == ["winder_motor brush_drop"], result.summary()
+    assert result.blame[0]["component"] == "winder" and result.exit_code == 0
+    assert result.gain.after < 0.5 * result.gain.before

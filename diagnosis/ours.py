@@ -1,0 +1,51 @@
+"""A blamed FMU of a system that is one of ours: known by its parameters, it becomes a drive of one component, and gets a name.
+
+An FMU is ours where it has the nominal parameters and those of all registered effects of a component, whatever its
+name. What the log has of its inputs and outputs is then read as the signals of a drive, and its law is fitted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from .hypotheses import COMPONENTS, base, effects
+from .laws import LAWS
+from .log import HELD
+from .parts import Parts
+from .rig import Column, Rig
+from .signals import SIGNALS, canonical, unit
+
+
+def kind(parts: Parts, component: str) -> str:
+    """controller, motor, reducer or load; "" for an FMU that is none of ours."""
+    known = {name[len(component) + 1:] for name in parts.variables if parts.owner(name) == component}
+    for part in COMPONENTS:
+        wanted = {p.name for p in base(part)} | {p.name for effect in effects(part) for p in effect.parameters}
+        if wanted <= known:
+            return part
+    return ""
+
+
+def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | None:
+    """The rig that reads the log as one of a drive in which this component alone is compared."""
+    part = kind(parts, component)
+    if not part:
+        return None
+    prefix = component.removesuffix(part) if component.endswith(part) else f"{component}_"
+    columns: dict[str, Column] = {}
+    for name, variable in parts.variables.items():
+        if parts.owner(name) != component or variable.causality not in ("input", "output"):
+            continue
+        signal = canonical(f"{part}.{variable.name}")
+        link = parts.links.get(name)
+        source = name if name in logged or not link else f"{link.source}.{link.output}"
+        if signal not in SIGNALS or signal in columns or source not in logged or parts.variables[source].unit != unit(signal):
+            continue
+        factor, offset, late = (1.0, 0.0, False) if source == name else (link.factor, link.offset, parts.ahead(link.source, component))
+        old = next((c for c in rig.columns if c.signal == source), Column(source, source))
+        columns[signal] = Column(old.column, prefix + signal, old.unit, factor * old.factor, factor * old.offset + offset, late and signal in HELD)
+    sheet = LAWS[part].Parameters()
+    given = {name: float(value) for name, value in parts.values.get(component, {}).items() if name in sheet._fields}
+    others = tuple(Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables)
+    return replace(rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others), only=prefix + part,
+                   parameters={f"{prefix}{part}.{name}": value for name, value in given.items()})

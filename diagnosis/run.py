@@ -25,7 +25,7 @@ from .select import Candidate, Contest, Outcome
 ENOUGH = 0.55
 """Share of the error above the noise floor that causes must close while something significant remains; else `unknown`."""
 
-HELP = 0.02
+HELP = 0.05
 """Share of the held-out error that causes must take away."""
 
 EXCESS = 1.6

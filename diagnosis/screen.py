@@ -111,6 +111,12 @@ def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]
     amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]})
     if not any(np.any(residual({**base, **off, leader.name: value}) != at) for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}):
         return found
+
+    def tried(value: float, shape: dict) -> None:
+        column = (residual({**base, **off, leader.name: value, **shape}) - at) / (value - leader.nominal)
+        if np.all(np.isfinite(column)) and np.any(column):
+            found.append(Direction(hypothesis, shape, (leader,), column[..., None].astype(np.float32), jump=value - leader.nominal))
+
     for value in amounts:
         on = {**off, leader.name: value}
         there = residual({**base, **on})
@@ -118,10 +124,14 @@ def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]
             continue
         shapes = [p for p in others if _shapes(residual, base, on, p, there)]
         for values in product(*(sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
-            shape = {p.name: v for p, v in zip(shapes, values)}
-            column = (residual({**base, **on, **shape}) - at) / (value - leader.nominal)
-            if np.all(np.isfinite(column)) and np.any(column):
-                found.append(Direction(hypothesis, shape, (leader,), column[..., None].astype(np.float32), jump=value - leader.nominal))
+            tried(value, {p.name: v for p, v in zip(shapes, values)})
+    step = (leader.high - leader.low) / (JUMPS + 1)
+    for _ in range(3 if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
+        step /= 3.0
+        best = min(found, key=lambda way: (np.abs(at[:, way.part] + way.columns[..., 0] * way.jump) - np.abs(at[:, way.part])).sum())
+        for value in (leader.nominal + best.jump + n * step for n in (-1, 1)):
+            if leader.low <= value <= leader.high and value != leader.nominal:
+                tried(value, best.shape)
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable
 
@@ -17,7 +18,7 @@ from master.face import Part
 from master.faults import Faults
 from master.initial import initialize
 from master.results import Column, Result, Sink, sink
-from master.system import System, load
+from master.system import System, check_choice, load
 from master.wiring import Wiring, wire
 
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
@@ -32,6 +33,8 @@ def run(
     progress: bool | Callable[[float], None] = False,
     observe: Observer | None = None,
     keep: dict[str, Part] | None = None,
+    step: float | None = None,
+    algorithm: str | None = None,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s].
 
@@ -41,11 +44,16 @@ def run(
     observe: called as observe(time, parts) at the start and after every communication step.
     keep: an empty dictionary at first; holds the parts from run to run of the same system, which are then reset
         instead of made again. Whoever gives it closes them. A run that fails closes its parts and leaves none in it.
+    step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
     if not isinstance(system, System):
         system = load(system)
+    if step is not None or algorithm is not None:
+        check_choice("algorithm", algorithm or system.run.algorithm, ALGORITHMS)
+        chosen = replace(system.run, step=system.run.step if step is None else step, algorithm=algorithm or system.run.algorithm)
+        system = replace(system, run=chosen)
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
     with _Progress(progress, system.run.start, end) as tell:

@@ -161,9 +161,9 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     system.bonds = [_make(Bond, table, "[[bonds]]") for table in data.get("bonds", [])]
     system.faults = [_make(Fault, table, "[[faults]]") for table in data.get("faults", [])]
     for fault in system.faults:
-        _check_choice("[[faults]] kind", fault.kind, FAULTS)
-    _check_choice("[run] algorithm", system.run.algorithm, ALGORITHMS)
-    _check_choice("[run] step_control", system.run.step_control, ("", *CONTROLS))
+        check_choice("[[faults]] kind", fault.kind, FAULTS)
+    check_choice("[run] algorithm", system.run.algorithm, ALGORITHMS)
+    check_choice("[run] step_control", system.run.step_control, ("", *CONTROLS))
     return system
 
 
@@ -198,7 +198,8 @@ def _check_keys(table: Any, known, where: str) -> None:
             raise DescriptionError(f"{where} has no key {key}{did_you_mean(key, known)}")
 
 
-def _check_choice(what: str, value: str, choices) -> None:
+def check_choice(what: str, value: str, choices) -> None:
+    """Refuse a value that is none of the choices."""
     if value not in choices:
         raise DescriptionError(f'{what} = "{value}" is unknown; choose from: {", ".join(c for c in choices if c)}.')
 

@@ -54,11 +54,14 @@ def run(
     out: Annotated[Path, typer.Option("--out", "-o", help="Result file, .csv or .parquet.")],
     set_: Annotated[Optional[list[str]], typer.Option("--set", help="component.variable=value; may be repeated.")] = None,
     stop: Annotated[Optional[float], typer.Option(help="Stop time in s.")] = None,
+    step: Annotated[Optional[float], typer.Option(help="Communication step in s; the system's own when not given.")] = None,
+    algorithm: Annotated[Optional[str], typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
 ) -> None:
     """Run a coupled system and write its table of results."""
     from master import run as run_system
 
-    console.print(run_system(system, settings=_overrides(set_ or []), stop=stop, out=out, progress=True).summary())
+    settings = _overrides(set_ or [])
+    console.print(run_system(system, settings, stop, out, progress=True, step=step, algorithm=algorithm).summary())
 
 
 @app.command()

@@ -53,10 +53,18 @@ def test_what_was_set_is_what_runs(typed, tmp_path, ending):
     assert len(table) == 11 and table["motor.torque"].iloc[0] == 0.0 and units["gear.output_torque"] == "N.m"
 
 
+def test_step_and_algorithm_can_be_chosen(typed, tmp_path):
+    chosen = "--stop", "0.01", "--step", "0.0005", "--algorithm", "jacobi"
+    code, told, _ = typed("run", BENCH, *chosen, "-o", tmp_path / "x.csv")
+    assert code == 0 and "in 20 steps" in " ".join(told.split())
+
+
 @pytest.mark.parametrize("words", [
     ("run", "nofile.toml", "-o", "x.csv"),
     ("run", BENCH, "-o", "x.txt"),
     ("run", BENCH, "--stop", "0", "-o", "x.csv"),
+    ("run", BENCH, "--step", "0", "-o", "x.csv"),
+    ("run", BENCH, "--algorithm", "leapfrog", "-o", "x.csv"),
     ("replay", "norig.toml", "nolog.csv", "-o", "replay"),
 ])  # fmt: skip
 def test_wrong_files_are_told(typed, tmp_path, monkeypatch, words):

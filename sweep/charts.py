@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure as Plot
 
 from .analysis import pareto
@@ -57,8 +58,11 @@ def chart(study: Study, good: pd.DataFrame) -> Plot | None:
     for axes, time in zip(np.ravel(plot.subplots((len(times) + 1) // 2, min(len(times), 2), squeeze=False)), times):
         energy = good[wanted["moving"]["figure"]] + time * good[wanted["holding"]["figure"]]
         grid = good.assign(energy=energy).pivot_table(index=ratio, columns=friction, values="energy")
-        drawn = axes.contourf(grid.columns, grid.index, grid.to_numpy(), levels=18, cmap="YlOrRd")
-        plot.colorbar(drawn, ax=axes, label="energy of a cycle [J]")
+        low, high = grid.min().min(), grid.max().max()
+        norm = LogNorm(low, high) if 0.0 < low < high else None
+        levels = np.geomspace(low, high, 20) if norm else 18
+        drawn = axes.contourf(grid.columns, grid.index, grid.to_numpy(), levels=levels, norm=norm, cmap="YlOrRd")
+        plot.colorbar(drawn, ax=axes, label="energy of a cycle [J]", format="{x:.0f}")
         r = np.linspace(grid.index.min(), grid.index.max(), 200)
         axes.plot(1.0 / r, r, color="black", linewidth=2, label="self-locking limit μ = 1/r")
         lowest = grid.columns.to_numpy()[np.nanargmin(grid.to_numpy(), axis=1)]

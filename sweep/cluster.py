@@ -48,6 +48,10 @@ class Pool:
     def send(self, items: list, key: str) -> Future:
         return self.client.submit(_work_there, self.name, self.function, items, key=key, pure=False)
 
+    def gather(self, futures: list[Future]) -> list:
+        """The results of finished futures, in one message."""
+        return self.client.gather(futures) if futures else []
+
 
 def _work_there(name: str, function: Callable, items: list) -> tuple:
     worker = get_worker()

@@ -143,30 +143,37 @@ def _round(pool, items: list, todo: deque, take: Take, single: bool = False, at_
             future = pool.send([items[n] for n in batch], key=f"run-{batch[0]}-{'again' if single else size}-{id(done)}")
             flying[future] = batch
             future.add_done_callback(done.put)
-        try:
-            future = done.get(timeout=1.0)
-        except queue.Empty:
-            future = None
+        came = _come(done)
         if not pool.alive:
             raise SweepError("The scheduler is gone. What was finished is kept; start a scheduler and give the same command again.")
-        if future is None:
+        if not came:
             slots = pool.slots
             waited = 0.0 if slots else waited + 1.0
             if waited > PATIENCE:
                 raise SweepError("All workers are gone. What was finished is kept; start workers and give the same command again.")
-            continue
-        batch = flying.pop(future)
-        try:
-            outcomes, took = future.result()
-        except KilledWorker as death:
-            dead.append((batch, death.last_worker.address))
-        except CancelledError:
-            raise SweepError("The scheduler is gone or cancelled a run. What was finished is kept; give the same command again.") from None
-        else:
-            seconds = took / len(batch)
-            take(batch, outcomes)
-        future.release()
+        good = [future for future in came if future.status == "finished"]
+        for future, (outcomes, took) in zip(good, pool.gather(good)):
+            seconds = took / len(flying[future])
+            take(flying.pop(future), outcomes)
+        for future in set(came) - set(good):
+            try:
+                future.result()
+            except KilledWorker as death:
+                dead.append((flying.pop(future), death.last_worker.address))
+            except CancelledError:
+                raise SweepError("The scheduler is gone or cancelled a run. What was finished is kept; give the same command again.") from None
     return dead
+
+
+def _come(done: queue.SimpleQueue) -> list:
+    """All futures that are done, none after a second in vain."""
+    came = []
+    try:
+        came.append(done.get(timeout=1.0))
+        while True:
+            came.append(done.get_nowait())
+    except queue.Empty:
+        return came
 
 
 def _batch(seconds: float, slots: int, left: int) -> int:

@@ -87,8 +87,8 @@ def fingerprint(*packages: str) -> dict[str, str]:
     """What the bits of a result depend on: the sources, the interpreter, the numeric libraries."""
     sources = hashlib.sha256()
     for package in packages:
-        spec = importlib.util.find_spec(package)
-        if spec is None or spec.origin is None:  # a script's own functions are no package
+        spec = None if package == "__main__" else importlib.util.find_spec(package)
+        if spec is None or spec.origin is None:  # a script's own functions, which travel with it
             continue
         files = Path(spec.origin).parent.rglob("*.py") if spec.submodule_search_locations else [Path(spec.origin)]
         for file in sorted(files):

@@ -51,7 +51,7 @@ class Direction:
         touched = np.flatnonzero(np.any(self.columns != 0.0, axis=(0, 2)))
         if len(touched):
             self.part = slice(int(touched[0]), int(touched[-1]) + 1)
-            self.columns = self.columns[:, self.part].astype(np.float32)
+            self.columns = np.clip(self.columns[:, self.part], -1e18, 1e18).astype(np.float32)
 
     @property
     def free(self) -> tuple[Free, ...]:
@@ -115,7 +115,7 @@ def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]
     def tried(value: float, shape: dict) -> None:
         column = (residual({**base, **off, leader.name: value, **shape}) - at) / (value - leader.nominal)
         if np.all(np.isfinite(column)) and np.any(column):
-            found.append(Direction(hypothesis, shape, (leader,), column[..., None].astype(np.float32), jump=value - leader.nominal))
+            found.append(Direction(hypothesis, shape, (leader,), column[..., None], jump=value - leader.nominal))
 
     for value in amounts:
         on = {**off, leader.name: value}
@@ -154,7 +154,7 @@ def _ways(residual, base, off, at, hypothesis, amplitudes, shapes) -> list[Direc
             columns = [_column(residual, base, here, p, at) for p in amplitudes]
         stacked = np.stack(columns, -1)
         if np.all(np.isfinite(stacked)) and np.any(stacked):
-            found.append(Direction(hypothesis, shape, amplitudes, stacked.astype(np.float32), phase=phase.name if phase else ""))
+            found.append(Direction(hypothesis, shape, amplitudes, stacked, phase=phase.name if phase else ""))
     return found
 
 

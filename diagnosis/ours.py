@@ -41,11 +41,15 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
         source = name if name in logged or not link else f"{link.source}.{link.output}"
         if signal not in SIGNALS or signal in columns or source not in logged or parts.variables[source].unit != unit(signal):
             continue
-        factor, offset, late = (1.0, 0.0, False) if source == name else (link.factor, link.offset, parts.ahead(link.source, component))
+        factor, offset, late = 1.0, 0.0, False
+        if source != name:
+            factor, offset, late = link.factor, link.offset, parts.ahead(link.source, component)
         old = next((c for c in rig.columns if c.signal == source), Column(source, source))
-        columns[signal] = Column(old.column, prefix + signal, old.unit, factor * old.factor, factor * old.offset + offset, late and signal in HELD)
+        columns[signal] = Column(old.column, prefix + signal, old.unit, factor * old.factor, factor * old.offset + offset,
+                                 late and signal in HELD)
     sheet = LAWS[part].Parameters()
     given = {name: float(value) for name, value in parts.values.get(component, {}).items() if name in sheet._fields}
     others = tuple(Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables)
-    return replace(rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others), only=prefix + part,
-                   parameters={f"{prefix}{part}.{name}": value for name, value in given.items()})
+    given = {f"{prefix}{part}.{name}": value for name, value in given.items()}
+    return replace(rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others),
+                   only=prefix + part, parameters=given)

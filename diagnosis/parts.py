@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from master.face import Variable
 from master.simulation import run as run_system
 from master.system import Component, Connection, System, did_you_mean, load
 from master.wiring import wire
@@ -50,8 +51,6 @@ class Signals(Playback):
         self.name, self.log = name, []
         self._time, self._columns = time, columns
         self._held = {column for column in columns if types[column] != "Real"}
-        from master.face import Variable
-
         self.variables = {c: Variable(c, "output", types[c], start=x[0], depends_on=()) for c, x in columns.items()}
         self.u = self.y = np.zeros(0)
         self._names: list[str] = []
@@ -72,7 +71,10 @@ class Parts:
         finally:
             wiring.close()
         self.order = self.system.run.order or list(self.system.components)
-        self.inputs = {c: [n for n, v in self.variables.items() if v.causality == "input" and self.owner(n) == c] for c in self.system.components}
+        self.inputs: dict[str, list[str]] = {component: [] for component in self.system.components}
+        for name, variable in self.variables.items():
+            if variable.causality == "input":
+                self.inputs[self.owner(name)].append(name)
 
     def owner(self, name: str) -> str:
         return self.system.split(name, str(self.rig.path))[0]
@@ -81,10 +83,12 @@ class Parts:
         """Refuse columns that are no variables of the system, or none that a log can hold."""
         for name in names:
             if name in self.variables:
-                if self.variables[name].causality not in ("input", "output", "local"):
-                    raise DataError(f"{self.rig.path}: [columns] {name!r} is a {self.variables[name].causality}: put its value under [parameters].")
+                causality = self.variables[name].causality
+                if causality not in ("input", "output", "local"):
+                    raise DataError(f"{self.rig.path}: [columns] {name!r} is a {causality}: put its value under [parameters].")
             elif name.split(".")[0] in self.system.components:
-                raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{did_you_mean(name, self.variables)}")
+                near = did_you_mean(name, self.variables)
+                raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{near}")
 
     def group(self, wanted: list[str], measured: set[str]) -> Group:
         """The components in `wanted` with all that the log must be helped out with."""
@@ -121,14 +125,17 @@ class Parts:
             values = np.interp(time + (step if feed.ahead else 0.0), time[good], run.signals[feed.channel][good])
             columns[feed.target] = feed.factor * values + feed.offset
         components = {name: self.system.components[name] for name in group.members}
-        connections = {name: self.system.connections[name] for name, link in self.links.items() if link.target in group.members and name not in columns}
+        inside = [name for name, link in self.links.items() if link.target in group.members and name not in columns]
+        connections = {name: self.system.connections[name] for name in inside}
         if columns:
             types = {name: self.variables[name].type for name in columns}
-            components = {LOG: Component(part="diagnosis.parts:Signals", options={"time": time, "columns": columns, "types": types}), **components}
+            options = {"time": time, "columns": columns, "types": types}
+            components = {LOG: Component(part="diagnosis.parts:Signals", options=options), **components}
             connections |= {name: Connection(f"{LOG}.{name}", convert=False) for name in columns}
         order = [LOG] * bool(columns) + [name for name in self.order if name in group.members]
         part = System(self.system.name, folder=self.system.folder, components=components, connections=connections,
                       run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0))
-        given = {name: value for name, value in {**self.rig.parameters, **self.rig.of_log(run.log)}.items() if self.owner(name) in group.members}
+        given = self.rig.parameters | self.rig.of_log(run.log)
+        given = {name: value for name, value in given.items() if self.owner(name) in group.members}
         table = run_system(part, settings=given).table
         return {name: np.interp(time, table["time"], table[name].astype(float)) for name in wanted}

@@ -65,7 +65,8 @@ class SystemBench(Bench):
             run = self.runs[silent.index]
             return self.simulated[group, silent.index][name], run.signals[name], run.usable(name)
 
-        cut = Cut(name, group.members, tuple(feed.channel for feed in group.feeds), name, self.parts.variables[name].unit or "1", compute)
+        reads = tuple(feed.channel for feed in group.feeds)
+        cut = Cut(name, group.members, reads, name, self.parts.variables[name].unit or "1", compute)
         cut.group = group
         return cut
 
@@ -74,7 +75,8 @@ class SystemBench(Bench):
         wanted: dict[Group, list[str]] = {}
         for cut in self.cuts:
             wanted.setdefault(cut.group, []).append(cut.output)
-        self.simulated = {(group, i): self.parts.replay(group, run, names) for group, names in wanted.items() for i, run in enumerate(self.runs)}
+        self.simulated = {(group, i): self.parts.replay(group, run, names)
+                          for group, names in wanted.items() for i, run in enumerate(self.runs)}
 
     def reach(self, cut: Cut) -> int:
         return 1
@@ -91,18 +93,19 @@ class SystemBench(Bench):
 def _groups(rig: Rig, parts: Parts, logged: set[str], whole: bool) -> dict[str, Group]:
     """For each measured output the components that must run for it: from set-points alone, or on all that is measured."""
     sources = {c for c, names in parts.inputs.items() if not names}
-    given = {name for name in logged if parts.owner(name) in sources or (parts.variables[name].causality == "input" and name not in parts.links)}
-    outputs = [name for name in parts.variables if name in logged and parts.variables[name].causality == "output" and parts.owner(name) not in sources]
+    causality = {name: variable.causality for name, variable in parts.variables.items()}
+    given = {name for name in logged if parts.owner(name) in sources or (causality[name] == "input" and name not in parts.links)}
+    outputs = [name for name in parts.variables if name in logged - given and causality[name] == "output"]
     if not outputs:
         raise DataError(f"{rig.path}: the columns hold no output of a component that is given something. Map a column to one, "
-                        f"such as {next((n for n, v in parts.variables.items() if v.causality == 'output'), 'component.output')}.")
+                        f"such as {next((n for n, kind in causality.items() if kind == 'output'), 'component.output')}.")
     if whole:
         together = parts.group(sorted({parts.owner(name) for name in outputs}), given)
         return dict.fromkeys(outputs, together)
     return {name: parts.group([parts.owner(name)], logged) for name in outputs}
 
 
-def prepare(rig: Rig, paths: Sequence[str | Path]) -> tuple[Rig, Parts]:
+def prepare(rig: Rig) -> tuple[Rig, Parts]:
     """The rig with its system's units, and the system."""
     parts = Parts(rig)
     parts.check(column.signal for column in rig.columns)
@@ -111,7 +114,7 @@ def prepare(rig: Rig, paths: Sequence[str | Path]) -> tuple[Rig, Parts]:
 
 def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     """The whole system from its set-points and each component alone on its measured inputs, over what was measured."""
-    rig, parts = prepare(rig, [log])
+    rig, parts = prepare(rig)
     runs = read(log, rig)
     faults = check(runs, rig)
     folder = Path(out) if out else None
@@ -126,13 +129,17 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
             trusted = [good & np.isfinite(s) for s, _, good in compared]
             error, size = rms([e[t] for e, t in zip(errors, trusted)]), rms([m[t] for (_, m, _), t in zip(compared, trusted)])
             name = f"whole {cut.output}" if whole else cut.output
-            comparisons.append(Comparison(name, cut.output, cut.unit, error, error / size if size else 0.0, floor(errors, trusted), list(cut.components)))
+            relative = error / size if size else 0.0
+            noise_floor = floor(errors, trusted)
+            comparisons.append(Comparison(name, cut.output, cut.unit, error, relative, noise_floor, list(cut.components)))
             if folder:
-                path = figures.traces(bench, cut, {}, {}, np.ones(bench.blocks, bool), False, folder / f"{name.replace(' ', '_')}.png")
+                path = folder / f"{name.replace(' ', '_')}.png"
+                figures.traces(bench, cut, {}, {}, np.ones(bench.blocks, bool), False, path)
                 drawn.append(path.name)
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn)
     if folder:
-        (folder / "replay.json").write_text(json.dumps({"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2) + "\n")
+        data = {"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}
+        (folder / "replay.json").write_text(json.dumps(data, indent=2) + "\n")
     return result
 
 
@@ -157,12 +164,12 @@ def _name(rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | No
     return found
 
 
-def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable[[str, float], None], seed: int) -> Diagnosis:
+def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable, seed: int) -> Diagnosis:
     """Blame and dependences; `unknown` where a component is off, `none` where what remains is noise."""
     from .run import gather
 
     rng = np.random.default_rng(seed)
-    rig, parts = prepare(rig, logs)
+    rig, parts = prepare(rig)
     runs, faults, held = gather(rig, logs, test)
     tell("replay of each component", 0.1)
     bench = SystemBench(rig, parts, runs)
@@ -174,7 +181,10 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     residual, present = bench.residual({}), bench.present({})
     tell("what remains", 0.7)
     left = depends(bench, residual, present, {}, rng)
-    level = {cut.name: float(np.sqrt(np.mean(residual[:, bench.slice(cut)][present[:, bench.slice(cut)]] ** 2))) for cut in bench.cuts}
+    level = {}
+    for cut in bench.cuts:
+        here = bench.slice(cut)
+        level[cut.name] = rms([residual[:, here][present[:, here]]])
     seen = {d.cut for d in left}
     off = {name for name, size in level.items() if size > OFF or (size > 1.05 and name in seen)}
     left = [d for d in left if d.cut in off]

@@ -107,8 +107,8 @@ class Motor(Part):
 
     def advance(self, voltage, speed, size):
         s = self.sheet
-        return _motor(self.state, voltage, speed, size, 0.299, 8.23e-5, 0.0302, s.get("brush_drop", 0.0), s.get("half_current", 1e9),
-                      s.get("heating", 0.0), s.get("heating_time", 4.0))
+        return _motor(self.state, voltage, speed, size, 0.299, 8.23e-5, 0.0302,
+                      s.get("brush_drop", 0.0), s.get("half_current", 1e9), s.get("heating", 0.0), s.get("heating_time", 4.0))
 
 
 @njit(cache=True)
@@ -120,6 +120,7 @@ def _motor(s, voltage, speed, size, resistance, inductance, constant, drop, half
         flux = 1.0 / (1.0 + (i / half_current) ** 2)
         hot = resistance * (1.0 + 0.0039 * warm)
         warm += dt * (heating * hot * i * i - warm) / heating_time
-        i = (i + dt / inductance * (voltage - drop * math.tanh(i / 0.05) - constant * flux * speed)) / (1.0 + dt / inductance * hot)
+        driven = voltage - drop * math.tanh(i / 0.05) - constant * flux * speed
+        i = (i + dt / inductance * driven) / (1.0 + dt / inductance * hot)
     s[0], s[1] = i, warm
     return i, constant * flux * i

@@ -171,7 +171,8 @@ def test_a_cause_is_named_where_the_fmu_to_blame_is_ours(tmp_path):
     for i in range(1, len(time)):
         current[i] = nature.advance(voltage[i - 1], 0.5 * (speed[i - 1] + speed[i]), 0.002)[0]
     current += 0.05 * rng.standard_normal(len(time))
-    pd.DataFrame({"time": time, "winder.voltage": voltage, "winder.speed": speed, "winder.current": current}).to_csv(tmp_path / "log.csv", index=False)
+    log = pd.DataFrame({"time": time, "winder.voltage": voltage, "winder.speed": speed, "winder.current": current})
+    log.to_csv(tmp_path / "log.csv", index=False)
     result = diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out", seed=1)
     assert [c.label for c in result.causes] == ["winder_motor brush_drop"], result.summary()
     assert result.blame[0]["component"] == "winder" and result.exit_code == 0

@@ -15,6 +15,7 @@ import numpy as np
 
 from .bench import Bench, Cut, _both, _delivered
 from .rig import split
+from .select import noise
 from .signals import SIGNALS
 
 GROUPS = 10
@@ -22,6 +23,9 @@ DRAWS = 99
 SIGNIFICANT = 0.02
 LINES = 400
 """Lines of a spectrum are looked for up to so many periods in the longest run."""
+
+QUIET = 1.15
+"""A remainder no more than this many times the noise is none."""
 
 RELEVANT = 0.06
 """Share of the variance that a variable must explain to be named."""
@@ -79,7 +83,7 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
     for cut in bench.cuts:
         part = bench.slice(cut)
         r, here = residual[:, part] * present[:, part], present[:, part]
-        if here.sum() < 12:
+        if here.sum() < 12 or _quiet(bench, cut, r, here):
             continue
         r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
         shares: dict[str, np.ndarray] = {}
@@ -103,6 +107,13 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
                 found.append(Dependence(label, cut.name, float(s[0]), chance))
     found.sort(key=lambda d: -d.share)
     return found
+
+
+def _quiet(bench: Bench, cut: Cut, r: np.ndarray, here: np.ndarray) -> bool:
+    """Whether a cut's residual is its noise: then nothing remains, whatever it goes with."""
+    if bench.steady:
+        return False
+    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * noise(r, here, False, 1 + bench.reach(cut) // bench.per_bin)
 
 
 def _means(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -140,8 +140,7 @@ def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start):
             command = d.angle_gain * (angle_setpoint[k] - _round(reading[3], d.step[3]))
             command += d.speed_gain * (speed_setpoint[k] - _round(reading[4], d.step[4]))
             command = min(max(command, d.voltage_min), d.voltage_max)
-            if abs(command) < d.dead_zone:
-                command = 0.0
+            command = math.copysign(max(abs(command) - d.dead_zone, 0.0), command)
         out[k, 0], out[k, 1] = angle_setpoint[k], speed_setpoint[k]
         for j in range(5):
             out[k, 3 + j] = reading[j]

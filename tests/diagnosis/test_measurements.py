@@ -1,0 +1,43 @@
+"""Real measurements, where ../shared/data is: what their authors found must be found, with at least as much error closed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from diagnosis import diagnose
+
+ROOT = Path(__file__).resolve().parents[2]
+DATA, RIGS = ROOT.parent / "shared" / "data", ROOT / "examples" / "rigs"
+pytestmark = pytest.mark.skipif(not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)")
+
+
+def named(result) -> list[str]:
+    return [cause.label for cause in result.causes]
+
+
+def test_the_lead_screws_friction_falls_with_speed():
+    result = diagnose(RIGS / "lead_screw.toml", [DATA / "lead_screw" / "steady_state.csv"], out=None)
+    assert result.verdict == "explained" and named(result) == ["reducer stribeck"], result.summary()
+    assert result.gain.before > 0.12e-3  # N.m, what Coulomb friction leaves on the runs held out
+    assert result.gain.after <= 0.044e-3, result.summary()
+
+
+def test_the_worm_drives_start_transients_are_found_then_its_friction_falls_with_speed(tmp_path):
+    result = diagnose(RIGS / "worm_drive.toml", [DATA / "worm_drive" / "steady_state.csv"], out=tmp_path)
+    assert {(fault["run"], fault["kind"]) for fault in result.faults} == {("1", "corrupted"), ("2", "corrupted"), ("n1", "corrupted")}
+    assert all(fault["channel"] == "motor.torque" and fault["first"] % 500 == 0 for fault in result.faults)  # the first sample of a run
+    assert result.verdict == "explained" and named(result) == ["reducer stribeck"], result.summary()
+    assert result.gain.after <= 0.040e-3 < 0.065e-3 < result.gain.before, result.summary()
+    assert result.extension["fmu"] == pytest.approx(result.extension["promised"], rel=0.01)
+
+
+def test_the_linear_drives_friction_differs_by_direction():
+    """Janot, Gautier, Brunot 2019: 4.08 % of the force left with symmetric friction, 3.11 % with Fv+ 166.7, Fv- 240.4 N.s/m."""
+    result = diagnose(RIGS / "emps.toml", [DATA / "emps" / "DATA_EMPS.mat"], out=None)
+    assert named(result) == ["reducer asymmetric"], result.summary()
+    assert result.gain.after < 3.06 / 4.04 * result.gain.before, result.summary()
+    asymmetry = result.causes[0].parameters["reducer.viscous_asymmetry"]
+    authors = (166.7 - 240.4) / (166.7 + 240.4)
+    assert asymmetry["low"] - 0.02 < authors < asymmetry["high"] + 0.02

@@ -93,9 +93,11 @@ def _local(workers: int, folder: Path) -> Iterator[str]:
 
 
 def _leave(client: Client, name: str) -> None:
+    if client.status != "running":
+        return
     try:
         client.unregister_worker_plugin(name)
-    except Exception:  # the cluster may be gone by now, and then it holds nothing of ours
+    except Exception:  # the cluster may go at this very moment, and then it holds nothing of ours
         logging.getLogger(__name__).debug("the cluster did not answer", exc_info=True)
 
 

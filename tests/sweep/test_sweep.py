@@ -68,7 +68,7 @@ def write(folder: Path, system: str, study: str) -> Path:
 
 def test_the_same_bits_on_any_workers_and_the_closed_form(tmp_path, scheduler):
     file = write(tmp_path / "in", MOTOR, STUDY)
-    ways = {"here": {"workers": 0}, "one": {"workers": 1}, "two": {"workers": 2}, "cluster": {"scheduler": scheduler}}
+    ways = {"here": {"workers": 0}, "two": {"workers": 2}, "cluster": {"scheduler": scheduler}}
     results = {name: sweep(file, tmp_path / name, **way) for name, way in ways.items()}
     assert len({(tmp_path / name / "runs.parquet").read_bytes() for name in ways}) == 1
     table = results["two"].table

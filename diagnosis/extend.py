@@ -6,10 +6,13 @@ must give the same error.
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
 
 from fmus.build import build
 
@@ -40,7 +43,7 @@ def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray
     system = write_system(bench, values, fmus, out)
     promised = _error(bench, cut, after, blocks)
     with with_fmus(bench, fmus, cut) as theirs:
-        found = _error(theirs, cut, after, blocks) if theirs.runs_fmus else promised
+        found = _error(theirs, cut, after, blocks) if theirs.runs_fmus else None  # this comparison is not one of an FMU
     return {
         "fmus": sorted(path.name for path in fmus.values()), "parameters": "parameters.toml", "system": system.name if system else None,
         "promised": promised, "fmu": found, "unit": cut.unit,
@@ -77,9 +80,11 @@ class with_fmus:
 
     def __init__(self, bench: Bench, fmus: dict[str, Path], cut: Cut):
         self.bench, self.cut, self.kind = bench, cut, cut.name[len(cut.prefix):]
-        part = {"gear": "reducer", "twist": "", "load": ""}.get(self.kind, self.kind)
-        self.path = fmus.get(cut.prefix + part) if part else None
+        part = {"gear": "reducer", "drive": "reducer"}.get(self.kind, self.kind)
+        self.path = fmus.get(cut.prefix + part) if self.kind in ("gear", "motor", "controller", "drive") else None
         self.runs_fmus = self.path is not None
+        if self.kind == "drive":
+            self.kind, self.chain = "whole", [fmus.get(cut.prefix + c) for c in COMPONENTS]
 
     def __enter__(self):
         if not self.runs_fmus:
@@ -87,7 +92,8 @@ class with_fmus:
         laws = vars(self.bench.kernels)
         mine = {"gear": lambda p, *a: _play(self.path, GEAR, a[:-2], a[-2], a[-1:]),
                 "motor": lambda p, u, w, dt, *out: _shifted(self.path, u, w, dt, out),
-                "controller": lambda p, *a: _play(self.path, CONTROL, a[:-2], a[-2], a[-1:])}
+                "controller": lambda p, *a: _play(self.path, CONTROL, a[:-2], a[-2], a[-1:]),
+                "whole": lambda *a: _chain(self.chain, *a)}
         self._own = self.bench.kernels
         self.bench.kernels = SimpleNamespace(**{**laws, self.kind: mine[self.kind]})
         self.bench.runs_fmus = True
@@ -112,33 +118,74 @@ def _shifted(path: Path, voltage, speed, dt, out) -> None:
         target[1:], target[0] = values, values[0]
 
 
+class _Fmu:
+    """One FMU under FMPy, between its initialization and its end."""
+
+    def __init__(self, path: Path, before: dict, inputs: tuple[str, ...], outputs: tuple[str, ...], first: list[float]):
+        description = read_model_description(path)
+        reference = {v.name: v.valueReference for v in description.modelVariables}
+        self.given, self.wanted = [reference[n] for n in inputs], [reference[n] for n in outputs]
+        self.folder = extract(str(path))
+        self.slave = FMU2Slave(guid=description.guid, unzipDirectory=self.folder, instanceName="replay",
+                               modelIdentifier=description.coSimulation.modelIdentifier)
+        self.slave.instantiate()
+        self.slave.setupExperiment(startTime=0.0)
+        for name, value in before.items():
+            (self.slave.setBoolean if isinstance(value, bool) else self.slave.setReal)([reference[name]], [value])
+        self.slave.setReal(self.given, first)
+        self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
+        self.time = 0.0
+
+    def step(self, row: list[float], size: float) -> list[float]:
+        self.slave.setReal(self.given, row)
+        if size > 0.0:
+            self.slave.doStep(self.time, size)
+            self.time += size
+        return self.slave.getReal(self.wanted)
+
+    def close(self) -> None:
+        self.slave.terminate()
+        self.slave.freeInstance()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _chain(paths, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out) -> None:
+    """The whole drive made of FMUs, coupled as kernels.whole couples the laws."""
+    angle, speed = float(start[2]), float(start[3])
+    fmus = []
+    if closed:
+        fmus.append(_Fmu(paths[0], {"angle_gain": pc.angle_gain}, *CONTROL, [wanted[0], rate[0], angle, speed, start[1], 0.0]))
+    motor = _Fmu(paths[1], {}, *MOTOR, [0.0, float(start[1])])
+    softer = {"kinematic": False, "shaft_stiffness": pr.shaft_stiffness, "shaft_damping": pr.shaft_damping, "initial_speed": float(start[1])}
+    gear = _Fmu(paths[2], softer, ("motor_torque", "output_angle", "output_speed"), ("input_angle", "input_speed", "output_torque"), [0.0, angle, speed])
+    load = _Fmu(paths[3], {"start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0])
+    fmus += [motor, gear, load]
+    input_angle, input_speed, delivered, u, current, torque = float(start[0]), float(start[1]), 0.0, 0.0, 0.0, 0.0
+    try:
+        for i, step in enumerate(dt.tolist()):
+            for _ in range(parts if i else 0):
+                current, torque = motor.step([u, input_speed], step / parts)
+                input_angle, input_speed, delivered = gear.step([torque, angle, speed], step / parts)
+                angle, speed = load.step([delivered], step / parts)
+            u = float(voltage[i])
+            if closed:
+                (u,) = fmus[0].step([wanted[i], rate[i], angle, speed, input_speed, delivered], step)
+                u *= supply[i] if supply[i] > 0.0 else 1.0
+            if powered[i] == 0.0:
+                u = pm.voltage_constant * input_speed
+            out[:, i] = (u, current, torque, input_angle, input_speed, delivered, angle, speed)
+    finally:
+        for fmu in fmus:
+            fmu.close()
+
+
 def _play(path: Path, names, inputs, dt: np.ndarray, out) -> None:
     """Run an FMU under FMPy: inputs[i] over a step of dt[i], outputs at its end."""
-    import shutil
-
-    from fmpy import extract, read_model_description
-    from fmpy.fmi2 import FMU2Slave
-
-    description = read_model_description(path)
-    reference = {v.name: v.valueReference for v in description.modelVariables}
-    given, wanted = [reference[n] for n in names[0]], [reference[n] for n in names[1]]
-    folder = extract(str(path))
-    fmu = FMU2Slave(guid=description.guid, unzipDirectory=folder, modelIdentifier=description.coSimulation.modelIdentifier, instanceName="replay")
+    fmu = _Fmu(path, {}, *names, [float(x[0]) for x in inputs])
     try:
-        fmu.instantiate()
-        fmu.setupExperiment(startTime=0.0)
-        fmu.setReal(given, [float(x[0]) for x in inputs])
-        fmu.enterInitializationMode()
-        fmu.exitInitializationMode()
-        rows = np.stack(inputs, axis=1).tolist()
-        time = 0.0
-        for i, (row, step) in enumerate(zip(rows, dt.tolist())):
-            fmu.setReal(given, row)
-            fmu.doStep(time, step)
-            time += step
-            for target, value in zip(out, fmu.getReal(wanted)):
+        for i, (row, step) in enumerate(zip(np.stack(inputs, axis=1).tolist(), dt.tolist())):
+            for target, value in zip(out, fmu.step(row, step)):
                 target[i] = value
-        fmu.terminate()
-        fmu.freeInstance()
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        fmu.close()

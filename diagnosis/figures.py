@@ -59,7 +59,7 @@ def traces(
         low.plot(x, hide(new, (new[i][1] - new[i][0])[part]), style, color=AFTER, lw=0.9, ms=3)
     top.set_title(title, loc="left")
     low.set_xlabel(label)
-    top.set_ylabel(f"{cut.output}\n{cut.unit}")
+    top.set_ylabel(f"{quantity(cut)}\n{cut.unit}")
     low.set_ylabel(f"measured - simulated\n{cut.unit}")
     top.legend(loc="best", ncols=3, fontsize=9)
     return save(figure, path)
@@ -170,7 +170,7 @@ def missing(bench: Bench, cut: Cut, before: dict, after: dict, contest_: Contest
     axis.plot(middle, added(after), color=AFTER, lw=1.6, label=" and ".join(c.hypothesis.label for c in outcome.causes))
     axis.axhline(0.0, color=BEFORE, lw=1.0)
     axis.set_xlabel(label)
-    axis.set_ylabel(f"{cut.output}, {cut.unit}")
+    axis.set_ylabel(f"{quantity(cut)}, {cut.unit}")
     axis.legend(fontsize=9)
     return save(figure, path)
 

@@ -73,7 +73,8 @@ def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarra
     was, now = rms([e[t] for e, t in zip(old, trusted)]), rms([e[t] for e, t in zip(new, trusted)])
     noise = min(floor(new, trusted, bench.reach(cut)), now)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
-    gain = Gain(f"root mean square error of {cut.output} ({cut.name})", cut.unit, was, now, float(low), float(high), closed, noise, names)
+    what = f"the torque at the motor's shaft ({cut.name})" if cut.name.endswith("gear") else f"{cut.output} ({cut.name})"
+    gain = Gain(f"root mean square error of {what}", cut.unit, was, now, float(low), float(high), closed, noise, names)
     gain.regimes = _regimes(bench, cut, after, old, new, trusted)
     return gain
 
@@ -132,4 +133,4 @@ def blame(bench: Bench, base: np.ndarray, final: np.ndarray, present: np.ndarray
     total = sum(shares.values())
     if total <= 0.0:
         return []
-    return [{"component": name, "share": round(share / total, 4)} for name, share in sorted(shares.items(), key=lambda x: -x[1]) if share > 0.005 * total]
+    return [{"component": name, "share": round(float(share / total), 4)} for name, share in sorted(shares.items(), key=lambda x: -x[1]) if share > 0.005 * total]

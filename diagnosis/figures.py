@@ -26,6 +26,11 @@ def save(figure, path: Path) -> Path:
     return path
 
 
+def quantity(cut: Cut) -> str:
+    """What is compared: at the gear a torque, whatever channel it comes from."""
+    return "torque at the motor's shaft" if cut.name.endswith("gear") else cut.output
+
+
 def traces(
     bench: Bench, cut: Cut, before: dict, after: dict, held: np.ndarray, changed: bool, path: Path, compared: list | None = None, title: str = ""
 ) -> Path:

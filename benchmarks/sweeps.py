@@ -27,7 +27,10 @@ SLOTS = 1000
 def study():
     data = {
         "system": "master/study/robot.toml", "set": {"robot.track": "belt"}, "stop": 10.0,
-        "vary": {"mu": {"grid": {"from": 0.0, "to": 0.06, "count": RUNS}, "set": ["rear_reducer.friction_kinetic", "rear_reducer.friction_static"]}},
+        "vary": {"mu": {
+            "grid": {"from": 0.0, "to": 0.06, "count": RUNS},
+            "set": ["rear_reducer.friction_kinetic", "rear_reducer.friction_static"],
+        }},
         "record": {"peak": {"max": "abs(rear_motor.torque)"}, "energy": {"integral": "rear_motor.electric_power"}},
     }  # fmt: skip
     return from_dict(data, Path(__file__).parents[1] / "benchmark.toml")
@@ -53,38 +56,77 @@ def speed_up() -> None:
     bench = Bench(master.load(made.system), made.record, made.stop)
     seconds = {}
     for workers in (1, 2):
-        with tempfile.TemporaryDirectory() as folder, LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
-        ) as cluster:
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
+            ) as cluster,
+        ):
             address = cluster.scheduler_address
             map_runs(run_one, made.items[: 2 * workers], context=bench, scheduler=address)  # compiles the vehicle's kernel
-            seconds[workers] = timed(lambda: map_runs(run_one, made.items, context=bench, folder=Path(folder) / "out", scheduler=address))
+            seconds[workers] = timed(
+                lambda: map_runs(run_one, made.items, context=bench, folder=Path(folder) / "out", scheduler=address)
+            )
     print(f"{RUNS} belt-track runs of 10 s: {seconds[1]:.1f} s with 1 worker, {seconds[2]:.1f} s with 2: "
           f"{seconds[1] / seconds[2]:.2f} x (target 1.9)")  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         bench.open(Path(folder))
         run_one(bench, made.items[0])
         system, keep = bench.system, bench.parts
-        bare = timed(lambda: [master.run(system, settings=item["settings"], stop=made.stop, keep=keep) for item in made.items]) / RUNS
+        bare = (
+            timed(lambda: [master.run(system, settings=item["settings"], stop=made.stop, keep=keep) for item in made.items])
+            / RUNS
+        )
         bench.close()
-    print(f"one run: {bare:.3f} s bare, {seconds[1] / RUNS:.3f} s in a sweep with 1 worker: {100 * (seconds[1] / RUNS / bare - 1):+.1f} %")
-    with tempfile.TemporaryDirectory() as folder, LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
-    ) as cluster:
+    print(
+        f"one run: {bare:.3f} s bare, {seconds[1] / RUNS:.3f} s in a sweep with 1 worker:"
+        f" {100 * (seconds[1] / RUNS / bare - 1):+.1f} %"
+    )
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder) as cluster,
+    ):
         count, engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 300, 0.0, 1e9  # each run a message of its own
-        whole = timed(lambda: map_runs(nothing, range(count), folder=Path(folder) / "out", scheduler=cluster.scheduler_address)) / count
+        whole = (
+            timed(lambda: map_runs(nothing, range(count), folder=Path(folder) / "out", scheduler=cluster.scheduler_address))
+            / count
+        )
         engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 1.0, 200
-    print(f"a run that does nothing, sent by itself and written at once: {1e3 * whole:.1f} ms, {100 * whole / bare:.2f} % of a belt run (target 5)")
+    print(
+        f"a run that does nothing, sent by itself and written at once: {1e3 * whole:.1f} ms, {100 * whole / bare:.2f} % of a belt"
+        " run (target 5)"
+    )
 
 
 def load() -> None:
     """A scheduler in a process of its own, 1000 slots that sleep."""
-    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "18786", "--dashboard-address", "127.0.0.1:0", "--host", "127.0.0.1"]
+    command = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_scheduler",
+        "--port",
+        "18786",
+        "--dashboard-address",
+        "127.0.0.1:0",
+        "--host",
+        "127.0.0.1",
+    ]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     scheduler = subprocess.Popen(command, **quiet)
     address = "tcp://127.0.0.1:18786"
     workers = subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nworkers", "1", "--nthreads", str(SLOTS), "--no-dashboard"], **quiet
+        [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_worker",
+            address,
+            "--nworkers",
+            "1",
+            "--nthreads",
+            str(SLOTS),
+            "--no-dashboard",
+        ],
+        **quiet,
     )
     try:
         with Client(address, timeout=30) as client:

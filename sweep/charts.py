@@ -42,7 +42,12 @@ def duty(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
             axes.plot(x[lowest], y[lowest], "o", color=colour)
             axes.axvline(1.0 / level, color=colour, linestyle=":", linewidth=1.2)
             best.append((level, time, 1.0 / level, x[lowest], y[lowest]))
-        axes.set(title=f"holding {time:g} s after each manoeuvre", xlabel=label(study, friction), ylabel="energy of a cycle [J]", ylim=(0, None))
+        axes.set(
+            title=f"holding {time:g} s after each manoeuvre",
+            xlabel=label(study, friction),
+            ylabel="energy of a cycle [J]",
+            ylim=(0, None),
+        )
         axes.grid(alpha=0.3)
     plot.axes[0].legend(title="dotted: self-locking limit\nμ = 1/r; dot: least energy", fontsize=8, title_fontsize=8)
     return plot, pd.DataFrame(best, columns=["ratio", "holding [s]", "self-locking limit", "best friction", "energy [J]"])
@@ -80,7 +85,16 @@ def front(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
     plot = Plot(figsize=(7, 4.8), layout="constrained")
     axes = plot.subplots()
     drawn = axes.scatter(good[names[0]], good[names[1]], c=good[names[2]], s=18, alpha=0.5, cmap="plasma")
-    axes.scatter(best[names[0]], best[names[1]], c=best[names[2]], s=55, edgecolor="black", cmap="plasma", norm=drawn.norm, label="no other run is better")
+    axes.scatter(
+        best[names[0]],
+        best[names[1]],
+        c=best[names[2]],
+        s=55,
+        edgecolor="black",
+        cmap="plasma",
+        norm=drawn.norm,
+        label="no other run is better",
+    )
     plot.colorbar(drawn, ax=axes, label=label(study, names[2]))
     axes.set(xlabel=label(study, names[0]), ylabel=label(study, names[1]))
     axes.grid(alpha=0.3)
@@ -91,13 +105,17 @@ def front(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
 def sensitivities(study: Study, found: pd.DataFrame) -> Plot:
     """A cell for each figure and parameter."""
     kinds = [kind for kind in ("first", "total") if found[kind].notna().any()]
-    grids = [found.pivot(index="figure", columns="parameter", values=kind)[list(dict.fromkeys(found["parameter"]))] for kind in kinds]
+    grids = [
+        found.pivot(index="figure", columns="parameter", values=kind)[list(dict.fromkeys(found["parameter"]))] for kind in kinds
+    ]
     rows, columns = grids[0].shape
     plot = Plot(figsize=(2.5 + 1.5 * columns * len(kinds), 1.6 + 0.42 * rows), layout="constrained")
     for axes, kind, grid in zip(np.ravel(plot.subplots(1, len(kinds), squeeze=False, sharey=True)), kinds, grids):
         axes.imshow(grid.to_numpy(float), vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")
         for (row, column), value in np.ndenumerate(grid.to_numpy(float)):
-            axes.text(column, row, f"{value:.2f}", ha="center", va="center", color="white" if value > 0.6 else "black", fontsize=9)
+            axes.text(
+                column, row, f"{value:.2f}", ha="center", va="center", color="white" if value > 0.6 else "black", fontsize=9
+            )
         axes.set_xticks(range(columns), [name.replace("_", " ") for name in grid.columns], rotation=20)
         axes.set_yticks(range(rows), [name.replace("_", " ") for name in grid.index])
         axes.set_title({"first": "alone", "total": "with all interactions"}[kind], fontsize=10)
@@ -126,7 +144,12 @@ def overview(study: Study, good: pd.DataFrame) -> Plot:
     grid = plot.subplots(len(figures), len(parameters), squeeze=False, sharex="col", sharey="row")
     for row, figure in zip(grid, figures):
         for axes, parameter in zip(row, parameters):
-            axes.plot(good[parameter].astype(str) if good[parameter].dtype.kind not in "fib" else good[parameter], good[figure], ".", alpha=0.6)
+            axes.plot(
+                good[parameter].astype(str) if good[parameter].dtype.kind not in "fib" else good[parameter],
+                good[figure],
+                ".",
+                alpha=0.6,
+            )
             axes.grid(alpha=0.3)
         row[0].set_ylabel(label(study, figure), fontsize=8)
     for axes, parameter in zip(grid[-1], parameters):
@@ -148,5 +171,3 @@ def failures(causes: dict[str, int]) -> Plot:
 def role(study: Study, *names: str) -> bool:
     """Whether the study says what plays these roles."""
     return all(name in study.report for name in names)
-
-

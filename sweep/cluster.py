@@ -114,4 +114,6 @@ def _same_everywhere(client: Client, address: str, packages: tuple[str, ...]) ->
         raise SweepError(f"The scheduler at {address} has no workers. Start some with `dask worker {address} --nthreads 1`.")
     for worker, other in theirs.items():
         if differs := [f"{name} ({mine[name]} here, {other.get(name)} there)" for name in mine if mine[name] != other.get(name)]:
-            raise SweepError(f"Worker {worker} would not give the same bits: it differs in {', '.join(differs)}. Install the same there.")
+            raise SweepError(
+                f"Worker {worker} would not give the same bits: it differs in {', '.join(differs)}. Install the same there."
+            )

@@ -58,7 +58,9 @@ def map_runs(
     with ExitStack() as stack:
         store = None
         if folder is not None:
-            store = Store(folder, {"function": f"{function.__module__}.{function.__qualname__}", "runs": digest(keys), **(about or {})})
+            store = Store(
+                folder, {"function": f"{function.__module__}.{function.__qualname__}", "runs": digest(keys), **(about or {})}
+            )
             stack.callback(store.close)
         rows: dict[str, Row] = store.rows if store else {}
         order = list(dict.fromkeys(keys))
@@ -86,7 +88,9 @@ def map_runs(
             if todo:
                 _run(function, context, [item_of[key] for key in order], todo, take, folder, workers, scheduler)
         except KeyboardInterrupt:
-            kept = f"{len(rows)} of {len(order)} runs are finished" + (" and kept; give the same command to go on." if store else ".")
+            kept = f"{len(rows)} of {len(order)} runs are finished" + (
+                " and kept; give the same command to go on." if store else "."
+            )
             raise Interrupted(f"Interrupted: {kept}") from None
         if store:
             store.compact(keys, force=True)
@@ -127,7 +131,9 @@ def _on_pool(pool, items: list, todo: deque, take: Take) -> None:
         take(batch, [Outcome("it killed its worker, twice (a crash of an FMU, or no memory left)", {}, {})])
 
 
-def _round(pool, items: list, todo: deque, take: Take, single: bool = False, at_once: int | None = None) -> list[tuple[list[int], str]]:
+def _round(
+    pool, items: list, todo: deque, take: Take, single: bool = False, at_once: int | None = None
+) -> list[tuple[list[int], str]]:
     """Send all of todo, no more at a time than there are slots; give the batches whose worker died, with its address."""
     from distributed import KilledWorker
 
@@ -145,12 +151,16 @@ def _round(pool, items: list, todo: deque, take: Take, single: bool = False, at_
             future.add_done_callback(done.put)
         came = _come(done)
         if not pool.alive:
-            raise SweepError("The scheduler is gone. What was finished is kept; start a scheduler and give the same command again.")
+            raise SweepError(
+                "The scheduler is gone. What was finished is kept; start a scheduler and give the same command again."
+            )
         if not came:
             slots = pool.slots
             waited = 0.0 if slots else waited + 1.0
             if waited > PATIENCE:
-                raise SweepError("All workers are gone. What was finished is kept; start workers and give the same command again.")
+                raise SweepError(
+                    "All workers are gone. What was finished is kept; start workers and give the same command again."
+                )
         good = [future for future in came if future.status == "finished"]
         for future, (outcomes, took) in zip(good, pool.gather(good)):
             seconds = took / len(flying[future])
@@ -161,7 +171,9 @@ def _round(pool, items: list, todo: deque, take: Take, single: bool = False, at_
             except KilledWorker as death:
                 dead.append((flying.pop(future), death.last_worker.address))
             except CancelledError:
-                raise SweepError("The scheduler is gone or cancelled a run. What was finished is kept; give the same command again.") from None
+                raise SweepError(
+                    "The scheduler is gone or cancelled a run. What was finished is kept; give the same command again."
+                ) from None
     return dead
 
 

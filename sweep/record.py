@@ -72,7 +72,9 @@ def figure(name: str, table: Any) -> Figure:
         raise SweepError(
             f"{where}: one of {', '.join(KINDS)} is wanted, beside from, to and unit; there is {', '.join(table) or 'nothing'}."
         )
-    made = Figure(name, kinds[0], str(table[kinds[0]]), table.get("from", -np.inf), table.get("to", np.inf), table.get("unit", ""))
+    made = Figure(
+        name, kinds[0], str(table[kinds[0]]), table.get("from", -np.inf), table.get("to", np.inf), table.get("unit", "")
+    )
     if made.end < made.begin:
         raise SweepError(f"{where}: the window from {made.begin} to {made.end} s is empty.")
     return made

@@ -69,10 +69,14 @@ def read_folder(folder: Path) -> tuple[Study, pd.DataFrame, dict]:
         about = json.loads((folder / "study.json").read_text(encoding="utf-8"))
         study = from_dict(about["notes"]["data"], folder / "study.json")
     except (OSError, ValueError, KeyError):
-        raise SweepError(f"{folder} is not the folder of a sweep of a system. Give the DIR that `selflock sweep` wrote to.") from None
+        raise SweepError(
+            f"{folder} is not the folder of a sweep of a system. Give the DIR that `selflock sweep` wrote to."
+        ) from None
     rows = rows_in(folder)
     empty = {one.name: None for one in study.record}
-    found = [rows.get(digest(item)) or {**item["parameters"], **empty, "status": "missing", "reason": None} for item in study.items]
+    found = [
+        rows.get(digest(item)) or {**item["parameters"], **empty, "status": "missing", "reason": None} for item in study.items
+    ]
     return study, pd.DataFrame(found), about
 
 
@@ -90,14 +94,16 @@ def _sections(study: Study, table: pd.DataFrame, good: pd.DataFrame):
             plots = {"duty_cycle": plot, "chart": charts.chart(study, good)}
             yield Section(
                 "Energy of a duty cycle",
-                "One manoeuvre and then holding still. At and beyond the self-locking limit, tan φ = tan α, holding costs nothing; "
-                "every bit of friction more makes moving dearer.",
+                "One manoeuvre and then holding still. At and beyond the self-locking limit, tan φ = tan α, holding costs"
+                " nothing; every bit of friction more makes moving dearer.",
                 {name: plot for name, plot in plots.items() if plot is not None},
                 best,
             )
         if charts.role(study, "pareto"):
             plot, best = charts.front(study, good)
-            yield Section("Holding against moving", "Of the marked runs none is beaten by another in all three.", {"pareto": plot}, best)
+            yield Section(
+                "Holding against moving", "Of the marked runs none is beaten by another in all three.", {"pareto": plot}, best
+            )
         found, how = sensitivity(study, table)
         plots = {"sensitivity": charts.sensitivities(study, found)} if len(found) else {}
         yield Section("What depends on what", f"Share of each figure's variance. {how}", plots)
@@ -107,4 +113,6 @@ def _sections(study: Study, table: pd.DataFrame, good: pd.DataFrame):
     if causes:
         ordered = dict(causes.most_common())
         rows = pd.DataFrame({"cause": ordered.keys(), "runs": ordered.values()})
-        yield Section("Failed runs", "By cause; each run's own reason is in runs.parquet.", {"failures": charts.failures(ordered)}, rows)
+        yield Section(
+            "Failed runs", "By cause; each run's own reason is in runs.parquet.", {"failures": charts.failures(ordered)}, rows
+        )

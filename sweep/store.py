@@ -112,7 +112,9 @@ class Store:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             os.close(lock)
-            raise SweepError(f"Another sweep is writing to {self.folder} just now. Wait for it, or give another folder.") from None
+            raise SweepError(
+                f"Another sweep is writing to {self.folder} just now. Wait for it, or give another folder."
+            ) from None
         return lock
 
     def _write(self, file: Path, write) -> None:

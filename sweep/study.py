@@ -121,7 +121,9 @@ def _check_vary(name: str, table: Any) -> None:
         if way in table and not table[way]:
             raise SweepError(f"{where}: {way} is empty.")
     if "grid" in table and (set(table["grid"]) - {"spacing"} != {"from", "to", "count"} or table["grid"]["count"] < 1):
-        raise SweepError(f'{where}: write grid = {{ from = 0.0, to = 1.0, count = 11, spacing = "linear" }}; the count is at least 1.')
+        raise SweepError(
+            f'{where}: write grid = {{ from = 0.0, to = 1.0, count = 11, spacing = "linear" }}; the count is at least 1.'
+        )
     if "range" in table and not (len(table["range"]) == 2 and table["range"][0] < table["range"][1]):
         raise SweepError(f"{where}: range = {table['range']} is empty; write range = [low, high].")
 
@@ -197,7 +199,9 @@ def _check_names(record: list[Figure], parameters: pd.DataFrame, stop: float | N
         if unknown := one.names - known:
             raise SweepError(f"[record] {one.name}: {sorted(unknown)[0]} is no varied parameter and no figure above it.")
         if one.kind == "value" and one.columns:
-            raise SweepError(f"[record] {one.name}: a value cannot contain {sorted(one.columns)[0]}; take its final, max or mean first.")
+            raise SweepError(
+                f"[record] {one.name}: a value cannot contain {sorted(one.columns)[0]}; take its final, max or mean first."
+            )
         if stop is not None and one.begin > stop:
             raise SweepError(f"[record] {one.name}: its window begins at {one.begin} s, after the end of the run at {stop} s.")
         known.add(one.name)

@@ -76,7 +76,9 @@ def _one(function: Callable, context: Any, item: Any) -> Outcome:
         return Outcome(str(error), {}, {})
     except Exception as error:
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # no fault of the run
-            raise SweepError(f"The disk of worker {platform.node()} is full ({error}). Make room and give the same command again.") from error
+            raise SweepError(
+                f"The disk of worker {platform.node()} is full ({error}). Make room and give the same command again."
+            ) from error
         return Outcome(f"{type(error).__name__}: {error}", {}, {})
     figures, files = result if isinstance(result, tuple) else (result, {})
     return Outcome(None, {name: value.item() if hasattr(value, "item") else value for name, value in figures.items()}, files)

@@ -74,7 +74,10 @@ def interrupted(tmp_path, stop):
     out = tmp_path / "out"
     path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     running = subprocess.Popen(
-        [sys.executable, tmp_path / "go.py", marks, out], env={**os.environ, "PYTHONPATH": path}, stderr=subprocess.PIPE, text=True
+        [sys.executable, tmp_path / "go.py", marks, out],
+        env={**os.environ, "PYTHONPATH": path},
+        stderr=subprocess.PIPE,
+        text=True,
     )
     try:
         while len(list((out / "parts").glob("*.parquet"))) < 6:
@@ -187,7 +190,9 @@ def test_a_scheduler_that_dies_loses_no_finished_run(tmp_path):
             return {}
 
         with pytest.raises(SweepError, match="scheduler is gone"):
-            map_runs(jobs.note, list(range(20)), context=str(tmp_path), folder=tmp_path / "out", columns=kill_then, scheduler=address)
+            map_runs(
+                jobs.note, list(range(20)), context=str(tmp_path), folder=tmp_path / "out", columns=kill_then, scheduler=address
+            )
     finally:
         cluster.kill()
         cluster.communicate()

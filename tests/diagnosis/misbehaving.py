@@ -100,14 +100,15 @@ def _gear(s, motor_torque, q, qd, size, ratio, friction, inertia, stiffness, dam
 
 
 class Motor(Part):
-    """A winding; misbehaviour: a drop of voltage at the brushes, torque per ampere that falls with the current, heating."""
+    """A winding; misbehaviour: a drop of voltage at the brushes, torque per ampere that falls with the current,
+    heating, another resistance than the data sheet's."""
 
     inputs_ = ("voltage", "speed")
     outputs_ = ("current", "torque")
 
     def advance(self, voltage, speed, size):
         s = self.sheet
-        return _motor(self.state, voltage, speed, size, 0.299, 8.23e-5, 0.0302,
+        return _motor(self.state, voltage, speed, size, s.get("resistance", 0.299), 8.23e-5, 0.0302,
                       s.get("brush_drop", 0.0), s.get("half_current", 1e9), s.get("heating", 0.0), s.get("heating_time", 4.0))
 
 

@@ -1,0 +1,102 @@
+"""The study's manoeuvre with one drive of the robot misbehaving: down to the drive, the component and the cause.
+
+The robot is the system of master/study on belt tracks. The misbehaving component is a part of tests/diagnosis/misbehaving.py
+in the FMU's place; a sensor's error is put on its column. The recorder adds noise and rounds. The rig knows robot.toml.
+"""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import master
+from diagnosis import diagnose
+from master.system import Component
+
+ROBOT = Path(master.__file__).parent / "study" / "robot.toml"
+RECORDER = {  # column: noise, step of rounding
+    "controller.voltage": (0.015, 0.01), "motor.current": (0.15, 0.01), "reducer.input_angle": (1e-4, 1e-4),
+    "reducer.input_speed": (0.05, 0.0), "reducer.output_torque": (0.02, 0.005),
+}
+
+
+def record(folder, seed, parts=None, sensors=None):
+    """The log of one manoeuvre at 1 kHz. parts: {component: (class, sheet)}; sensors: {column: (bias, factor)}."""
+    system = master.load(ROBOT)
+    system.run.step = 2.5e-4
+    for name, (kind, sheet) in (parts or {}).items():
+        system.components[name] = Component(part=f"misbehaving:{kind}", options=sheet)
+    table = master.run(system, settings={"robot.track": "belt"}).table
+    for drive in ("front", "rear"):  # beside what it was computed from
+        table[f"{drive}_controller.voltage"] = table[f"{drive}_controller.voltage"].shift(-1)
+    table = table[::4][:-1]
+    rng = np.random.default_rng(seed)
+    log = {"time": table["time"]}
+    for drive in ("front", "rear"):
+        for channel in ("angle", "speed"):
+            log[f"{drive}_controller.{channel}_setpoint"] = table[f"setpoints.{drive}_{channel}"]
+        for channel, (noise, step) in RECORDER.items():
+            name = f"{drive}_{channel}"
+            bias, factor = (sensors or {}).get(name, (0.0, 1.0))
+            values = bias + factor * table[name].to_numpy() + noise * rng.standard_normal(len(table))
+            log[name] = step * np.round(values / step) if step else values
+    path = folder / f"log_{seed}.csv"
+    pd.DataFrame(log).to_csv(path, index=False, float_format="%.8g")
+    return path
+
+
+def rig(folder):
+    """The columns, and what robot.toml says of controllers, motors and gears."""
+    sheet = tomllib.loads(ROBOT.read_text())["components"]
+    channels = ("controller.angle_setpoint", "controller.speed_setpoint", *RECORDER)
+    columns = [f"{drive}_{channel}" for drive in ("front", "rear") for channel in channels]
+    lines = ["[rig]", 'name = "robot"', 'kind = "forward"', 'drives = ["front_", "rear_"]', "[columns]"]
+    lines += [f'"{column}" = "{column}"' for column in columns] + ["[parameters]"]
+    for drive in ("front", "rear"):
+        for part in ("controller", "motor", "reducer"):
+            lines += [f'"{drive}_{part}.{name}" = {float(value)!r}' for name, value in sheet[f"{drive}_{part}"]["start"].items()]
+    path = folder / "rig.toml"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+HIDDEN = {  # cause: (seed, who is to blame, parts, sensors)
+    "rear_reducer viscous": (11, "rear_reducer", {"rear_reducer": ("Gear", {"viscous": 5e-4})}, {}),
+    "front_motor torque_constant": (14, "front_motor", {"front_motor": ("Motor", {"half_current": 50.0})}, {}),
+    "sensor scale (front_motor.current)": (13, "sensor front_motor.current", {}, {"front_motor.current": (0.0, 1.1)}),
+}
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+
+
+@pytest.mark.parametrize("cause", HIDDEN)
+def test_the_drive_the_component_and_the_cause_are_named(tmp_path, cause):
+    seed, blamed, parts, sensors = HIDDEN[cause]
+    result = diagnose(rig(tmp_path), [record(tmp_path, seed, parts, sensors)], out=None, seed=1)
+    assert result.causes and result.causes[0].label == cause, result.summary()  # others may follow: nature's formula is not ours
+    assert result.gain.after < 0.5 * result.gain.before
+    assert result.blame[0]["component"] == blamed
+
+
+def test_nothing_is_missing_in_a_sound_robot(tmp_path):
+    result = diagnose(rig(tmp_path), [record(tmp_path, 10)], out=None, seed=1)
+    assert result.verdict == "none", result.summary()
+
+
+def test_in_a_table_of_a_run_the_command_stands_beside_what_it_was_computed_from(tmp_path):
+    from diagnosis.log import read
+    from diagnosis.rig import load
+
+    time = np.arange(100) * 0.001
+    command = np.concatenate([[0.0], np.cos(time[:-1])])  # of the row before
+    table = pd.DataFrame({"time": time, "rear_controller.voltage": command, "rear_motor.current": time})
+    table.to_csv(tmp_path / "run.csv", index=False)
+    (tmp_path / "rig.toml").write_text('[rig]\nkind = "forward"\nnamed = true\ndrives = ["rear_"]\n')
+    (run,) = read(tmp_path / "run.csv", load(tmp_path / "rig.toml"))
+    assert np.allclose(run.signals["rear_controller.voltage"][:-1], np.cos(time[:-1]))
+    assert np.allclose(run.signals["rear_motor.current"], time)

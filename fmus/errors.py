@@ -5,7 +5,8 @@
     ├── DescriptionError      a system description is wrong           (master.errors)
     ├── PartFailed            a coupled part failed while it ran      (master.errors)
     ├── ResultError           a result file cannot be read or written (master.errors)
-    └── DataError             a rig or a log cannot be used           (diagnosis.errors)
+    ├── DataError             a rig or a log cannot be used           (diagnosis.errors)
+    └── SweepError            a sweep cannot be run or gone on with   (sweep.errors)
 
 The command line prints the message of a SelflockError alone, without a traceback, and exits with 2.
 """

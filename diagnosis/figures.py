@@ -105,7 +105,7 @@ def where(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray,
             count = np.maximum(np.bincount(place, minlength=len(edges) - 1), 1)
             axis.plot(0.5 * (edges[1:] + edges[:-1]), np.sqrt(np.bincount(place, e**2, len(edges) - 1) / count), "-", color=color, lw=1.4)
         axis.axhline(noise, color="gray", ls=":", lw=1.0)
-        axis.set_xlabel(label)
+        axis.set_xlabel(axis_label(bench, label))
     for axis in axes.flat[len(wanted):]:
         axis.set_visible(False)
     for row in axes:
@@ -136,6 +136,18 @@ SHOWN = {"stribeck": "speed", "viscous": "speed", "asymmetric": "speed", "load_d
          "cogging": "position", "warm_up": "time", "wear": "time", "winding_heating": "time", "torque_constant": "current", "brush_drop": "current",
          "supply_sag": "current", "mass": "output position", "centre_of_mass": "output position", "tilt": "output position", "inertia": "acceleration",
          "compliance": "load", "backlash": "load"}
+
+
+UNITS = {"speed": "rad/s", "load": "N·m", "acceleration": "rad/s²", "position": "rad", "output position": "rad", "current": "A",
+         "temperature": "°C", "supply voltage": "V", "set-point change": "rad/s", "time": "s"}
+LINEAR = {"rad/s": "m/s", "N·m": "N", "rad/s²": "m/s²", "rad": "m"}
+
+
+def axis_label(bench: Bench, label: str) -> str:
+    """The name of a variable with its unit; a channel of the log's own is in what the rig makes of it."""
+    unit = UNITS.get(label, "")
+    unit = LINEAR.get(unit, unit) if bench.rig.linear else unit
+    return f"{label} in {unit}" if unit else label
 
 
 def missing(bench: Bench, cut: Cut, before: dict, after: dict, contest_: Contest, outcome: Outcome, path: Path, rng: np.random.Generator) -> Path | None:
@@ -174,9 +186,9 @@ def missing(bench: Bench, cut: Cut, before: dict, after: dict, contest_: Contest
         axis.fill_between(middle, *np.quantile(curves, [0.025, 0.975], axis=0), color=BAND, label="95 % band")
     axis.plot(middle, added(after), color=AFTER, lw=1.6, label=" and ".join(c.hypothesis.label for c in outcome.causes))
     axis.axhline(0.0, color=BEFORE, lw=1.0)
-    axis.set_xlabel(label)
-    axis.set_ylabel(f"{quantity(cut)}, {cut.unit}")
-    axis.legend(fontsize=9)
+    axis.set_xlabel(axis_label(bench, label))
+    axis.set_ylabel(f"{quantity(cut)} in {cut.unit}")
+    axis.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=3, fontsize=8.5, frameon=False)
     return save(figure, path)
 
 

@@ -91,7 +91,8 @@ def where(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray,
     """Size of the error against what it may depend on, before and after, beside the noise floor."""
     old, trusted = samples(bench, cut, before, blocks)
     new, _ = samples(bench, cut, after, blocks)
-    wanted = [(label, parts) for label, parts in variables(bench, cut, after).items() if label not in {"direction"}][:8]
+    varies = lambda parts: np.ptp(np.concatenate(parts)) > 0.0
+    wanted = [(label, parts) for label, parts in variables(bench, cut, after).items() if label != "direction" and varies(parts)][:8]
     rows = int(np.ceil(len(wanted) / 4))
     figure, axes = plt.subplots(rows, 4, figsize=(11, 2.6 * rows), squeeze=False, sharey=True)
     for axis, (label, parts) in zip(axes.flat, wanted):

@@ -12,6 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import dask
 import psutil
 from distributed import Client, LocalCluster
 
@@ -20,7 +21,7 @@ from sweep import engine, map_runs
 from sweep.runs import Bench, run_one
 from sweep.study import from_dict
 
-RUNS = 12
+RUNS = 40
 SLOTS = 1000
 
 
@@ -58,6 +59,7 @@ def speed_up() -> None:
     for workers in (1, 2):
         with (
             tempfile.TemporaryDirectory() as folder,
+            dask.config.set({"distributed.worker.profile.enabled": False}),  # as the engine's own cluster
             LocalCluster(
                 n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
             ) as cluster,

@@ -83,7 +83,10 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
 def _local(workers: int, folder: Path) -> Iterator[str]:
     # No failure is allowed here: whether a run is tried again is decided in engine.py, which knows who was to blame.
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        dask.config.set({
+            "distributed.scheduler.allowed-failures": 0,
+            "distributed.worker.profile.enabled": False,  # its look at the stack every 10 ms costs a run 3 %
+        }),
         LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
             local_directory=str(folder), silence_logs=logging.CRITICAL,

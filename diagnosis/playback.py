@@ -10,7 +10,6 @@ import pandas as pd
 from master.face import Variable
 
 from .bench import Bench, _both, _voltage, gear_inputs
-from .rig import split
 
 
 class Playback:

@@ -15,7 +15,7 @@ from typing import Callable
 import numpy as np
 
 from .bench import Bench
-from .fit import Fit, fit, held_out, jacobian, rho, weight
+from .fit import Fit, fit, held_out, rho
 from .hypotheses import ON_REQUEST, Free, Hypothesis, uncertain, vocabulary
 from .screen import Direction, Linear, directions
 

@@ -46,7 +46,7 @@ class FmuPart:
         self.can_roll_back = slave.canGetAndSetFMUstate
         self._known = {v.name: v for v in described.modelVariables}
         self.variables = _variables(described)
-        self.units = {u.name: _si(u.baseUnit) for u in described.unitDefinitions if u.baseUnit is not None}
+        self.units = units_of(described)
         self.u = self.y = np.zeros(0)
         self._writes, self._reads, self._inputs = [], [], ()
         self._time, self._size, self._free = c_double(0.0), c_double(0.0), c_int(1)
@@ -312,6 +312,11 @@ class _Block:
 
 def _kind(variable: ModelVariable) -> str:
     return "Integer" if variable.type == "Enumeration" else variable.type
+
+
+def units_of(described) -> dict[str, tuple]:
+    """What an FMU says of its units, as master.units takes it: by name exponents, factor and offset to SI."""
+    return {u.name: _si(u.baseUnit) for u in described.unitDefinitions if u.baseUnit is not None}
 
 
 def _si(unit) -> tuple[dict[str, int], float, float]:

@@ -68,7 +68,7 @@ def figure(name: str, table: Any) -> Figure:
     if not isinstance(table, Mapping):
         raise SweepError(f'{where}: write {name} = {{ max = "abs(component.variable)" }}; instead of max: {", ".join(KINDS)}.')
     kinds = [key for key in table if key in KINDS]
-    if len(kinds) != 1 or (strange := set(table) - {*kinds, "from", "to", "unit"}):
+    if len(kinds) != 1 or set(table) - {*kinds, "from", "to", "unit"}:
         raise SweepError(
             f"{where}: one of {', '.join(KINDS)} is wanted, beside from, to and unit; there is {', '.join(table) or 'nothing'}."
         )

@@ -19,7 +19,7 @@ import fmpy
 from lxml import etree
 
 from master.errors import DescriptionError
-from master.fmu import _si
+from master.fmu import units_of
 from master.ssp.archive import ANNOTATION, inside, parse, tag, unpack
 from master.ssp.flat import Affine, Flat, Link, Port, Unit
 
@@ -114,7 +114,7 @@ class _Reader:
         step = description.defaultExperiment.stepSize if description.defaultExperiment else None
         if step:
             self.flat.smallest_step = min(float(step), self.flat.smallest_step or float(step))
-        own = {u.name: _si(u.baseUnit) for u in description.unitDefinitions if u.baseUnit is not None}
+        own = units_of(description)
         for variable in description.modelVariables:
             unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
             self.units[path, variable.name] = Unit(unit, own) if unit else None

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bench import Bench, Cut, _both, _delivered
+from .bench import Bench
+from .cuts import Cut
+from .drive import both as _both, delivered as _delivered
 from .rig import split
 from .select import noise
 from .signals import SIGNALS

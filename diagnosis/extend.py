@@ -16,7 +16,8 @@ from fmpy.fmi2 import FMU2Slave
 
 from fmus.build import build
 
-from .bench import Bench, Cut
+from .bench import Bench
+from .cuts import Cut
 from .gain import rms, samples
 from .hypotheses import COMPONENTS, Hypothesis
 from .laws import LAWS

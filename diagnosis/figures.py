@@ -7,7 +7,8 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from .bench import Bench, Cut
+from .bench import Bench
+from .cuts import Cut
 from .depends import variables
 from .gain import samples
 from .select import Contest, Outcome

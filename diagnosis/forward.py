@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from .bench import Bench, _both, _law, _voltage
+from . import drive
+from .compare import Compared
 from .log import VALID
 from .prepare import Channels
+
+if TYPE_CHECKING:
+    from .bench import Bench
 
 ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
 SOFTEST = 0.3
@@ -15,19 +21,22 @@ SOFTEST = 0.3
 MOST_PARTS = 4
 
 
-def can(bench: Bench, prefix: str) -> bool:
-    """Whether the log says what drives the whole: set-points or a voltage, and a motion to compare with."""
-    ch = bench.channels[0, prefix]
-    driven = ch.has("controller.angle_setpoint") or ch.has("motor.voltage") or ch.has("motor.duty", "motor.supply_voltage") or ch.has("controller.voltage")
-    return not bench.steady and bench.rig.kind == "forward" and driven and any(ch.has(n) for n in ("load.angle", "load.speed", "reducer.input_angle", "reducer.input_speed"))
+SHOWN = {"load.angle": "angle", "reducer.input_angle": "input_angle", "load.speed": "speed", "reducer.input_speed": "input_speed"}
+"""Signals that the whole is compared by, the first that a log has, and their rows."""
+
+
+def motion(bench: Bench, prefix: str, shown: str, closed: bool, values: dict, ch: Channels) -> Compared:
+    """The motion of the whole drive against the measured one."""
+    simulated = simulate(bench, prefix, values, ch, closed)[SHOWN[shown]]
+    return drive.read(shown, simulated, values, ch), ch.raw(shown), ch.good(shown)
 
 
 def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
     """All signals of the drive over one run; it starts as measured."""
-    first, second = _both(bench, prefix, values, ch)
+    first, second = drive.both(bench, prefix, values, ch)
     n = len(ch.dt)
     values = {**values, **bench.rig.of_log(ch.run.log)}
-    laws = [_law(bench, prefix, part, values) for part in ("controller", "motor", "reducer", "load")]
+    laws = [drive.law(bench, prefix, part, values) for part in ("controller", "motor", "reducer", "load")]
     reducer, load = laws[2], laws[3]
     stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
     laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
@@ -37,7 +46,7 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
         supply = ch.true("motor.supply_voltage", values)
         voltage = ch.true("motor.duty", values) * supply
     elif not closed:
-        voltage = _voltage("motor.voltage" if ch.has("motor.voltage") else "controller.voltage", values, ch)[0]
+        voltage = drive.voltage("motor.voltage" if ch.has("motor.voltage") else "controller.voltage", values, ch)[0]
     wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
     rate = ch.raw("controller.speed_setpoint") if ch.has("controller.speed_setpoint") else np.gradient(wanted, np.cumsum(ch.dt))
     powered = ch.run.signals.get(VALID, np.ones(n))

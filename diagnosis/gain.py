@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .bench import Bench, Cut, _both, _delivered
+from . import drive
+from .bench import Bench
+from .cuts import Cut
 
 DRAWS = 400
 
@@ -86,11 +88,11 @@ def _regimes(bench, cut, values, old, new, trusted) -> list[dict]:
     for i in range(len(bench.runs)):
         ch = bench.channels[i, cut.prefix]
         try:
-            first, second = _both(bench, cut.prefix, values, ch)
+            first, second = drive.both(bench, cut.prefix, values, ch)
         except AttributeError:  # no motion in this log
             return []
         speeds.append(first.speed)
-        loads.append(_delivered(bench, cut.prefix, values, ch, second) * np.sign(first.speed))
+        loads.append(drive.delivered(bench, cut.prefix, values, ch, second) * np.sign(first.speed))
     known = abs(np.concatenate([s[t] for s, t in zip(speeds, trusted)]))
     if not len(known):
         return []

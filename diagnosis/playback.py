@@ -9,7 +9,9 @@ import pandas as pd
 
 from master.face import Variable
 
-from .bench import Bench, _both, _voltage, gear_inputs
+from . import drive
+from .bench import Bench
+from .compare import gear_inputs
 
 
 class Playback:
@@ -90,7 +92,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
     for prefix in bench.rig.drives:
         ch = bench.channels[i, prefix]
         name = lambda part: prefix + part
-        first, second = _both(bench, prefix, values, ch)
+        first, second = drive.both(bench, prefix, values, ch)
 
         def component(part: str, more: str = "") -> None:
             components.append(f'[components.{name(part)}]\nfmu = "{fmus[name(part)].name}"\n' + (f"[components.{name(part)}.start]\n{more}\n" if more else ""))
@@ -120,7 +122,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
                             f'"{name("controller")}.output_torque" = "{name("reducer")}.output_torque"',
                             f'"{name("motor")}.voltage" = "{name("controller")}.voltage"']
         elif electric:
-            play("voltage", _voltage(electric, values, ch)[0], f"{name('motor')}.voltage")
+            play("voltage", drive.voltage(electric, values, ch)[0], f"{name('motor')}.voltage")
         component("motor")
         component("reducer", f"kinematic = false\ninitial_speed = {float(first.speed[0])!r}")
         component("load", f"start_angle = {float(second.angle[0])!r}\nstart_speed = {float(second.speed[0])!r}")

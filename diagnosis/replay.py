@@ -16,8 +16,9 @@ import pandas as pd
 from fmus.build import build
 
 from . import figures
-from .bench import Bench, Cut
+from .bench import Bench
 from .check import check
+from .cuts import Cut
 from .errors import DataError
 from .extend import with_fmus, starts
 from .gain import floor, rms

@@ -9,8 +9,9 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, select_autoescape
 
 from . import figures
-from .bench import Bench, Cut
+from .bench import Bench
 from .check import Fault
+from .cuts import Cut
 from .result import Diagnosis
 from .select import Contest, Outcome
 

@@ -16,10 +16,12 @@ import numpy as np
 
 from . import blocks as division
 from . import figures
-from .bench import Bench, Cut
+from .bench import Bench
 from .check import check
+from .cuts import Cut
 from .depends import depends
 from .errors import DataError
+from .layout import Layout
 from .gain import blame, floor, measure, rms
 from .log import Run, read
 from .ours import as_drive
@@ -58,7 +60,7 @@ class SystemBench(Bench):
         logged = {name for name in runs[0].signals if name in parts.variables}
         self.cuts = [self._cut(name, group) for name, group in _groups(rig, parts, logged, whole).items()]
         self._play()
-        self._layout()
+        Layout.__init__(self, runs, self.steady)
 
     def _cut(self, name: str, group: Group) -> Cut:
         def compute(values, silent):

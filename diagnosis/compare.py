@@ -1,0 +1,135 @@
+"""What each cut compares: simulated, measured and trusted samples of one run, from measured inputs and given values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import drive
+from .prepare import Channels, Motion, motion, smooth
+
+if TYPE_CHECKING:
+    from .bench import Bench
+
+Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channels) -> Compared:
+    """The controller acts on what its sensors say, right or wrong."""
+    first, second = drive.both(bench, prefix, values, ch)
+    n = len(ch.dt)
+    angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
+    speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
+    wanted = ch.true("controller.angle_setpoint", values)
+    rate = ch.true("controller.speed_setpoint", values) if ch.has("controller.speed_setpoint") else np.gradient(wanted, np.cumsum(ch.dt))
+    out = np.empty(n)
+    motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
+    delivered = drive.delivered(bench, prefix, values, ch, second)
+    bench.kernels.controller(drive.law(bench, prefix, "controller", values), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out)
+    return drive.read(command, out, values, ch), ch.raw(command), ch.good(command)
+
+
+def motor(bench: Bench, prefix: str, electric: str, values: dict, ch: Channels) -> Compared:
+    """The current that the measured voltage and speed make."""
+    first, _ = drive.both(bench, prefix, values, ch)
+    voltage, good = drive.voltage(electric, values, ch)
+    current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
+    bench.kernels.motor(drive.law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, current, torque)
+    return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), good & ch.good("motor.current")
+
+
+def gear_inputs(bench: Bench, prefix: str, values: dict, ch: Channels) -> tuple[tuple[np.ndarray, ...], Motion]:
+    """What Reducer.fmu is given in kinematic mode, for each step, and the motion of its input shaft.
+
+    The output angle is put where the shaft's spring, behind its play, carries the output torque.
+    """
+    first, second = drive.both(bench, prefix, values, ch)
+    law = drive.law(bench, prefix, "reducer", values)
+    delivered = drive.delivered(bench, prefix, values, ch, second)
+    windup = delivered * (1.0 / law.shaft_stiffness + law.compliance) + 0.5 * law.backlash * np.sign(delivered)
+    before = first.angle - first.speed * ch.dt
+    return (before, first.speed, before / law.gear_ratio - windup, first.speed / law.gear_ratio), first
+
+
+def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch: Channels) -> Compared:
+    """The balance at the motor's shaft: what the gear and the shaft's inertia take against what the motor gives.
+
+    The measured acceleration is that of a smoothed motion, so the rest of the balance is smoothed in the same way.
+    """
+    inputs, first = gear_inputs(bench, prefix, values, ch)
+    law = drive.law(bench, prefix, "reducer", values)
+    take = ch.take
+    dt = ch.dt if take is None else np.diff(np.concatenate([[0.0], np.cumsum(ch.dt)[take]]))
+    pick = (lambda x: x) if take is None else (lambda x: x[take])
+    bare = np.empty(len(dt))
+    bench.kernels.gear(law, *(pick(x) for x in inputs), dt, bare)
+    good = first.sliding.copy()
+    if torque == "reducer.input_torque":
+        return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), pick(good & ch.good(torque))
+    if torque == "motor.torque":
+        given, good = ch.raw(torque), good & ch.good(torque)
+    elif torque == "motor.current":
+        given, good = np.empty(len(ch.dt)), good & ch.good(torque)
+        bench.kernels.shaft_torque(drive.law(bench, prefix, "motor", values), ch.true(torque, values), first.speed, first.angle, ch.dt, given)
+    else:
+        given = np.empty(len(ch.dt))
+        voltage, fine = drive.voltage(electric, values, ch)
+        good &= fine
+        bench.kernels.motor(drive.law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given)
+    given, good, inertial = pick(given), pick(good), law.shaft_inertia * pick(first.acceleration)
+    if torque == "motor.torque":
+        bare = drive.read(torque, bare + inertial, values, ch) - inertial
+    if bench.steady:
+        return bare, given, good
+    samples = 0 if bench.choosing else min(bench.smoothing[prefix], len(bare) - 1 | 1)
+    smoothed = smooth(given - bare, samples)
+    if take is not None:  # not across the gaps between stretches
+        edge = np.flatnonzero(np.diff(take) > 1)
+        for shift in range(-(samples // 2), samples // 2 + 1):
+            good[np.clip(edge + shift + (shift <= 0), 0, len(good) - 1)] = False
+    return bare + inertial, bare + smoothed, good
+
+
+def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
+    """The torque that the load takes for its measured motion."""
+    second = drive.shaft(bench, prefix, "load.", values, ch)
+    out = np.empty(len(ch.dt))
+    bench.kernels.load_torque(drive.law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
+    name = "reducer.output_torque"
+    return drive.read(name, out, values, ch), ch.raw(name), ch.good(name) & ch.good("load.angle" if ch.has("load.angle") else "load.speed")
+
+
+def redundant(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Compared:
+    """A measured speed against the derivative of the measured angle of the same shaft, smoothed alike."""
+    samples = bench.smoothing[prefix]
+    slope = motion(ch.true(side + "angle", values), None, ch.dt, samples).speed
+    name = side + "speed"
+    good = ch.good(name) & ch.good(side + "angle")
+    good[:samples] = good[-samples:] = False  # the average has no neighbours there
+    return drive.read(name, slope, values, ch), smooth(ch.raw(name), samples), good
+
+
+def twist(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
+    """The angle of the load behind the gear's spring and play."""
+    _, second = drive.both(bench, prefix, values, ch)
+    out = np.empty(len(ch.dt))
+    angle = ch.true("reducer.input_angle", values)
+    bench.kernels.twist(drive.law(bench, prefix, "reducer", values), angle, drive.delivered(bench, prefix, values, ch, second), out)
+    out -= np.median(out - ch.raw("load.angle"))  # where the encoders' zeros lie is nobody's fault
+    good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(bench, prefix, ch)
+    return drive.read("load.angle", out, values, ch), ch.raw("load.angle"), good
+
+
+def _pressed(bench: Bench, prefix: str, ch: Channels) -> np.ndarray:
+    """Where the nominal output torque is far enough from zero to press one flank for sure, and has been for a while."""
+    memory = ch.__dict__.setdefault("_motions", {})
+    key = ("pressed", bench.smoothing[prefix])
+    if key not in memory:
+        torque = drive.delivered(bench, prefix, {}, ch, drive.both(bench, prefix, {}, ch)[1])
+        side = np.sign(torque) * (abs(torque) > 0.1 * np.quantile(abs(torque), 0.9))
+        steady = side != 0.0
+        for shift in range(1, 2 * bench.smoothing[prefix]):
+            steady[shift:] &= side[shift:] == side[:-shift]
+        memory[key] = steady
+    return memory[key]

@@ -1,0 +1,106 @@
+"""Which comparisons a log allows: cuts of the drive, so that each component runs on measured inputs.
+
+A cut is a comparison of one measured channel with what some of the components compute from other measured channels:
+
+    controller   set-points and measured angles     -> voltage
+    motor        measured voltage and speed         -> current (or torque)
+    gear         measured motion (and load)         -> torque at the motor's shaft
+    load         measured motion of the load        -> output torque
+    twist        measured angle of the input shaft  -> angle of the load
+    input        measured angle of the input shaft  -> its speed: sensors alone
+    output       measured angle of the load         -> its speed: sensors alone
+    drive        set-points or voltage              -> motion: the whole at once, where the rig asks for it (simulate)
+
+A cut whose residual is noise proves its components; a cut that is off has the fault among its components.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Callable
+
+from . import compare, forward
+from .compare import Compared
+from .prepare import Channels
+from .signals import unit
+
+if TYPE_CHECKING:
+    from .bench import Bench
+
+
+@dataclass
+class Cut:
+    """One comparison: `compute(values)` gives simulated, measured and trusted, one array per run."""
+
+    name: str  # drive prefix + controller | motor | gear | load | twist
+    components: tuple[str, ...]
+    reads: tuple[str, ...]
+    output: str  # channel
+    unit: str
+    compute: Callable[[dict, Channels], Compared]
+    prefix: str = ""  # of the drive
+    noise: float = 1.0  # of a bin's average
+
+    def uses(self, name: str) -> bool:
+        """Whether a parameter's value matters to this cut: one of its components', or a sensor's of its channels."""
+        owner = name.rpartition(".")[0]
+        if name.startswith("sensor."):
+            return owner.removeprefix("sensor.") in (*self.reads, self.output)
+        return owner in self.components or name == self.prefix + "reducer.gear_ratio" or owner == self.prefix + "load"
+
+
+MOVES = ("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed")
+
+
+def cuts(bench: Bench, prefix: str) -> list[Cut]:
+    """The comparisons of one drive."""
+    probe = bench.channels[0, prefix]
+    has, linear = probe.has, bench.rig.linear
+    name = {part: prefix + part for part in ("controller", "motor", "reducer", "load")}
+    found: list[Cut] = []
+
+    def add(kind, components, reads, output, compute):
+        measure = unit("motor.torque" if kind == "gear" else output, linear)
+        reads = tuple(prefix + r for r in reads if has(r))
+        found.append(Cut(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix))
+
+    electric = "motor.voltage" if has("motor.voltage") else "motor.duty" if has("motor.duty", "motor.supply_voltage") else \
+        "controller.voltage" if has("controller.voltage") else ""
+    moves = [m for m in MOVES if has(m)]
+    if bench.rig.kind == "forward" and bench.rig.simulate and electric and moves:
+        closed = bench.rig.simulate == "closed"
+        shown = next(m for m in forward.SHOWN if has(m))
+        read = ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage") if closed else \
+            ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")
+        add("drive", [*(["controller"] if closed else []), "motor", "reducer", "load"], read, shown,
+            lambda v, ch: forward.motion(bench, prefix, shown, closed, v, ch))
+        return found
+
+    volts = ("motor.duty", "motor.supply_voltage") if electric == "motor.duty" else (electric,) if electric else ()
+    command = "controller.voltage" if has("controller.voltage") else "motor.voltage" if has("motor.voltage") else ""
+    if command and has("controller.angle_setpoint") and moves and not bench.steady:
+        add("controller", ["controller"], ("controller.angle_setpoint", "controller.speed_setpoint", *moves), command,
+            lambda v, ch: compare.controller(bench, prefix, command, v, ch))
+    if electric and moves and has("motor.current"):
+        add("motor", ["motor"], (*volts, *moves), "motor.current",
+            lambda v, ch: compare.motor(bench, prefix, electric, v, ch))
+    torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
+    delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
+    if torque and moves:
+        who = ["reducer"] if delivered else ["reducer", "load"]
+        if torque not in ("motor.torque", "reducer.input_torque"):
+            who = ["motor", *who]
+        add("gear", who, (*moves, *(volts if torque == electric else ()), *delivered), torque,
+            lambda v, ch: compare.gear(bench, prefix, torque, electric, v, ch))
+    described = {key.rpartition(".")[0] for key in bench.rig.parameters}
+    if delivered and (has("load.angle") or has("load.speed")) and name["load"] in described:
+        add("load", ["load"], ("load.angle", "load.speed"), "reducer.output_torque",
+            lambda v, ch: compare.load(bench, prefix, v, ch))
+    for side, kind in (("reducer.input_", "input"), ("load.", "output")):
+        if has(side + "angle", side + "speed") and not bench.steady:
+            add(kind, [], (side + "angle",), side + "speed",
+                lambda v, ch, side=side: compare.redundant(bench, prefix, side, v, ch))
+    if has("reducer.input_angle", "load.angle") and not bench.steady:
+        add("twist", ["reducer", *([] if delivered else ["load"])], ("reducer.input_angle",), "load.angle",
+            lambda v, ch: compare.twist(bench, prefix, v, ch))
+    return found

@@ -1,0 +1,88 @@
+"""What a log says of a drive: the motions of its shafts, its voltage, its output torque, and what a sensor makes of a value."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .kernels import kernels
+from .laws import parameters
+from .prepare import Channels, Motion, motion
+
+if TYPE_CHECKING:
+    from .bench import Bench
+
+
+def law(bench: Bench, prefix: str, component: str, values: dict):
+    return parameters(component, prefix + component, {**bench.rig.parameters, **values})
+
+
+def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Motion | None:
+    """The measured motion of one shaft, if it is measured; remembered while no sensor is in question."""
+    angle, speed = f"{side}angle", f"{side}speed"
+    if not (ch.has(angle) or ch.has(speed)):
+        return None
+    doubted = any(key.startswith((f"sensor.{prefix}{angle}", f"sensor.{prefix}{speed}")) for key in values)
+    memory = ch.__dict__.setdefault("_motions", {})
+    key = (side, bench.smoothing[prefix])
+    if key in memory and not doubted:
+        return memory[key]
+    found = _steady(ch, angle, speed, values) if bench.steady else motion(
+        ch.true(angle, values) if ch.has(angle) else None, ch.true(speed, values) if ch.has(speed) else None, ch.dt, bench.smoothing[prefix])
+    for name in (angle, speed):
+        if ch.has(name):
+            found.sliding &= ch.good(name)
+    if not doubted:
+        memory[key] = found
+    return found
+
+
+def _steady(ch: Channels, angle: str, speed: str, values: dict) -> Motion:
+    n = len(ch.dt)
+    pace = ch.true(speed, values) if ch.has(speed) else np.zeros(n)
+    place = ch.true(angle, values) if ch.has(angle) else np.zeros(n)
+    return Motion(place, pace, np.zeros(n), pace != 0.0, 0.0)
+
+
+def both(bench: Bench, prefix: str, values: dict, ch: Channels) -> tuple[Motion, Motion]:
+    """Motions of the input shaft and of the load; one that is not measured follows the other in the gear's ratio."""
+    ratio = bench.value(f"{prefix}reducer.gear_ratio", values)
+    first, second = shaft(bench, prefix, "reducer.input_", values, ch), shaft(bench, prefix, "load.", values, ch)
+    if first is None:
+        first = Motion(second.angle * ratio, second.speed * ratio, second.acceleration * ratio, second.sliding, second.noise * ratio)
+    if second is None:
+        second = Motion(first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio)
+    return first, second
+
+
+def voltage(electric: str, values: dict, ch: Channels) -> tuple[np.ndarray, np.ndarray]:
+    if electric == "motor.duty":
+        good = ch.good("motor.duty") & ch.good("motor.supply_voltage")
+        return ch.true("motor.duty", values) * ch.true("motor.supply_voltage", values), good
+    return ch.true(electric, values), ch.good(electric)
+
+
+def delivered(bench: Bench, prefix: str, values: dict, ch: Channels, second: Motion) -> np.ndarray:
+    """Output torque: measured, or what the load takes for its motion."""
+    if ch.has("reducer.output_torque"):
+        return ch.true("reducer.output_torque", values)
+    out = np.empty(len(ch.dt))
+    bench.kernels.load_torque(law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
+    return out
+
+
+def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
+    """What the sensor of a compared channel makes of the simulated value."""
+    bias, factor, lag, step = (ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution"))
+    if factor is not None:
+        x = x * factor
+    if bias is not None:
+        x = x + bias
+    if lag:
+        y = np.empty_like(x)
+        kernels().lag(x, ch.dt, lag, y)
+        x = y
+    if step:
+        x = step * np.floor(x / step + 0.5)
+    return x

@@ -1,0 +1,56 @@
+"""Where the samples of each run go: blocks, which a fit sees or does not see, and bins, whose averages are compared."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .log import Run
+
+BLOCKS = 36
+"""Blocks that all runs together are cut into, about."""
+
+BINS = 250
+"""Averages kept of each block: what is left of noise then is small, and fits are fast."""
+
+
+class Layout:
+    """Runs cut into blocks of about equal length, blocks into bins; steady-state points are a block each."""
+
+    def __init__(self, runs: list[Run], steady: bool):
+        total = sum(len(run) for run in runs)
+        if steady:
+            length, per_bin = 1, 1
+        else:
+            length = max(20, min(int(np.ceil(total / BLOCKS)), max(len(run) for run in runs)))
+            per_bin = max(1, int(np.ceil(length / BINS)))
+        self.block_samples, self.per_bin = length, per_bin
+        self.bins = int(np.ceil(length / per_bin))
+        self.block_run: list[int] = []
+        self.place: list[np.ndarray] = []  # of each run: index of the bin of each sample
+        self.block_of: list[np.ndarray] = []
+        for i, run in enumerate(runs):
+            n = len(run)
+            if steady:
+                count, block = n, np.arange(n)
+            else:
+                count = max(1, int(round(n / length)))
+                block = np.minimum(np.arange(n) // int(np.ceil(n / count)), count - 1)
+                length = max(length, int(np.bincount(block).max()))
+            self.block_of.append(block)
+            self.block_run += [i] * count
+        self.bins = int(np.ceil(length / per_bin))
+        first = 0
+        for block in self.block_of:
+            starts = np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1])
+            inside = np.arange(len(block)) - starts[block - block[0]]
+            self.place.append((first + block) * self.bins + inside // per_bin)
+            first += block[-1] + 1
+        self.blocks = len(self.block_run)
+        self.block_run = np.array(self.block_run)
+
+    def bin(self, i: int, samples: np.ndarray, good: np.ndarray, take: np.ndarray | None = None
+            ) -> tuple[np.ndarray, np.ndarray]:
+        """Sums and counts of run i's good samples in all bins; `take`: which samples these are, where not all."""
+        place = (self.place[i] if take is None or len(samples) == len(self.place[i]) else self.place[i][take])[good]
+        size = self.blocks * self.bins
+        return np.bincount(place, samples[good], size), np.bincount(place, minlength=size)

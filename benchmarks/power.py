@@ -1,10 +1,12 @@
 """The power study of the diagnosis: what is hidden in the plant, how often it is found, how often something is found in nothing.
 
-    python -m benchmarks.power [--seeds 30] [--none 200] [--pairs 30] [--workers 2] [--only reducer.stribeck ...]
+    python -m benchmarks.power [--seeds 30] [--none 200] [--pairs 60] [--workers 2] [--only reducer.stribeck ...]
+    python -m benchmarks.power --anew          forget the rows of other sources and begin again
     python -m benchmarks.power --draw          only draw and write the document from the rows at hand
 
-Every case is a row of out/power.jsonl; a case that has its row is not run again, so an interrupted study goes on
-where it stopped. The end is docs/power.md with its figures. Seeds are the numbers of the cases: a row can be repeated.
+Every case is a row in the folder out/power; a case that has its row is not run again, so an interrupted study goes on
+where it stopped, and may grow. A folder holds rows of one state of the sources: another state is refused. The end is
+docs/power.md with its figures. Seeds are the numbers of the cases: a row can be repeated.
 """
 
 from __future__ import annotations
@@ -12,22 +14,27 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # each worker is busy enough
+for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # each worker, which inherits them, is busy enough
+    os.environ.setdefault(threads, "1")
 
 import numpy as np
 
+from sweep import SweepError, map_runs
+from sweep.store import rows_in
+from sweep.work import fingerprint
 from tests.diagnosis.plant import bench, score
 from tests.diagnosis.plant.causes import DRAWS, OUTSIDE, VOCABULARY
 
 ROOT = Path(__file__).parents[1]
-ROWS = ROOT / "out" / "power.jsonl"
+ROWS = ROOT / "out" / "power"
 DOCS = ROOT / "docs"
 STRENGTHS = (1.2, 12.0)  # error without the cause's model over the error with it, drawn evenly in its logarithm
+SOURCES = ("diagnosis", "fmus", "tests.diagnosis.plant")  # what decides a row
 
 
 def cases(seeds: int, none: int, pairs: int, only: list[str]) -> list[tuple[tuple[str, ...], int]]:
@@ -48,47 +55,60 @@ def pair(seed: int) -> tuple[str, str]:
     return tuple(str(name) for name in rng.choice(VOCABULARY, 2, replace=False))
 
 
-def one(names: tuple[str, ...], seed: int) -> dict:
-    """Hide, diagnose, judge: a row of the study."""
+def one(_, item: dict) -> dict:
+    """Hide, diagnose, judge: a row of the study, as one text, for a row's lists and tables differ from verdict to verdict."""
     from diagnosis import diagnose
-    from fmus.errors import SelflockError
 
+    names, seed = item["hidden"], item["seed"]
     rng = np.random.default_rng([seed, 3])
     target = float(np.exp(rng.uniform(*np.log(STRENGTHS)))) if len(names) < 2 else None
-    case = bench.hide(list(names), seed, target=target)
-    row = {"hidden": list(names), "seed": seed, "expected": [score.expected(c) for c in case.causes],
-           "strength": case.strengths, "ratio": case.ratios}
+    case = bench.hide(names, seed, target=target)
+    row = {"expected": [score.expected(c) for c in case.causes], "strength": case.strengths, "ratio": case.ratios}
     with tempfile.TemporaryDirectory() as folder:
         rig, train, test = case.write(Path(folder))
         began = time.perf_counter()
         try:
             result = score.plain(diagnose(rig, [train], test=[test], out=None, seed=seed))
-        except SelflockError as error:
-            return row | {"verdict": "error", "answers": [str(error)]}
+        except Exception as error:  # no answer is a wrong answer, and its strength counts
+            return {"row": json.dumps(row | _no_answer(f"{type(error).__name__}: {error}"))}
         row["seconds"] = round(time.perf_counter() - began, 2)
-    return row | {
+    return {"row": json.dumps(row | {
         "verdict": result["verdict"], "answers": score.answers(result), "gain": result["gain"],
         "depends_on": result["remainder"]["depends_on"],
         "right": score.right_first(result, case), "all": score.both(result, case),
-    }
+    })}  # fmt: skip
 
 
-def collect(listed, workers: int) -> None:
-    from rich.progress import Progress
+def _no_answer(reason: str) -> dict:
+    return {"verdict": "error", "answers": [reason], "right": False, "all": False}
 
-    ROWS.parent.mkdir(parents=True, exist_ok=True)
-    done = {(tuple(row["hidden"]), row["seed"]) for row in rows()}
-    missing = [case for case in listed if case not in done]
-    with Progress() as progress, ProcessPoolExecutor(workers) as pool, ROWS.open("a") as file:
-        bar = progress.add_task(f"{len(missing)} cases", total=len(missing))
-        for future in as_completed([pool.submit(one, *case) for case in missing]):
-            file.write(json.dumps(future.result()) + "\n")
-            file.flush()
-            progress.advance(bar)
+
+def collect(listed, workers: int, scheduler: str | None = None) -> None:
+    from benchmarks.power import one  # by the name under which workers find it, not as a part of __main__
+
+    items = [{"hidden": list(names), "seed": seed} for names, seed in listed]
+    about = {"sources": fingerprint(*SOURCES), "strengths": STRENGTHS}
+    try:
+        map_runs(one, items, folder=ROWS, about=about, columns=dict, growing=True, workers=workers, scheduler=scheduler,
+                 progress=True, title=f"{len(items)} cases")  # fmt: skip
+    except SweepError as error:
+        anew = " To begin again with the sources as they are: --anew." if "sources" in str(error) else ""
+        raise SystemExit(f"{error}{anew}") from None
 
 
 def rows() -> list[dict]:
-    return [json.loads(line) for line in ROWS.read_text().splitlines()] if ROWS.exists() else []
+    """All rows so far; a case that took its worker with it has only its reason."""
+    found = []
+    for kept in rows_in(ROWS).values():
+        row = json.loads(kept["row"]) if kept["status"] == "ok" else {"ratio": [], **_no_answer(kept["reason"])}
+        found.append({"hidden": kept["hidden"], "seed": kept["seed"], **row})
+    return found
+
+
+def sources() -> str:
+    """Which state of the sources made the rows."""
+    about = ROWS / "study.json"
+    return json.loads(about.read_text())["sources"]["sources"] if about.exists() else "unknown"
 
 
 def interval(hits: int, n: int) -> tuple[float, float]:
@@ -119,13 +139,13 @@ def document(found: list[dict]) -> str:
     outside = [row for row in found if len(row["hidden"]) == 1 and row["hidden"][0] in OUTSIDE]
     none = [row for row in found if not row["hidden"]]
     two = [row for row in found if len(row["hidden"]) == 2]
-    kept = [row for row in singles if row.get("right") and strong(row) and row["gain"]["noise_floor"]]
+    kept = [row for row in singles if row["right"] and strong(row) and row["gain"]["noise_floor"]]
     lines = [
         "# The power of the diagnosis", "",
         "Regenerated by `python -m benchmarks.power`; the plant that hides the causes is tests/diagnosis/plant. Each case is one "
         "hidden drive: a 12 s log at 500 Hz to learn from, another to judge by, and the data sheet. "
         "A cause is strong where mending it at least halves the error. Intervals are 95 % (Wilson).", "",
-        f"Cases here: {len(found)} of the {len(cases(30, 200, 60, []))} of a full study.", "",
+        f"Cases here: {len(found)} of the {len(cases(30, 200, 60, []))} of a full study, by the sources {sources()}.", "",
         "| asked | target | measured |", "|---|---|---|",
         f"| right name first, strong causes | 95 % | {rate(row['right'] for row in singles if strong(row))} |",
         f"| something named although nothing is hidden | ≤ 5 % | {rate(row['verdict'] != 'none' for row in none)} |",
@@ -143,22 +163,24 @@ def document(found: list[dict]) -> str:
               "| hidden | right, strong | right, weaker | instead, strong (times) |", "|---|---|---|---|"]
     for name in DRAWS:
         own = [row for row in found if row["hidden"] == [name]]
-        wrong = [row["answers"][0] for row in own if strong(row) and not row.get("right", False)]
+        wrong = [named(row) for row in own if strong(row) and not row["right"]]
         instead = ", ".join(f"{w} ({wrong.count(w)})" for w in sorted(set(wrong), key=wrong.count, reverse=True)[:4])
-        weak = rate(r.get('right', False) for r in own if not strong(r))
+        weak = rate(r["right"] for r in own if not strong(r))
         lines.append(f"| {name} | {rate(r['right'] for r in own if strong(r))} | {weak} | {instead} |")
     false = [row for row in none if row["verdict"] != "none"]
-    named = [", ".join(row["answers"]) for row in false]
-    lines += ["", "False alarms named: " + (", ".join(f"{w} ({named.count(w)})" for w in sorted(set(named))) or "none") + ".", ""]
+    alarms = [named(row, every=True) for row in false]
+    lines += ["", "False alarms named: " + (", ".join(f"{w} ({alarms.count(w)})" for w in sorted(set(alarms))) or "none") + "."]
+    errors = sorted({f"{row['hidden']}, seed {row['seed']}: {row['answers'][0]}" for row in found if row["verdict"] == "error"})
+    lines += ["", "Cases without an answer: " + ("; ".join(errors) or "none") + ".", ""]
     extra = DOCS / "power-notes.md"
     if extra.exists():
         lines += [extra.read_text().strip(), ""]
     return "\n".join(lines)
 
 
-def short(answer: str) -> str:
-    """An answer without channel or parameter."""
-    return answer.split("(")[0]
+def named(row: dict, every: bool = False) -> str:
+    """What was named first, or all that was."""
+    return "error" if row["verdict"] == "error" else ", ".join(row["answers"] if every else row["answers"][:1])
 
 
 def draw(found: list[dict]) -> None:
@@ -169,21 +191,21 @@ def draw(found: list[dict]) -> None:
 
     singles = [row for row in found if len(row["hidden"]) <= 1]
     hidden = [*DRAWS, "none"]
-    named = [*[n for n in DRAWS if n not in OUTSIDE], "unknown", "none", "error"]
-    matrix = np.zeros((len(hidden), len(named)))
+    answers = [*[n for n in DRAWS if n not in OUTSIDE], "unknown", "none", "error"]
+    matrix = np.zeros((len(hidden), len(answers)))
     for row in singles:
         if row["hidden"] and not strong(row):
             continue
-        answer = short(row["answers"][0]) if row["verdict"] != "error" else "error"
-        if answer in named:
-            matrix[hidden.index((row["hidden"] or ["none"])[0]), named.index(answer)] += 1
+        answer = named(row).split("(")[0]  # without channel or parameter
+        if answer in answers:
+            matrix[hidden.index((row["hidden"] or ["none"])[0]), answers.index(answer)] += 1
     share = matrix / np.maximum(matrix.sum(1, keepdims=True), 1)
     figure, axes = plt.subplots(figsize=(11, 10.5))
     axes.imshow(share, cmap="Blues", vmin=0, vmax=1)
     for i, j in zip(*np.nonzero(share)):
         color = "white" if share[i, j] > 0.5 else "black"
         axes.text(j, i, f"{100 * share[i, j]:.0f}", ha="center", va="center", fontsize=7, color=color)
-    axes.set_xticks(range(len(named)), named, rotation=90, fontsize=8)
+    axes.set_xticks(range(len(answers)), answers, rotation=90, fontsize=8)
     axes.set_yticks(range(len(hidden)), hidden, fontsize=8)
     axes.set_xlabel("named first")
     axes.set_ylabel("hidden")
@@ -199,7 +221,7 @@ def draw(found: list[dict]) -> None:
         own = [row for row in singles if row["hidden"] and row["hidden"][0] in names]
         points = []
         for low, high in zip(edges[:-1], edges[1:]):
-            inside = [row.get("right", False) for row in own if low <= row["ratio"][0] < high and row["verdict"] != "error"]
+            inside = [row["right"] for row in own if row["ratio"] and low <= row["ratio"][0] < high]
             if inside:
                 points.append((np.sqrt(low * high), np.mean(inside), *interval(sum(inside), len(inside))))
         if points:
@@ -225,9 +247,13 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--only", nargs="*", default=[], help="names of effects, none, pairs")
     parser.add_argument("--draw", action="store_true", help="run nothing")
+    parser.add_argument("--anew", action="store_true", help="forget all rows first")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler, instead of workers here")
     chosen = parser.parse_args()
+    if chosen.anew:
+        shutil.rmtree(ROWS, ignore_errors=True)
     if not chosen.draw:
-        collect(cases(chosen.seeds, chosen.none, chosen.pairs, chosen.only), chosen.workers)
+        collect(cases(chosen.seeds, chosen.none, chosen.pairs, chosen.only), chosen.workers, chosen.scheduler)
     found = rows()
     draw(found)
     (DOCS / "power.md").write_text(document(found))

@@ -39,6 +39,7 @@ def map_runs(
     folder: str | Path | None = None,
     about: Mapping[str, Any] | None = None,
     columns: Callable[[Any], Row] = lambda item: {},
+    growing: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
@@ -50,6 +51,7 @@ def map_runs(
     context    what every run needs; pickled, shipped to each worker once. Its open(folder) and close() are called there
     folder     keeps each finished run at once; the same call goes on where it was. None: nothing is kept
     about      plain data that, with the items, tells this study from another
+    growing    the folder may hold runs of other items as well, and keeps them: a study made bit by bit
     workers    processes on this machine, all cores when not given; 0: in this process, without Dask
     scheduler  address of an existing Dask scheduler, instead of workers
     function   may give (figures, files) with files to be kept in the folder, {name: bytes}
@@ -58,11 +60,10 @@ def map_runs(
     with ExitStack() as stack:
         store = None
         if folder is not None:
-            store = Store(
-                folder, {"function": f"{function.__module__}.{function.__qualname__}", "runs": digest(keys), **(about or {})}
-            )
+            runs = {} if growing else {"runs": digest(keys)}
+            store = Store(folder, {"function": f"{function.__module__}.{function.__qualname__}", **runs, **(about or {})})
             stack.callback(store.close)
-        rows: dict[str, Row] = store.rows if store else {}
+        rows: dict[str, Row] = {key: store.rows[key] for key in keys if key in store.rows} if store else {}
         order = list(dict.fromkeys(keys))
         item_of = dict(zip(keys, items))
         todo = deque(number for number, key in enumerate(order) if key not in rows)

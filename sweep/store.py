@@ -69,10 +69,12 @@ class Store:
         self.rows.update((row["key"], row) for row in rows)
 
     def compact(self, keys: Iterable[str], force: bool = False) -> Path:
-        """Gather all rows into runs.parquet, in the order of keys."""
+        """Gather all rows into runs.parquet, in the order of keys; rows of other keys after them."""
         whole, parts = self.folder / "runs.parquet", list(self.parts.iterdir())
         if not force and len(parts) < COMPACT_AT:
             return whole
+        mine = dict.fromkeys(keys := list(keys))
+        keys += [key for key in self.rows if key not in mine]
         rows = [{"run": number, **self.rows[key]} for number, key in enumerate(keys) if key in self.rows]
         if rows:
             self._write(whole, lambda to: pq.write_table(pa.Table.from_pylist(_filled(rows)), to))

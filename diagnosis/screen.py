@@ -230,27 +230,22 @@ class Linear:
         self.base, self.lengths = _normal((base_columns * weights[..., None]).astype(np.float32))  # (blocks, samples, k0)
         self.gram = np.matmul(self.base.transpose(0, 2, 1), self.base).astype(float)
 
-    def _energy(self, columns: np.ndarray, noise: np.ndarray, limits=None):
-        """Held-out squared residual of draws (draws, blocks, samples index) given as cross products, and coefficients.
+    def _energy(self, gram: np.ndarray, cross: np.ndarray, limits=None):
+        """Change of the squared residual on folds not seen, for each draw, and the coefficients of all folds together.
 
-        noise: (draws, blocks, k) of X_b' e_b, with the gram (blocks, k, k) in `columns`.
+        gram: X_b' X_b (blocks, k, k); cross: X_b' e_b of each draw (draws, blocks, k). Columns have length 1.
         """
-        gram, cross = columns, noise
         k = gram.shape[-1]
+        inside = (self.folds == np.unique(self.folds)[:, None]).astype(float)  # (folds, blocks)
+        own_gram = np.tensordot(inside, gram, 1)
+        own_cross = np.matmul(inside, cross)  # (draws, folds, k)
         total_gram, total_cross = gram.sum(0), cross.sum(1)
-        change = np.zeros(cross.shape[0])
-        for fold in np.unique(self.folds):
-            inside = self.folds == fold
-            g = total_gram - gram[inside].sum(0)
-            c = total_cross - cross[:, inside].sum(1)
-            step = -np.linalg.solve(g + 1e-8 * np.eye(k), c.T).T
-            if limits is not None:
-                step = np.clip(step, *limits)
-            gg = gram[inside].sum(0)
-            cc = cross[:, inside].sum(1)
-            change += 2.0 * (step * cc).sum(1) + np.einsum("ri,ij,rj->r", step, gg, step)
-        full = -np.linalg.solve(total_gram + 1e-8 * np.eye(k), total_cross.T).T
-        return change, full
+        rest = (total_cross[:, None] - own_cross).transpose(1, 2, 0)
+        step = -np.linalg.solve(total_gram - own_gram + 1e-8 * np.eye(k), rest).transpose(2, 0, 1)  # as own_cross
+        if limits is not None:
+            step = np.clip(step, *limits)
+        change = (step * (2.0 * own_cross + np.einsum("fij,rfj->rfi", own_gram, step))).sum((1, 2))
+        return change, -np.linalg.solve(total_gram + 1e-8 * np.eye(k), total_cross.T).T
 
     def gains(self, direction: Direction | None, draws: Draws):
         """Drop of the held-out squared residual, and the coefficients, for each draw."""

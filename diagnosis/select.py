@@ -9,7 +9,7 @@ numbers wins, and rivals that cannot be told from it are named with it.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable
 
 import numpy as np
@@ -171,6 +171,11 @@ class Contest:
         taken = {p.name for p in base_free}
         open_ = [h for h in self.hypotheses if not any(h.same_cause(f) for f in found) and not all(p.name in taken for p in h.free)]
         open_ = [_without(h, taken) for h in open_]
+        base_loss = self._block_loss(held_out(base, self.rows, self.folds))
+        base_errors = self._cut_errors(held_out(base, self.rows, self.folds))
+        nothing = Stage(Candidate(Hypothesis("", "none", ()), base_free, base, base_loss, 0.0, 0.0), [])
+        if not self.bench.steady and (base_errors <= CLEAN).all():  # no cause would be believed: see _candidate
+            return nothing
         fixed = dict(base.values)
         ways: list[Direction] = []
         shaped = lambda values: self.residual(values).reshape(self.shape)
@@ -194,8 +199,6 @@ class Contest:
         for way in sorted(ways, key=lambda w: -w.gain):
             best_way.setdefault(way.hypothesis.label, []).append(way)
         order = sorted(best_way, key=lambda label: -best_way[label][0].gain)
-        base_loss = self._block_loss(held_out(base, self.rows, self.folds))
-        base_errors = self._cut_errors(held_out(base, self.rows, self.folds))
 
         def judge(label: str) -> Candidate:
             way = best_way[label][0]
@@ -213,7 +216,7 @@ class Contest:
             way = best_way[label][0]
             candidates.append(Candidate(way.hypothesis, way.free, None, base_loss, 0.0, 0.0, linear=way.gain))
         candidates.sort(key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
-        stage = Stage(Candidate(Hypothesis("", "none", ()), base_free, base, base_loss, 0.0, 0.0), candidates)
+        stage = replace(nothing, candidates=candidates)
         fitted = [c for c in candidates if c.fit]
         if not fitted:
             return stage
@@ -303,8 +306,6 @@ class Contest:
 
 def _without(hypothesis: Hypothesis, taken: set[str]) -> Hypothesis:
     """The hypothesis without numbers that are free already."""
-    from dataclasses import replace
-
     return replace(hypothesis, free=tuple(p for p in hypothesis.free if p.name not in taken))
 
 

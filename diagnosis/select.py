@@ -57,6 +57,7 @@ class Stage:
     base: Candidate
     candidates: list[Candidate]  # best first
     winner: Candidate | None = None
+    by_chance: np.ndarray = field(default_factory=lambda: np.zeros(0))  # largest gain in each draw without an effect
     tied: list[Candidate] = field(default_factory=list)  # cannot be told from the winner
 
 
@@ -72,6 +73,8 @@ class Outcome:
 
 class Contest:
     """All stages over one bench."""
+
+    clean = CLEAN
 
     def __init__(self, bench: Bench, train: np.ndarray, rng: np.random.Generator, tell: Callable[[str, float], None] = lambda *_: None):
         self.bench, self.train, self.rng, self.tell = bench, train, rng, tell
@@ -174,7 +177,7 @@ class Contest:
         base_loss = self._block_loss(held_out(base, self.rows, self.folds))
         base_errors = self._cut_errors(held_out(base, self.rows, self.folds))
         nothing = Stage(Candidate(Hypothesis("", "none", ()), base_free, base, base_loss, 0.0, 0.0), [])
-        if not self.bench.steady and (base_errors <= CLEAN).all():  # no cause would be believed: see _candidate
+        if not self.bench.steady and (base_errors <= self.clean).all():  # no cause would be believed: see _candidate
             return nothing
         fixed = dict(base.values)
         ways: list[Direction] = []
@@ -225,7 +228,7 @@ class Contest:
         energy = float((noise_level**2).sum())
         self.tell(say + "chance", 0.0)
         chance = linear.chance(ways, noise_level, DRAWS, self.rng) / max(energy, 1e-300)
-        self.luck = float(np.quantile(chance, 0.95))
+        stage.by_chance, self.luck = chance, float(np.quantile(chance, 0.95))
         for c in fitted:
             c.gain = float((base_loss - c.errors).sum() / max(best.errors.sum(), 1e-300))
             c.chance = (1 + int((chance >= c.gain).sum())) / (1 + DRAWS)
@@ -267,7 +270,7 @@ class Contest:
         unseen = held_out(fitted, self.rows, self.folds)
         drop = 1.0 - self._cut_errors(unseen) / np.maximum(base_errors, 1e-300)
         if not self.bench.steady:  # where only noise is left there is nothing to explain
-            drop = np.where(base_errors > CLEAN, drop, 0.0)
+            drop = np.where(base_errors > self.clean, drop, 0.0)
         return Candidate(hypothesis, extra, fitted, self._block_loss(unseen), float(drop.max()), 0.0, linear=linear)
 
     def _better(self, a: Candidate | None, b: Candidate) -> Candidate:

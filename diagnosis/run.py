@@ -73,8 +73,7 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     rng = np.random.default_rng(seed)
     bench = Bench(rig, runs)
     train, names = division.split(bench, runs, held)
-    taught = Bench(rig, [run for run, h in zip(runs, held) if not h], sampled=True) if any(held) and not bench.steady else Bench(rig, runs, sampled=True)
-    contest = Contest(taught, np.ones(taught.blocks, bool) if any(held) and not bench.steady else train, rng, tell)
+    contest = contest_over(bench, runs, held, train, rng, tell)
     outcome = contest.run()
     before = contest.absolute(outcome.base.values) | {k: v for k, v in contest.nominal.items() if k not in outcome.base.values}
     after = contest.absolute(outcome.final.values)
@@ -90,7 +89,7 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     left = depends(bench, bench.residual(after), bench.present(after), after, rng)
     causes = _causes(contest, outcome)
     verdict, causes = _verdict(causes, gain, left, _excess(contest, outcome))
-    shares = blame(taught, outcome.base.residual.reshape(contest.shape), final, contest.present, outcome.causes)
+    shares = blame(contest.bench, outcome.base.residual.reshape(contest.shape), final, contest.present, outcome.causes)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(verdict, [fault.row() for fault in faults], shares, causes, gain, remainder)
     result.extension["seed"] = seed
@@ -107,6 +106,13 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
         tell("report", 0.0)
         write(result, bench, contest, outcome, cut, before, after, train, left, faults, out)
     return result
+
+
+def contest_over(bench: Bench, runs: list[Run], held: list[bool], train: np.ndarray, rng, tell=lambda *_: None, kind=Contest) -> Contest:
+    """The contest on what teaches: whole runs where others are held out, else the blocks to train on."""
+    apart = any(held) and not bench.steady
+    taught = Bench(bench.rig, [run for run, h in zip(runs, held) if not (apart and h)], sampled=True)
+    return kind(taught, np.ones(taught.blocks, bool) if apart else train, rng, tell)
 
 
 def _main(bench: Bench, outcome: Outcome, contest: Contest):

@@ -9,6 +9,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 from scipy.stats import norm
+from threadpoolctl import threadpool_limits
 
 from . import advice, blocks as division
 from .bench import Bench
@@ -32,6 +33,7 @@ EXCESS = 1.6
 """Error in units of the noise from which on something is missing, whether or not anything is seen to go with it."""
 
 
+@threadpool_limits.wrap(limits=1)  # the contest has threads of its own: BLAS's beside them only cost
 def diagnose(rig: str | Path | Rig, logs: Sequence[str | Path], test: Sequence[str | Path] = (), out: str | Path | None = "out/diagnosis",
              progress: bool | Callable[[str, float], None] = False, seed: int | None = None) -> Diagnosis:
     """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or on held-out blocks.

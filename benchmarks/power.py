@@ -26,7 +26,6 @@ import numpy as np
 
 from sweep import SweepError, map_runs
 from sweep.store import rows_in
-from sweep.work import fingerprint
 from tests.diagnosis.plant import bench, score
 from tests.diagnosis.plant.causes import DRAWS, OUTSIDE, VOCABULARY
 
@@ -87,10 +86,9 @@ def collect(listed, workers: int, scheduler: str | None = None) -> None:
     from benchmarks.power import one  # by the name under which workers find it, not as a part of __main__
 
     items = [{"hidden": list(names), "seed": seed} for names, seed in listed]
-    about = {"sources": fingerprint(*SOURCES), "strengths": STRENGTHS}
     try:
-        map_runs(one, items, folder=ROWS, about=about, columns=dict, growing=True, workers=workers, scheduler=scheduler,
-                 progress=True, title=f"{len(items)} cases")  # fmt: skip
+        map_runs(one, items, folder=ROWS, about={"strengths": STRENGTHS}, columns=dict, sources=SOURCES, growing=True,
+                 workers=workers, scheduler=scheduler, progress=True, title=f"{len(items)} cases")  # fmt: skip
     except SweepError as error:
         anew = " To begin again with the sources as they are: --anew." if "sources" in str(error) else ""
         raise SystemExit(f"{error}{anew}") from None

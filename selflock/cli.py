@@ -105,6 +105,27 @@ def diagnose(
 
 
 @app.command()
+def chance(
+    rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    test: Annotated[Optional[list[Path]], typer.Option("--test", help="A log that diagnose holds out; may be repeated.")] = None,
+    draws: Annotated[int, typer.Option(help="Simulated logs; more may be asked for later.")] = 100,
+    seed: Annotated[int, typer.Option(help="Of the draws.")] = 0,
+    out: Out = Path("out/chance"),
+    workers: Annotated[Optional[int], typer.Option(help="Processes on this machine; all cores when not given.")] = None,
+    scheduler: Annotated[Optional[str], typer.Option(help="Address of an existing Dask scheduler.")] = None,
+) -> None:
+    """Measure what the search of diagnose finds in simulated logs without effect; go on where an interrupted one stopped."""
+    from functools import partial
+
+    from diagnosis.chance import chance as measure_chance
+    from sweep import map_runs
+
+    spread = partial(map_runs, sources=("diagnosis", "fmus"), growing=True, workers=workers, scheduler=scheduler, progress=True)
+    console.print(measure_chance(rig, logs, test or [], draws, seed, out, spread).summary(), markup=False)
+
+
+@app.command()
 def export(
     system: Annotated[Path, typer.Argument(help="A system file (.toml).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="The .ssp file to write.")],

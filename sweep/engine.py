@@ -22,7 +22,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from .errors import Interrupted, SweepError
 from .store import Row, Store, digest
-from .work import Outcome, Parcel, work
+from .work import Outcome, Parcel, fingerprint, work
 
 BATCH_SECONDS = 1.0  # a batch of short runs: what an interruption may cost, and what hides the cost of a message
 TASKS_PER_SECOND = 200  # what the scheduler is to be burdened with at most: with more workers, batches grow
@@ -39,6 +39,7 @@ def map_runs(
     folder: str | Path | None = None,
     about: Mapping[str, Any] | None = None,
     columns: Callable[[Any], Row] = lambda item: {},
+    sources: Sequence[str] = (),
     growing: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -51,6 +52,7 @@ def map_runs(
     context    what every run needs; pickled, shipped to each worker once. Its open(folder) and close() are called there
     folder     keeps each finished run at once; the same call goes on where it was. None: nothing is kept
     about      plain data that, with the items, tells this study from another
+    sources    packages that decide a row: a folder made by another state of them is refused
     growing    the folder may hold runs of other items as well, and keeps them: a study made bit by bit
     workers    processes on this machine, all cores when not given; 0: in this process, without Dask
     scheduler  address of an existing Dask scheduler, instead of workers
@@ -60,8 +62,10 @@ def map_runs(
     with ExitStack() as stack:
         store = None
         if folder is not None:
-            runs = {} if growing else {"runs": digest(keys)}
-            store = Store(folder, {"function": f"{function.__module__}.{function.__qualname__}", **runs, **(about or {})})
+            identity = {"function": f"{function.__module__}.{function.__qualname__}", **(about or {})}
+            identity |= {} if growing else {"runs": digest(keys)}
+            identity |= {"sources": fingerprint(*sources)} if sources else {}
+            store = Store(folder, identity)
             stack.callback(store.close)
         rows: dict[str, Row] = {key: store.rows[key] for key in keys if key in store.rows} if store else {}
         order = list(dict.fromkeys(keys))

@@ -43,11 +43,16 @@ class Candidate:
     hypothesis: Hypothesis
     free: tuple[Free, ...]
     fit: Fit | None
-    errors: np.ndarray  # mean loss of each training block
+    losses: np.ndarray  # (blocks, cuts): what each cut adds to the mean loss of each training block
     drop: float  # of the error, largest over the cuts, 0 to 1
     gain: float  # drop of the loss in units of the noise's
     chance: float = 1.0  # share of draws in which chance does as well
     linear: float = 0.0  # the gain of the first, linear look
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Mean loss of each training block."""
+        return self.losses.sum(1)
 
 
 @dataclass
@@ -158,9 +163,10 @@ class Contest:
         return fit(self.residual, {}, free, start, self.rows, self.turn, effort)
 
     def _block_loss(self, residual: np.ndarray) -> np.ndarray:
-        """Mean loss of each training block."""
-        loss = (rho(residual, self.turn) * self.rows).reshape(self.shape).sum(1)
-        return loss[self.train] / np.maximum(self.rows.reshape(self.shape).sum(1)[self.train], 1)
+        """What each cut adds to the mean loss of each training block, (blocks, cuts)."""
+        loss = (rho(residual, self.turn) * self.rows).reshape(self.shape)
+        sums = np.stack([loss[:, self.bench.slice(cut)].sum(1) for cut in self.bench.cuts], 1)
+        return sums[self.train] / np.maximum(self.rows.reshape(self.shape).sum(1)[self.train, None], 1)
 
     def _cut_errors(self, residual: np.ndarray) -> np.ndarray:
         """Root of the mean loss over training blocks, for each cut."""
@@ -230,7 +236,7 @@ class Contest:
         chance = linear.chance(ways, noise_level, DRAWS, self.rng) / max(energy, 1e-300)
         stage.by_chance, self.luck = chance, float(np.quantile(chance, 0.95))
         for c in fitted:
-            c.gain = float((base_loss - c.errors).sum() / max(best.errors.sum(), 1e-300))
+            c.gain = float((base_loss - c.losses).sum() / max(best.errors.sum(), 1e-300))
             c.chance = (1 + int((chance >= c.gain).sum())) / (1 + DRAWS)
         real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT and self._resolved(c)]
         if not real:
@@ -280,11 +286,15 @@ class Contest:
         return first if not self._worse(first, second) else second
 
     def _worse(self, a: Candidate, b: Candidate) -> bool:
-        """Whether a leaves more than b on unseen blocks, enough to matter: beyond what varies between blocks, or beyond luck."""
-        difference = a.errors - b.errors
+        """Whether a leaves more than b on unseen blocks, enough to matter: beyond what varies between blocks, or beyond luck.
+
+        Only the cuts in which they differ count, else cuts that neither touches would hide what one explains and not the other.
+        """
+        apart = abs((a.losses - b.losses).mean(0)) > 1e-3 * b.losses.mean(0)
+        difference = (a.losses - b.losses)[:, apart].sum(1)
         spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
-        more = difference.mean() / b.errors.mean()
-        return more > 0.02 and (difference.mean() > 2.0 * spread or more > 2.0 * self.luck)
+        more = difference.mean() / max(b.losses[:, apart].sum(1).mean(), 1e-300)
+        return more > 0.02 and (difference.mean() > 2.0 * spread or difference.mean() > 2.0 * self.luck * b.errors.mean())
 
     def _equal(self, a: Candidate, b: Candidate) -> bool:
         return not self._worse(a, b) and not self._worse(b, a)

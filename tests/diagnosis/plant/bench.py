@@ -109,8 +109,9 @@ def ratio(before: Drive, after: Drive, plans: list[Motion], sensed: bool = False
         if not np.all(np.isfinite(with_it)):
             return np.inf
         difference = dict(zip(CHANNELS, (with_it - without).T))
+        twist = difference["motor_angle"] / before.gear_ratio - difference["angle"]
         seen = [difference["current"] / NOISE["current"], difference["voltage"] / voltage_noise,
-                (difference["motor_angle"] / before.gear_ratio - difference["angle"]) / NOISE["angle"]]
+                (twist - np.median(twist)) / NOISE["angle"]]  # the encoders' zeros are not known
         if sensed:
             seen.append(difference["motor_speed"] / NOISE["motor_speed"])
         shown.append(max(np.sqrt(1.0 + np.mean(d ** 2)) for d in seen))

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from .log import VALID, Run
+from .noise import resolution
 from .rig import Rig, split
 from .signals import COMMANDS
 
@@ -85,12 +86,6 @@ def _clock(run: Run, rig: Rig) -> list[Fault]:
     return faults
 
 
-def _quantum(values: np.ndarray) -> float:
-    """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
-    steps = np.diff(np.unique(values[np.isfinite(values)]))
-    return float(np.quantile(steps, 0.05)) if len(steps) else 0.0
-
-
 def _corrupted(run: Run, name: str, bare: str) -> np.ndarray:
     """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, and far beyond all but 2 % of the others."""
     x, n = run.signals[name], len(run)
@@ -100,7 +95,7 @@ def _corrupted(run: Run, name: str, bare: str) -> np.ndarray:
         return bad
     filled = np.interp(np.arange(n), np.flatnonzero(good), x[good])
     away = abs(filled - median_filter(filled, size=2 * SPIKE + 1, mode="reflect"))
-    scale = max(1.4826 * float(np.median(away)), float(np.quantile(away, 0.98)) / 3.0, _quantum(filled))
+    scale = max(1.4826 * float(np.median(away)), float(np.quantile(away, 0.98)) / 3.0, resolution(filled))
     spread = float(np.subtract(*np.quantile(filled, [0.98, 0.02])))
     suspect = (away > CORRUPTED * scale) & (away > 0.25 * spread)
     ends = np.ones(n, bool)

@@ -9,6 +9,7 @@ import numpy as np
 from . import drive
 from .bench import Bench
 from .cuts import Cut
+from .noise import floor
 
 DRAWS = 400
 
@@ -39,12 +40,6 @@ def samples(bench: Bench, cut: Cut, values: dict, blocks: np.ndarray) -> tuple[l
     return errors, trusted
 
 
-def floor(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int = 1) -> float:
-    """Noise of single samples, from differences of near neighbours, beyond the reach of smoothing, which no slow error reaches."""
-    steps = np.concatenate([(e[reach:] - e[:-reach])[t[reach:] & t[:-reach]] for e, t in zip(errors, trusted)])
-    return float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) > 10 else 0.0
-
-
 def rms(parts: list[np.ndarray]) -> float:
     joined = np.concatenate(parts) if parts else np.zeros(0)
     return float(np.sqrt(np.mean(joined**2))) if len(joined) else 0.0
@@ -73,7 +68,7 @@ def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarra
     picks = rng.choice(there, (DRAWS, len(there)))
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
     was, now = rms([e[t] for e, t in zip(old, trusted)]), rms([e[t] for e, t in zip(new, trusted)])
-    noise = min(floor(new, trusted, bench.reach(cut)), now)
+    noise = min(floor(bench, cut, after, new, trusted), now)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
     what = f"the torque at the motor's shaft ({cut.name})" if cut.name.endswith("gear") else f"{cut.output} ({cut.name})"
     gain = Gain(f"root mean square error of {what}", cut.unit, was, now, float(low), float(high), closed, noise, names)

@@ -21,9 +21,10 @@ from .check import check
 from .cuts import Cut
 from .errors import DataError
 from .extend import with_fmus, starts
-from .gain import floor, rms
+from .gain import rms
 from .laws import check_names
 from .log import read
+from .noise import floor
 from .rig import Rig, load, split
 
 
@@ -87,7 +88,7 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
         trusted = [good & np.isfinite(s) for s, _, good in compared]
         e = rms([x[t] for x, t in zip(errors, trusted)])
         size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
-        noise = 0.0 if bench.steady else floor(errors, trusted, bench.reach(cut))
+        noise = floor(bench, cut, values, errors, trusted)
         comparisons.append(Comparison(cut.name, cut.output, cut.unit, e, e / size if size else 0.0, noise, list(cut.components)))
         if cut.name.endswith("gear") and bench.steady:
             points = _points(bench, cut, compared[0])

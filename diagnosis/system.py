@@ -22,8 +22,9 @@ from .cuts import Cut
 from .depends import depends
 from .errors import DataError
 from .layout import Layout
-from .gain import blame, floor, measure, rms
+from .gain import blame, measure, rms
 from .log import Run, read
+from .noise import floor
 from .ours import as_drive
 from .parts import Group, Parts
 from .replay import Comparison, Replay
@@ -132,7 +133,7 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
             error, size = rms([e[t] for e, t in zip(errors, trusted)]), rms([m[t] for (_, m, _), t in zip(compared, trusted)])
             name = f"whole {cut.output}" if whole else cut.output
             relative = error / size if size else 0.0
-            noise_floor = floor(errors, trusted)
+            noise_floor = floor(bench, cut, {}, errors, trusted)
             comparisons.append(Comparison(name, cut.output, cut.unit, error, relative, noise_floor, list(cut.components)))
             if folder:
                 path = folder / f"{name.replace(' ', '_')}.png"

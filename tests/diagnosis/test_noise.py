@@ -1,0 +1,107 @@
+"""The noise floor against noise that is known: white, under a slow error, held, quantised, smoothed; steady-state points."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from diagnosis import rig as rigs
+from diagnosis.bench import Bench
+from diagnosis.check import check
+from diagnosis.log import read
+from diagnosis.noise import floor, of_samples, resolution
+from diagnosis.prepare import smooth
+
+N = 20_000
+SIGMA = 0.03
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng()
+
+
+def found(error, **more):
+    return of_samples([error], [np.ones(len(error), bool)], **more)
+
+
+def test_white_noise_under_a_slow_error(rng):
+    slow = 5.0 * np.sin(np.linspace(0.0, 30.0, N))
+    assert found(slow + SIGMA * rng.standard_normal(N)) == pytest.approx(SIGMA, rel=0.05)
+
+
+@pytest.mark.parametrize("length", [2, 8, 20])
+def test_a_held_value_is_one_sample_of_noise(rng, length):
+    assert found(np.repeat(SIGMA * rng.standard_normal(N), length)) == pytest.approx(SIGMA, rel=0.05)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.5, 3.0])
+def test_rounding_is_noise_whether_or_not_other_noise_dithers_it(rng, sigma):
+    """q / sqrt(12) beside the other noise (Widrow), of a value that needs 25 samples from one step to the next."""
+    quantum = 0.04
+    true = np.linspace(0.0, 0.04 * quantum * N, N) + sigma * quantum * rng.standard_normal(N)
+    read = quantum * np.round(true / quantum)
+    assert resolution(read) == pytest.approx(quantum, rel=1e-6)
+    expected = quantum * np.hypot(sigma, 1.0 / np.sqrt(12.0))
+    error = read - np.linspace(0.0, 0.04 * quantum * N, N)
+    assert np.std(error) == pytest.approx(expected, rel=0.05)
+    assert found(error, quantum=quantum) == pytest.approx(expected, rel=0.1)
+
+
+def test_beyond_the_reach_of_smoothing(rng):
+    error = smooth(SIGMA * rng.standard_normal(N), 21)
+    assert found(error, reach=21) == pytest.approx(np.std(error), rel=0.1)
+
+
+def test_samples_that_are_not_trusted_do_not_count(rng):
+    error, good = SIGMA * rng.standard_normal(N), rng.random(N) > 0.1
+    error[~good] = 1e3
+    assert of_samples([error], [good]) == pytest.approx(SIGMA, rel=0.05)
+
+
+def test_no_noise_has_no_floor():
+    assert found(np.zeros(N)) == 0.0 and found(np.zeros(3)) == 0.0
+
+
+RIG = """
+[rig]
+kind = "steady"
+{run}
+[columns]
+"reducer.input_speed" = "speed"
+"motor.torque" = "torque"
+[parameters]
+"reducer.gear_ratio" = 50.0
+"load.constant_torque" = 2.0
+"""
+
+
+def steady(folder, table, run=""):
+    (folder / "rig.toml").write_text(RIG.format(run=run))
+    table.to_csv(folder / "log.csv", index=False)
+    rig = rigs.load(folder / "rig.toml")
+    runs = read(folder / "log.csv", rig)
+    check(runs, rig)
+    bench = Bench(rig, runs)
+    return floor(bench, bench.cuts[0], {}, [], [])
+
+
+def test_points_that_are_runs_have_the_standard_error_of_their_mean(tmp_path, rng):
+    """Also where the torque drifts within each run and its curve over speed is nobody's."""
+    points, samples = 60, 400
+    speed = np.repeat(np.concatenate([-np.linspace(1.0, 80.0, 30), np.linspace(1.0, 80.0, 30)]), samples)
+    drift = np.tile(np.linspace(-SIGMA, SIGMA, samples), points)
+    torque = np.sign(speed) * (0.1 + np.sin(speed)) + drift + SIGMA * rng.standard_normal(points * samples)
+    table = pd.DataFrame({"time": np.tile(np.arange(samples) * 1e-3, points), "speed": speed, "torque": torque,
+                          "run": np.repeat(np.arange(points), samples)})
+    drifting = 2.0 * SIGMA / 8.0 / 2.0  # between the halves, by the stretches a drift is one stretch earlier in one
+    expected = np.hypot(SIGMA / np.sqrt(samples), drifting)
+    assert steady(tmp_path, table, 'run = "run"') == pytest.approx(expected, rel=0.25)
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_points_that_are_rows_have_the_scatter_about_their_neighbours(tmp_path, rng, repeats):
+    speed = np.repeat(np.concatenate([-np.linspace(1.0, 80.0, 200), np.linspace(1.0, 80.0, 200)]), repeats)
+    rng.shuffle(speed)
+    torque = np.sign(speed) * (0.1 + 0.3 * np.exp(-abs(speed) / 20.0)) + SIGMA * rng.standard_normal(len(speed))
+    table = pd.DataFrame({"time": np.arange(len(speed)) * 1.0, "speed": speed, "torque": torque})
+    assert steady(tmp_path, table) == pytest.approx(SIGMA, rel=0.25)

@@ -1,7 +1,7 @@
-"""What a sweep costs: .venv/bin/python benchmarks/sweeps.py
+"""What a sweep costs: .venv/bin/python -m benchmarks.sweeps [load] [speed_up] [overhead]
 
-Prints the speed-up of 2 workers over 1, the overhead of the engine on a belt-track run of 10 s, and what 1000 workers that
-only sleep do to a Dask scheduler, message by message and in batches.
+Prints what 1000 workers that only sleep do to a Dask scheduler, message by message and in batches; the speed-up of 2 workers
+over 1; and what the engine adds to belt-track runs of 10 s, in processor time, which a busy machine spoils least.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from distributed import Client, LocalCluster
 
 import master
 from sweep import engine, map_runs
-from sweep.runs import Bench, run_one
+from sweep.cluster import QUIET
+from sweep.record import figures
+from sweep.runs import Bench, adapt, run_one
 from sweep.study import from_dict
 
 RUNS = 40
@@ -52,6 +54,44 @@ def timed(action) -> float:
     return time.perf_counter() - begin
 
 
+def used(process: psutil.Process) -> float:
+    """Processor time of a process so far in s, user and system."""
+    return sum(process.cpu_times()[:2])
+
+
+def clocked(bench, item):
+    """As run_one, with the processor and wall time of the bare run in s."""
+    system, settings = adapt(bench.system, item["settings"])
+    cpu, begin = time.thread_time(), time.perf_counter()
+    result = master.run(system, settings=settings, stop=bench.stop, keep=bench.parts)
+    spent = {"cpu": time.thread_time() - cpu, "wall": time.perf_counter() - begin}
+    return {**figures(bench.record, result.table, item["parameters"]), **spent}
+
+
+def overhead(rounds: int = 3) -> None:
+    """All that a sweep with one worker uses beside the runs themselves: of this process and of the worker, from call to return.
+
+    Compared with the very runs that it made, so that a machine busy with other things speaks for both alike.
+    """
+    made = study()
+    bench, here = Bench(master.load(made.system), made.record, made.stop), psutil.Process()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        dask.config.set(QUIET),
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder) as cluster,
+    ):
+        worker, address = psutil.Process(next(iter(cluster.workers.values())).pid), cluster.scheduler_address
+        map_runs(clocked, made.items[:2], context=bench, scheduler=address)  # compiles the vehicle's kernel
+        for number in range(rounds):
+            before, begin = (used(here), used(worker)), time.perf_counter()
+            rows = map_runs(clocked, made.items, context=bench, folder=Path(folder) / f"out{number}", scheduler=address)
+            wall, cpu = time.perf_counter() - begin, sum(row["cpu"] for row in rows)
+            parent, there = used(here) - before[0], used(worker) - before[1] - cpu
+            print(f"{RUNS} belt-track runs of 10 s, 1 worker: {cpu / RUNS:.3f} s of processor a run; the sweep adds"
+                  f" {100 * there / cpu:.1f} % in the worker and {100 * parent / cpu:.1f} % beside it, together"
+                  f" {100 * (there + parent) / cpu:.1f} % (target 5); wall time {100 * (wall / sum(r['wall'] for r in rows) - 1):+.1f} %")  # fmt: skip
+
+
 def speed_up() -> None:
     made = study()
     bench = Bench(master.load(made.system), made.record, made.stop)
@@ -59,7 +99,7 @@ def speed_up() -> None:
     for workers in (1, 2):
         with (
             tempfile.TemporaryDirectory() as folder,
-            dask.config.set({"distributed.worker.profile.enabled": False}),  # as the engine's own cluster
+            dask.config.set(QUIET),
             LocalCluster(
                 n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
             ) as cluster,
@@ -71,21 +111,9 @@ def speed_up() -> None:
             )
     print(f"{RUNS} belt-track runs of 10 s: {seconds[1]:.1f} s with 1 worker, {seconds[2]:.1f} s with 2: "
           f"{seconds[1] / seconds[2]:.2f} x (target 1.9)")  # fmt: skip
-    with tempfile.TemporaryDirectory() as folder:
-        bench.open(Path(folder))
-        run_one(bench, made.items[0])
-        system, keep = bench.system, bench.parts
-        bare = (
-            timed(lambda: [master.run(system, settings=item["settings"], stop=made.stop, keep=keep) for item in made.items])
-            / RUNS
-        )
-        bench.close()
-    print(
-        f"one run: {bare:.3f} s bare, {seconds[1] / RUNS:.3f} s in a sweep with 1 worker:"
-        f" {100 * (seconds[1] / RUNS / bare - 1):+.1f} %"
-    )
     with (
         tempfile.TemporaryDirectory() as folder,
+        dask.config.set(QUIET),
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder) as cluster,
     ):
         count, engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 300, 0.0, 1e9  # each run a message of its own
@@ -94,10 +122,7 @@ def speed_up() -> None:
             / count
         )
         engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 1.0, 200
-    print(
-        f"a run that does nothing, sent by itself and written at once: {1e3 * whole:.1f} ms, {100 * whole / bare:.2f} % of a belt"
-        " run (target 5)"
-    )
+    print(f"a run that does nothing, sent by itself and written at once: {1e3 * whole:.1f} ms")
 
 
 def load() -> None:
@@ -152,5 +177,6 @@ def load() -> None:
 
 
 if __name__ == "__main__":
-    load()
-    speed_up()
+    chosen = sys.argv[1:] or ["load", "speed_up", "overhead"]
+    for name in chosen:
+        {"load": load, "speed_up": speed_up, "overhead": overhead}[name]()

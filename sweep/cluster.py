@@ -18,6 +18,13 @@ from .errors import SweepError
 from .work import Parcel, fingerprint, work
 
 ANSWER = 10.0  # s that a scheduler has to answer
+QUIET = {  # what Dask does beside the runs, many times a second if it is let: 6 % of a core, so 1 %
+    "distributed.worker.profile.enabled": False,  # looks at the stack every 10 ms
+    "distributed.admin.tick.interval": "1s",  # of each event loop, every 20 ms
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.worker.memory.monitor-interval": "1s",
+    "distributed.scheduler.active-memory-manager.start": False,  # no result has copies
+}
 
 
 class Holder(WorkerPlugin):
@@ -83,10 +90,7 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
 def _local(workers: int, folder: Path) -> Iterator[str]:
     # No failure is allowed here: whether a run is tried again is decided in engine.py, which knows who was to blame.
     with (
-        dask.config.set({
-            "distributed.scheduler.allowed-failures": 0,
-            "distributed.worker.profile.enabled": False,  # its look at the stack every 10 ms costs a run 3 %
-        }),
+        dask.config.set({"distributed.scheduler.allowed-failures": 0, **QUIET}),
         LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
             local_directory=str(folder), silence_logs=logging.CRITICAL,

@@ -24,8 +24,7 @@ def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> M
     if not (ch.has(angle) or ch.has(speed)):
         return None
     doubted = any(key.startswith((f"sensor.{prefix}{angle}", f"sensor.{prefix}{speed}")) for key in values)
-    memory = ch.__dict__.setdefault("_motions", {})
-    key = (side, bench.smoothing[prefix])
+    memory, key = ch.run.memory, (prefix, side, bench.smoothing[prefix])
     if key in memory and not doubted:
         return memory[key]
     found = _steady(ch, angle, speed, values) if bench.steady else motion(
@@ -33,7 +32,7 @@ def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> M
     for name in (angle, speed):
         if ch.has(name):
             found.sliding &= ch.good(name)
-    if not doubted:
+    if not doubted and not bench.choosing:  # an hour's motions are large: only those of the window that is chosen are kept
         memory[key] = found
     return found
 
@@ -73,16 +72,16 @@ def delivered(bench: Bench, prefix: str, values: dict, ch: Channels, second: Mot
 
 
 def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
-    """What the sensor of a compared channel makes of the simulated value."""
+    """What the sensor of a compared channel makes of the simulated value; a lag below 0 is one in reversed time."""
     bias, factor, lag, step = (ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution"))
     if factor is not None:
         x = x * factor
     if bias is not None:
         x = x + bias
     if lag:
-        y = np.empty_like(x)
-        kernels().lag(x, ch.dt, lag, y)
-        x = y
+        y, way = np.empty_like(x), slice(None, None, 1 if lag > 0.0 else -1)
+        kernels().lag(x[way], ch.dt, abs(lag), y)
+        x = y[way]
     if step:
         x = step * np.floor(x / step + 0.5)
     return x

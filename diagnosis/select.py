@@ -89,6 +89,7 @@ class Contest:
         self.hypotheses = vocabulary(bench.rig, bench.components, bench.measured, bench)
         self.nominal = {p.name: p.nominal for p in self.base_free}
         self.shape = bench.residual(self.nominal).shape
+        self.quiet = np.ones(len(bench.cuts))  # noise where there is least of it, over the usual noise of a cut
         self.present = bench.present(self.nominal)
         self.rows = (self.present & train[:, None]).ravel()
         self.blocks = np.repeat(np.arange(bench.blocks), self.shape[1])
@@ -152,9 +153,13 @@ class Contest:
         """Noise of each cut's bins from neighbouring differences, and where the robust loss turns."""
         fitted = fit(self.residual, {}, self.base_free, self.nominal, self.rows, 1e30, effort=15) if self.base_free else None
         values = fitted.values if fitted else {}
-        for cut in self.bench.cuts:
+        self.quiet = np.ones(len(self.bench.cuts))
+        for number, cut in enumerate(self.bench.cuts):
             r, count = self.bench.binned(cut, self.absolute(values))
-            cut.noise = noise(r, count > 0, self.bench.steady, 1 + self.bench.reach(cut) // self.bench.per_bin)
+            lag = 1 + self.bench.reach(cut) // self.bench.per_bin
+            cut.noise = noise(r, count > 0, self.bench.steady, lag)
+            if not self.bench.steady:
+                self.quiet[number] = min(1.0, quietest(r, count > 0, lag) / cut.noise)
         r = self.residual({**self.nominal, **values})[self.rows]
         self.turn = max(3.0, 2.0 * float(np.median(abs(r))))
         self.nominal.update(values)
@@ -183,7 +188,7 @@ class Contest:
         base_loss = self._block_loss(held_out(base, self.rows, self.folds))
         base_errors = self._cut_errors(held_out(base, self.rows, self.folds))
         nothing = Stage(Candidate(Hypothesis("", "none", ()), base_free, base, base_loss, 0.0, 0.0), [])
-        if not self.bench.steady and (base_errors <= self.clean).all():  # no cause would be believed: see _candidate
+        if not self.bench.steady and (base_errors <= self.clean * self.quiet).all():  # no cause would be believed: see _candidate
             return nothing
         fixed = dict(base.values)
         ways: list[Direction] = []
@@ -274,10 +279,18 @@ class Contest:
 
     def _candidate(self, hypothesis, extra, fitted: Fit, base_loss, base_errors, linear) -> Candidate:
         unseen = held_out(fitted, self.rows, self.folds)
-        drop = 1.0 - self._cut_errors(unseen) / np.maximum(base_errors, 1e-300)
+        errors, losses = self._cut_errors(unseen), self._block_loss(unseen)
+        for p in extra:
+            if hypothesis.effect == "lag" and fitted.values[p.name] > 0.0:
+                # a lag also averages the noise of what is simulated from measured channels, and so does its mirror
+                # image in time; only what it explains beyond that is its own
+                mirrored = self.residual({**fitted.values, p.name: -fitted.values[p.name]})
+                errors = errors + np.maximum(base_errors - self._cut_errors(mirrored), 0.0)
+                losses = losses + np.maximum(base_loss - self._block_loss(mirrored), 0.0)
+        drop = 1.0 - errors / np.maximum(base_errors, 1e-300)
         if not self.bench.steady:  # where only noise is left there is nothing to explain
-            drop = np.where(base_errors > self.clean, drop, 0.0)
-        return Candidate(hypothesis, extra, fitted, self._block_loss(unseen), float(drop.max()), 0.0, linear=linear)
+            drop = np.where(base_errors > self.clean * self.quiet, drop, 0.0)
+        return Candidate(hypothesis, extra, fitted, losses, float(drop.max()), 0.0, linear=linear)
 
     def _better(self, a: Candidate | None, b: Candidate) -> Candidate:
         if a is None:
@@ -330,3 +343,23 @@ def noise(residual: np.ndarray, present: np.ndarray, steady: bool, lag: int) -> 
     if steady or len(steps) < 20:
         steps = np.diff(residual[present])
     return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) else 0.0, 1e-3 * level, 1e-300)
+
+
+QUIET_SHARE = 0.2
+
+
+def quietest(residual: np.ndarray, present: np.ndarray, lag: int) -> float:
+    """Noise of the quieter blocks. Elsewhere a fast wave that is missing may pass for noise: neighbours differ by it, too.
+
+    Of equally noisy blocks the quieter ones would seem so by chance; that is made good, with the spread of a median.
+    """
+    levels, counts = [], []
+    for r, p in zip(residual, present):
+        steps = (r[lag:] - r[:-lag])[p[lag:] & p[:-lag]]
+        if len(steps) >= 20:
+            levels.append(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0))
+            counts.append(len(steps) / max(1.0, 0.5 * lag))  # neighbours within the reach of smoothing are no new evidence
+    if len(levels) < 5:
+        return np.inf
+    spread = 1.3 / np.sqrt(np.median(counts))
+    return float(np.quantile(levels, QUIET_SHARE)) / max(1.0 - 0.84 * spread, 0.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from threading import Lock
 
 import numpy as np
@@ -40,12 +41,12 @@ class Bench(Layout):
         total = sum(len(run) for run in self.runs)
         for ch in self.channels.values():
             ch.take = stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
+        self.choosing = False  # the smoothing
         self.cuts = [cut for prefix in rig.drives for cut in cuts(self, prefix) if not rig.only or cut.components == (rig.only,)]
         if not self.cuts:
             have = sorted({name for run in self.runs for name in run.signals})
             raise DataError(f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "
                             "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together.")
-        self.choosing = False
         super().__init__(self.runs, self.steady)
         for prefix in rig.drives:
             self._choose_smoothing(prefix)
@@ -83,6 +84,15 @@ class Bench(Layout):
             ch.take = None
         self._memory.clear()
         return sampled
+
+    def head(self, samples: list[int]) -> Bench:
+        """The same blocks, cuts and smoothing over the first samples of each run."""
+        short = copy(self)
+        short.runs = [run.head(n) for run, n in zip(self.runs, samples)]
+        short.channels = {(i, prefix): Channels(short.runs[i], prefix, self.steady) for i, prefix in self.channels}
+        short.place, short.block_of = ([x[:n] for x, n in zip(of, samples)] for of in (self.place, self.block_of))
+        short._memory = {}
+        return short
 
     # --- the residual --------------------------------------------------------------------------------------
 

@@ -102,10 +102,8 @@ def _corrupted(run: Run, name: str, bare: str) -> np.ndarray:
     ends[SPIKE:-SPIKE] = False  # there a step looks like a spike: it must be larger than the signal itself
     suspect &= ~ends | (away > 1.5 * spread)
     starts, lengths = _stretches(suspect)
-    for start, length in zip(starts, lengths):
-        if suspect[start] and length <= SPIKE:
-            bad[start:start + length] = True
-    return bad
+    short = suspect[starts] & (lengths <= SPIKE)
+    return np.repeat(short, lengths)
 
 
 def _stretches(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -141,9 +139,8 @@ def _frozen(run: Run, name: str, bare: str) -> np.ndarray:
     usual = np.clip(np.median([np.mean(part) for part in np.array_split(same, 20)]), 1e-3, 0.95)
     limit = max(20.0, np.log(1e-9 / len(x)) / np.log(usual))
     starts, lengths = _stretches(x)
-    for start, length in zip(starts, lengths):
-        stretch = slice(start, start + length)
-        if length >= limit and _others_move(run, name, bare, stretch):
+    for start, length in zip(starts[lengths >= limit], lengths[lengths >= limit]):
+        if _others_move(run, name, bare, slice(start, start + length)):
             bad[start + 1:start + length] = True  # the first value was measured
     return bad
 

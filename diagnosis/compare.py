@@ -123,13 +123,12 @@ def twist(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
 
 def _pressed(bench: Bench, prefix: str, ch: Channels) -> np.ndarray:
     """Where the nominal output torque is far enough from zero to press one flank for sure, and has been for a while."""
-    memory = ch.__dict__.setdefault("_motions", {})
     key = ("pressed", bench.smoothing[prefix])
-    if key not in memory:
+    if key not in ch.memory:
         torque = drive.delivered(bench, prefix, {}, ch, drive.both(bench, prefix, {}, ch)[1])
         side = np.sign(torque) * (abs(torque) > 0.1 * np.quantile(abs(torque), 0.9))
         steady = side != 0.0
         for shift in range(1, 2 * bench.smoothing[prefix]):
             steady[shift:] &= side[shift:] == side[:-shift]
-        memory[key] = steady
-    return memory[key]
+        ch.memory[key] = steady
+    return ch.memory[key]

@@ -31,10 +31,10 @@ class Layout:
         for i, run in enumerate(runs):
             n = len(run)
             if steady:
-                count, block = n, np.arange(n)
+                count, block = n, np.arange(n, dtype=np.int32)
             else:
                 count = max(1, int(round(n / length)))
-                block = np.minimum(np.arange(n) // int(np.ceil(n / count)), count - 1)
+                block = np.minimum(np.arange(n, dtype=np.int32) // int(np.ceil(n / count)), count - 1)
                 length = max(length, int(np.bincount(block).max()))
             self.block_of.append(block)
             self.block_run += [i] * count
@@ -42,7 +42,7 @@ class Layout:
         first = 0
         for block in self.block_of:
             starts = np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1])
-            inside = np.arange(len(block)) - starts[block - block[0]]
+            inside = np.arange(len(block), dtype=np.int32) - starts.astype(np.int32)[block]
             self.place.append((first + block) * self.bins + inside // per_bin)
             first += block[-1] + 1
         self.blocks = len(self.block_run)

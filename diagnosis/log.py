@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pyarrow import Table, csv
 
 from .errors import DataError
 from .rig import Column, Rig, conversion, split, suggest
@@ -34,9 +35,15 @@ class Run:
     signals: dict[str, np.ndarray]
     good: dict[str, np.ndarray] = field(default_factory=dict)
     repeated: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # rows left out: no time, or the time before again
+    memory: dict = field(default_factory=dict, init=False, repr=False)  # what was derived from the signals, for all who look
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def head(self, samples: int) -> Run:
+        """The first samples, as a run of its own."""
+        signals, good = ({name: x[:samples] for name, x in which.items()} for which in (self.signals, self.good))
+        return Run(self.log, self.name, self.rows[:samples], self.time[:samples], signals, good)
 
     def usable(self, *names: str) -> np.ndarray:
         """Samples at which all these channels can be trusted."""
@@ -194,3 +201,8 @@ def _ordered(path: Path, run: Run, rig: Rig) -> Run:
         return run
     signals = {k: v[keep] for k, v in run.signals.items()}
     return Run(run.log, run.name, run.rows[keep], run.time[keep], signals, repeated=run.rows[~keep])
+
+
+def write_csv(table: pd.DataFrame, path: Path) -> None:
+    """A table as text, in full precision; an hour of samples takes pandas a minute."""
+    csv.write_csv(Table.from_pandas(table, preserve_index=False), path)

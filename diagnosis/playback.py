@@ -12,6 +12,7 @@ from master.face import Variable
 from . import drive
 from .bench import Bench
 from .compare import gear_inputs
+from .log import write_csv
 
 
 class Playback:
@@ -131,7 +132,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
                         f'"{name("reducer")}.output_speed" = "{name("load")}.speed"']
     if not components:
         return None
-    pd.DataFrame(columns).to_csv(out / "inputs.csv", index=False, float_format="%.10g")
+    write_csv(pd.DataFrame(columns), out / "inputs.csv")
     step = float(np.median(run.time[1:] - run.time[:-1]))
     step = min(step, 5e-4) if any("initial_speed" in c for c in components) else step
     stop = np.floor(columns["time"][-1] / step) * step

@@ -33,7 +33,7 @@ class Channels:
         n = len(self.run)
         step = np.diff(self.run.time)
         self.dt = np.ones(n) if self.steady else np.concatenate([[step[0] if n > 1 else 1.0], step])
-        self._filled: dict[str, np.ndarray] = {}
+        self.memory: dict = {}  # what was derived under one rig
         self.take: np.ndarray | None = None  # of a long run: the samples that are simulated
 
     def has(self, *names: str) -> bool:
@@ -41,11 +41,13 @@ class Channels:
 
     def raw(self, name: str) -> np.ndarray:
         """A channel with its bad samples bridged by straight lines."""
-        if name not in self._filled:
-            values, good = self.run.signals[self.prefix + name], self.good(name)
-            places = np.arange(len(values))
-            self._filled[name] = np.interp(places, places[good], values[good]) if good.any() else np.zeros(len(values))
-        return self._filled[name]
+        full, memory = self.prefix + name, self.run.memory
+        if full not in memory:
+            values, good = self.run.signals[full], self.good(name)
+            places = np.flatnonzero(good)
+            memory[full] = values if good.all() else (
+                np.interp(np.arange(len(values)), places, values[good]) if len(places) else np.zeros(len(values)))
+        return memory[full]
 
     def good(self, name: str) -> np.ndarray:
         full = self.prefix + name

@@ -23,7 +23,7 @@ from .errors import DataError
 from .extend import with_fmus, starts
 from .gain import rms
 from .laws import check_names
-from .log import read
+from .log import read, write_csv
 from .noise import floor
 from .rig import Rig, load, split
 
@@ -97,7 +97,7 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
             everywhere = np.ones(bench.blocks, bool)
             path = figures.traces(bench, cut, values, values, everywhere, False, folder / f"{cut.name}.png", compared, title)
             drawn.append(path.name)
-            _table(bench, compared).to_csv(folder / f"{cut.name}.csv", index=False, float_format="%.9g")
+            write_csv(_table(bench, compared), folder / f"{cut.name}.csv")
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)
     if folder:
         if points is not None:

@@ -108,3 +108,13 @@ def test_kernels_agree_with_the_plain_law():
     for i in range(1, n):
         s, out = dc.advance(p, s, voltage[i - 1], 0.5 * (speed[i - 1] + speed[i]), STEP)
         assert current[i] == pytest.approx(out.current, rel=1e-12, abs=1e-12)
+
+
+def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
+    bench = inverse(tmp_path)
+    (gear,) = bench.cuts
+    whole, short = bench.compare(gear, {})[0], bench.head([2000]).compare(gear, {})[0]
+    edge = 2000 - 2 * bench.reach(gear)  # smoothing ends there
+    for a, b in zip(whole, short):
+        assert len(b) == 2000
+        np.testing.assert_allclose(b[:edge], a[:edge], rtol=1e-9)

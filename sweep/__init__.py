@@ -7,9 +7,17 @@
 `map_runs` is the engine below, for any function.
 """
 
+from pathlib import Path
+
 from .campaign import SweepResult, sweep
 from .engine import map_runs
 from .errors import Interrupted, SweepError
-from .report import report
 
 __all__ = ["Interrupted", "SweepError", "SweepResult", "map_runs", "report", "sweep"]
+
+
+def report(folder: str | Path) -> Path:
+    """Draw what the runs in a sweep's folder say; gives the path of report.html, with the PNGs in figures/ beside it."""
+    from .page import report  # workers, who draw nothing, do without matplotlib
+
+    return report(folder)

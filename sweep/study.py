@@ -32,7 +32,6 @@ from typing import Any, Mapping
 
 import numpy as np
 import pandas as pd
-from scipy.stats import qmc
 
 from .errors import SweepError
 from .record import Figure, evaluate, figure
@@ -175,6 +174,8 @@ def _samples(ranges: dict[str, list[float]], sample: dict) -> list[dict[str, flo
 
         points = sobol.sample(problem(ranges), count, calc_second_order=False, seed=seed)
     else:
+        from scipy.stats import qmc  # a second to load, for those who sample
+
         sampler = {"lhs": qmc.LatinHypercube, "sobol": qmc.Sobol}[method](len(ranges), rng=seed)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "The balance properties of Sobol", UserWarning)  # its count is the person's

@@ -23,12 +23,12 @@ def rows_of(folder):
 
 
 def test_same_bits_whatever_the_workers(tmp_path, scheduler):
-    ways = {"here": {"workers": 0}, "one": {"workers": 1}, "two": {"workers": 2}, "cluster": {"scheduler": scheduler}}
+    ways = {"none": {"workers": 0}, "one": {"workers": 1}, "two": {"scheduler": scheduler}}
     for name, way in ways.items():
         map_runs(jobs.draw, SEEDS, context={"offset": 0.5}, folder=tmp_path / name, columns=lambda item: item, **way)
     files = {rows_of(tmp_path / name) for name in ways}
     assert len(files) == 1
-    table = pd.read_parquet(tmp_path / "here" / "runs.parquet")
+    table = pd.read_parquet(tmp_path / "none" / "runs.parquet")
     assert list(table["seed"]) == list(range(40))
     failed = table[table["status"] == "failed"]
     assert list(failed["seed"]) == [6, 13, 20, 27, 34]
@@ -62,25 +62,25 @@ def test_a_run_that_kills_its_worker_is_tried_once_more_and_hurts_no_other(tmp_p
     assert "killed its worker" in rows[1]["reason"]
 
 
-def interrupted(tmp_path, stop):
+def interrupted(tmp_path, workers, stop):
     """Start a sweep of 30 runs in a process of its own, stop it when some runs are finished, go on here."""
     marks = tmp_path / "marks"
     marks.mkdir()
     code = (
         "import jobs, sys; from sweep import map_runs\n"
-        "if __name__ == '__main__': map_runs(jobs.note, list(range(30)), context=sys.argv[1], folder=sys.argv[2], workers=2)\n"
+        "if __name__ == '__main__': map_runs(jobs.note, list(range(30)), context=sys.argv[1], folder=sys.argv[2], workers=int(sys.argv[3]))\n"
     )
     (tmp_path / "go.py").write_text(code)
     out = tmp_path / "out"
     path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     running = subprocess.Popen(
-        [sys.executable, tmp_path / "go.py", marks, out],
+        [sys.executable, tmp_path / "go.py", marks, out, str(workers)],
         env={**os.environ, "PYTHONPATH": path},
         stderr=subprocess.PIPE,
         text=True,
     )
     try:
-        while len(list((out / "parts").glob("*.parquet"))) < 6:
+        while len(list((out / "parts").glob("*.parquet"))) < 3:
             assert running.poll() is None, "it ended too early"
             time.sleep(0.05)
         stop(running)
@@ -89,7 +89,7 @@ def interrupted(tmp_path, stop):
         running.kill()
         said = running.communicate()[1]
     finished = {row["item"] for file in (out / "parts").glob("*.parquet") for row in pd.read_parquet(file).to_dict("records")}
-    assert 6 <= len(finished) < 30
+    assert 3 <= len(finished) < 30
     rows = map_runs(jobs.note, list(range(30)), context=str(marks), folder=out, workers=0)
     assert [row["item"] for row in rows] == list(range(30))
     assert all((marks / f"{item}.mark").read_text() == "x" for item in finished)
@@ -98,12 +98,12 @@ def interrupted(tmp_path, stop):
 
 
 def test_going_on_after_an_interruption(tmp_path):
-    said = interrupted(tmp_path, lambda running: running.send_signal(signal.SIGINT))
+    said = interrupted(tmp_path, 2, lambda running: running.send_signal(signal.SIGINT))
     assert "of 30 runs are finished and kept" in said
 
 
 def test_going_on_after_everything_was_killed(tmp_path):
-    interrupted(tmp_path, lambda running: running.kill())
+    interrupted(tmp_path, 1, lambda running: running.kill())
 
 
 def test_a_folder_belongs_to_one_study(tmp_path):
@@ -118,6 +118,23 @@ def test_a_folder_belongs_to_one_study(tmp_path):
     (tmp_path / "b" / "thesis.txt").touch()
     with pytest.raises(SweepError, match="not the folder of a sweep"):
         map_runs(jobs.draw, SEEDS[:3], context={"offset": 0.0}, folder=tmp_path / "b", workers=0)
+
+
+def test_a_growing_folder_keeps_runs_of_other_items_but_not_of_other_sources(tmp_path, monkeypatch):
+    def grow(items):
+        return map_runs(
+            jobs.note, items, context=str(tmp_path), folder=tmp_path / "out", growing=True, sources=["jobs"], workers=0
+        )
+
+    assert [row["item"] for row in grow([1, 2])] == [1, 2]
+    assert [row["item"] for row in grow([3, 2])] == [3, 2]
+    assert [row["item"] for row in grow([1])] == [1]
+    assert sorted(pd.read_parquet(tmp_path / "out" / "runs.parquet")["item"]) == [1, 2, 3]
+    assert all((tmp_path / f"{item}.mark").read_text() == "x" for item in (1, 2, 3))
+    monkeypatch.setattr("sweep.engine.fingerprint", lambda *packages: {"sources": "changed"})
+    with pytest.raises(SweepError, match="it differs in sources"):
+        grow([4])
+    assert not (tmp_path / "4.mark").exists()
 
 
 def test_two_sweeps_at_once_in_one_folder(tmp_path):
@@ -168,7 +185,7 @@ def test_a_scheduler_that_is_not_there(monkeypatch):
         map_runs(jobs.draw, SEEDS, context={"offset": 0.0}, scheduler="nonsense://x")
 
 
-def test_a_scheduler_that_dies_loses_no_finished_run(tmp_path):
+def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_path, scheduler):
     code = (
         "from distributed import LocalCluster\n"
         "if __name__ == '__main__':\n"
@@ -181,23 +198,30 @@ def test_a_scheduler_that_dies_loses_no_finished_run(tmp_path):
         [sys.executable, tmp_path / "cluster.py"], env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path,
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
     )  # fmt: skip
+
+    def kill_then(item):
+        if item == 4:
+            cluster.kill()
+        return {}
+
+    def command(address):
+        return map_runs(
+            jobs.note, list(range(20)), context=str(tmp_path), folder=tmp_path / "out", columns=kill_then, scheduler=address
+        )
+
     try:
         address = cluster.stdout.readline().strip()
-
-        def kill_then(item):
-            if item == 4:
-                cluster.kill()
-            return {}
-
-        with pytest.raises(SweepError, match="scheduler is gone"):
-            map_runs(
-                jobs.note, list(range(20)), context=str(tmp_path), folder=tmp_path / "out", columns=kill_then, scheduler=address
-            )
+        with pytest.raises(SweepError, match="scheduler is gone.* start a scheduler and give the same command again"):
+            command(address)
+        with pytest.raises(SweepError, match=f"No Dask scheduler answers at {address}"):
+            command(address)
     finally:
         cluster.kill()
         cluster.communicate()
     done = {row["item"] for file in (tmp_path / "out" / "parts").iterdir() for row in pd.read_parquet(file).to_dict("records")}
     assert {0, 1, 2, 3, 4} <= done and len(done) < 20
+    assert [row["item"] for row in command(scheduler)] == list(range(20))
+    assert all((tmp_path / f"{item}.mark").read_text() == "x" for item in done)
 
 
 def test_batches_last_but_leave_nobody_idle():

@@ -68,7 +68,7 @@ def write(folder: Path, system: str, study: str) -> Path:
 
 def test_the_same_bits_on_any_workers_and_the_closed_form(tmp_path, scheduler):
     file = write(tmp_path / "in", MOTOR, STUDY)
-    ways = {"here": {"workers": 0}, "two": {"workers": 2}, "cluster": {"scheduler": scheduler}}
+    ways = {"none": {"workers": 0}, "one": {"workers": 1}, "two": {"scheduler": scheduler}}
     results = {name: sweep(file, tmp_path / name, **way) for name, way in ways.items()}
     assert len({(tmp_path / name / "runs.parquet").read_bytes() for name in ways}) == 1
     table = results["two"].table
@@ -115,7 +115,7 @@ def test_a_failed_run_is_a_row_with_its_reason(tmp_path):
 
 def test_a_part_that_kills_its_worker(tmp_path):
     study = LOADS.replace("values = [0.5, 1.5, 0.75, 1.25]", "values = [0.5, 2.5, 0.75]")
-    result = sweep(write(tmp_path / "in", BRITTLE, study), tmp_path / "out", workers=2)
+    result = sweep(write(tmp_path / "in", BRITTLE, study), tmp_path / "out", workers=1)
     assert result.table["status"].tolist() == ["ok", "failed", "ok"]
     assert "killed its worker" in result.table["reason"][1]
 

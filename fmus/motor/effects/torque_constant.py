@@ -8,16 +8,18 @@ def active(p, x):
 
 
 def weakening(p, x):
-    """w of K = K_0 / (1 + w): a part with the current's magnitude, a part with the filtered copper loss."""
-    return p.weakening_per_current * abs(x.current) + p.weakening_per_loss * x.heat
+    """w of K = K_0 / (1 + w): a part with the current's magnitude (in A), a part with the filtered copper loss."""
+    saturated = p.weakening_per_current * abs(x.current) ** p.weakening_exponent if p.weakening_per_current > 0.0 else 0.0
+    return saturated + p.weakening_per_loss * x.heat
 
 
 EFFECT = Effect(
     component="motor",
     name="torque_constant",
-    summary="K = K_0 / (1 + a |I| + b q), q' = (I^2 R - q) / thermal_time",
+    summary="K = K_0 / (1 + a |I / 1 A|^n + b q), q' = (I^2 R - q) / thermal_time",
     parameters=(
-        Parameter("weakening_per_current", "1/A", 0.0, 0.0, 0.5, "loss of torque constant with current"),
+        Parameter("weakening_per_current", "1/A", 0.0, 0.0, 0.5, "a: loss of torque constant at 1 A"),
+        Parameter("weakening_exponent", "", 1.0, 0.5, 4.0, "n: how suddenly it saturates, 1 from the first ampere on"),
         Parameter("weakening_per_loss", "1/W", 0.0, 0.0, 0.1, "loss of torque constant with copper loss (hot magnets)"),
     ),
     source="Hughes, Drury: Electric Motors and Drives, ch. 3 (armature reaction); ferrite magnets lose 0.2 percent per K",

@@ -107,6 +107,8 @@ def test_winding_warms_to_its_steady_state():
 def test_torque_constant_falls_with_current_and_heat():
     cold = stepped(dc.Parameters(weakening_per_current=0.01), 6.0, 0.0, 1.0, 1)[1]
     assert cold.torque == pytest.approx(0.03 * 10.0 / 1.1)
+    sudden = stepped(dc.Parameters(weakening_per_current=0.001, weakening_exponent=2.0), 6.0, 0.0, 1.0, 1)[1]
+    assert sudden.torque == pytest.approx(0.03 * 10.0 / (1.0 + 0.001 * 10.0**2))
     warm = stepped(dc.Parameters(weakening_per_loss=0.001, thermal_time=0.1), 6.0, 0.0, 1.0, 20)[1]
     assert warm.torque == pytest.approx(0.3 / 1.06, rel=1e-6)
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure as Plot
+from matplotlib.ticker import FuncFormatter
 
 from .analysis import pareto
 from .study import Study
@@ -67,7 +67,7 @@ def chart(study: Study, good: pd.DataFrame) -> Plot | None:
         norm = LogNorm(low, high) if 0.0 < low < high else None
         levels = np.geomspace(low, high, 20) if norm else 18
         drawn = axes.contourf(grid.columns, grid.index, grid.to_numpy(), levels=levels, norm=norm, cmap="YlOrRd")
-        plot.colorbar(drawn, ax=axes, label="energy of a cycle [J]", format="{x:.0f}")
+        plot.colorbar(drawn, ax=axes, label="energy of a cycle [J]", format=FuncFormatter(lambda x, _: f"{x:.0f}" if x >= 100.0 else f"{x:.3g}"))
         r = np.linspace(grid.index.min(), grid.index.max(), 200)
         axes.plot(1.0 / r, r, color="black", linewidth=2, label="self-locking limit μ = 1/r")
         lowest = grid.columns.to_numpy()[np.nanargmin(grid.to_numpy(), axis=1)]
@@ -105,9 +105,8 @@ def front(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
 def sensitivities(study: Study, found: pd.DataFrame) -> Plot:
     """A cell for each figure and parameter."""
     kinds = [kind for kind in ("first", "total") if found[kind].notna().any()]
-    grids = [
-        found.pivot(index="figure", columns="parameter", values=kind)[list(dict.fromkeys(found["parameter"]))] for kind in kinds
-    ]
+    order = {"index": found["figure"].unique(), "columns": found["parameter"].unique()}  # as in the study
+    grids = [found.pivot(index="figure", columns="parameter", values=kind).reindex(**order) for kind in kinds]
     rows, columns = grids[0].shape
     plot = Plot(figsize=(2.5 + 1.5 * columns * len(kinds), 1.6 + 0.42 * rows), layout="constrained")
     for axes, kind, grid in zip(np.ravel(plot.subplots(1, len(kinds), squeeze=False, sharey=True)), kinds, grids):
@@ -131,8 +130,9 @@ def margins(study: Study, good: pd.DataFrame) -> Plot:
     axes = plot.subplots()
     axes.imshow(grid.to_numpy(float), vmin=-1.0, vmax=1.0, cmap="RdYlGn", aspect="auto")
     for (row, column), value in np.ndenumerate(grid.to_numpy(float)):
-        axes.text(column, row, f"{100 * value:.0f} %" if np.isfinite(value) else "–", ha="center", va="center", fontsize=9)
-    axes.set_xticks(range(len(grid.columns)), [label(study, name) for name in grid.columns], rotation=20)
+        text, color = f"{100 * value:.0f} %" if np.isfinite(value) else "–", "white" if abs(value) > 0.7 else "black"
+        axes.text(column, row, text, ha="center", va="center", fontsize=9, color=color)
+    axes.set_xticks(range(len(grid.columns)), [label(study, name) for name in grid.columns], rotation=20, ha="right")
     axes.set_yticks(range(len(grid)), names)
     return plot
 
@@ -154,7 +154,7 @@ def overview(study: Study, good: pd.DataFrame) -> Plot:
         row[0].set_ylabel(label(study, figure), fontsize=8)
     for axes, parameter in zip(grid[-1], parameters):
         axes.set_xlabel(label(study, parameter), fontsize=9)
-        axes.tick_params(axis="x", labelrotation=20)
+        axes.tick_params(axis="x", labelrotation=20 if good[parameter].dtype.kind in "fib" else 90, labelsize=8)
     return plot
 
 

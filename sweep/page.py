@@ -28,7 +28,7 @@ class Section:
     text: str = ""
     plots: dict[str, Plot] = field(default_factory=dict)  # by file name
     rows: pd.DataFrame | None = None
-    images: list[str] = field(default_factory=list)
+    images: list[tuple[str, int]] = field(default_factory=list)  # PNG, and its width on the page in px
 
     @property
     def table(self) -> Markup | None:
@@ -49,7 +49,7 @@ def report(folder: str | Path) -> Path:
             buffer = io.BytesIO()
             plot.savefig(buffer, dpi=130, metadata={"Software": None})
             (folder / "figures" / f"{name}.png").write_bytes(buffer.getvalue())
-            section.images.append(base64.b64encode(buffer.getvalue()).decode())
+            section.images.append((base64.b64encode(buffer.getvalue()).decode(), round(96 * plot.get_figwidth())))
     page = Environment(loader=PackageLoader("sweep", "."), autoescape=True).get_template("report.html.j2")
     path = folder / "report.html"
     path.write_text(
@@ -108,7 +108,9 @@ def _sections(study: Study, table: pd.DataFrame, good: pd.DataFrame):
         plots = {"sensitivity": charts.sensitivities(study, found)} if len(found) else {}
         yield Section("What depends on what", f"Share of each figure's variance. {how}", plots)
         if study.record:
-            yield Section("All figures", "", {"overview": charts.overview(study, good)})
+            shown, count = min(charts.SHOWN, len(study.record)), len(study.record)
+            text = f"The first {shown} of {count}; the others are in runs.parquet." if shown < count else ""
+            yield Section("All figures", text, {"overview": charts.overview(study, good)})
     causes = Counter(cause(reason) for reason in table.loc[table["status"] == "failed", "reason"])
     if causes:
         ordered = dict(causes.most_common())

@@ -25,6 +25,12 @@ LONGEST = 0.045
 STRETCH = 80
 """Samples in such a stretch."""
 
+SHOWN = 60_000
+"""Samples that show what an FMU or a finer step leaves: FMPy would take longer for an hour than the whole diagnosis."""
+
+SHORT = 100
+"""Samples kept of a run that has none to show: it is there for its place among the others."""
+
 
 class Bench(Layout):
     """All runs of a measurement under one rig, and the residual of a simulation with given parameter values."""
@@ -85,6 +91,16 @@ class Bench(Layout):
         self._memory.clear()
         return sampled
 
+    def enough(self, blocks: np.ndarray) -> list[int]:
+        """Samples of each run within which there are `SHOWN` samples of these blocks, for what is slow or large."""
+        left, found = SHOWN, []
+        for i, block in enumerate(self.block_of):
+            first = int(np.flatnonzero(self.block_run == i)[0])
+            places = np.flatnonzero(blocks[first + block])[:left]
+            left -= len(places)
+            found.append(min(len(block), max(SHORT, int(places[-1]) + 1 if len(places) else 0)))
+        return found
+
     def head(self, samples: list[int]) -> Bench:
         """The same blocks, cuts and smoothing over the first samples of each run."""
         short = copy(self)
@@ -98,7 +114,7 @@ class Bench(Layout):
 
     def compare(self, cut: Cut, values: dict[str, float]):
         """Simulated, measured, trusted of each run, sample by sample."""
-        return [cut.compute(values, self.channels[i, cut.prefix]) for i in range(len(self.runs))]
+        return [cut.compute(self, values, self.channels[i, cut.prefix]) for i in range(len(self.runs))]
 
     def binned(self, cut: Cut, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Mean residual (measured - simulated) and count in each bin, arrays (blocks, bins)."""

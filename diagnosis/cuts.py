@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class Cut:
-    """One comparison: `compute(values)` gives simulated, measured and trusted, one array per run."""
+    """One comparison: `compute(bench, values, channels)` gives simulated, measured and trusted samples of one run."""
 
     name: str  # drive prefix + controller | motor | gear | load | twist
     components: tuple[str, ...]
     reads: tuple[str, ...]
     output: str  # channel
     unit: str
-    compute: Callable[[dict, Channels], Compared]
+    compute: Callable[[Bench, dict, Channels], Compared]
     prefix: str = ""  # of the drive
     noise: float = 1.0  # of a bin's average
 
@@ -73,17 +73,17 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
         read = ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage") if closed else \
             ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")
         add("drive", [*(["controller"] if closed else []), "motor", "reducer", "load"], read, shown,
-            lambda v, ch: forward.motion(bench, prefix, shown, closed, v, ch))
+            lambda b, v, ch: forward.motion(b, prefix, shown, closed, v, ch))
         return found
 
     volts = ("motor.duty", "motor.supply_voltage") if electric == "motor.duty" else (electric,) if electric else ()
     command = "controller.voltage" if has("controller.voltage") else "motor.voltage" if has("motor.voltage") else ""
     if command and has("controller.angle_setpoint") and moves and not bench.steady:
         add("controller", ["controller"], ("controller.angle_setpoint", "controller.speed_setpoint", *moves), command,
-            lambda v, ch: compare.controller(bench, prefix, command, v, ch))
+            lambda b, v, ch: compare.controller(b, prefix, command, v, ch))
     if electric and moves and has("motor.current"):
         add("motor", ["motor"], (*volts, *moves), "motor.current",
-            lambda v, ch: compare.motor(bench, prefix, electric, v, ch))
+            lambda b, v, ch: compare.motor(b, prefix, electric, v, ch))
     torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
     delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
     if torque and moves:
@@ -91,16 +91,16 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
         if torque not in ("motor.torque", "reducer.input_torque"):
             who = ["motor", *who]
         add("gear", who, (*moves, *(volts if torque == electric else ()), *delivered), torque,
-            lambda v, ch: compare.gear(bench, prefix, torque, electric, v, ch))
+            lambda b, v, ch: compare.gear(b, prefix, torque, electric, v, ch))
     described = {key.rpartition(".")[0] for key in bench.rig.parameters}
     if delivered and (has("load.angle") or has("load.speed")) and name["load"] in described:
         add("load", ["load"], ("load.angle", "load.speed"), "reducer.output_torque",
-            lambda v, ch: compare.load(bench, prefix, v, ch))
+            lambda b, v, ch: compare.load(b, prefix, v, ch))
     for side, kind in (("reducer.input_", "input"), ("load.", "output")):
         if has(side + "angle", side + "speed") and not bench.steady:
             add(kind, [], (side + "angle",), side + "speed",
-                lambda v, ch, side=side: compare.redundant(bench, prefix, side, v, ch))
+                lambda b, v, ch, side=side: compare.redundant(b, prefix, side, v, ch))
     if has("reducer.input_angle", "load.angle") and not bench.steady:
         add("twist", ["reducer", *([] if delivered else ["load"])], ("reducer.input_angle",), "load.angle",
-            lambda v, ch: compare.twist(bench, prefix, v, ch))
+            lambda b, v, ch: compare.twist(b, prefix, v, ch))
     return found

@@ -25,15 +25,8 @@ from .playback import write_system
 from .rig import split
 
 
-MOST = 60_000
-"""Held-out samples that the FMUs are run up to: under FMPy an hour of them would take longer than the diagnosis."""
-
-FEWEST = 100
-"""Samples kept of a run that has nothing held out: it is there for its place among the others."""
-
-
 def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, out: Path, causes: list[Hypothesis]) -> dict:
-    """Write the extended FMUs, parameters.toml and extended.toml; run the FMUs on the held-out data."""
+    """Write the extended FMUs, parameters.toml and extended.toml; run the FMUs on held-out data."""
     values = {**bench.rig.parameters, **after}
     names = [prefix + part for prefix in bench.rig.drives for part in COMPONENTS]
     used = [name for name in names if name in bench.components]
@@ -49,24 +42,14 @@ def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray
             fmus[name] = build("Sensor", out / f"{name}.fmu", **known)
     _parameters(bench, before, after, out / "parameters.toml")
     system = write_system(bench, values, fmus, out)
-    enough = bench.head(_enough(bench, cut, after, blocks))
+    enough = bench.head(bench.enough(blocks))
     promised = _error(enough, cut, after, blocks)
-    with with_fmus(bench, fmus, cut) as theirs:
-        found = _error(enough, cut, after, blocks) if theirs.runs_fmus else None  # this comparison is not one of an FMU
+    with with_fmus(enough, fmus, cut) as theirs:
+        found = _error(theirs, cut, after, blocks) if theirs.runs_fmus else None  # this comparison is not one of an FMU
     return {
         "fmus": sorted(path.name for path in fmus.values()), "parameters": "parameters.toml", "system": system.name if system else None,
         "promised": promised, "fmu": found, "unit": cut.unit,
     }
-
-
-def _enough(bench: Bench, cut: Cut, values: dict, blocks: np.ndarray) -> list[int]:
-    """Samples of each run after which so many held-out ones have been compared."""
-    left, found = MOST, []
-    for trusted in samples(bench, cut, values, blocks)[1]:
-        places = np.flatnonzero(trusted)[:left]
-        left -= len(places)
-        found.append(min(len(trusted), max(FEWEST, int(places[-1]) + 1 if len(places) else 0)))
-    return found
 
 
 def starts(part: str, name: str, values: dict[str, float]) -> dict:

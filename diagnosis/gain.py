@@ -53,10 +53,12 @@ def improvement(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.nd
     return 1.0 - rms([e[t] for e, t in zip(new, trusted)]) / was if was > 0.0 else 0.0
 
 
-def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, names: list[str], rng: np.random.Generator) -> Gain:
-    """The gain of one cut over `blocks`, which are called `names`."""
+def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, names: list[str],
+            rng: np.random.Generator, new: list[np.ndarray] | None = None) -> Gain:
+    """The gain of one cut over `blocks`, which are called `names`; `new`: errors after, where not those of `after`."""
     old, trusted = samples(bench, cut, before, blocks)
-    new, _ = samples(bench, cut, after, blocks)
+    if new is None:
+        new, _ = samples(bench, cut, after, blocks)
     first = [int(np.flatnonzero(bench.block_run == i)[0]) for i in range(len(bench.runs))]
     sums = np.zeros(bench.blocks)
     counts = np.zeros(bench.blocks)

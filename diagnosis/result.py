@@ -6,8 +6,12 @@ import json
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .gain import Gain
+
+if TYPE_CHECKING:
+    from .step import Step
 
 EXIT = {"explained": 0, "ambiguous": 0, "none": 3, "unknown": 4}
 
@@ -43,6 +47,7 @@ class Diagnosis:
     remainder: dict
     folder: Path | None = None
     extension: dict = field(default_factory=dict)
+    step: Step | None = None  # what a finer step would change
 
     @property
     def exit_code(self) -> int:
@@ -58,6 +63,8 @@ class Diagnosis:
         for cause in found["causes"]:
             if not cause["channel"]:
                 cause.pop("channel")
+        if self.step:
+            found["step"] = self.step.row()
         if self.extension:
             found["extension"] = self.extension
         return _finite(found)
@@ -76,6 +83,8 @@ class Diagnosis:
         lines.append(f"  {g.metric}, held out: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise floor {g.noise_floor:.3g}, closed {100 * g.closed:.0f} %)")
         if self.remainder["significant"]:
             lines.append(f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}")
+        if self.step:
+            lines.append(f"  {self.step}")
         if self.faults:
             kinds = sorted({fault["kind"] for fault in self.faults})
             lines.append(f"  {len(self.faults)} faults in the data ({', '.join(kinds)}), left out of every fit")

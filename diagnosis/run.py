@@ -22,6 +22,7 @@ from .log import Run, read
 from .result import Cause, Diagnosis
 from .rig import Rig, load
 from .select import Candidate, Contest, Outcome
+from .step import finest, to_blame
 
 ENOUGH = 0.55
 """Share of the error above the noise floor that causes must close while something significant remains; else `unknown`."""
@@ -91,9 +92,13 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     left = depends(bench, bench.residual(after), bench.present(after), after, rng)
     causes = _causes(contest, outcome)
     verdict, causes = _verdict(causes, gain, left, _excess(contest, outcome))
+    step = finest(bench, before, after, judged)
+    if step and step.explains and all(d.cut == step.cut for d in left):
+        causes, gain = to_blame(step, bench, causes, gain, before, judged, names, rng)
+        verdict, left = "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained", []
     shares = blame(contest.bench, outcome.base.residual.reshape(contest.shape), final, contest.present, outcome.causes)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
-    result = Diagnosis(verdict, [fault.row() for fault in faults], shares, causes, gain, remainder)
+    result = Diagnosis(verdict, [fault.row() for fault in faults], shares, causes, gain, remainder, step=step)
     result.extension["seed"] = seed
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -101,7 +106,7 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
         from .report import write
 
         result.folder = out
-        if verdict in ("explained", "ambiguous"):
+        if verdict in ("explained", "ambiguous") and outcome.causes:
             tell("extended FMUs", 0.0)
             result.extension |= extend(bench, cut, before, after, judged, out, [c.hypothesis for c in outcome.causes])
         result.write(out)

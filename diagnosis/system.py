@@ -64,7 +64,7 @@ class SystemBench(Bench):
         Layout.__init__(self, runs, self.steady)
 
     def _cut(self, name: str, group: Group) -> Cut:
-        def compute(values, silent):
+        def compute(bench, values, silent):
             run = self.runs[silent.index]
             return self.simulated[group, silent.index][name], run.signals[name], run.usable(name)
 

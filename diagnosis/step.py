@@ -1,0 +1,138 @@
+"""Is the step fine enough? A replay steps from row to row of a log; here it is run with parts of these steps.
+
+Between two rows nothing is known. Measured inputs go straight from one to the next; a command is held over the step, as
+the replay has it, or was followed by others that the log left out, and then a straight line is nearer: the better one
+counts. Where it moves the simulation less than the noise, a finer step would say nothing else. Where it takes the error
+away, with nothing fitted, the step is the cause, before any law.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from .bench import Bench
+from .cuts import Cut
+from .gain import Gain, measure, rms, samples
+from .log import VALID, Run
+from .noise import floor
+from .prepare import Channels
+from .result import Cause
+from .rig import split
+from .signals import COMMANDS
+
+PARTS = 4
+"""Parts of a step: of an error that grows with the step, three quarters go."""
+
+ENOUGH = 0.5
+"""Share of the error above the noise floor (of squares) that a finer step must take away to be the cause."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What parts of a step change in the comparison that they change most, without any cause mended."""
+
+    cut: str
+    unit: str
+    size: float  # s, of the log
+    held: bool  # commands over the step; else straight lines
+    moved: float  # the simulation, root mean square, in `unit`
+    noise: float
+    before: float  # error (root mean square) with the log's step
+    after: float  # with parts of it
+    left: float  # with the log's step, the causes found mended
+
+    @property
+    def ratio(self) -> float:
+        """Change of the simulation in units of the noise."""
+        return self.moved / self.noise if self.noise else 0.0
+
+    @property
+    def explains(self) -> bool:
+        """Whether a finer step alone closes the error, and as well as the causes found."""
+        above = self.before**2 - self.noise**2
+        return self.ratio > 1.0 and self.before**2 - self.after**2 > ENOUGH * above and self.after < 1.05 * self.left
+
+    def row(self) -> dict:
+        return asdict(self) | {"ratio": self.ratio, "explains": self.explains}
+
+    def __str__(self) -> str:
+        moves = f"{PARTS} parts of a step move the simulation ({self.cut}) by {100 * self.ratio:.0f} % of its noise"
+        if self.ratio < 1.0:
+            return f"the step of {self.size:.3g} s is fine enough: {moves}"
+        return (f"the step of {self.size:.3g} s is coarse: {moves}, its error from {self.before:.3g} to {self.after:.3g} "
+                f"{self.unit}. Log more rows a second")
+
+
+def finest(bench: Bench, before: dict, after: dict, blocks: np.ndarray) -> Step | None:
+    """The comparison that a finer step changes most on these blocks; steady-state points have no step.
+
+    before, after: values without the causes found and with them.
+    """
+    if bench.steady:
+        return None
+    bench, found = bench.head(bench.enough(blocks)), []
+    size = float(np.median(np.concatenate([np.diff(run.time) for run in bench.runs])))
+    ways = {held: refined(bench, held) for held in (True, False)}
+    for cut in bench.cuts:
+        errors, trusted = samples(bench, cut, before, blocks)
+        left, _ = samples(bench, cut, after, blocks)
+        pick = lambda parts: rms([x[t] for x, t in zip(parts, trusted)])
+        finer = {held: errors_of(fine, cut, before, errors) for held, fine in ways.items()}
+        held = min(ways, key=lambda way: pick(finer[way]))
+        moved = pick([f - e for f, e in zip(finer[held], errors)])
+        noise = floor(bench, cut, after, left, trusted)
+        found.append(Step(cut.name, cut.unit, size, held, moved, noise, pick(errors), pick(finer[held]), pick(left)))
+    return max(found, key=lambda step: step.ratio)
+
+
+def to_blame(step: Step, bench: Bench, causes: list[Cause], gain: Gain, before: dict, blocks: np.ndarray,
+             names: list[str], rng: np.random.Generator) -> tuple[list[Cause], Gain]:
+    """The step in the place of causes that were found where it acts; the gain is its own where it is the only one."""
+    bench = bench.head(bench.enough(blocks))
+    cut = next(cut for cut in bench.cuts if cut.name == step.cut)
+    errors, trusted = samples(bench, cut, before, blocks)
+    finer = errors_of(refined(bench, step.held), cut, before, errors)
+    drops = np.zeros(bench.blocks)
+    for i, (e, f, t) in enumerate(zip(errors, finer, trusted)):
+        block = int(np.flatnonzero(bench.block_run == i)[0]) + bench.block_of[i]
+        drops += np.bincount(block[t], (e**2 - f**2)[t], bench.blocks)
+    drops = drops[drops != 0.0]
+    spread = drops.std(ddof=1) / np.sqrt(len(drops)) if len(drops) > 1 else np.inf
+    size = {"value": step.size, "low": step.size, "high": step.size, "unit": "s", "determined": True}
+    cause = Cause("simulation", "step", {"step": size}, round(float(norm.cdf(drops.mean() / max(spread, 1e-300))), 4))
+    elsewhere = [c for c in causes if c.component not in cut.components and c.channel not in (*cut.reads, cut.output)]
+    return [*elsewhere, cause], gain if elsewhere else measure(bench, cut, before, before, blocks, names, rng, finer)
+
+
+def errors_of(fine: Bench, cut: Cut, values: dict, errors: list[np.ndarray]) -> list[np.ndarray]:
+    """Errors of a refined bench at the rows of the log; what cannot be simulated there stays as it was."""
+    found = [(measured - simulated)[::PARTS] for simulated, measured, _ in fine.compare(cut, values)]
+    return [np.where(np.isfinite(f), f, e) for f, e in zip(found, errors)]
+
+
+def refined(bench: Bench, held: bool) -> Bench:
+    """The same comparisons in parts of steps; row i of the log is sample i · PARTS."""
+    fine = copy(bench)
+    fine.runs = [_between(run, bench.rig.drives, held) for run in bench.runs]
+    fine.channels = {(i, prefix): Channels(fine.runs[i], prefix, False) for i, prefix in bench.channels}
+    fine.smoothing = {prefix: (samples * PARTS) | 1 for prefix, samples in bench.smoothing.items()}
+    fine.place, fine.block_of = ([np.repeat(x, PARTS)[: len(run)] for x, run in zip(of, fine.runs)]
+                                 for of in (bench.place, bench.block_of))
+    fine._memory = {}
+    return fine
+
+
+def _between(run: Run, drives: tuple[str, ...], held: bool) -> Run:
+    """A run with rows between its rows; one is good where both its neighbours are."""
+    rows = np.arange((len(run) - 1) * PARTS + 1)
+    before = rows // PARTS
+    after = np.minimum(before + (rows % PARTS > 0), len(run) - 1)
+    line = lambda x: np.interp(rows / PARTS, np.arange(len(run)), x)
+    still = {name for name in run.signals if name == VALID or (held and split(name, drives)[1] in COMMANDS)}
+    signals = {name: x[before] if name in still else line(x) for name, x in run.signals.items()}
+    good = {name: g[before] & g[after] for name, g in run.good.items()}
+    return Run(run.log, run.name, run.rows[before], line(run.time), signals, good)

@@ -67,7 +67,8 @@ def chart(study: Study, good: pd.DataFrame) -> Plot | None:
         norm = LogNorm(low, high) if 0.0 < low < high else None
         levels = np.geomspace(low, high, 20) if norm else 18
         drawn = axes.contourf(grid.columns, grid.index, grid.to_numpy(), levels=levels, norm=norm, cmap="YlOrRd")
-        plot.colorbar(drawn, ax=axes, label="energy of a cycle [J]", format=FuncFormatter(lambda x, _: f"{x:.0f}" if x >= 100.0 else f"{x:.3g}"))
+        digits = FuncFormatter(lambda x, _: f"{x:.0f}" if x >= 100.0 else f"{x:.3g}")
+        plot.colorbar(drawn, ax=axes, label="energy of a cycle [J]", format=digits)
         r = np.linspace(grid.index.min(), grid.index.max(), 200)
         axes.plot(1.0 / r, r, color="black", linewidth=2, label="self-locking limit μ = 1/r")
         lowest = grid.columns.to_numpy()[np.nanargmin(grid.to_numpy(), axis=1)]

@@ -63,6 +63,9 @@ class Step:
         moves = f"{PARTS} parts of a step move the simulation ({self.cut}) by {100 * self.ratio:.0f} % of its noise"
         if self.ratio < 1.0:
             return f"the step of {self.size:.3g} s is fine enough: {moves}"
+        if self.after > 0.9 * self.before:
+            share = 100 * self.moved / self.before
+            return f"the step of {self.size:.3g} s is not what is wrong: {moves}, {share:.1f} % of its error"
         return (f"the step of {self.size:.3g} s is coarse: {moves}, its error from {self.before:.3g} to {self.after:.3g} "
                 f"{self.unit}. Log more rows a second")
 

@@ -267,7 +267,8 @@ class Contest:
                 continue
             start = way.start()
             every = tuple(p for p in way.free if p.name not in base.values)
-            usual = tuple(p for p in every if not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))  # shapes with a usual value
+            # shapes with a usual value, and those without which the law is a simpler one
+            usual = tuple(p for p in every if not (p.name in way.shape and (0.0 < p.low < p.nominal < p.high or p.nominal == p.low)))
             for extra in (usual, every):
                 kind = tuple(p.name for p in extra)
                 if kind in seen:

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, Callable, Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from . import blocks
 from .bench import Bench
@@ -90,6 +91,7 @@ class Search:
         return self.__dict__ | {"contest": None, "base": None}
 
 
+@threadpool_limits.wrap(limits=1)  # so that the bits do not depend on where it is made
 def draw(search: Search, item: dict) -> dict:
     """One simulated log: the largest gain that the search finds, by which hypothesis, and how likely the quick draws call it."""
     stage = search.without_effect(np.random.default_rng([search.seed, item["draw"]])).first_stage()
@@ -161,6 +163,7 @@ class Chance:
         _plot(self, out / "chance.png")
 
 
+@threadpool_limits.wrap(limits=1)
 def chance(
     rig: str | Path | Rig,
     logs: Sequence[str | Path],
@@ -230,8 +233,7 @@ def _plot(found: Chance, path: Path) -> None:
         axes.axvline(mine, color=MEASURED, lw=1.2, label=f"measured log: {name}")
         most = max(most, mine)
     else:
-        axes.annotate(f"measured log: {name}, {mine:.3g} %", (1.0, 0.55), (0.55, 0.55), xycoords="axes fraction",
-                      va="center", arrowprops={"arrowstyle": "->", "color": MEASURED})  # fmt: skip
+        axes.annotate(f"measured log: {name}, {mine:.3g} % →", (0.99, 0.76), xycoords="axes fraction", ha="right")
     axes.axhline(SIGNIFICANT, color="0.5", lw=0.8, ls=":")
     axes.annotate(f"level of a cause, {SIGNIFICANT:g}", (0.995, SIGNIFICANT), xycoords=("axes fraction", "data"),
                   ha="right", va="bottom", fontsize=8, color="0.4")  # fmt: skip

@@ -19,6 +19,9 @@ from .rig import Rig
 MOST = 3_000
 """Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
 
+MOST_WHOLE = 4_500
+"""Samples of a whole drive simulated in a fit: of longer logs, the first part of each block, started as measured."""
+
 LONGEST = 0.045
 """s; a longer smoothing window would blur the motion itself."""
 
@@ -54,6 +57,9 @@ class Bench(Layout):
             raise DataError(f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "
                             "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together.")
         super().__init__(self.runs, self.steady)
+        if sampled and any(cut.name.endswith("drive") for cut in self.cuts):
+            for (i, _), ch in self.channels.items():
+                ch.take = self.firsts(i, MOST_WHOLE / total) if total > 1.5 * MOST_WHOLE else None
         for prefix in rig.drives:
             self._choose_smoothing(prefix)
 

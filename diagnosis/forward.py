@@ -28,11 +28,12 @@ SHOWN = {"load.angle": "angle", "reducer.input_angle": "input_angle", "load.spee
 def motion(bench: Bench, prefix: str, shown: str, closed: bool, values: dict, ch: Channels) -> Compared:
     """The motion of the whole drive against the measured one."""
     simulated = simulate(bench, prefix, values, ch, closed)[SHOWN[shown]]
-    return drive.read(shown, simulated, values, ch), ch.raw(shown), ch.good(shown)
+    take = slice(None) if ch.take is None else ch.take
+    return drive.read(shown, simulated, values, ch)[take], ch.raw(shown)[take], ch.good(shown)[take]
 
 
 def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
-    """All signals of the drive over one run; it starts as measured."""
+    """All signals of the drive over one run, or over the stretches of it that are taken; each starts as measured."""
     first, second = drive.both(bench, prefix, values, ch)
     n = len(ch.dt)
     values = {**values, **bench.rig.of_log(ch.run.log)}
@@ -50,10 +51,20 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
     wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
     rate = ch.raw("controller.speed_setpoint") if ch.has("controller.speed_setpoint") else np.gradient(wanted, np.cumsum(ch.dt))
     powered = ch.run.signals.get(VALID, np.ones(n))
-    start = np.array([second.angle[0] * reducer.gear_ratio, first.speed[0], second.angle[0], second.speed[0]])
     out = np.zeros((8, n))
-    bench.kernels.whole(*laws, 1.0 if closed else 0.0, powered, supply, voltage, wanted, rate, ch.dt, stiffness[1], start, out)
+    for here in stretches(ch):
+        i = here.start
+        start = np.array([second.angle[i] * reducer.gear_ratio, first.speed[i], second.angle[i], second.speed[i]])
+        given = (x[here] for x in (powered, supply, voltage, wanted, rate, ch.dt))
+        bench.kernels.whole(*laws, 1.0 if closed else 0.0, *given, stiffness[1], start, out[:, here])
     return dict(zip(ROWS, out))
+
+
+def stretches(ch: Channels) -> list[slice]:
+    """Where samples that are taken follow one another without a gap."""
+    if ch.take is None:
+        return [slice(0, len(ch.dt))]
+    return [slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, np.flatnonzero(np.diff(ch.take) > 1) + 1)]
 
 
 def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:

@@ -48,6 +48,12 @@ class Layout:
         self.blocks = len(self.block_run)
         self.block_run = np.array(self.block_run)
 
+    def firsts(self, i: int, share: float) -> np.ndarray:
+        """Places of the samples of run i in the first share of its blocks."""
+        lengths = np.bincount(self.block_of[i])
+        inside = np.arange(len(self.block_of[i])) - (np.cumsum(lengths) - lengths)[self.block_of[i]]
+        return np.flatnonzero(inside < np.ceil(share * lengths)[self.block_of[i]])
+
     def bin(self, i: int, samples: np.ndarray, good: np.ndarray, take: np.ndarray | None = None
             ) -> tuple[np.ndarray, np.ndarray]:
         """Sums and counts of run i's good samples in all bins; `take`: which samples these are, where not all."""

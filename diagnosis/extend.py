@@ -87,6 +87,8 @@ class with_fmus:
         self.runs_fmus = self.path is not None
         if self.kind == "drive":
             self.kind, self.chain = "whole", [fmus.get(cut.prefix + c) for c in COMPONENTS]
+            theirs = {name for values in bench.rig.logs.values() for name in values}  # FMUs have the rig's own values
+            self.of_log = [[n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == cut.prefix + c] for c in COMPONENTS]
 
     def __enter__(self):
         if not self.runs_fmus:
@@ -95,7 +97,7 @@ class with_fmus:
         mine = {"gear": lambda p, *a: _play(self.path, GEAR, a[:-2], a[-2], a[-1:]),
                 "motor": lambda p, u, w, dt, *out: _shifted(self.path, u, w, dt, out),
                 "controller": lambda p, *a: _play(self.path, CONTROL, a[:-2], a[-2], a[-1:]),
-                "whole": lambda *a: _chain(self.chain, *a)}
+                "whole": lambda *a: _chain(self.chain, self.of_log, *a)}
         self._own = self.bench.kernels
         self.bench.kernels = SimpleNamespace(**{**laws, self.kind: mine[self.kind]})
         self.bench.runs_fmus = True
@@ -152,16 +154,17 @@ class _Fmu:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def _chain(paths, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out) -> None:
-    """The whole drive made of FMUs, coupled as kernels.whole couples the laws."""
+def _chain(paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out) -> None:
+    """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log` names what a log has values of its own for."""
+    own = [{n: bool(getattr(p, n)) if n == "irreversible" else getattr(p, n) for n in names} for p, names in zip((pc, pm, pr, pl), of_log)]
     angle, speed = float(start[2]), float(start[3])
     fmus = []
     if closed:
-        fmus.append(_Fmu(paths[0], {"angle_gain": pc.angle_gain}, *CONTROL, [wanted[0], rate[0], angle, speed, start[1], 0.0]))
-    motor = _Fmu(paths[1], {}, *MOTOR, [0.0, float(start[1])])
-    softer = {"kinematic": False, "shaft_stiffness": pr.shaft_stiffness, "shaft_damping": pr.shaft_damping, "initial_speed": float(start[1])}
+        fmus.append(_Fmu(paths[0], own[0], *CONTROL, [wanted[0], rate[0], angle, speed, start[1], 0.0]))
+    motor = _Fmu(paths[1], own[1], *MOTOR, [0.0, float(start[1])])
+    softer = {**own[2], "kinematic": False, "shaft_stiffness": pr.shaft_stiffness, "shaft_damping": pr.shaft_damping, "initial_speed": float(start[1])}
     gear = _Fmu(paths[2], softer, ("motor_torque", "output_angle", "output_speed"), ("input_angle", "input_speed", "output_torque"), [0.0, angle, speed])
-    load = _Fmu(paths[3], {"start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0])
+    load = _Fmu(paths[3], {**own[3], "start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0])
     fmus += [motor, gear, load]
     input_angle, input_speed, delivered, u, current, torque = float(start[0]), float(start[1]), 0.0, 0.0, 0.0, 0.0
     try:

@@ -78,11 +78,69 @@ class Playback:
     def close(self) -> None: ...
 
 
+class PowerStage:
+    """A duty times the supply's voltage."""
+
+    can_roll_back = True
+
+    def __init__(self, name: str, folder: str = "."):
+        self.name, self.log = name, []
+        given = ("duty", "supply_voltage")
+        self.variables = {n: Variable(n, "input", start=0.0) for n in given} | {"voltage": Variable("voltage", "output", start=0.0, depends_on=given)}
+        self.reset()
+
+    def bind(self, inputs, outputs) -> None:
+        self.u, self.y, self._names = np.zeros(len(inputs)), np.zeros(len(outputs)), list(inputs)
+
+    def get(self, name: str):
+        return self.values["duty"] * self.values["supply_voltage"] if name == "voltage" else self.values[name]
+
+    def set(self, name: str, value) -> None:
+        self.values[name] = float(value)
+
+    def enter_initialization(self, start: float, stop: float | None) -> None: ...
+
+    def exit_initialization(self) -> None: ...
+
+    def write(self) -> None:
+        self.values.update(zip(self._names, self.u.tolist()))
+
+    def read(self) -> None:
+        self.y[:] = self.get("voltage")
+
+    def step(self, time: float, size: float) -> None: ...
+
+    def save(self):
+        return dict(self.values)
+
+    def restore(self, state) -> None:
+        self.values = dict(state)
+
+    def reset(self) -> None:
+        self.values = {"duty": 0.0, "supply_voltage": 0.0}
+
+    def terminate(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def _command(name, ch, components: list[str], play, values: dict) -> list[str]:
+    """The connection from the controller to the motor: a voltage, or a duty of the measured supply."""
+    if not ch.has("motor.duty", "motor.supply_voltage"):
+        return [f'"{name("motor")}.voltage" = "{name("controller")}.voltage"']
+    stage = name("stage")
+    components.append(f'[components.{stage}]\npart = "diagnosis.playback:PowerStage"\n')
+    play("supply_voltage", ch.true("motor.supply_voltage", values), f"{stage}.supply_voltage")
+    return [f'"{stage}.duty" = {{ from = "{name("controller")}.voltage", convert = false }}',
+            f'"{name("motor")}.voltage" = {{ from = "{stage}.voltage", convert = false }}']
+
+
 def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -> Path | None:
     """extended.toml and the log that drives it: the last run, each drive from its first measured input on.
 
     With set-points and a voltage the loop is closed over the load; with a voltage alone it is open; with a motion
-    alone the motion is imposed on the reducer. Steady-state points are no motion: they get no system.
+    alone the motion is imposed on the reducer. Steady-state points are no motion: they get no system. What the rig says
+    of that log alone is in it; that a log's power is switched off is not.
     """
     if bench.steady:
         return None
@@ -113,7 +171,8 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
             continue
         electric = next((e for e in ("motor.voltage", "motor.duty", "controller.voltage") if ch.has(e)), "")
         if name("controller") in fmus:
-            component("controller")
+            own = {key.rpartition(".")[2]: value for key, value in bench.rig.of_log(run.log).items() if key.startswith(name("controller") + ".")}
+            component("controller", "\n".join(f"{key} = {value!r}" for key, value in own.items()))
             wanted = ch.raw("controller.angle_setpoint")
             play("angle_setpoint", wanted, f"{name('controller')}.angle_setpoint")
             rate = ch.raw("controller.speed_setpoint") if ch.has("controller.speed_setpoint") else np.gradient(wanted, columns["time"])
@@ -121,7 +180,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
             connections += [f'"{name("controller")}.angle" = "{name("load")}.angle"', f'"{name("controller")}.speed" = "{name("load")}.speed"',
                             f'"{name("controller")}.motor_speed" = "{name("reducer")}.input_speed"',
                             f'"{name("controller")}.output_torque" = "{name("reducer")}.output_torque"',
-                            f'"{name("motor")}.voltage" = "{name("controller")}.voltage"']
+                            *_command(name, ch, components, play, values)]
         elif electric:
             play("voltage", drive.voltage(electric, values, ch)[0], f"{name('motor')}.voltage")
         component("motor")

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from diagnosis import diagnose
+from diagnosis.bench import Bench
+from diagnosis.rig import load
+from diagnosis.run import gather
+from diagnosis.select import Contest
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA, RIGS = ROOT.parent / "shared" / "data", ROOT / "examples" / "rigs"
+RIVALS = {"reducer load_dependent", "reducer stribeck", "motor torque_constant"}
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)")
 
 
@@ -41,3 +47,27 @@ def test_the_linear_drives_friction_differs_by_direction():
     asymmetry = result.causes[0].parameters["reducer.viscous_asymmetry"]
     authors = (166.7 - 240.4) / (166.7 + 240.4)
     assert asymmetry["low"] - 0.02 < authors < asymmetry["high"] + 0.02
+
+
+def test_the_servos_friction_differs_between_lifting_and_lowering():
+    """Duclusaud et al. 2025: load-dependent friction with a direction halves the closed loop's error, Stribeck changes next to nothing.
+
+    One round between three rivals alone: the whole contest takes minutes and is in docs/measurements.md.
+    """
+    rig = load(RIGS / "xl330.toml")
+    paths = [path for gain in (100, 800) for path in sorted((DATA / "xl330").glob(f"kp{gain}_*.csv"))]
+    runs, _, _ = gather(rig, paths, ())
+    bench = Bench(rig, runs, sampled=True)
+    contest = Contest(bench, np.ones(bench.blocks, bool), np.random.default_rng(1))
+    contest.hypotheses = [h for h in contest.hypotheses if h.label in RIVALS]
+    assert len(contest.hypotheses) == len(RIVALS)
+    contest._noise()
+    base = contest._fit(contest.base_free, contest.nominal)
+    winner = contest._stage(base, [], 0).winner
+    assert winner.hypothesis.label == "reducer load_dependent"
+    unseen = gather(rig, sorted((DATA / "xl330").glob("kp200_*.csv")), ())[0]
+    judge = Bench(rig, unseen)
+    before, after = (np.mean([np.mean(abs(m - s)[good]) for s, m, good in judge.compare(judge.cuts[0], contest.absolute(fit.values))])
+                     for fit in (base, winner.fit))
+    assert before > 0.055  # rad
+    assert after < min(0.0315, 0.5 * before)

@@ -157,15 +157,18 @@ class Bench(Layout):
         return np.concatenate([self.binned(cut, values)[1] > 0 for cut in self.cuts], axis=1)
 
     def slice(self, cut: Cut) -> slice:
+        """Columns of `residual` that belong to a cut."""
         place = self.cuts.index(cut)
         return slice(place * self.bins, (place + 1) * self.bins)
 
     @property
     def components(self) -> set[str]:
+        """Components that some cut runs."""
         return {name for cut in self.cuts for name in cut.components}
 
     @property
     def measured(self) -> set[str]:
+        """Channels that some cut reads or compares."""
         return {name for cut in self.cuts for name in (*cut.reads, cut.output)}
 
     def value(self, name: str, values: dict[str, float]) -> float:

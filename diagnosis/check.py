@@ -39,6 +39,7 @@ class Fault:
     detail: str = ""
 
     def row(self) -> dict:
+        """As diagnosis.json has it."""
         return asdict(self)
 
 

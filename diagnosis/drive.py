@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 
 def law(bench: Bench, prefix: str, component: str, values: dict):
+    """A component's Parameters: nominal, with `values` in their place."""
     return parameters(component, prefix + component, {**bench.rig.parameters, **values})
 
 
@@ -56,6 +57,7 @@ def both(bench: Bench, prefix: str, values: dict, ch: Channels) -> tuple[Motion,
 
 
 def voltage(electric: str, values: dict, ch: Channels) -> tuple[np.ndarray, np.ndarray]:
+    """Voltage on the motor, V, and where it can be trusted; a duty counts times the supply's."""
     if electric == "motor.duty":
         good = ch.good("motor.duty") & ch.good("motor.supply_voltage")
         return ch.true("motor.duty", values) * ch.true("motor.supply_voltage", values), good

@@ -21,6 +21,7 @@ plt.rcParams.update({"font.size": 10, "axes.grid": True, "grid.alpha": 0.25, "ax
 
 
 def save(figure, path: Path) -> Path:
+    """Write a figure and close it."""
     figure.tight_layout()
     figure.savefig(path)
     plt.close(figure)

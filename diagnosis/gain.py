@@ -41,6 +41,7 @@ def samples(bench: Bench, cut: Cut, values: dict, blocks: np.ndarray) -> tuple[l
 
 
 def rms(parts: list[np.ndarray]) -> float:
+    """Root mean square over all parts; 0 of nothing."""
     joined = np.concatenate(parts) if parts else np.zeros(0)
     return float(np.sqrt(np.mean(joined**2))) if len(joined) else 0.0
 

@@ -77,6 +77,7 @@ class Parts:
                 self.inputs[self.owner(name)].append(name)
 
     def owner(self, name: str) -> str:
+        """The component that a variable belongs to."""
         return self.system.split(name, str(self.rig.path))[0]
 
     def check(self, names) -> None:

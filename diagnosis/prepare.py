@@ -37,6 +37,7 @@ class Channels:
         self.take: np.ndarray | None = None  # of a long run: the samples that are simulated
 
     def has(self, *names: str) -> bool:
+        """Whether the log has all these channels of the drive."""
         return all(self.prefix + name in self.run.signals for name in names)
 
     def raw(self, name: str) -> np.ndarray:
@@ -50,6 +51,7 @@ class Channels:
         return memory[full]
 
     def good(self, name: str) -> np.ndarray:
+        """Samples at which a channel can be trusted."""
         full = self.prefix + name
         return self.run.good.get(full, np.isfinite(self.run.signals[full]))
 
@@ -66,6 +68,7 @@ class Channels:
         return x
 
     def sensor(self, name: str, key: str, values: dict[str, float]) -> float | None:
+        """What `values` say of a channel's sensor; None where they say nothing."""
         return values.get(f"sensor.{self.prefix}{name}.{key}")
 
 

@@ -52,6 +52,7 @@ class Replay:
     points: pd.DataFrame | None = None
 
     def summary(self) -> str:
+        """Error of each channel, faults, and what to open, as text."""
         lines = [f"{c.output} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
                  + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "") for c in self.comparisons]
         if self.points is not None:

@@ -30,6 +30,7 @@ class Cause:
 
     @property
     def label(self) -> str:
+        """The cause's name in reports: component and effect, with the parameter or channel that it is about."""
         if self.effect == "parameter":
             return f"parameter {next(iter(self.parameters))}"
         return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
@@ -51,13 +52,16 @@ class Diagnosis:
 
     @property
     def exit_code(self) -> int:
+        """Of `selflock diagnose`: 0 a cause, 3 nothing missing, 4 unknown."""
         return EXIT[self.verdict]
 
     @property
     def report(self) -> Path | None:
+        """The page that was written, if any."""
         return self.folder / "report.html" if self.folder else None
 
     def data(self) -> dict:
+        """What diagnosis.json holds: plain numbers, texts and lists."""
         found = {"verdict": self.verdict, "faults": self.faults, "blame": self.blame, "causes": [asdict(c) for c in self.causes],
                  "gain": asdict(self.gain), "remainder": self.remainder}
         for cause in found["causes"]:
@@ -70,9 +74,11 @@ class Diagnosis:
         return _finite(found)
 
     def write(self, folder: Path) -> None:
+        """Write diagnosis.json."""
         (folder / "diagnosis.json").write_text(json.dumps(self.data(), indent=2) + "\n")
 
     def summary(self) -> str:
+        """The answer in a few lines of text."""
         lines = [f"Verdict: {self.verdict}"]
         for cause in self.causes:
             values = ", ".join(f"{name} = {p['value']:.4g} [{p['low']:.4g}, {p['high']:.4g}] {p['unit']}".rstrip() for name, p in cause.parameters.items())

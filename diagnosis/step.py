@@ -57,6 +57,7 @@ class Step:
         return self.ratio > 1.0 and self.before**2 - self.after**2 > ENOUGH * above and self.after < 1.05 * self.left
 
     def row(self) -> dict:
+        """As diagnosis.json has it."""
         return asdict(self) | {"ratio": self.ratio, "explains": self.explains}
 
     def __str__(self) -> str:

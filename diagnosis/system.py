@@ -46,6 +46,7 @@ class Silent:
         self.index, self.take = index, None
 
     def has(self, *names: str) -> bool:
+        """No channel of any drive."""
         return False
 
 
@@ -82,6 +83,7 @@ class SystemBench(Bench):
                           for group, names in wanted.items() for i, run in enumerate(self.runs)}
 
     def reach(self, cut: Cut) -> int:
+        """Nothing is smoothed."""
         return 1
 
     def variables(self, cut: Cut) -> dict[str, list[np.ndarray]]:

@@ -27,6 +27,7 @@ CAPABILITIES = {
 
 
 def describe(slave: Slave) -> Element:
+    """The modelDescription.xml of a slave (FMI 2.0, 2.2): units, log categories, variables and their structure."""
     name = slave.modelName or type(slave).__name__
     root = Element(
         "fmiModelDescription",

@@ -24,6 +24,7 @@ class Check:
 
     @property
     def holds(self) -> bool:
+        """Whether the value keeps to its bound; NaN never does."""
         return not self.relation or bool(RELATIONS[self.relation](self.value, self.bound))  # false for NaN
 
     @property
@@ -62,10 +63,12 @@ class Claim:
 
     @property
     def holds(self) -> bool:
+        """Whether it could be evaluated and all its checks hold."""
         return not self.error and bool(self.checks) and all(check.holds for check in self.checks)
 
     @property
     def tightest(self) -> Check:
+        """The check nearest to its bound."""
         return min(self.checks, key=lambda check: check.margin)
 
     @property
@@ -77,6 +80,7 @@ class Claim:
         return "; ".join(failed) if failed else str(self.tightest)
 
     def as_dict(self) -> dict:
+        """As the study's claims.json has it."""
         return {
             "number": self.number,
             "claim": self.text,
@@ -107,6 +111,7 @@ class Row:
     function: Callable[..., list[Check]]
 
     def evaluate(self, runs) -> Claim:
+        """The claim with its checks; an error of the runs makes it fail with that error's text."""
         try:
             return Claim(self.number, self.text, self.figures, self.function(runs))
         except SelflockError as error:
@@ -117,10 +122,11 @@ ROWS: dict[int, Row] = {}
 
 
 def row(number: int, text: str, figures: tuple[int, ...]):
-    """Decorator: the function evaluates this row."""
+    """Decorator: the function evaluates this row, whose text is its documentation."""
 
     def add(function):
         ROWS[number] = Row(number, text, figures, function)
+        function.__doc__ = text
         return function
 
     return add

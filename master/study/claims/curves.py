@@ -31,10 +31,12 @@ class Curves:
 
     @property
     def F(self) -> np.ndarray:
+        """Input torque of the rear reducer, N.m."""
         return self["rear_reducer.input_torque"]
 
     @property
     def P(self) -> np.ndarray:
+        """Output torque of the rear reducer, N.m."""
         return self["rear_reducer.output_torque"]
 
     def inside(self, window) -> np.ndarray:
@@ -46,6 +48,7 @@ class Curves:
         return mask
 
     def mean(self, values, window) -> float:
+        """Mean over a window, in the values' unit."""
         return float(self._values(values)[self.inside(window)].mean())
 
     def ripple(self, values, window) -> float:
@@ -80,6 +83,7 @@ class Facts:
 
     @property
     def alpha(self) -> float:
+        """Lead angle of the wedge, rad: tan alpha = 1 / gear_ratio."""
         return math.atan(1.0 / self.gear_ratio)
 
     def sliding_ratio(self, mu: float, direction: int) -> float:
@@ -111,6 +115,7 @@ def pairs(runs: dict) -> Iterable[tuple]:
 
 
 def rms(values: np.ndarray) -> float:
+    """Root mean square, in the values' unit."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 

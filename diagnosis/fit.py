@@ -15,6 +15,9 @@ from scipy.optimize import least_squares
 
 from .hypotheses import Free
 
+DAMPINGS = (1e-9, 1e-3, 1e-2, 0.1, 1.0)
+"""Levenberg-Marquardt's, over columns of length 1: tried where the simulation is far from linear."""
+
 Residual = Callable[[dict[str, float]], np.ndarray]
 
 
@@ -80,7 +83,8 @@ def jacobian(residual: Residual, fixed: dict, free: Sequence[Free], values: dict
     return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
 
 
-def fit(residual: Residual, fixed: dict, free: Sequence[Free], start: dict, rows: np.ndarray, c: float, effort: int = 25) -> Fit:
+def fit(residual: Residual, fixed: dict, free: Sequence[Free], start: dict, rows: np.ndarray, c: float, effort: int = 25,
+        ftol: float = 1e-6, xtol: float = 1e-5) -> Fit:
     """Least squares over `rows` from `start`, robust, within the bounds."""
     free = tuple(free)
     if not free:
@@ -110,18 +114,20 @@ def fit(residual: Residual, fixed: dict, free: Sequence[Free], start: dict, rows
         lambda x: value(x)[rows],
         np.clip(origin / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
         jac=lambda x: jacobian(residual, fixed, free, named(x), value(x))[rows] * lengths,
-        bounds=(least, most), loss="soft_l1", f_scale=c, max_nfev=effort, xtol=1e-5, ftol=1e-6, gtol=1e-8,
+        bounds=(least, most), loss="soft_l1", f_scale=c, max_nfev=effort, xtol=xtol, ftol=ftol, gtol=1e-8,
     )
     values = named(found.x)
     r = value(found.x)
     return Fit(free, values, r, jacobian(residual, fixed, free, values, r), weight(r, c))
 
 
-def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray) -> np.ndarray:
+def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, residual: Residual | None = None, c: float = np.inf) -> np.ndarray:
     """Residual of each training fold under the fit to the other folds; other samples keep the fit's own residual.
 
     The fit to the other folds is one Gauss-Newton step away from the fit to all, which is exact where the
-    simulation is linear in its parameters and close to it where blocks are many.
+    simulation is linear in its parameters and close to it where blocks are many. Where it is far from linear, as that
+    of a whole drive, give its `residual` and where the robust loss turns: steps more and less damped are then simulated,
+    and that which fits the other folds best is taken.
     """
     out = fitted.residual.copy()
     if not fitted.free:
@@ -134,10 +140,15 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray) -> np.ndarray:
     for fold in np.unique(folds[rows]):
         seen = rows & (folds != fold)
         unseen = rows & (folds == fold)
-        gram = weighted[seen].T @ weighted[seen] + 1e-9 * np.eye(weighted.shape[1])
-        step = -np.linalg.solve(gram, weighted[seen].T @ errors[seen])
+        gram, slope = weighted[seen].T @ weighted[seen], weighted[seen].T @ errors[seen]
         low = np.array([p.low - fitted.values[p.name] for p in fitted.free]) * lengths
         high = np.array([p.high - fitted.values[p.name] for p in fitted.free]) * lengths
-        step = np.clip(step, low, high)
-        out[unseen] = fitted.residual[unseen] + fitted.jacobian[unseen] @ (step / lengths)
+        steps = [np.clip(-np.linalg.solve(gram + damping * np.eye(len(gram)), slope), low, high) / lengths
+                 for damping in (DAMPINGS if residual else DAMPINGS[:1])]
+        if residual is None:
+            out[unseen] = fitted.residual[unseen] + fitted.jacobian[unseen] @ steps[0]
+            continue
+        moved = [{p.name: fitted.values[p.name] + float(x) for p, x in zip(fitted.free, step)} for step in steps]
+        found = min([fitted.residual, *map(residual, moved)], key=lambda r: rho(r[seen], c).sum())
+        out[unseen] = found[unseen]
     return out

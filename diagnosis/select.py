@@ -32,6 +32,9 @@ LATE = ("_delay", "lag_time", "_period")
 CLEAN = 1.08
 """A cut whose error is no more than this many times its noise has nothing missing."""
 
+SMALL = 0.01
+"""Share of its range from which a number of a whole drive is fitted."""
+
 FULL_FITS = 8
 MOST_CAUSES = 4
 
@@ -92,6 +95,7 @@ class Contest:
         self.quiet = np.ones(len(bench.cuts))  # noise where there is least of it, over the usual noise of a cut
         self.present = bench.present(self.nominal)
         self.rows = (self.present & train[:, None]).ravel()
+        self.whole = any(cut.name.endswith("drive") for cut in bench.cuts)  # far from linear in its parameters
         self.blocks = np.repeat(np.arange(bench.blocks), self.shape[1])
         self.fold_of_block = np.zeros(bench.blocks, int)
         self.fold_of_block[train] = np.arange(train.sum()) % FOLDS
@@ -139,7 +143,7 @@ class Contest:
             names = {p.name for c in rest for p in c.free} | {p.name for p in self.base_free}
             free = tuple(p for p in final.free if p.name in names)
             fitted = self._fit(free, {p.name: final.values[p.name] for p in free})
-            judge = lambda f: Candidate(rest[-1].hypothesis, rest[-1].free, f, self._block_loss(held_out(f, self.rows, self.folds)), 0.0, 0.0)
+            judge = lambda f: Candidate(rest[-1].hypothesis, rest[-1].free, f, self._block_loss(self._held_out(f)), 0.0, 0.0)
             full = full or judge(final)
             without = judge(fitted)
             if not self._worse(without, full):
@@ -165,7 +169,10 @@ class Contest:
         self.nominal.update(values)
 
     def _fit(self, free: tuple[Free, ...], start: dict, effort: int = 25) -> Fit:
-        return fit(self.residual, {}, free, start, self.rows, self.turn, effort)
+        return fit(self.residual, {}, free, start, self.rows, self.turn, effort, *((1e-4, 1e-4) if self.whole else ()))
+
+    def _held_out(self, fitted: Fit) -> np.ndarray:
+        return held_out(fitted, self.rows, self.folds, self.residual if self.whole else None, self.turn)
 
     def _block_loss(self, residual: np.ndarray) -> np.ndarray:
         """What each cut adds to the mean loss of each training block, (blocks, cuts)."""
@@ -185,8 +192,8 @@ class Contest:
         taken = {p.name for p in base_free}
         open_ = [h for h in self.hypotheses if not any(h.same_cause(f) for f in found) and not all(p.name in taken for p in h.free)]
         open_ = [_without(h, taken) for h in open_]
-        base_loss = self._block_loss(held_out(base, self.rows, self.folds))
-        base_errors = self._cut_errors(held_out(base, self.rows, self.folds))
+        unseen = self._held_out(base)
+        base_loss, base_errors = self._block_loss(unseen), self._cut_errors(unseen)
         nothing = Stage(Candidate(Hypothesis("", "none", ()), base_free, base, base_loss, 0.0, 0.0), [])
         if not self.bench.steady and (base_errors <= self.clean * self.quiet).all():  # no cause would be believed: see _candidate
             return nothing
@@ -262,10 +269,11 @@ class Contest:
         """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps."""
         best: Candidate | None = None
         seen: list[tuple] = []
-        for way in ways:
-            if way.gain < 0.5 * ways[0].gain or len(seen) >= 4:
+        joint = [way for way in ways if self.whole and len(way.amplitudes) > 1][:1]  # however little the look promises
+        for way in (*joint, *ways):
+            if (way.gain < 0.5 * ways[0].gain and way not in joint) or len(seen) >= (2 if self.whole else 4):
                 continue
-            start = way.start()
+            start = self._start(way)
             every = tuple(p for p in way.free if p.name not in base.values)
             # shapes with a usual value, and those without which the law is a simpler one
             usual = tuple(p for p in every if not (p.name in way.shape and (0.0 < p.low < p.nominal < p.high or p.nominal == p.low)))
@@ -278,8 +286,16 @@ class Contest:
                 best = self._better(best, self._candidate(way.hypothesis, extra, fitted, base_loss, base_errors, ways[0].gain))
         return best
 
+    def _start(self, way: Direction) -> dict:
+        """Where the linear look says; of a whole drive, which is far from linear, a small amount in that direction."""
+        start = way.start()
+        for p in way.amplitudes if self.whole else ():
+            most = SMALL * (p.high - p.low if np.isfinite(p.high - p.low) else 1.0)
+            start[p.name] = p.nominal + float(np.clip(0.1 * (start[p.name] - p.nominal), -most, most))
+        return start
+
     def _candidate(self, hypothesis, extra, fitted: Fit, base_loss, base_errors, linear) -> Candidate:
-        unseen = held_out(fitted, self.rows, self.folds)
+        unseen = self._held_out(fitted)
         errors, losses = self._cut_errors(unseen), self._block_loss(unseen)
         for p in extra:
             if hypothesis.effect == "lag" and fitted.values[p.name] > 0.0:
@@ -297,7 +313,16 @@ class Contest:
         if a is None:
             return b
         first, second = (a, b) if len(a.free) <= len(b.free) else (b, a)
+        if self.whole and self._ends(first) and not self._ends(second) and not self._worse(second, first):
+            return second  # fewer numbers, but pressed against the end of their range, are no simpler law
         return first if not self._worse(first, second) else second
+
+    @staticmethod
+    def _ends(candidate: Candidate) -> bool:
+        """Whether a number that the hypothesis sets free is at the end of its range."""
+        at = candidate.fit.values
+        return any(at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < 1e-3 * (p.high - p.low)
+                   for p in candidate.free)
 
     def _worse(self, a: Candidate, b: Candidate) -> bool:
         """Whether a leaves more than b on unseen blocks, enough to matter: beyond what varies between blocks, or beyond luck.

@@ -42,20 +42,28 @@ class Bench(Layout):
         self.rig, self.steady = rig, rig.kind == "steady"
         self.original = runs
         self.runs = points(runs) if self.steady else runs
-        self.channels = {(i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives}
+        self.channels = {
+            (i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives
+        }
         self.kernels = kernels()  # laws that run; extend puts FMUs in their place
         self._memory: dict[str, dict] = {}
         self._lock = Lock()
         self.smoothing = {prefix: 11 for prefix in rig.drives}
         total = sum(len(run) for run in self.runs)
         for ch in self.channels.values():
-            ch.take = stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
+            ch.take = (
+                stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
+            )
         self.choosing = False  # the smoothing
-        self.cuts = [cut for prefix in rig.drives for cut in cuts(self, prefix) if not rig.only or cut.components == (rig.only,)]
+        self.cuts = [
+            cut for prefix in rig.drives for cut in cuts(self, prefix) if not rig.only or cut.components == (rig.only,)
+        ]
         if not self.cuts:
             have = sorted({name for run in self.runs for name in run.signals})
-            raise DataError(f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "
-                            "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together.")
+            raise DataError(
+                f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "
+                "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together."
+            )
         super().__init__(self.runs, self.steady)
         if sampled and any(cut.name.endswith("drive") for cut in self.cuts):
             for (i, _), ch in self.channels.items():
@@ -69,7 +77,9 @@ class Bench(Layout):
         if gear is None or self.steady:
             return
         if self.rig.smoothing > 0.0:
-            self.smoothing[prefix] = max(5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
+            self.smoothing[prefix] = max(
+                5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1
+            )
             return
         levels = {}
         self.choosing = True  # the balance is not smoothed meanwhile
@@ -83,7 +93,9 @@ class Bench(Layout):
                     steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
             levels[samples] = steps / max(count, 1)
         self.choosing = False
-        self.smoothing[prefix] = min(samples for samples, level in levels.items() if level <= 1.15 * min(levels.values()))
+        self.smoothing[prefix] = min(
+            samples for samples, level in levels.items() if level <= 1.15 * min(levels.values())
+        )
 
     def reach(self, cut: Cut) -> int:
         """Samples over which smoothing ties the residual of a cut together."""
@@ -174,8 +186,10 @@ class Bench(Layout):
     def value(self, name: str, values: dict[str, float]) -> float:
         """A parameter's value: fitted, else nominal, else the law's default."""
         component, _, parameter = name.rpartition(".")
-        base = component[len(self._prefix(component)):]
-        return float(values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter))))
+        base = component[len(self._prefix(component)) :]
+        return float(
+            values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter)))
+        )
 
     def _prefix(self, component: str) -> str:
         return next((p for p in sorted(self.rig.drives, key=len, reverse=True) if component.startswith(p)), "")
@@ -193,7 +207,12 @@ def points(runs: list[Run]) -> list[Run]:
     if len(runs) == 1:
         return runs
     names = list(runs[0].signals)
-    mean = {name: np.array([run.signals[name][run.usable(name)].mean() if run.usable(name).any() else np.nan for run in runs]) for name in names}
+    mean = {
+        name: np.array(
+            [run.signals[name][run.usable(name)].mean() if run.usable(name).any() else np.nan for run in runs]
+        )
+        for name in names
+    }
     joined = Run(runs[0].log, "", np.array([run.rows[0] for run in runs]), np.arange(len(runs), dtype=float), mean)
     joined.good = {name: np.isfinite(values) for name, values in mean.items()}
     joined.labels = [run.name for run in runs]

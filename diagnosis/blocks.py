@@ -31,7 +31,9 @@ def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, 
     elif bench.rig.hold_out == "every second run":
         train = owner % 2 == 0
         if bench.steady:  # every second point of each direction
-            backward = np.array([bench.runs[0].signals[n] for n in bench.runs[0].signals if n.endswith("speed")])[0] < 0.0
+            backward = (
+                np.array([bench.runs[0].signals[n] for n in bench.runs[0].signals if n.endswith("speed")])[0] < 0.0
+            )
             for side in (backward, ~backward):
                 train[np.flatnonzero(side)] = np.arange(side.sum()) % 2 == 0
         names = [f"run {runs[i].name or i}" for i in np.flatnonzero(~train)] if len(runs) == count else ["every second"]
@@ -39,8 +41,10 @@ def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, 
         train = np.arange(count) % 3 != 2
         names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]
     if train.sum() < FEWEST:
-        raise DataError(f"{bench.rig.path}: the logs make {int(train.sum())} blocks to learn from, too few to tell a cause from chance. "
-                        f"Give a longer log or more runs (at least {FEWEST} points or about {FEWEST * 20 * 2} samples).")
+        raise DataError(
+            f"{bench.rig.path}: the logs make {int(train.sum())} blocks to learn from, too few to tell a cause from "
+            f"chance. Give a longer log or more runs (at least {FEWEST} points or about {FEWEST * 20 * 2} samples)."
+        )
     return train, names
 
 
@@ -57,6 +61,16 @@ def refuse_useless(rig: Rig, runs: list[Run], faults: list[Fault]) -> None:
         column = next((c.column for c in rig.columns if c.signal == name), name)
         where = having[0].log
         if len(values) < (1.0 - MOST_BAD) * total:
-            raise DataError(f"{where}: column {column!r} ({name}) is faulty in {total - len(values)} of {total} samples. Measure again, or leave the column out.")
-        if values.min() == values.max() and bare not in COMMANDS and bare not in {"motor.supply_voltage", "motor.temperature"}:
-            raise DataError(f"{where}: column {column!r} ({name}) never changes from {values[0]:.6g}. Is it connected? Leave it out of {rig.path.name} if not.")
+            raise DataError(
+                f"{where}: column {column!r} ({name}) is faulty in {total - len(values)} of {total} samples. "
+                "Measure again, or leave the column out."
+            )
+        if (
+            values.min() == values.max()
+            and bare not in COMMANDS
+            and bare not in {"motor.supply_voltage", "motor.temperature"}
+        ):
+            raise DataError(
+                f"{where}: column {column!r} ({name}) never changes from {values[0]:.6g}. Is it connected? "
+                f"Leave it out of {rig.path.name} if not."
+            )

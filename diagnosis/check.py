@@ -67,7 +67,10 @@ def check(runs: list[Run], rig: Rig) -> list[Fault]:
 def _spans(run: Run, name: str, bad: np.ndarray, kind: str, detail: str = "") -> list[Fault]:
     """One fault for each stretch of bad samples."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(np.int8), [0]])))
-    return [Fault(run.log, name, int(run.rows[a]), int(run.rows[b - 1]), kind, run.name, detail) for a, b in zip(edges[::2], edges[1::2])]
+    return [
+        Fault(run.log, name, int(run.rows[a]), int(run.rows[b - 1]), kind, run.name, detail)
+        for a, b in zip(edges[::2], edges[1::2])
+    ]
 
 
 def _clock(run: Run, rig: Rig) -> list[Fault]:
@@ -88,7 +91,7 @@ def _clock(run: Run, rig: Rig) -> list[Fault]:
 
 
 def _corrupted(run: Run, name: str, bare: str) -> np.ndarray:
-    """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, and far beyond all but 2 % of the others."""
+    """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %."""
     x, n = run.signals[name], len(run)
     bad = np.zeros(n, bool)
     good = run.good[name]
@@ -131,7 +134,7 @@ def _clipped(run: Run, name: str, bare: str) -> np.ndarray:
 
 
 def _frozen(run: Run, name: str, bare: str) -> np.ndarray:
-    """One value for much longer than this channel's own noise allows, while other channels say that the drive was not at rest."""
+    """One value for much longer than this channel's own noise allows, while others say that the drive moved."""
     x = run.signals[name]
     bad = np.zeros(len(x), bool)
     if len(x) < 100 or bare in {"motor.supply_voltage", "motor.temperature"}:
@@ -147,7 +150,7 @@ def _frozen(run: Run, name: str, bare: str) -> np.ndarray:
 
 
 def _others_move(run: Run, name: str, bare: str, stretch: slice) -> bool:
-    """Whether another measured channel shows that this one should have moved: a speed for an angle, anything for a torque."""
+    """Whether another channel shows that this one should have moved: a speed for an angle, anything for a torque."""
     prefix = name[: len(name) - len(bare)]
     if bare.endswith("angle"):
         witnesses = [bare.replace("angle", "speed")]

@@ -22,11 +22,17 @@ def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channe
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
     wanted = ch.true("controller.angle_setpoint", values)
-    rate = ch.true("controller.speed_setpoint", values) if ch.has("controller.speed_setpoint") else np.gradient(wanted, np.cumsum(ch.dt))
+    rate = (
+        ch.true("controller.speed_setpoint", values)
+        if ch.has("controller.speed_setpoint")
+        else np.gradient(wanted, np.cumsum(ch.dt))
+    )
     out = np.empty(n)
     motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
     delivered = drive.delivered(bench, prefix, values, ch, second)
-    bench.kernels.controller(drive.law(bench, prefix, "controller", values), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out)
+    bench.kernels.controller(
+        drive.law(bench, prefix, "controller", values), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
+    )
     return drive.read(command, out, values, ch), ch.raw(command), ch.good(command)
 
 
@@ -71,12 +77,16 @@ def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch
         given, good = ch.raw(torque), good & ch.good(torque)
     elif torque == "motor.current":
         given, good = np.empty(len(ch.dt)), good & ch.good(torque)
-        bench.kernels.shaft_torque(drive.law(bench, prefix, "motor", values), ch.true(torque, values), first.speed, first.angle, ch.dt, given)
+        bench.kernels.shaft_torque(
+            drive.law(bench, prefix, "motor", values), ch.true(torque, values), first.speed, first.angle, ch.dt, given
+        )
     else:
         given = np.empty(len(ch.dt))
         voltage, fine = drive.voltage(electric, values, ch)
         good &= fine
-        bench.kernels.motor(drive.law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given)
+        bench.kernels.motor(
+            drive.law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given
+        )
     given, good, inertial = pick(given), pick(good), law.shaft_inertia * pick(first.acceleration)
     if torque == "motor.torque":
         bare = drive.read(torque, bare + inertial, values, ch) - inertial
@@ -95,9 +105,15 @@ def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
     """The torque that the load takes for its measured motion."""
     second = drive.shaft(bench, prefix, "load.", values, ch)
     out = np.empty(len(ch.dt))
-    bench.kernels.load_torque(drive.law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
+    bench.kernels.load_torque(
+        drive.law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out
+    )
     name = "reducer.output_torque"
-    return drive.read(name, out, values, ch), ch.raw(name), ch.good(name) & ch.good("load.angle" if ch.has("load.angle") else "load.speed")
+    return (
+        drive.read(name, out, values, ch),
+        ch.raw(name),
+        ch.good(name) & ch.good("load.angle" if ch.has("load.angle") else "load.speed"),
+    )
 
 
 def redundant(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Compared:
@@ -115,7 +131,9 @@ def twist(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
     _, second = drive.both(bench, prefix, values, ch)
     out = np.empty(len(ch.dt))
     angle = ch.true("reducer.input_angle", values)
-    bench.kernels.twist(drive.law(bench, prefix, "reducer", values), angle, drive.delivered(bench, prefix, values, ch, second), out)
+    bench.kernels.twist(
+        drive.law(bench, prefix, "reducer", values), angle, drive.delivered(bench, prefix, values, ch, second), out
+    )
     out -= np.median(out - ch.raw("load.angle"))  # where the encoders' zeros lie is nobody's fault
     good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(bench, prefix, ch)
     return drive.read("load.angle", out, values, ch), ch.raw("load.angle"), good

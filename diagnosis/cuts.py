@@ -62,10 +62,12 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
     def add(kind, components, reads, output, compute):
         measure = unit("motor.torque" if kind == "gear" else output, linear)
         reads = tuple(prefix + r for r in reads if has(r))
-        found.append(Cut(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix))
+        found.append(
+            Cut(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
+        )
 
-    electric = "motor.voltage" if has("motor.voltage") else "motor.duty" if has("motor.duty", "motor.supply_voltage") else \
-        "controller.voltage" if has("controller.voltage") else ""
+    sources = (("motor.voltage",), ("motor.duty", "motor.supply_voltage"), ("controller.voltage",))
+    electric = next((source[0] for source in sources if has(*source)), "")
     moves = [m for m in MOVES if has(m)]
     if bench.rig.kind == "forward" and bench.rig.simulate and electric and moves:
         closed = bench.rig.simulate == "closed"

@@ -1,4 +1,4 @@
-"""What a log says of a drive: the motions of its shafts, its voltage, its output torque, and what a sensor makes of a value."""
+"""What a log says of a drive: motions of its shafts, voltage, output torque, and what a sensor makes of a value."""
 
 from __future__ import annotations
 
@@ -28,12 +28,20 @@ def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> M
     memory, key = ch.run.memory, (prefix, side, bench.smoothing[prefix])
     if key in memory and not doubted:
         return memory[key]
-    found = _steady(ch, angle, speed, values) if bench.steady else motion(
-        ch.true(angle, values) if ch.has(angle) else None, ch.true(speed, values) if ch.has(speed) else None, ch.dt, bench.smoothing[prefix])
+    found = (
+        _steady(ch, angle, speed, values)
+        if bench.steady
+        else motion(
+            ch.true(angle, values) if ch.has(angle) else None,
+            ch.true(speed, values) if ch.has(speed) else None,
+            ch.dt,
+            bench.smoothing[prefix],
+        )
+    )
     for name in (angle, speed):
         if ch.has(name):
             found.sliding &= ch.good(name)
-    if not doubted and not bench.choosing:  # an hour's motions are large: only those of the window that is chosen are kept
+    if not doubted and not bench.choosing:  # an hour's motions are large: only those of the chosen window are kept
         memory[key] = found
     return found
 
@@ -50,9 +58,17 @@ def both(bench: Bench, prefix: str, values: dict, ch: Channels) -> tuple[Motion,
     ratio = bench.value(f"{prefix}reducer.gear_ratio", values)
     first, second = shaft(bench, prefix, "reducer.input_", values, ch), shaft(bench, prefix, "load.", values, ch)
     if first is None:
-        first = Motion(second.angle * ratio, second.speed * ratio, second.acceleration * ratio, second.sliding, second.noise * ratio)
+        first = Motion(
+            second.angle * ratio,
+            second.speed * ratio,
+            second.acceleration * ratio,
+            second.sliding,
+            second.noise * ratio,
+        )
     if second is None:
-        second = Motion(first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio)
+        second = Motion(
+            first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio
+        )
     return first, second
 
 
@@ -75,7 +91,9 @@ def delivered(bench: Bench, prefix: str, values: dict, ch: Channels, second: Mot
 
 def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
     """What the sensor of a compared channel makes of the simulated value; a lag below 0 is one in reversed time."""
-    bias, factor, lag, step = (ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution"))
+    bias, factor, lag, step = (
+        ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution")
+    )
     if factor is not None:
         x = x * factor
     if bias is not None:

@@ -1,4 +1,4 @@
-"""The extended model: FMUs with the effects switched on, a parameter file, a system file; and the FMUs run again on the log.
+"""The extended model: FMUs with the effects on, a parameter file, a system file; and the FMUs run again on the log.
 
 The promise of a fit was made by compiled laws. Here the FMU files themselves take the laws' places, under FMPy, and
 must give the same error.
@@ -25,7 +25,9 @@ from .playback import write_system
 from .rig import split
 
 
-def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, out: Path, causes: list[Hypothesis]) -> dict:
+def extend(
+    bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, out: Path, causes: list[Hypothesis]
+) -> dict:
     """Write the extended FMUs, parameters.toml and extended.toml; run the FMUs on held-out data."""
     values = {**bench.rig.parameters, **after}
     names = [prefix + part for prefix in bench.rig.drives for part in COMPONENTS]
@@ -33,7 +35,12 @@ def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray
     fmus = {}
     for name in used:
         prefix, part = split(name, bench.rig.drives)
-        fmus[name] = build(part.capitalize(), out / f"{name}.fmu", **starts(part, name, values), **({"kinematic": True} if part == "reducer" else {}))
+        fmus[name] = build(
+            part.capitalize(),
+            out / f"{name}.fmu",
+            **starts(part, name, values),
+            **({"kinematic": True} if part == "reducer" else {}),
+        )
     for cause in causes:
         if cause.component == "sensor":
             start = len(f"sensor.{cause.channel}.")
@@ -47,8 +54,12 @@ def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray
     with with_fmus(enough, fmus, cut) as theirs:
         found = _error(theirs, cut, after, blocks) if theirs.runs_fmus else None  # this comparison is not one of an FMU
     return {
-        "fmus": sorted(path.name for path in fmus.values()), "parameters": "parameters.toml", "system": system.name if system else None,
-        "promised": promised, "fmu": found, "unit": cut.unit,
+        "fmus": sorted(path.name for path in fmus.values()),
+        "parameters": "parameters.toml",
+        "system": system.name if system else None,
+        "promised": promised,
+        "fmu": found,
+        "unit": cut.unit,
     }
 
 
@@ -73,7 +84,10 @@ def _parameters(bench: Bench, before: dict, after: dict, path: Path) -> None:
     for name in sorted({**bench.rig.parameters, **after}):
         value = {**bench.rig.parameters, **after}[name]
         old = before.get(name, bench.rig.parameters.get(name))
-        lines.append(f'"{name}" = {value!r}' + (f"  # was {old!r}" if old is not None and old != value else "  # new" if old is None else ""))
+        lines.append(
+            f'"{name}" = {value!r}'
+            + (f"  # was {old!r}" if old is not None and old != value else "  # new" if old is None else "")
+        )
     path.write_text("\n".join(lines) + "\n")
 
 
@@ -88,7 +102,9 @@ class with_fmus:
         if self.kind == "drive":
             self.kind, self.chain = "whole", [fmus.get(cut.prefix + c) for c in COMPONENTS]
             theirs = {name for values in bench.rig.logs.values() for name in values}  # FMUs have the rig's own values
-            self.of_log = [[n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == cut.prefix + c] for c in COMPONENTS]
+            self.of_log = [
+                [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == cut.prefix + c] for c in COMPONENTS
+            ]
 
     def __enter__(self):
         if not self.runs_fmus:
@@ -154,17 +170,36 @@ class _Fmu:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def _chain(paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out) -> None:
-    """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log` names what a log has values of its own for."""
-    own = [{n: bool(getattr(p, n)) if n == "irreversible" else getattr(p, n) for n in names} for p, names in zip((pc, pm, pr, pl), of_log)]
+def _chain(
+    paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out
+) -> None:
+    """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of logs of their own."""
+    own = [
+        {n: bool(getattr(p, n)) if n == "irreversible" else getattr(p, n) for n in names}
+        for p, names in zip((pc, pm, pr, pl), of_log)
+    ]
     angle, speed = float(start[2]), float(start[3])
     fmus = []
     if closed:
         fmus.append(_Fmu(paths[0], own[0], *CONTROL, [wanted[0], rate[0], angle, speed, start[1], 0.0]))
     motor = _Fmu(paths[1], own[1], *MOTOR, [0.0, float(start[1])])
-    softer = {**own[2], "kinematic": False, "shaft_stiffness": pr.shaft_stiffness, "shaft_damping": pr.shaft_damping, "initial_speed": float(start[1])}
-    gear = _Fmu(paths[2], softer, ("motor_torque", "output_angle", "output_speed"), ("input_angle", "input_speed", "output_torque"), [0.0, angle, speed])
-    load = _Fmu(paths[3], {**own[3], "start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0])
+    softer = {
+        **own[2],
+        "kinematic": False,
+        "shaft_stiffness": pr.shaft_stiffness,
+        "shaft_damping": pr.shaft_damping,
+        "initial_speed": float(start[1]),
+    }
+    gear = _Fmu(
+        paths[2],
+        softer,
+        ("motor_torque", "output_angle", "output_speed"),
+        ("input_angle", "input_speed", "output_torque"),
+        [0.0, angle, speed],
+    )
+    load = _Fmu(
+        paths[3], {**own[3], "start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0]
+    )
     fmus += [motor, gear, load]
     input_angle, input_speed, delivered, u, current, torque = float(start[0]), float(start[1]), 0.0, 0.0, 0.0, 0.0
     try:

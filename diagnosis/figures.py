@@ -17,7 +17,16 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 BEFORE, AFTER, MEASURED, BAND = "#c2571a", "#1f6fb2", "#222222", "#1f6fb233"
-plt.rcParams.update({"font.size": 10, "axes.grid": True, "grid.alpha": 0.25, "axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 110})
+plt.rcParams.update(
+    {
+        "font.size": 10,
+        "axes.grid": True,
+        "grid.alpha": 0.25,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "figure.dpi": 110,
+    }
+)
 
 
 def save(figure, path: Path) -> Path:
@@ -34,7 +43,15 @@ def quantity(cut: Cut) -> str:
 
 
 def traces(
-    bench: Bench, cut: Cut, before: dict, after: dict, held: np.ndarray, changed: bool, path: Path, compared: list | None = None, title: str = ""
+    bench: Bench,
+    cut: Cut,
+    before: dict,
+    after: dict,
+    held: np.ndarray,
+    changed: bool,
+    path: Path,
+    compared: list | None = None,
+    title: str = "",
 ) -> Path:
     """Measured against simulated, before and after: over time where it was worst, steady points over speed.
 
@@ -85,16 +102,25 @@ def _worst(bench: Bench, compared, held: np.ndarray) -> tuple[int, slice]:
                 if level > best:
                     places = np.flatnonzero(block == b)
                     wide = 2 * (places[-1] - places[0])
-                    best, where = level, (i, slice(max(0, places[0] - wide // 4), min(len(block), places[-1] + wide // 4)))
+                    best, where = (
+                        level,
+                        (i, slice(max(0, places[0] - wide // 4), min(len(block), places[-1] + wide // 4))),
+                    )
     return where
 
 
-def where(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, changed: bool, noise: float, path: Path) -> Path:
+def where(
+    bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, changed: bool, noise: float, path: Path
+) -> Path:
     """Size of the error against what it may depend on, before and after, beside the noise floor."""
     old, trusted = samples(bench, cut, before, blocks)
     new, _ = samples(bench, cut, after, blocks)
     varies = lambda parts: np.ptp(np.concatenate(parts)) > 0.0
-    wanted = [(label, parts) for label, parts in variables(bench, cut, after).items() if label != "direction" and varies(parts)][:8]
+    wanted = [
+        (label, parts)
+        for label, parts in variables(bench, cut, after).items()
+        if label != "direction" and varies(parts)
+    ][:8]
     rows = int(np.ceil(len(wanted) / 4))
     figure, axes = plt.subplots(rows, 4, figsize=(11, 2.6 * rows), squeeze=False, sharey=True)
     for axis, (label, parts) in zip(axes.flat, wanted):
@@ -106,14 +132,23 @@ def where(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray,
             edges = np.unique(np.quantile(x, np.linspace(0, 1, min(21, len(x) // 3 + 2))))
             place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
             count = np.maximum(np.bincount(place, minlength=len(edges) - 1), 1)
-            axis.plot(0.5 * (edges[1:] + edges[:-1]), np.sqrt(np.bincount(place, e**2, len(edges) - 1) / count), "-", color=color, lw=1.4)
+            axis.plot(
+                0.5 * (edges[1:] + edges[:-1]),
+                np.sqrt(np.bincount(place, e**2, len(edges) - 1) / count),
+                "-",
+                color=color,
+                lw=1.4,
+            )
         axis.axhline(noise, color="gray", ls=":", lw=1.0)
         axis.set_xlabel(axis_label(bench, label))
     for axis in axes.flat[len(wanted):]:
         axis.set_visible(False)
     for row in axes:
         row[0].set_ylabel(f"error (rms), {cut.unit}")
-    figure.suptitle("orange: nominal, blue: extended, dotted: noise floor" if changed else "orange: nominal, dotted: noise floor", fontsize=10)
+    figure.suptitle(
+        "orange: nominal, blue: extended, dotted: noise floor" if changed else "orange: nominal, dotted: noise floor",
+        fontsize=10,
+    )
     return save(figure, path)
 
 
@@ -126,7 +161,9 @@ def contest(outcome: Outcome, path: Path) -> Path | None:
     for number, (axis, stage) in enumerate(zip(axes[0], stages)):
         fitted = [c for c in stage.candidates if c.fit][:8][::-1]
         level = stage.base.errors.mean()
-        colors = [AFTER if c is stage.winner else "#7fa8c9" if any(c is t for t in stage.tied) else "#b8b8b8" for c in fitted]
+        colors = [
+            AFTER if c is stage.winner else "#7fa8c9" if any(c is t for t in stage.tied) else "#b8b8b8" for c in fitted
+        ]
         axis.barh([c.hypothesis.label for c in fitted], [c.errors.mean() / level for c in fitted], color=colors)
         axis.axvline(1.0, color=BEFORE, lw=1.2)
         axis.set_title(f"round {number + 1}", fontsize=10)
@@ -135,14 +172,41 @@ def contest(outcome: Outcome, path: Path) -> Path | None:
     return save(figure, path)
 
 
-SHOWN = {"stribeck": "speed", "viscous": "speed", "asymmetric": "speed", "load_dependent": "load", "preload": "load", "ripple": "position",
-         "cogging": "position", "warm_up": "time", "wear": "time", "winding_heating": "time", "torque_constant": "current", "brush_drop": "current",
-         "supply_sag": "current", "mass": "output position", "centre_of_mass": "output position", "tilt": "output position", "inertia": "acceleration",
-         "compliance": "load", "backlash": "load"}
+SHOWN = {
+    "stribeck": "speed",
+    "viscous": "speed",
+    "asymmetric": "speed",
+    "load_dependent": "load",
+    "preload": "load",
+    "ripple": "position",
+    "cogging": "position",
+    "warm_up": "time",
+    "wear": "time",
+    "winding_heating": "time",
+    "torque_constant": "current",
+    "brush_drop": "current",
+    "supply_sag": "current",
+    "mass": "output position",
+    "centre_of_mass": "output position",
+    "tilt": "output position",
+    "inertia": "acceleration",
+    "compliance": "load",
+    "backlash": "load",
+}
 
 
-UNITS = {"speed": "rad/s", "load": "N·m", "acceleration": "rad/s²", "position": "rad", "output position": "rad", "current": "A",
-         "temperature": "°C", "supply voltage": "V", "set-point change": "rad/s", "time": "s"}
+UNITS = {
+    "speed": "rad/s",
+    "load": "N·m",
+    "acceleration": "rad/s²",
+    "position": "rad",
+    "output position": "rad",
+    "current": "A",
+    "temperature": "°C",
+    "supply voltage": "V",
+    "set-point change": "rad/s",
+    "time": "s",
+}
 LINEAR = {"rad/s": "m/s", "N·m": "N", "rad/s²": "m/s²", "rad": "m"}
 
 
@@ -153,7 +217,16 @@ def axis_label(bench: Bench, label: str) -> str:
     return f"{label} in {unit}" if unit else label
 
 
-def missing(bench: Bench, cut: Cut, before: dict, after: dict, contest_: Contest, outcome: Outcome, path: Path, rng: np.random.Generator) -> Path | None:
+def missing(
+    bench: Bench,
+    cut: Cut,
+    before: dict,
+    after: dict,
+    contest_: Contest,
+    outcome: Outcome,
+    path: Path,
+    rng: np.random.Generator,
+) -> Path | None:
     """What the nominal simulation lacks, as a curve: measured means, what the cause adds, with its 95 % band."""
     known = variables(bench, cut, after)
     label = SHOWN.get(outcome.causes[0].hypothesis.effect, "speed")
@@ -183,8 +256,16 @@ def missing(bench: Bench, cut: Cut, before: dict, after: dict, contest_: Contest
     curves = np.array([added(contest_.absolute(dict(zip(names, row)))) for row in draws])
     curves = curves[np.all(np.isfinite(curves), axis=1)]
     figure, axis = plt.subplots(figsize=(7, 3.8))
-    axis.errorbar(middle, mean(lacking), yerr=np.sqrt(np.maximum(mean(lacking**2) - mean(lacking) ** 2, 0) / count), fmt="o", ms=4, color=MEASURED,
-                  lw=0.8, label="missing in the nominal simulation, measured")
+    axis.errorbar(
+        middle,
+        mean(lacking),
+        yerr=np.sqrt(np.maximum(mean(lacking**2) - mean(lacking) ** 2, 0) / count),
+        fmt="o",
+        ms=4,
+        color=MEASURED,
+        lw=0.8,
+        label="missing in the nominal simulation, measured",
+    )
     if len(curves):
         axis.fill_between(middle, *np.quantile(curves, [0.025, 0.975], axis=0), color=BAND, label="95 % band")
     axis.plot(middle, added(after), color=AFTER, lw=1.6, label=" and ".join(c.hypothesis.label for c in outcome.causes))
@@ -204,7 +285,11 @@ def faults(bench_runs, found, path: Path, most: int = 6) -> Path | None:
     rows = int(np.ceil(len(shown) / columns))
     figure, axes = plt.subplots(rows, columns, figsize=(3.6 * columns, 2.4 * rows), squeeze=False)
     for axis, fault in zip(axes.flat, shown):
-        run = next(r for r in bench_runs if r.log == fault.log and r.name == fault.run and len(r) and r.rows[0] <= fault.first <= r.rows[-1])
+        run = next(
+            r
+            for r in bench_runs
+            if r.log == fault.log and r.name == fault.run and len(r) and r.rows[0] <= fault.first <= r.rows[-1]
+        )
         a, b = np.searchsorted(run.rows, [fault.first, fault.last])
         around = slice(max(0, a - 40), min(len(run), b + 41))
         x, y = run.rows[around], run.signals[fault.channel][around]

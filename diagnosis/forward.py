@@ -16,12 +16,17 @@ if TYPE_CHECKING:
 
 ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
 SOFTEST = 0.3
-"""The output shaft's own frequency times the inner step, at most: explicit coupling of gear and load is stable below 1."""
+"""The output shaft's own frequency times the inner step, at most: explicit coupling is stable below 1."""
 
 MOST_PARTS = 4
 
 
-SHOWN = {"load.angle": "angle", "reducer.input_angle": "input_angle", "load.speed": "speed", "reducer.input_speed": "input_speed"}
+SHOWN = {
+    "load.angle": "angle",
+    "reducer.input_angle": "input_angle",
+    "load.speed": "speed",
+    "reducer.input_speed": "input_speed",
+}
 """Signals that the whole is compared by, the first that a log has, and their rows."""
 
 
@@ -49,7 +54,11 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
     elif not closed:
         voltage = drive.voltage("motor.voltage" if ch.has("motor.voltage") else "controller.voltage", values, ch)[0]
     wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
-    rate = ch.raw("controller.speed_setpoint") if ch.has("controller.speed_setpoint") else np.gradient(wanted, np.cumsum(ch.dt))
+    rate = (
+        ch.raw("controller.speed_setpoint")
+        if ch.has("controller.speed_setpoint")
+        else np.gradient(wanted, np.cumsum(ch.dt))
+    )
     powered = ch.run.signals.get(VALID, np.ones(n))
     out = np.zeros((8, n))
     for here in stretches(ch):
@@ -64,15 +73,19 @@ def stretches(ch: Channels) -> list[slice]:
     """Where samples that are taken follow one another without a gap."""
     if ch.take is None:
         return [slice(0, len(ch.dt))]
-    return [slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, np.flatnonzero(np.diff(ch.take) > 1) + 1)]
+    return [
+        slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, np.flatnonzero(np.diff(ch.take) > 1) + 1)
+    ]
 
 
 def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
-    """Stiffness of the output shaft, parts of a step, damping: as given where so many parts carry it, else as stiff as they do."""
+    """Stiffness of the output shaft, parts of a step, damping: as given, or as stiff as so many parts carry."""
     inertia = load.inertia + load.mass * load.arm**2
     behind = reducer.shaft_inertia * reducer.gear_ratio**2
     together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
-    parts = int(np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS))
+    parts = int(
+        np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS)
+    )
     stiffness = min(reducer.shaft_stiffness, together * (SOFTEST * parts / step) ** 2)
     damping = min(reducer.shaft_damping, 0.4 * np.sqrt(stiffness * together))
     return (stiffness, parts), max(damping, 0.2 * np.sqrt(stiffness * together))

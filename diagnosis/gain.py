@@ -24,7 +24,9 @@ class Gain:
     after: float
     low: float  # 95 % interval of `after`, over held-out blocks
     high: float
-    closed: float  # share of the error above the noise floor that is gone, of squares: independent errors add in squares
+    closed: (
+        float  # share of the error above the noise floor that is gone, of squares: independent errors add in squares
+    )
     noise_floor: float
     held_out: list[str]
     regimes: list[dict] = field(default_factory=list)  # {where, before, after}
@@ -73,7 +75,9 @@ def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarra
     was, now = rms([e[t] for e, t in zip(old, trusted)]), rms([e[t] for e, t in zip(new, trusted)])
     noise = min(floor(bench, cut, after, new, trusted), now)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
-    what = f"the torque at the motor's shaft ({cut.name})" if cut.name.endswith("gear") else f"{cut.output} ({cut.name})"
+    what = (
+        f"the torque at the motor's shaft ({cut.name})" if cut.name.endswith("gear") else f"{cut.output} ({cut.name})"
+    )
     gain = Gain(f"root mean square error of {what}", cut.unit, was, now, float(low), float(high), closed, noise, names)
     gain.regimes = _regimes(bench, cut, after, old, new, trusted)
     return gain
@@ -106,7 +110,13 @@ def _regimes(bench, cut, values, old, new, trusted) -> list[dict]:
     for where, masks in parts.items():
         inside = [t & m for t, m in zip(trusted, masks)]
         if sum(int(m.sum()) for m in inside) >= 3:
-            rows.append({"where": where, "before": rms([e[m] for e, m in zip(old, inside)]), "after": rms([e[m] for e, m in zip(new, inside)])})
+            rows.append(
+                {
+                    "where": where,
+                    "before": rms([e[m] for e, m in zip(old, inside)]),
+                    "after": rms([e[m] for e, m in zip(new, inside)]),
+                }
+            )
     return rows
 
 
@@ -122,9 +132,17 @@ def blame(bench: Bench, base: np.ndarray, final: np.ndarray, present: np.ndarray
         here = present[:, part]
         r = base[:, part][here]
         excess[cut.name] = max(0.0, float(np.mean(r**2)) - 1.0) * here.sum() if len(r) else 0.0
-    clean = {c for cut in bench.cuts if len(cut.components) == 1 and excess[cut.name] < 0.2 * present[:, bench.slice(cut)].sum() for c in cut.components}
+    clean = {
+        c
+        for cut in bench.cuts
+        if len(cut.components) == 1 and excess[cut.name] < 0.2 * present[:, bench.slice(cut)].sum()
+        for c in cut.components
+    }
     shares: dict[str, float] = {}
-    named = [c.hypothesis.component if c.hypothesis.component != "sensor" else f"sensor {c.hypothesis.channel}" for c in causes]
+    named = [
+        c.hypothesis.component if c.hypothesis.component != "sensor" else f"sensor {c.hypothesis.channel}"
+        for c in causes
+    ]
     for cut in bench.cuts:
         touched = [n for n in named if n in cut.components or n.removeprefix("sensor ") in (*cut.reads, cut.output)]
         bearers = touched or [c for c in cut.components if c not in clean] or list(cut.components)
@@ -133,4 +151,8 @@ def blame(bench: Bench, base: np.ndarray, final: np.ndarray, present: np.ndarray
     total = sum(shares.values())
     if total <= 0.0:
         return []
-    return [{"component": name, "share": round(float(share / total), 4)} for name, share in sorted(shares.items(), key=lambda x: -x[1]) if share > 0.005 * total]
+    return [
+        {"component": name, "share": round(float(share / total), 4)}
+        for name, share in sorted(shares.items(), key=lambda x: -x[1])
+        if share > 0.005 * total
+    ]

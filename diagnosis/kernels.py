@@ -61,15 +61,24 @@ def _electric() -> dict:
 def _gear() -> dict:
     shaft, load = compiled(MODULES["reducer"]), compiled(MODULES["load"])
     start, impose = shaft.start, shaft.impose
-    moment_of_inertia, gravity_moment, tilt, LoadState = load.moment_of_inertia, load.gravity_moment, load.tilt, load.State
+    moment_of_inertia, gravity_moment, tilt, LoadState = (
+        load.moment_of_inertia,
+        load.gravity_moment,
+        load.tilt,
+        load.State,
+    )
 
     @njit(nogil=True)
     def load_torque(p, angle, speed, acceleration, torque):
         """Torque that the load takes for a motion."""
         for i in range(len(angle)):
             s = LoadState(angle[i], speed[i])
-            torque[i] = (moment_of_inertia(p, s) * acceleration[i] + gravity_moment(p, s) * cos(angle[i] + p.arm_angle + tilt(p, s))
-                         + p.damping * speed[i] + p.constant_torque)
+            torque[i] = (
+                moment_of_inertia(p, s) * acceleration[i]
+                + gravity_moment(p, s) * cos(angle[i] + p.arm_angle + tilt(p, s))
+                + p.damping * speed[i]
+                + p.constant_torque
+            )
 
     @njit(nogil=True)
     def gear(p, angle, speed, output_angle, output_speed, dt, torque):
@@ -81,7 +90,7 @@ def _gear() -> dict:
 
     @njit(nogil=True)
     def twist(p, input_angle, output_torque, output_angle):
-        """Angle of the load behind the spring and the play: the flank that carries the torque, or the one touched last."""
+        """Angle of the load behind spring and play: the flank that carries the torque, or the one touched last."""
         stiffness = 1.0 / (1.0 / p.shaft_stiffness + p.compliance)
         side = 0.0
         for i in range(len(input_angle)):
@@ -104,7 +113,9 @@ def _control() -> dict:
         s = start(p, angle_setpoint[0], speed_setpoint[0], angle[0], speed[0], motor_speed[0], output_torque[0])
         for i in range(len(dt)):
             h = dt[i] if i > 0 else 0.0  # the first sample is at the start
-            s, out = advance(p, s, angle_setpoint[i], speed_setpoint[i], angle[i], speed[i], motor_speed[i], output_torque[i], h)
+            s, out = advance(
+                p, s, angle_setpoint[i], speed_setpoint[i], angle[i], speed[i], motor_speed[i], output_torque[i], h
+            )
             voltage[i] = out.voltage
 
     return {"controller": controller}
@@ -122,8 +133,8 @@ def _whole() -> dict:
     def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, speed_setpoint, dt, parts, start, out):
         """A drive from its voltage, or with closed > 0 from its set-points.
 
-        start: angle and speed of the input shaft, angle and speed of the load. With supply above 0 the controller's command
-        is a duty. Where powered is 0 the motor is open.
+        start: angle and speed of the input shaft, angle and speed of the load. With supply above 0 the controller's
+        command is a duty. Where powered is 0 the motor is open.
         out rows: voltage, current, motor torque, input angle, input speed, output torque, load angle, load speed.
         """
         angle, speed = start[2], start[3]
@@ -144,7 +155,9 @@ def _whole() -> dict:
                 out[2, i] = mo.torque
             u = voltage[i]
             if closed > 0.0:
-                c, co = control(pc, c, angle_setpoint[i], speed_setpoint[i], l.angle, l.speed, g.speed, delivered, dt[i])
+                c, co = control(
+                    pc, c, angle_setpoint[i], speed_setpoint[i], l.angle, l.speed, g.speed, delivered, dt[i]
+                )
                 u = co.voltage
                 if supply[i] > 0.0:  # the controller commands a duty
                     u *= supply[i]

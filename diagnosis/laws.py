@@ -46,13 +46,21 @@ def check_names(rig: Rig) -> None:
         prefix, rest = split(full, rig.drives)
         component, _, parameter = rest.partition(".")
         if component not in LAWS:
-            raise DataError(f"{rig.path}: parameter {full!r}: there is no component {component!r}.{suggest(component, LAWS)}")
+            raise DataError(
+                f"{rig.path}: parameter {full!r}: there is no component {component!r}.{suggest(component, LAWS)}"
+            )
         fields = LAWS[component].Parameters._fields
         if parameter not in fields:
-            raise DataError(f"{rig.path}: parameter {full!r}: {component.capitalize()}.fmu has no {parameter!r}.{suggest(parameter, fields)}")
+            raise DataError(
+                f"{rig.path}: parameter {full!r}: {component.capitalize()}.fmu has no {parameter!r}."
+                f"{suggest(parameter, fields)}"
+            )
     for prefix in rig.drives:
         defaults = LAWS["reducer"].Parameters()
         mu = rig.parameters.get(f"{prefix}reducer.friction_kinetic", defaults.friction_kinetic)
         ratio = rig.parameters.get(f"{prefix}reducer.gear_ratio", defaults.gear_ratio)
         if ratio <= 0.0 or mu < 0.0:
-            raise DataError(f"{rig.path}: {prefix}reducer: gear_ratio must be above 0 and friction_kinetic not below 0; signs belong in [columns].")
+            raise DataError(
+                f"{rig.path}: {prefix}reducer: gear_ratio must be above 0 and friction_kinetic not below 0; "
+                "signs belong in [columns]."
+            )

@@ -18,7 +18,7 @@ VALID = "rig.valid"
 """The signal of the rig's `valid` column."""
 
 HELD = ("controller.voltage", "motor.voltage", "motor.duty")
-"""In a table of `selflock run` a row has the command of the step that ends there; here it is that of the step that begins."""
+"""In a table of `selflock run` a row has the command of the step that ends there; here that of the step that begins."""
 
 SHORTEST = 30
 """Fewer samples than this tell nothing."""
@@ -34,8 +34,12 @@ class Run:
     time: np.ndarray  # s, strictly increasing
     signals: dict[str, np.ndarray]
     good: dict[str, np.ndarray] = field(default_factory=dict)
-    repeated: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # rows left out: no time, or the time before again
-    memory: dict = field(default_factory=dict, init=False, repr=False)  # what was derived from the signals, for all who look
+    repeated: np.ndarray = field(
+        default_factory=lambda: np.zeros(0, int)
+    )  # rows left out: no time, or the time before again
+    memory: dict = field(
+        default_factory=dict, init=False, repr=False
+    )  # what was derived from the signals, for all who look
 
     def __len__(self) -> int:
         return len(self.time)
@@ -59,7 +63,9 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
     path = Path(path)
     table = _table(path)
     if table.empty or not len(table.columns):
-        raise DataError(f"{path}: is empty. Export the log again; it needs a header line and at least {SHORTEST} samples.")
+        raise DataError(
+            f"{path}: is empty. Export the log again; it needs a header line and at least {SHORTEST} samples."
+        )
     headers = {_bare(name): name for name in table.columns}
     units = {_bare(name): _unit(name) for name in table.columns}
     named = _named(headers, rig) if rig.named else []
@@ -75,14 +81,23 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         data[VALID] = (_numbers(path, table, _find(path, headers, rig.valid, rig), switch) != 0.0).astype(float)
     names = table[_find(path, headers, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
     runs = []
-    late = [column.signal for column in columns if column.late or (column in named and column.signal.endswith(HELD) and not rig.system)]
+    late = [
+        column.signal
+        for column in columns
+        if column.late or (column in named and column.signal.endswith(HELD) and not rig.system)
+    ]
     for name in pd.unique(names):
         rows = np.flatnonzero(names == name)
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
-        runs.append(_ordered(path, Run(path.name, str(name), rows, time[rows], {k: v[rows] for k, v in data.items()}), rig))
+        runs.append(
+            _ordered(path, Run(path.name, str(name), rows, time[rows], {k: v[rows] for k, v in data.items()}), rig)
+        )
     if sum(len(run) for run in runs) < SHORTEST:
-        raise DataError(f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {SHORTEST}, better some seconds.")
+        raise DataError(
+            f"{path}: has {len(table)} samples, too few to tell anything. "
+            f"Give a log of at least {SHORTEST}, better some seconds."
+        )
     return runs
 
 
@@ -106,17 +121,25 @@ def _table(path: Path) -> pd.DataFrame:
     except pd.errors.EmptyDataError:
         raise DataError(f"{path}: has no columns. Export the log again, with a header line.") from None
     except Exception as error:
-        raise DataError(f"{path}: cannot be read as {ending}: {error}. The file may be cut off; export it again.") from None
+        raise DataError(
+            f"{path}: cannot be read as {ending}: {error}. The file may be cut off; export it again."
+        ) from None
     raise DataError(f"{path}: logs are .csv, .parquet or .mat, not {ending or 'without ending'}.")
 
 
 def _mat(path: Path) -> pd.DataFrame:
     from scipy.io import loadmat
 
-    found = {k: np.squeeze(v) for k, v in loadmat(path).items() if not k.startswith("__") and np.asarray(v).dtype.kind in "fiub"}
+    found = {
+        k: np.squeeze(v)
+        for k, v in loadmat(path).items()
+        if not k.startswith("__") and np.asarray(v).dtype.kind in "fiub"
+    }
     vectors = {k: v for k, v in found.items() if v.ndim == 1}
     if not vectors:
-        raise DataError(f"{path}: holds no vectors. Save each channel as a vector of the same length (format 7 or older).")
+        raise DataError(
+            f"{path}: holds no vectors. Save each channel as a vector of the same length (format 7 or older)."
+        )
     longest = max(len(v) for v in vectors.values())
     return pd.DataFrame({k: v.astype(float) for k, v in vectors.items() if len(v) == longest})
 
@@ -154,7 +177,11 @@ def _numbers(path: Path, table: pd.DataFrame, header: str, column: Column) -> np
     if values.dtype.kind in "fiub":
         return values.to_numpy(float)
     numbers = pd.to_numeric(values, errors="coerce")
-    wrong = numbers.isna() & values.notna() & ~values.astype(str).str.strip().str.lower().isin(["nan", "inf", "-inf", "", "none"])
+    wrong = (
+        numbers.isna()
+        & values.notna()
+        & ~values.astype(str).str.strip().str.lower().isin(["nan", "inf", "-inf", "", "none"])
+    )
     if wrong.any():
         row = int(np.flatnonzero(wrong.to_numpy())[0])
         raise DataError(f"{path}: line {row + 2}, column {header!r}: {values.iloc[row]!r} is not a number. "
@@ -167,7 +194,9 @@ def _si(path: Path, values: np.ndarray, given: str, column: Column, rig: Rig) ->
     try:
         factor, offset = conversion(given, rig.units.get(column.signal, "") if rig.system else unit(bare, rig.linear))
     except ValueError as error:
-        raise DataError(f"{path}: column {column.column!r}: {error}. Write the unit of the values in {rig.path.name}.") from None
+        raise DataError(
+            f"{path}: column {column.column!r}: {error}. Write the unit of the values in {rig.path.name}."
+        ) from None
     return column.factor * (factor * values + offset) + column.offset
 
 
@@ -185,7 +214,7 @@ def _time(path: Path, table: pd.DataFrame, headers: dict, units: dict, rig: Rig)
 
 
 def _ordered(path: Path, run: Run, rig: Rig) -> Run:
-    """Refuse time that runs backward; drop samples without a time, and samples repeated at the same time (check reports them)."""
+    """Refuse time that runs backward; drop samples without a time or at the same time again (check reports them)."""
     where = f"{path}: run {run.name!r}, " if run.name else f"{path}: "
     finite = np.isfinite(run.time)
     if finite.sum() < 2 and rig.kind != "steady":
@@ -193,7 +222,11 @@ def _ordered(path: Path, run: Run, rig: Rig) -> Run:
     steps = np.diff(run.time[finite])
     if np.any(steps < 0):
         row = int(run.rows[finite][np.flatnonzero(steps < 0)[0] + 1])
-        hint = "" if rig.run else " If the file holds several runs, name the column that tells them apart: [rig] run = \"...\"."
+        hint = (
+            ""
+            if rig.run
+            else ' If the file holds several runs, name the column that tells them apart: [rig] run = "...".'
+        )
         raise DataError(f"{where}line {row + 2}: time runs backward in column {rig.time.column!r}.{hint}")
     keep = finite.copy()
     keep[np.flatnonzero(finite)[1:][steps == 0]] = False

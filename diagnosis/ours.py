@@ -1,4 +1,4 @@
-"""A blamed FMU of a system that is one of ours: known by its parameters, it becomes a drive of one component, and gets a name.
+"""A blamed FMU of a system that is one of ours: known by its parameters, it becomes a drive of one component.
 
 An FMU is ours where it has the nominal parameters and those of all registered effects of a component, whatever its
 name. What the log has of its inputs and outputs is then read as the signals of a drive, and its law is fitted.
@@ -39,17 +39,30 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
         signal = canonical(f"{part}.{variable.name}")
         link = parts.links.get(name)
         source = name if name in logged or not link else f"{link.source}.{link.output}"
-        if signal not in SIGNALS or signal in columns or source not in logged or parts.variables[source].unit != unit(signal):
+        if (
+            signal not in SIGNALS
+            or signal in columns
+            or source not in logged
+            or parts.variables[source].unit != unit(signal)
+        ):
             continue
         factor, offset, late = 1.0, 0.0, False
         if source != name:
             factor, offset, late = link.factor, link.offset, parts.ahead(link.source, component)
         old = next((c for c in rig.columns if c.signal == source), Column(source, source))
-        columns[signal] = Column(old.column, prefix + signal, old.unit, factor * old.factor, factor * old.offset + offset,
-                                 late and signal in HELD)
+        columns[signal] = Column(
+            old.column,
+            prefix + signal,
+            old.unit,
+            factor * old.factor,
+            factor * old.offset + offset,
+            late and signal in HELD,
+        )
     sheet = LAWS[part].Parameters()
     given = {name: float(value) for name, value in parts.values.get(component, {}).items() if name in sheet._fields}
-    others = tuple(Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables)
+    others = tuple(
+        Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables
+    )
     given = {f"{prefix}{part}.{name}": value for name, value in given.items()}
     return replace(rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others),
                    only=prefix + part, parameters=given)

@@ -64,7 +64,9 @@ class Parts:
         self.rig, self.system = rig, load(rig.system)
         wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
         try:
-            self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
+            self.variables = {
+                f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()
+            }
             self.continuous = {name for name, part in wiring.parts.items() if hasattr(part, "at")}
             self.values = wiring.values
             self.links = {f"{link.target}.{link.input}": link for link in wiring.links}
@@ -86,10 +88,14 @@ class Parts:
             if name in self.variables:
                 causality = self.variables[name].causality
                 if causality not in ("input", "output", "local"):
-                    raise DataError(f"{self.rig.path}: [columns] {name!r} is a {causality}: put its value under [parameters].")
+                    raise DataError(
+                        f"{self.rig.path}: [columns] {name!r} is a {causality}: put its value under [parameters]."
+                    )
             elif name.split(".")[0] in self.system.components:
                 near = did_you_mean(name, self.variables)
-                raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{near}")
+                raise DataError(
+                    f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{near}"
+                )
 
     def group(self, wanted: list[str], measured: set[str]) -> Group:
         """The components in `wanted` with all that the log must be helped out with."""

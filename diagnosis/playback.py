@@ -86,7 +86,9 @@ class PowerStage:
     def __init__(self, name: str, folder: str = "."):
         self.name, self.log = name, []
         given = ("duty", "supply_voltage")
-        self.variables = {n: Variable(n, "input", start=0.0) for n in given} | {"voltage": Variable("voltage", "output", start=0.0, depends_on=given)}
+        self.variables = {n: Variable(n, "input", start=0.0) for n in given} | {
+            "voltage": Variable("voltage", "output", start=0.0, depends_on=given)
+        }
         self.reset()
 
     def bind(self, inputs, outputs) -> None:
@@ -154,7 +156,10 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
         first, second = drive.both(bench, prefix, values, ch)
 
         def component(part: str, more: str = "") -> None:
-            components.append(f'[components.{name(part)}]\nfmu = "{fmus[name(part)].name}"\n' + (f"[components.{name(part)}.start]\n{more}\n" if more else ""))
+            components.append(
+                f'[components.{name(part)}]\nfmu = "{fmus[name(part)].name}"\n'
+                + (f"[components.{name(part)}.start]\n{more}\n" if more else "")
+            )
 
         def play(column: str, x: np.ndarray, target: str) -> None:
             columns[prefix + column] = x
@@ -164,31 +169,51 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
         if not whole and name("reducer") in fmus:
             component("reducer")
             (angle, speed, output_angle, output_speed), _ = gear_inputs(bench, prefix, values, ch)
-            for column, x in (("imposed_angle", angle), ("imposed_speed", speed), ("output_angle", output_angle), ("output_speed", output_speed)):
+            for column, x in (
+                ("imposed_angle", angle),
+                ("imposed_speed", speed),
+                ("output_angle", output_angle),
+                ("output_speed", output_speed),
+            ):
                 play(column, x, f"{name('reducer')}.{column}")
             continue
         if not whole:
             continue
         electric = next((e for e in ("motor.voltage", "motor.duty", "controller.voltage") if ch.has(e)), "")
         if name("controller") in fmus:
-            own = {key.rpartition(".")[2]: value for key, value in bench.rig.of_log(run.log).items() if key.startswith(name("controller") + ".")}
+            own = {
+                key.rpartition(".")[2]: value
+                for key, value in bench.rig.of_log(run.log).items()
+                if key.startswith(name("controller") + ".")
+            }
             component("controller", "\n".join(f"{key} = {value!r}" for key, value in own.items()))
             wanted = ch.raw("controller.angle_setpoint")
             play("angle_setpoint", wanted, f"{name('controller')}.angle_setpoint")
-            rate = ch.raw("controller.speed_setpoint") if ch.has("controller.speed_setpoint") else np.gradient(wanted, columns["time"])
+            rate = (
+                ch.raw("controller.speed_setpoint")
+                if ch.has("controller.speed_setpoint")
+                else np.gradient(wanted, columns["time"])
+            )
             play("speed_setpoint", rate, f"{name('controller')}.speed_setpoint")
-            connections += [f'"{name("controller")}.angle" = "{name("load")}.angle"', f'"{name("controller")}.speed" = "{name("load")}.speed"',
-                            f'"{name("controller")}.motor_speed" = "{name("reducer")}.input_speed"',
-                            f'"{name("controller")}.output_torque" = "{name("reducer")}.output_torque"',
-                            *_command(name, ch, components, play, values)]
+            connections += [
+                f'"{name("controller")}.angle" = "{name("load")}.angle"',
+                f'"{name("controller")}.speed" = "{name("load")}.speed"',
+                f'"{name("controller")}.motor_speed" = "{name("reducer")}.input_speed"',
+                f'"{name("controller")}.output_torque" = "{name("reducer")}.output_torque"',
+                *_command(name, ch, components, play, values),
+            ]
         elif electric:
             play("voltage", drive.voltage(electric, values, ch)[0], f"{name('motor')}.voltage")
         component("motor")
         component("reducer", f"kinematic = false\ninitial_speed = {float(first.speed[0])!r}")
         component("load", f"start_angle = {float(second.angle[0])!r}\nstart_speed = {float(second.speed[0])!r}")
-        connections += [f'"{name("motor")}.speed" = "{name("reducer")}.input_speed"', f'"{name("reducer")}.motor_torque" = "{name("motor")}.torque"',
-                        f'"{name("load")}.torque" = "{name("reducer")}.output_torque"', f'"{name("reducer")}.output_angle" = "{name("load")}.angle"',
-                        f'"{name("reducer")}.output_speed" = "{name("load")}.speed"']
+        connections += [
+            f'"{name("motor")}.speed" = "{name("reducer")}.input_speed"',
+            f'"{name("reducer")}.motor_torque" = "{name("motor")}.torque"',
+            f'"{name("load")}.torque" = "{name("reducer")}.output_torque"',
+            f'"{name("reducer")}.output_angle" = "{name("load")}.angle"',
+            f'"{name("reducer")}.output_speed" = "{name("load")}.speed"',
+        ]
     if not components:
         return None
     write_csv(pd.DataFrame(columns), out / "inputs.csv")
@@ -197,10 +222,26 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
     stop = np.floor(columns["time"][-1] / step) * step
     held = [c for c in columns if c.endswith("voltage")]
     text = [
-        "# The extended simulation on the last log: selflock run extended.toml -o result.csv", "", "[system]", f'name = "{bench.rig.name}, extended"', "",
-        "[run]", f"stop = {stop:.9g}", f"step = {step:.9g}", "open_inputs = true", "", "[components.log]",
-        'part = "diagnosis.playback:Playback"', "[components.log.options]", f"log = {str((out / 'inputs.csv').resolve())!r}", f"held = {held!r}", "",
-        *components, "[connections]", *connections, "",
+        "# The extended simulation on the last log: selflock run extended.toml -o result.csv",
+        "",
+        "[system]",
+        f'name = "{bench.rig.name}, extended"',
+        "",
+        "[run]",
+        f"stop = {stop:.9g}",
+        f"step = {step:.9g}",
+        "open_inputs = true",
+        "",
+        "[components.log]",
+        'part = "diagnosis.playback:Playback"',
+        "[components.log.options]",
+        f"log = {str((out / 'inputs.csv').resolve())!r}",
+        f"held = {held!r}",
+        "",
+        *components,
+        "[connections]",
+        *connections,
+        "",
     ]
     path = out / "extended.toml"
     path.write_text("\n".join(text))

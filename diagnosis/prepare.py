@@ -1,4 +1,4 @@
-"""From the channels of a run to what the components are driven with: filled, smoothed, differentiated, sensors undone."""
+"""From the channels of a run to what drives the components: filled, smoothed, differentiated, sensors undone."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def window(seconds: float, dt: np.ndarray) -> int:
 
 
 def smooth(x: np.ndarray, samples: int) -> np.ndarray:
-    """Gaussian average over about so many samples (six standard deviations): no overshoot, little of high frequencies left."""
+    """Gaussian average over about so many samples (six standard deviations): no overshoot, little fast noise left."""
     return gaussian_filter1d(x, samples / 6.0, mode="nearest", truncate=3.0) if 5 <= samples <= len(x) else x
 
 
@@ -101,7 +101,9 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
     else:
         angle = smooth(angle, samples) if samples else angle
     rough = abs(plain - fine)  # half of it may be at rest, where a coarse sensor shows no noise
-    noise = max(float(np.median(rough)) / 0.6745, float(np.quantile(rough, 0.9)) / 1.645) / np.sqrt(max(1, samples) / 2.25)
+    noise = max(float(np.median(rough)) / 0.6745, float(np.quantile(rough, 0.9)) / 1.645) / np.sqrt(
+        max(1, samples) / 2.25
+    )
     moving = abs(fine) > max(4.0 * noise, 5e-3 * float(np.quantile(abs(fine), 0.98)), 1e-12)
     same = np.sign(fine) * moving
     reach = samples // 2 + 1

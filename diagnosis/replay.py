@@ -58,15 +58,21 @@ class Replay:
         if self.points is not None:
             lines.append(self.points.to_string(index=False, float_format=lambda v: f"{v:.4g}"))
         if self.faults:
-            lines.append(f"{len(self.faults)} faults in the data, left out: " + "; ".join(
-                f"{f['kind']} {f['channel']} rows {f['first']} to {f['last']}" + (f" of run {f['run']}" if f["run"] else "") for f in self.faults[:6]))
+            lines.append(
+                f"{len(self.faults)} faults in the data, left out: "
+                + "; ".join(
+                    f"{f['kind']} {f['channel']} rows {f['first']} to {f['last']}"
+                    + (f" of run {f['run']}" if f["run"] else "")
+                    for f in self.faults[:6]
+                )
+            )
         if self.folder:
             lines.append(f"Open {self.folder / self.figures[0]}" if self.figures else f"Written to {self.folder}")
         return "\n".join(lines)
 
 
 def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out/replay") -> Replay:
-    """Simulate a measured log with the rig's nominal parameters and compare; figures, tables and replay.json go to `out`."""
+    """Simulate a measured log with nominal parameters and compare; figures, tables and replay.json go to `out`."""
     rig = rig if isinstance(rig, Rig) else load(rig)
     if rig.system is not None:
         from .system import replay_system
@@ -76,7 +82,10 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
     runs = read(log, rig)
     faults = check(runs, rig)
     if not any(run.usable(*run.signals).any() for run in runs):
-        raise DataError(f"{log}: no sample has all its channels sound. The faults: " + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5]))
+        raise DataError(
+            f"{log}: no sample has all its channels sound. The faults: "
+            + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5])
+        )
     bench = Bench(rig, runs)
     values: dict[str, float] = {}
     folder = Path(out) if out else None
@@ -90,20 +99,28 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
         e = rms([x[t] for x, t in zip(errors, trusted)])
         size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
         noise = floor(bench, cut, values, errors, trusted)
-        comparisons.append(Comparison(cut.name, cut.output, cut.unit, e, e / size if size else 0.0, noise, list(cut.components)))
+        comparisons.append(
+            Comparison(cut.name, cut.output, cut.unit, e, e / size if size else 0.0, noise, list(cut.components))
+        )
         if cut.name.endswith("gear") and bench.steady:
             points = _points(bench, cut, compared[0])
         if folder:
-            title = f"{rig.name}: {cut.output}, error {e:.3g} {cut.unit} rms" + (f", {100 * e / size:.1f} % of the measured" if size else "")
+            title = f"{rig.name}: {cut.output}, error {e:.3g} {cut.unit} rms" + (
+                f", {100 * e / size:.1f} % of the measured" if size else ""
+            )
             everywhere = np.ones(bench.blocks, bool)
-            path = figures.traces(bench, cut, values, values, everywhere, False, folder / f"{cut.name}.png", compared, title)
+            path = figures.traces(
+                bench, cut, values, values, everywhere, False, folder / f"{cut.name}.png", compared, title
+            )
             drawn.append(path.name)
             write_csv(_table(bench, compared), folder / f"{cut.name}.csv")
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)
     if folder:
         if points is not None:
             points.to_csv(folder / "points.csv", index=False, float_format="%.9g")
-        (folder / "replay.json").write_text(json.dumps({"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2) + "\n")
+        (folder / "replay.json").write_text(
+            json.dumps({"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2) + "\n"
+        )
     return result
 
 
@@ -115,14 +132,18 @@ def _by_fmu(bench: Bench, cut: Cut, values: dict, folder: Path | None):
     name = cut.prefix + part
     _, base = split(name, bench.rig.drives)
     given = starts(base, name, {**bench.rig.parameters, **values})
-    path = build(base.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if base == "reducer" else {}))
+    path = build(
+        base.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if base == "reducer" else {})
+    )
     with with_fmus(bench, {name: path}, cut):
         return bench.compare(cut, values)
 
 
 def _points(bench: Bench, cut: Cut, compared) -> pd.DataFrame:
     simulated, measured, good = compared
-    speed = bench.channels[0, cut.prefix].raw("reducer.input_speed" if bench.channels[0, cut.prefix].has("reducer.input_speed") else "load.speed")
+    speed = bench.channels[0, cut.prefix].raw(
+        "reducer.input_speed" if bench.channels[0, cut.prefix].has("reducer.input_speed") else "load.speed"
+    )
     table = pd.DataFrame({"speed": speed, "measured": measured, "simulated": simulated, "error": measured - simulated})
     return table[good].sort_values("speed").reset_index(drop=True)
 

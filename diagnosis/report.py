@@ -23,8 +23,19 @@ SAYS = {
 }
 
 
-def write(result: Diagnosis, bench: Bench, contest: Contest, outcome: Outcome, cut: Cut, before: dict, after: dict, train: np.ndarray, left: list,
-          faults: list[Fault], out: Path) -> Path:
+def write(
+    result: Diagnosis,
+    bench: Bench,
+    contest: Contest,
+    outcome: Outcome,
+    cut: Cut,
+    before: dict,
+    after: dict,
+    train: np.ndarray,
+    left: list,
+    faults: list[Fault],
+    out: Path,
+) -> Path:
     """Draw the figures as PNG files and write the page that holds them."""
     held = ~train if (~train).any() else train
     changed = bool(outcome.causes)
@@ -33,20 +44,42 @@ def write(result: Diagnosis, bench: Bench, contest: Contest, outcome: Outcome, c
         "traces": figures.traces(bench, cut, before, after, held, changed, out / "traces.png"),
         "where": figures.where(bench, cut, before, after, held, changed, result.gain.noise_floor, out / "where.png"),
         "contest": figures.contest(outcome, out / "contest.png"),
-        "missing": figures.missing(bench, cut, before, after, contest, outcome, out / "missing.png", rng) if changed else None,
+        "missing": figures.missing(bench, cut, before, after, contest, outcome, out / "missing.png", rng)
+        if changed
+        else None,
         "faults": figures.faults(bench.original, faults, out / "faults.png"),
     }
-    stages = [{
-        "winner": stage.winner.hypothesis.label if stage.winner else "",
-        "rows": [{"label": c.hypothesis.label, "summary": c.hypothesis.summary, "loss": c.errors.mean() / stage.base.errors.mean(), "drop": c.drop,
-                  "chance": c.chance, "free": len(c.free), "won": c is stage.winner, "tied": any(c is t for t in stage.tied)}
-                 for c in stage.candidates if c.fit],
-        "others": [c.hypothesis.label for c in stage.candidates if not c.fit],
-    } for stage in outcome.stages]
+    stages = [
+        {
+            "winner": stage.winner.hypothesis.label if stage.winner else "",
+            "rows": [
+                {
+                    "label": c.hypothesis.label,
+                    "summary": c.hypothesis.summary,
+                    "loss": c.errors.mean() / stage.base.errors.mean(),
+                    "drop": c.drop,
+                    "chance": c.chance,
+                    "free": len(c.free),
+                    "won": c is stage.winner,
+                    "tied": any(c is t for t in stage.tied),
+                }
+                for c in stage.candidates
+                if c.fit
+            ],
+            "others": [c.hypothesis.label for c in stage.candidates if not c.fit],
+        }
+        for stage in outcome.stages
+    ]
     environment = Environment(loader=PackageLoader("diagnosis"), autoescape=select_autoescape())
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
     page = environment.get_template("report.html.j2").render(
-        rig=bench.rig, result=result, says=SAYS[result.verdict], gain=result.gain, stages=stages, left=left, faults=faults,
+        rig=bench.rig,
+        result=result,
+        says=SAYS[result.verdict],
+        gain=result.gain,
+        stages=stages,
+        left=left,
+        faults=faults,
         pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in outcome.causes},
     )

@@ -62,8 +62,14 @@ class Diagnosis:
 
     def data(self) -> dict:
         """What diagnosis.json holds: plain numbers, texts and lists."""
-        found = {"verdict": self.verdict, "faults": self.faults, "blame": self.blame, "causes": [asdict(c) for c in self.causes],
-                 "gain": asdict(self.gain), "remainder": self.remainder}
+        found = {
+            "verdict": self.verdict,
+            "faults": self.faults,
+            "blame": self.blame,
+            "causes": [asdict(c) for c in self.causes],
+            "gain": asdict(self.gain),
+            "remainder": self.remainder,
+        }
         for cause in found["causes"]:
             if not cause["channel"]:
                 cause.pop("channel")
@@ -81,14 +87,22 @@ class Diagnosis:
         """The answer in a few lines of text."""
         lines = [f"Verdict: {self.verdict}"]
         for cause in self.causes:
-            values = ", ".join(f"{name} = {p['value']:.4g} [{p['low']:.4g}, {p['high']:.4g}] {p['unit']}".rstrip() for name, p in cause.parameters.items())
+            values = ", ".join(
+                f"{name} = {p['value']:.4g} [{p['low']:.4g}, {p['high']:.4g}] {p['unit']}".rstrip()
+                for name, p in cause.parameters.items()
+            )
             lines.append(f"  cause: {cause.label}: {values}")
             if cause.indistinguishable_from:
                 lines.append(f"    cannot be told from: {', '.join(cause.indistinguishable_from)}. {cause.separate_by}")
         g = self.gain
-        lines.append(f"  {g.metric}, held out: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise floor {g.noise_floor:.3g}, closed {100 * g.closed:.0f} %)")
+        lines.append(
+            f"  {g.metric}, held out: {g.before:.4g} -> {g.after:.4g} {g.unit} "
+            f"(noise floor {g.noise_floor:.3g}, closed {100 * g.closed:.0f} %)"
+        )
         if self.remainder["significant"]:
-            lines.append(f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}")
+            lines.append(
+                f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}"
+            )
         if self.step:
             lines.append(f"  {self.step}")
         if self.faults:

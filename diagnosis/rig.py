@@ -14,7 +14,21 @@ from .signals import SIGNALS, canonical, unit
 
 KINDS = ("inverse", "forward", "steady")
 _TABLES = {"rig", "time", "columns", "parameters", "uncertain", "logs"}
-_RIG_KEYS = {"name", "kind", "description", "linear", "run", "known", "system", "drives", "named", "hold_out", "simulate", "valid", "smoothing"}
+_RIG_KEYS = {
+    "name",
+    "kind",
+    "description",
+    "linear",
+    "run",
+    "known",
+    "system",
+    "drives",
+    "named",
+    "hold_out",
+    "simulate",
+    "valid",
+    "smoothing",
+}
 
 
 @dataclass(frozen=True)
@@ -49,7 +63,9 @@ class Rig:
     valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
     simulate: str = ""  # forward rigs: "open" | "closed"; "" decides by the columns
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
-    logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
+    logs: dict[str, dict[str, float]] = field(
+        default_factory=dict
+    )  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
@@ -73,9 +89,13 @@ def load(path: str | Path) -> Rig:
     try:
         text = path.read_text()
     except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}). Give the path of a rig file (.toml); docs/rig.md shows one.") from None
+        raise DataError(
+            f"{path}: cannot be read ({error.strerror}). Give the path of a rig file (.toml); docs/rig.md shows one."
+        ) from None
     except UnicodeDecodeError:
-        raise DataError(f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG.") from None
+        raise DataError(
+            f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG."
+        ) from None
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -93,11 +113,16 @@ def _rig(path: Path, data: dict) -> Rig:
         raise DataError(f"{path}: [rig] kind = {kind!r}: write \"inverse\" (motion imposed, torque measured), "
                         "\"forward\" (voltage or duty in, motion or current out) or \"steady\" (steady-state points).")
     linear, drives = bool(head.get("linear", False)), tuple(head.get("drives", [""]))
-    columns = tuple(_column(path, name, entry, drives, linear, bool(system)) for name, entry in data.get("columns", {}).items())
+    columns = tuple(
+        _column(path, name, entry, drives, linear, bool(system)) for name, entry in data.get("columns", {}).items()
+    )
     taken: dict[str, str] = {}
     for column in columns:
         if column.signal in taken:
-            raise DataError(f"{path}: columns {taken[column.signal]!r} and {column.column!r} are both {column.signal}. Keep one of them.")
+            raise DataError(
+                f"{path}: columns {taken[column.signal]!r} and {column.column!r} are both {column.signal}. "
+                "Keep one of them."
+            )
         taken[column.signal] = column.column
     named = bool(head.get("named", False))
     if not columns and not named:
@@ -144,7 +169,13 @@ def _column(path: Path, name: str, entry, drives: tuple[str, ...], linear: bool,
         raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.')
     _only(path, f'key of "{name}"', entry, {"column", "unit", "factor", "offset"})
     if plain:  # a variable of an FMU system, whatever its name
-        return Column(str(entry["column"]), name, str(entry.get("unit", "")), float(entry.get("factor", 1.0)), float(entry.get("offset", 0.0)))
+        return Column(
+            str(entry["column"]),
+            name,
+            str(entry.get("unit", "")),
+            float(entry.get("factor", 1.0)),
+            float(entry.get("offset", 0.0)),
+        )
     prefix, bare = split(name, drives)
     signal = canonical(bare)
     component = signal.split(".")[0]
@@ -156,13 +187,18 @@ def _column(path: Path, name: str, entry, drives: tuple[str, ...], linear: bool,
             conversion(given, unit(signal, linear))
         except ValueError as error:
             raise DataError(f"{path}: [columns] {name!r}: {error}.") from None
-    return Column(str(entry["column"]), prefix + signal, given, float(entry.get("factor", 1.0)), float(entry.get("offset", 0.0)))
+    return Column(
+        str(entry["column"]), prefix + signal, given, float(entry.get("factor", 1.0)), float(entry.get("offset", 0.0))
+    )
 
 
 def _numbers(path: Path, table: str, given: dict) -> dict[str, float]:
     for name, value in given.items():
         if not isinstance(value, (int, float)):
-            raise DataError(f'{path}: [{table}] {name!r} = {value!r}: write it as "component.parameter" = number, with the name in quotes.')
+            raise DataError(
+                f'{path}: [{table}] {name!r} = {value!r}: write it as "component.parameter" = number, '
+                "with the name in quotes."
+            )
     return {name: float(value) for name, value in given.items()}
 
 
@@ -170,7 +206,9 @@ def _ranges(path: Path, given: dict) -> dict[str, tuple[float, float]]:
     ranges = {}
     for name, value in given.items():
         if not (isinstance(value, list) and len(value) == 2 and value[0] < value[1]):
-            raise DataError(f"{path}: [uncertain] {name!r} = {value!r}: write the lowest and the highest value, as [low, high].")
+            raise DataError(
+                f"{path}: [uncertain] {name!r} = {value!r}: write the lowest and the highest value, as [low, high]."
+            )
         ranges[name] = (float(value[0]), float(value[1]))
     return ranges
 
@@ -189,10 +227,14 @@ def conversion(given: str, wanted: str) -> tuple[float, float]:
         return 1.0, 0.0
     registry = _registry()
     try:
-        quantity = registry.Unit(given.replace("N.m", "N*m").replace("·", "*").replace(".", "*") if given != "1" else "dimensionless")
+        quantity = registry.Unit(
+            given.replace("N.m", "N*m").replace("·", "*").replace(".", "*") if given != "1" else "dimensionless"
+        )
         target = registry.Unit(wanted.replace(".", "*") if wanted != "1" else "dimensionless")
     except Exception:
-        raise ValueError(f"unit {given!r} is not known; write SI units such as rad/s, N.m, V, A, or rpm, deg, mN.m") from None
+        raise ValueError(
+            f"unit {given!r} is not known; write SI units such as rad/s, N.m, V, A, or rpm, deg, mN.m"
+        ) from None
     try:
         zero = registry.Quantity(0.0, quantity).to(target).magnitude
         one = registry.Quantity(1.0, quantity).to(target).magnitude

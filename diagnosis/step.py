@@ -67,8 +67,10 @@ class Step:
         if self.after > 0.9 * self.before:
             share = 100 * self.moved / self.before
             return f"the step of {self.size:.3g} s is not what is wrong: {moves}, {share:.1f} % of its error"
-        return (f"the step of {self.size:.3g} s is coarse: {moves}, its error from {self.before:.3g} to {self.after:.3g} "
-                f"{self.unit}. Log more rows a second")
+        return (
+            f"the step of {self.size:.3g} s is coarse: {moves}, its error from {self.before:.3g} to {self.after:.3g} "
+            f"{self.unit}. Log more rows a second"
+        )
 
 
 def finest(bench: Bench, before: dict, after: dict, blocks: np.ndarray) -> Step | None:

@@ -96,14 +96,20 @@ class SystemBench(Bench):
 
 
 def _groups(rig: Rig, parts: Parts, logged: set[str], whole: bool) -> dict[str, Group]:
-    """For each measured output the components that must run for it: from set-points alone, or on all that is measured."""
+    """For each measured output the components that must run for it: from set-points alone, or on all measurements."""
     sources = {c for c, names in parts.inputs.items() if not names}
     causality = {name: variable.causality for name, variable in parts.variables.items()}
-    given = {name for name in logged if parts.owner(name) in sources or (causality[name] == "input" and name not in parts.links)}
+    given = {
+        name
+        for name in logged
+        if parts.owner(name) in sources or (causality[name] == "input" and name not in parts.links)
+    }
     outputs = [name for name in parts.variables if name in logged - given and causality[name] == "output"]
     if not outputs:
-        raise DataError(f"{rig.path}: the columns hold no output of a component that is given something. Map a column to one, "
-                        f"such as {next((n for n, kind in causality.items() if kind == 'output'), 'component.output')}.")
+        raise DataError(
+            f"{rig.path}: the columns hold no output of a component that is given something. Map a column to one, "
+            f"such as {next((n for n, kind in causality.items() if kind == 'output'), 'component.output')}."
+        )
     if whole:
         together = parts.group(sorted({parts.owner(name) for name in outputs}), given)
         return dict.fromkeys(outputs, together)
@@ -132,11 +138,16 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
             compared = bench.compare(cut, {})
             errors = [m - s for s, m, _ in compared]
             trusted = [good & np.isfinite(s) for s, _, good in compared]
-            error, size = rms([e[t] for e, t in zip(errors, trusted)]), rms([m[t] for (_, m, _), t in zip(compared, trusted)])
+            error, size = (
+                rms([e[t] for e, t in zip(errors, trusted)]),
+                rms([m[t] for (_, m, _), t in zip(compared, trusted)]),
+            )
             name = f"whole {cut.output}" if whole else cut.output
             relative = error / size if size else 0.0
             noise_floor = floor(bench, cut, {}, errors, trusted)
-            comparisons.append(Comparison(name, cut.output, cut.unit, error, relative, noise_floor, list(cut.components)))
+            comparisons.append(
+                Comparison(name, cut.output, cut.unit, error, relative, noise_floor, list(cut.components))
+            )
             if folder:
                 path = folder / f"{name.replace(' ', '_')}.png"
                 figures.traces(bench, cut, {}, {}, np.ones(bench.blocks, bool), False, path)
@@ -148,7 +159,9 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     return result
 
 
-def _name(rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int) -> Diagnosis | None:
+def _name(
+    rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int
+) -> Diagnosis | None:
     """The diagnosis of the component most to blame, where it is one of ours and a cause explains it."""
     from .run import _diagnose, gather
 
@@ -197,8 +210,11 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     judged = ~train if (~train).any() else train
     gain = measure(bench, cut, {}, {}, judged, names, rng)
     shares = blame(bench, residual, residual, present, []) if off else []
-    remainder = {"significant": bool(off), "depends_on": list(dict.fromkeys(d.variable for d in left if d.cut == cut.name))
-                 or list(dict.fromkeys(d.variable for d in left))}
+    remainder = {
+        "significant": bool(off),
+        "depends_on": list(dict.fromkeys(d.variable for d in left if d.cut == cut.name))
+        or list(dict.fromkeys(d.variable for d in left)),
+    }
     result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
     named = _name(rig, parts, shares, logs, test, out, tell, seed) if off else None
     if named is not None:

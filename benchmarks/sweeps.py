@@ -1,7 +1,8 @@
 """What a sweep costs: .venv/bin/python -m benchmarks.sweeps [load] [speed_up] [overhead]
 
-Prints what 1000 workers that only sleep do to a Dask scheduler, message by message and in batches; the speed-up of 2 workers
-over 1; and what the engine adds to belt-track runs of 10 s, in processor time, which a busy machine spoils least.
+Prints what 1000 workers that only sleep do to a Dask scheduler, message by message and in batches; the speed-up of 2
+workers over 1; and what the engine adds to belt-track runs of 10 s, in processor time, which a busy machine spoils
+least.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def clocked(bench, item):
 
 
 def overhead(rounds: int = 3) -> None:
-    """All that a sweep with one worker uses beside the runs themselves: of this process and of the worker, from call to return.
+    """All that a sweep with one worker uses beside the runs: of this process and of the worker, from call to return.
 
     Compared with the very runs that it made, so that a machine busy with other things speaks for both alike.
     """
@@ -78,7 +79,9 @@ def overhead(rounds: int = 3) -> None:
     with (
         tempfile.TemporaryDirectory() as folder,
         dask.config.set(QUIET),
-        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder) as cluster,
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
+        ) as cluster,
     ):
         worker, address = psutil.Process(next(iter(cluster.workers.values())).pid), cluster.scheduler_address
         map_runs(clocked, made.items[:2], context=bench, scheduler=address)  # compiles the vehicle's kernel
@@ -87,9 +90,10 @@ def overhead(rounds: int = 3) -> None:
             rows = map_runs(clocked, made.items, context=bench, folder=Path(folder) / f"out{number}", scheduler=address)
             wall, cpu = time.perf_counter() - begin, sum(row["cpu"] for row in rows)
             parent, there = used(here) - before[0], used(worker) - before[1] - cpu
+            slower = wall / sum(row["wall"] for row in rows) - 1
             print(f"{RUNS} belt-track runs of 10 s, 1 worker: {cpu / RUNS:.3f} s of processor a run; the sweep adds"
                   f" {100 * there / cpu:.1f} % in the worker and {100 * parent / cpu:.1f} % beside it, together"
-                  f" {100 * (there + parent) / cpu:.1f} % (target 5); wall time {100 * (wall / sum(r['wall'] for r in rows) - 1):+.1f} %")  # fmt: skip
+                  f" {100 * (there + parent) / cpu:.1f} % (target 5); wall time {100 * slower:+.1f} %")  # fmt: skip
 
 
 def speed_up() -> None:
@@ -105,7 +109,9 @@ def speed_up() -> None:
             ) as cluster,
         ):
             address = cluster.scheduler_address
-            map_runs(run_one, made.items[: 2 * workers], context=bench, scheduler=address)  # compiles the vehicle's kernel
+            map_runs(
+                run_one, made.items[: 2 * workers], context=bench, scheduler=address
+            )  # compiles the vehicle's kernel
             seconds[workers] = timed(
                 lambda: map_runs(run_one, made.items, context=bench, folder=Path(folder) / "out", scheduler=address)
             )
@@ -114,11 +120,17 @@ def speed_up() -> None:
     with (
         tempfile.TemporaryDirectory() as folder,
         dask.config.set(QUIET),
-        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder) as cluster,
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
+        ) as cluster,
     ):
         count, engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 300, 0.0, 1e9  # each run a message of its own
         whole = (
-            timed(lambda: map_runs(nothing, range(count), folder=Path(folder) / "out", scheduler=cluster.scheduler_address))
+            timed(
+                lambda: map_runs(
+                    nothing, range(count), folder=Path(folder) / "out", scheduler=cluster.scheduler_address
+                )
+            )
             / count
         )
         engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 1.0, 200
@@ -166,8 +178,9 @@ def load() -> None:
             took = timed(lambda: map_runs(sleep, range(count), context=seconds, scheduler=address))
             cpu = sum(process.cpu_times()[:2]) - before
             engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = usual, 200
-            print(f"{SLOTS} sleepers, runs of {seconds} s, {'in batches' if longest else 'one by one'}: {count / took:.0f} runs/s of "
-                  f"{SLOTS / seconds:.0f} possible; scheduler {100 * cpu / took:.0f} % of a core, {1e3 * cpu / count:.3f} ms a run")  # fmt: skip
+            print(f"{SLOTS} sleepers, runs of {seconds} s, {'in batches' if longest else 'one by one'}: "
+                  f"{count / took:.0f} runs/s of {SLOTS / seconds:.0f} possible; "
+                  f"scheduler {100 * cpu / took:.0f} % of a core, {1e3 * cpu / count:.3f} ms a run")  # fmt: skip
     finally:
         for process in (workers, scheduler):
             for child in psutil.Process(process.pid).children(recursive=True):

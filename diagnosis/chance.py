@@ -1,15 +1,15 @@
 """What the whole search finds in nothing: the null distribution of a diagnosis, from simulated logs.
 
-The contest measures chance quickly, by a linear search in shuffled residuals (screen). Here the search itself is run on
-logs that hold no effect. Such a log is the base simulation (the nominal drive, what is uncertain refitted) and errors e*:
-what the best model leaves on the measured log, its blocks permuted and their signs flipped. A simulation with other
-values is off on it by
+The contest measures chance quickly, by a linear search in shuffled residuals (screen). Here the search itself is run
+on logs that hold no effect. Such a log is the base simulation (the nominal drive, what is uncertain refitted) and
+errors e*: what the best model leaves on the measured log, its blocks permuted and their signs flipped. A simulation
+with other values is off on it by
 
     residual*(values) = residual(values) - residual(base values) + e*
 
 which is exact, for both sides run on the same measured inputs; no log need be written. On it the first stage of the
-contest is run as it is: base fit, first look at all hypotheses, fits, judgement on blocks not seen. What it gives is the
-largest gain that the search finds by chance, and which hypothesis made it.
+contest is run as it is: base fit, first look at all hypotheses, fits, judgement on blocks not seen. What it gives is
+the largest gain that the search finds by chance, and which hypothesis made it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ LEVELS = (0.5, 0.9, 0.95, 0.98)
 
 
 class Simulated(Contest):
-    """The contest on a log that is its own residual and `shift`; on nothing but noise, too, every hypothesis is tried."""
+    """The contest on a log whose residual is moved by `shift`; on mere noise, too, every hypothesis is tried."""
 
     clean = 0.0
     shift: np.ndarray | float = 0.0
@@ -58,7 +58,9 @@ class Search:
     runs: list[Run]
     held: list[bool]
     seed: int
-    left: np.ndarray | None = None  # what the best model leaves on the measured log, in units of its noise (blocks, samples)
+    left: np.ndarray | None = (
+        None  # what the best model leaves on the measured log, in units of its noise (blocks, samples)
+    )
     contest: Simulated | None = None
     base: np.ndarray | None = None  # the residual of the base simulation on the measured log
 
@@ -93,7 +95,7 @@ class Search:
 
 @threadpool_limits.wrap(limits=1)  # so that the bits do not depend on where it is made
 def draw(search: Search, item: dict) -> dict:
-    """One simulated log: the largest gain that the search finds, by which hypothesis, and how likely the quick draws call it."""
+    """One simulated log: the largest gain that the search finds, who made it, how likely the quick draws call it."""
     stage = search.without_effect(np.random.default_rng([search.seed, item["draw"]])).first_stage()
     fitted = [c for c in stage.candidates if c.fit]
     if not fitted:
@@ -104,7 +106,10 @@ def draw(search: Search, item: dict) -> dict:
 
 @dataclass
 class Chance:
-    """How the best of a measured log compares with the best of logs without effect. Gains are shares of the error's energy."""
+    """How the best of a measured log compares with the best of logs without effect.
+
+    Gains are shares of the loss that the best model leaves.
+    """
 
     gain: float  # best gain on the measured log, its loss in units of what its best model leaves
     hypothesis: str  # which made it
@@ -132,7 +137,8 @@ class Chance:
             "gain": self.gain, "hypothesis": self.hypothesis,
             "full": {"draws": len(self.draws), "failed": self.failed, "chance": self.by_chance(self.full),
                      "quantiles": _quantiles(self.full)},
-            "quick": {"draws": len(self.quick), "chance": self.by_chance(self.quick), "quantiles": _quantiles(self.quick)},
+            "quick": {"draws": len(self.quick), "chance": self.by_chance(self.quick),
+                      "quantiles": _quantiles(self.quick)},
             "level": SIGNIFICANT, "passed": self.size,
             "found": {name: names.count(name) for name in sorted(set(names), key=lambda n: (-names.count(n), n))},
         }  # fmt: skip
@@ -141,8 +147,8 @@ class Chance:
         said = self.data()
         lines = [
             f"{self.hypothesis or 'nothing'} gains {100 * self.gain:.3g} % on the measured log. "
-            f"By chance as much in a share of {said['full']['chance']:.2g} of {len(self.draws)} simulated logs and itself; "
-            f"{said['quick']['chance']:.2g} by the quick draws.",
+            f"By chance as much in a share of {said['full']['chance']:.2g} of {len(self.draws)} simulated logs and "
+            f"itself; {said['quick']['chance']:.2g} by the quick draws.",
             "  largest gain by chance in %" + "".join(f"  q{100 * level:.0f}" for level in LEVELS),
         ]
         for name, kind in (("whole search", "full"), ("quick draws", "quick")):
@@ -151,7 +157,9 @@ class Chance:
             f"  The quick draws call the best of a log without effect significant in {100 * self.size:.1f} % of logs "
             f"(meant: {100 * SIGNIFICANT:.0f} %)."
         )
-        lines.append("  found by chance: " + ", ".join(f"{name} ({count})" for name, count in list(said["found"].items())[:6]))
+        lines.append(
+            "  found by chance: " + ", ".join(f"{name} ({count})" for name, count in list(said["found"].items())[:6])
+        )
         if self.failed:
             lines.append(f"  {self.failed} draws failed")
         return "\n".join(lines)
@@ -173,10 +181,11 @@ def chance(
     out: str | Path | None = None,
     spread: Callable[..., list[dict]] | None = None,
 ) -> Chance:
-    """Measure what the search for the first cause finds in logs without effect, beside what it finds in the measured one.
+    """Measure what the search for the first cause finds in logs without effect, and in the measured one.
 
     out: folder for chance.json and chance.png; None writes nothing.
-    spread: makes the draws, as `spread(draw, items, context=..., about=..., folder=..., title=...)`; one after the other when not given.
+    spread: makes the draws, as `spread(draw, items, context=..., about=..., folder=..., title=...)`; they are made one
+    after the other when it is not given.
     """
     rig = rig if isinstance(rig, Rig) else load(rig)
     if rig.system is not None:
@@ -195,7 +204,9 @@ def chance(
     good = [{key: row[key] for key in ("gain", "hypothesis", "quick")} for row in rows if row["status"] == "ok"]
     if not good:
         raise DataError(f"No draw could be made: {rows[0]['reason'] if rows else 'ask for one at least'}.")
-    found = Chance(best.gain if best else 0.0, best.hypothesis.label if best else "", stage.by_chance, good, len(rows) - len(good))
+    found = Chance(
+        best.gain if best else 0.0, best.hypothesis.label if best else "", stage.by_chance, good, len(rows) - len(good)
+    )
     if out is not None:
         found.write(Path(out))
     return found
@@ -207,7 +218,11 @@ def _quantiles(gains: np.ndarray) -> dict[str, float]:
 
 def _digest(search: Search) -> str:
     """Which rig and which measured numbers."""
-    rig = {key: sorted(value) if isinstance(value, frozenset) else str(value) for key, value in vars(search.rig).items() if key != "path"}
+    rig = {
+        key: sorted(value) if isinstance(value, frozenset) else str(value)
+        for key, value in vars(search.rig).items()
+        if key != "path"
+    }
     content = hashlib.sha256(json.dumps([rig, search.held], sort_keys=True).encode())
     for run in search.runs:
         for name, values in sorted(run.signals.items()):

@@ -17,7 +17,7 @@ __all__ = ["Interrupted", "SweepError", "SweepResult", "map_runs", "report", "sw
 
 
 def report(folder: str | Path) -> Path:
-    """Draw what the runs in a sweep's folder say; gives the path of report.html, with the PNGs in figures/ beside it."""
+    """Draw what the runs in a sweep's folder say; gives the path of report.html, with figures/ beside it."""
     from .page import report  # workers, who draw nothing, do without matplotlib
 
     return report(folder)

@@ -23,7 +23,7 @@ def label(study: Study, name: str) -> str:
 
 
 def duty(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
-    """Energy of a cycle, one manoeuvre and a time of holding, against friction for each ratio; and the best friction."""
+    """Energy of a cycle, a manoeuvre and a time of holding, over friction for each ratio; and the best friction."""
     wanted = study.report
     friction, times = wanted["friction"], wanted["hold_times"]
     moving, holding = good[wanted["moving"]["figure"]], good[wanted["holding"]["figure"]]
@@ -50,7 +50,9 @@ def duty(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
         )
         axes.grid(alpha=0.3)
     plot.axes[0].legend(title="dotted: self-locking limit\nμ = 1/r; dot: least energy", fontsize=8, title_fontsize=8)
-    return plot, pd.DataFrame(best, columns=["ratio", "holding [s]", "self-locking limit", "best friction", "energy [J]"])
+    return plot, pd.DataFrame(
+        best, columns=["ratio", "holding [s]", "self-locking limit", "best friction", "energy [J]"]
+    )
 
 
 def chart(study: Study, good: pd.DataFrame) -> Plot | None:
@@ -73,7 +75,9 @@ def chart(study: Study, good: pd.DataFrame) -> Plot | None:
         axes.plot(1.0 / r, r, color="black", linewidth=2, label="self-locking limit μ = 1/r")
         lowest = grid.columns.to_numpy()[np.nanargmin(grid.to_numpy(), axis=1)]
         axes.plot(lowest, grid.index, "o", color="tab:blue", label="least energy")
-        axes.set(title=f"holding {time:g} s after each manoeuvre", xlabel=label(study, friction), ylabel=label(study, ratio))
+        axes.set(
+            title=f"holding {time:g} s after each manoeuvre", xlabel=label(study, friction), ylabel=label(study, ratio)
+        )
         axes.set_xlim(grid.columns.min(), grid.columns.max())
     plot.axes[0].legend(fontsize=8)
     return plot
@@ -114,7 +118,13 @@ def sensitivities(study: Study, found: pd.DataFrame) -> Plot:
         axes.imshow(grid.to_numpy(float), vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")
         for (row, column), value in np.ndenumerate(grid.to_numpy(float)):
             axes.text(
-                column, row, f"{value:.2f}", ha="center", va="center", color="white" if value > 0.6 else "black", fontsize=9
+                column,
+                row,
+                f"{value:.2f}",
+                ha="center",
+                va="center",
+                color="white" if value > 0.6 else "black",
+                fontsize=9,
             )
         axes.set_xticks(range(columns), [name.replace("_", " ") for name in grid.columns], rotation=20)
         axes.set_yticks(range(rows), [name.replace("_", " ") for name in grid.index])

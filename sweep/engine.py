@@ -2,8 +2,8 @@
 
     rows = map_runs(function, items, context=..., folder="out/null", about={"what": "null distribution", "seed": 7})
 
-`function(context, item)` is a module's function that gives a dictionary of figures; whatever chance it needs comes from a
-seed in the item. Then the rows do not depend on the number of workers, on the order, or on how often it was interrupted.
+`function(context, item)` is a module's function that gives a dictionary of figures; whatever chance it needs comes from
+a seed in the item. Then the rows do not depend on the number of workers, on the order, or on interruptions.
 """
 
 from __future__ import annotations
@@ -131,7 +131,9 @@ def _on_pool(pool, items: list, todo: deque, take: Take) -> None:
     killers = _round(pool, items, deque(n for batch, _ in suspects for n in batch), take, single=True)
     deaths = Counter(worker for _, worker in killers)
     unclear = deque(n for batch, worker in killers if deaths[worker] > 1 for n in batch)  # shared a worker with another
-    killers = [death for death in killers if deaths[death[1]] == 1] + _round(pool, items, unclear, take, single=True, at_once=1)
+    killers = [death for death in killers if deaths[death[1]] == 1] + _round(
+        pool, items, unclear, take, single=True, at_once=1
+    )
     for batch, _ in killers:
         take(batch, [Outcome("it killed its worker, twice (a crash of an FMU, or no memory left)", {}, {})])
 
@@ -139,7 +141,7 @@ def _on_pool(pool, items: list, todo: deque, take: Take) -> None:
 def _round(
     pool, items: list, todo: deque, take: Take, single: bool = False, at_once: int | None = None
 ) -> list[tuple[list[int], str]]:
-    """Send all of todo, no more at a time than there are slots; give the batches whose worker died, with its address."""
+    """Send all of todo, no more at once than there are slots; give the batches whose worker died, with its address."""
     from distributed import KilledWorker
 
     done: queue.SimpleQueue = queue.SimpleQueue()
@@ -151,7 +153,9 @@ def _round(
         while todo and len(flying) < (at_once or slots):
             size = 1 if single else _batch(seconds, slots, len(todo))
             batch = [todo.popleft() for _ in range(size)]
-            future = pool.send([items[n] for n in batch], key=f"run-{batch[0]}-{'again' if single else size}-{id(done)}")
+            future = pool.send(
+                [items[n] for n in batch], key=f"run-{batch[0]}-{'again' if single else size}-{id(done)}"
+            )
             flying[future] = batch
             future.add_done_callback(done.put)
         came = _come(done)

@@ -38,7 +38,7 @@ class Section:
 
 
 def report(folder: str | Path) -> Path:
-    """Draw what the runs in a sweep's folder say; gives the path of report.html, with the PNGs in figures/ beside it."""
+    """Draw what the runs in a sweep's folder say; gives the path of report.html, with figures/ beside it."""
     folder = Path(folder)
     study, table, about = read_folder(folder)
     good = table[table["status"] == "ok"]
@@ -54,7 +54,8 @@ def report(folder: str | Path) -> Path:
     path = folder / "report.html"
     path.write_text(
         page.render(
-            name=study.name, description=study.data.get("description", ""), sections=sections, total=len(table), good=len(good),
+            name=study.name, description=study.data.get("description", ""), sections=sections,
+            total=len(table), good=len(good),
             failed=int((table["status"] == "failed").sum()), missing=int((table["status"] == "missing").sum()),
             fmus=about["fmus"], versions=about["versions"],
         ),
@@ -64,7 +65,7 @@ def report(folder: str | Path) -> Path:
 
 
 def read_folder(folder: Path) -> tuple[Study, pd.DataFrame, dict]:
-    """The study of a folder, a row for each of its runs (status "missing" where there is none yet), and what made them."""
+    """The study of a folder, a row for each run (status "missing" where there is none yet), and what made them."""
     try:
         about = json.loads((folder / "study.json").read_text(encoding="utf-8"))
         study = from_dict(about["notes"]["data"], folder / "study.json")
@@ -75,7 +76,8 @@ def read_folder(folder: Path) -> tuple[Study, pd.DataFrame, dict]:
     rows = rows_in(folder)
     empty = {one.name: None for one in study.record}
     found = [
-        rows.get(digest(item)) or {**item["parameters"], **empty, "status": "missing", "reason": None} for item in study.items
+        rows.get(digest(item)) or {**item["parameters"], **empty, "status": "missing", "reason": None}
+        for item in study.items
     ]
     return study, pd.DataFrame(found), about
 
@@ -94,15 +96,18 @@ def _sections(study: Study, table: pd.DataFrame, good: pd.DataFrame):
             plots = {"duty_cycle": plot, "chart": charts.chart(study, good)}
             yield Section(
                 "Energy of a duty cycle",
-                "One manoeuvre and then holding still. At and beyond the self-locking limit, tan φ = tan α, holding costs"
-                " nothing; every bit of friction more makes moving dearer.",
+                "One manoeuvre and then holding still. At and beyond the self-locking limit, tan φ = tan α, holding"
+                " costs nothing; every bit of friction more makes moving dearer.",
                 {name: plot for name, plot in plots.items() if plot is not None},
                 best,
             )
         if charts.role(study, "pareto"):
             plot, best = charts.front(study, good)
             yield Section(
-                "Holding against moving", "Of the marked runs none is beaten by another in all three.", {"pareto": plot}, best
+                "Holding against moving",
+                "Of the marked runs none is beaten by another in all three.",
+                {"pareto": plot},
+                best,
             )
         found, how = sensitivity(study, table)
         plots = {"sensitivity": charts.sensitivities(study, found)} if len(found) else {}
@@ -116,5 +121,8 @@ def _sections(study: Study, table: pd.DataFrame, good: pd.DataFrame):
         ordered = dict(causes.most_common())
         rows = pd.DataFrame({"cause": ordered.keys(), "runs": ordered.values()})
         yield Section(
-            "Failed runs", "By cause; each run's own reason is in runs.parquet.", {"failures": charts.failures(ordered)}, rows
+            "Failed runs",
+            "By cause; each run's own reason is in runs.parquet.",
+            {"failures": charts.failures(ordered)},
+            rows,
         )

@@ -1,7 +1,7 @@
 """What is kept of a run: figures, each one number from an expression over the run's table.
 
-An expression is written over the columns of the table, `component.variable`, over `time`, over the varied parameters and
-over the figures above it: "abs(rear_reducer.input_torque)", "(motor.electric_power > 0) * motor.electric_power".
+An expression is written over the columns of the table, `component.variable`, over `time`, over the varied parameters
+and over the figures above it: "abs(rear_reducer.input_torque)", "(motor.electric_power > 0) * motor.electric_power".
 pandas evaluates it, with its functions (abs, sqrt, exp, log, sin, cos, ...).
 """
 
@@ -66,11 +66,14 @@ def figure(name: str, table: Any) -> Figure:
     """A figure from its table in the study file."""
     where = f"[record] {name}"
     if not isinstance(table, Mapping):
-        raise SweepError(f'{where}: write {name} = {{ max = "abs(component.variable)" }}; instead of max: {", ".join(KINDS)}.')
+        raise SweepError(
+            f'{where}: write {name} = {{ max = "abs(component.variable)" }}; instead of max: {", ".join(KINDS)}.'
+        )
     kinds = [key for key in table if key in KINDS]
     if len(kinds) != 1 or set(table) - {*kinds, "from", "to", "unit"}:
         raise SweepError(
-            f"{where}: one of {', '.join(KINDS)} is wanted, beside from, to and unit; there is {', '.join(table) or 'nothing'}."
+            f"{where}: one of {', '.join(KINDS)} is wanted, beside from, to and unit; "
+            f"there is {', '.join(table) or 'nothing'}."
         )
     made = Figure(
         name, kinds[0], str(table[kinds[0]]), table.get("from", -np.inf), table.get("to", np.inf), table.get("unit", "")

@@ -63,15 +63,19 @@ class Bench:
 
 
 def adapt(system: System, settings: dict[str, Any]) -> tuple[System, dict[str, Any]]:
-    """The system with the settings that are for its connections, "connections.TARGET.factor", and the other settings."""
+    """The system with the settings for its connections, "connections.TARGET.factor", and the other settings."""
     wires = {name: value for name, value in settings.items() if name.startswith("connections.")}
     connections = dict(system.connections)
     for name, value in wires.items():
         target, _, key = name.removeprefix("connections.").rpartition(".")
         if target not in connections or key not in ("factor", "offset"):
-            raise SweepError(f"{name}: there is no such connection; write connections.component.input.factor, or .offset.")
+            raise SweepError(
+                f"{name}: there is no such connection; write connections.component.input.factor, or .offset."
+            )
         connections[target] = replace(connections[target], **{key: float(value)})
-    return replace(system, connections=connections), {name: value for name, value in settings.items() if name not in wires}
+    return replace(system, connections=connections), {
+        name: value for name, value in settings.items() if name not in wires
+    }
 
 
 def run_one(bench: Bench, item: dict[str, Any]) -> tuple[dict[str, Any], dict[str, bytes]]:

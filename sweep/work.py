@@ -81,7 +81,9 @@ def _one(function: Callable, context: Any, item: Any) -> Outcome:
             ) from error
         return Outcome(f"{type(error).__name__}: {error}", {}, {})
     figures, files = result if isinstance(result, tuple) else (result, {})
-    return Outcome(None, {name: value.item() if hasattr(value, "item") else value for name, value in figures.items()}, files)
+    return Outcome(
+        None, {name: value.item() if hasattr(value, "item") else value for name, value in figures.items()}, files
+    )
 
 
 @cache
@@ -96,4 +98,9 @@ def fingerprint(*packages: str) -> dict[str, str]:
         for file in sorted(files):
             sources.update(file.name.encode() + b"\0" + file.read_bytes())
     versions = {name: importlib.metadata.version(name) for name in NUMBERS}
-    return {"sources": sources.hexdigest()[:16], "python": platform.python_version(), "machine": platform.machine(), **versions}
+    return {
+        "sources": sources.hexdigest()[:16],
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        **versions,
+    }

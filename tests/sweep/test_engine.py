@@ -68,7 +68,9 @@ def interrupted(tmp_path, workers, stop):
     marks.mkdir()
     code = (
         "import jobs, sys; from sweep import map_runs\n"
-        "if __name__ == '__main__': map_runs(jobs.note, list(range(30)), context=sys.argv[1], folder=sys.argv[2], workers=int(sys.argv[3]))\n"
+        "if __name__ == '__main__':\n"
+        "    marks, out, workers = sys.argv[1:]\n"
+        "    map_runs(jobs.note, list(range(30)), context=marks, folder=out, workers=int(workers))\n"
     )
     (tmp_path / "go.py").write_text(code)
     out = tmp_path / "out"
@@ -88,7 +90,9 @@ def interrupted(tmp_path, workers, stop):
     finally:
         running.kill()
         said = running.communicate()[1]
-    finished = {row["item"] for file in (out / "parts").glob("*.parquet") for row in pd.read_parquet(file).to_dict("records")}
+    finished = {
+        row["item"] for file in (out / "parts").glob("*.parquet") for row in pd.read_parquet(file).to_dict("records")
+    }
     assert 3 <= len(finished) < 30
     rows = map_runs(jobs.note, list(range(30)), context=str(marks), folder=out, workers=0)
     assert [row["item"] for row in rows] == list(range(30))
@@ -206,7 +210,12 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
 
     def command(address):
         return map_runs(
-            jobs.note, list(range(20)), context=str(tmp_path), folder=tmp_path / "out", columns=kill_then, scheduler=address
+            jobs.note,
+            list(range(20)),
+            context=str(tmp_path),
+            folder=tmp_path / "out",
+            columns=kill_then,
+            scheduler=address,
         )
 
     try:
@@ -218,7 +227,11 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
     finally:
         cluster.kill()
         cluster.communicate()
-    done = {row["item"] for file in (tmp_path / "out" / "parts").iterdir() for row in pd.read_parquet(file).to_dict("records")}
+    done = {
+        row["item"]
+        for file in (tmp_path / "out" / "parts").iterdir()
+        for row in pd.read_parquet(file).to_dict("records")
+    }
     assert {0, 1, 2, 3, 4} <= done and len(done) < 20
     assert [row["item"] for row in command(scheduler)] == list(range(20))
     assert all((tmp_path / f"{item}.mark").read_text() == "x" for item in done)

@@ -35,14 +35,17 @@ def test_a_latin_hypercube_has_one_point_in_each_slice():
 
 def test_a_sobol_sequence_fills_dyadic_boxes_evenly():
     made = study(
-        vary={"a": {"range": [0.0, 1.0]}, "b": {"range": [0.0, 1.0]}}, sample={"method": "sobol", "count": 64, "seed": 1}
+        vary={"a": {"range": [0.0, 1.0]}, "b": {"range": [0.0, 1.0]}},
+        sample={"method": "sobol", "count": 64, "seed": 1},
     ).parameters
     counts, _, _ = np.histogram2d(made["a"], made["b"], bins=4, range=[[0, 1], [0, 1]])
     assert (counts == 4).all()
 
 
 def test_samples_are_taken_at_each_point_of_a_grid():
-    made = study(vary={"a": {"values": [1, 2, 3]}, "b": {"range": [0.0, 1.0]}}, sample={"method": "lhs", "count": 5, "seed": 0})
+    made = study(
+        vary={"a": {"values": [1, 2, 3]}, "b": {"range": [0.0, 1.0]}}, sample={"method": "lhs", "count": 5, "seed": 0}
+    )
     assert len(made.parameters) == 15
 
 
@@ -104,7 +107,8 @@ def test_figures_against_closed_forms():
     time = np.linspace(0.0, 2.0, 2001)
     table = pd.DataFrame({"time": time, "m.y": np.sin(np.pi * time), "m.z": -3.0 * time})
     wanted = {
-        "final": {"final": "m.z"}, "first": {"first": "m.z + 1"}, "low": {"min": "m.z", "to": 1.0}, "high": {"max": "abs(m.z)"},
+        "final": {"final": "m.z"}, "first": {"first": "m.z + 1"}, "low": {"min": "m.z", "to": 1.0},
+        "high": {"max": "abs(m.z)"},
         "work": {"integral": "(m.y > 0) * m.y"}, "mean": {"mean": "m.z", "from": 1.0, "to": 2.0}, "rms": {"rms": "m.y"},
         "scaled": {"max": "k * m.z * time", "from": 1.0, "to": 1.0}, "sum": {"value": "work + 2 * k"},
     }  # fmt: skip

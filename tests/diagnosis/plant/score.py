@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from .bench import Case
+from dataclasses import dataclass
+
+from .bench import STEP, Case
 from .causes import Cause
-from .rig import signal
+from .rig import SHEETS, signal
 
 
 def expected(cause: Cause) -> str:
@@ -67,3 +69,49 @@ def fault_found(result: dict, placed: dict, reach: int = 3) -> bool:
         and abs(fault["first"] - placed["first"]) <= reach and abs(fault["last"] - placed["last"]) <= reach
         for fault in result["faults"]
     )
+
+
+PRODUCTS = {  # the product's name of what the plant hides, for what has the same meaning in both
+    "brush_drop": "motor.brush_voltage", "dead_zone": "controller.dead_zone", "delay": "controller.command_delay",
+    "sampling": "controller.sample_period", "backlash": "reducer.backlash", "compliance": "reducer.compliance",
+    "preload": "reducer.preload",
+}
+OF_SENSORS = {"bias": ("bias", 0.0), "scale": ("scale_factor", 1.0), "lag": ("lag_time", 0.0), "quantisation": ("resolution", 0.0)}
+
+
+@dataclass(frozen=True)
+class Amount:
+    """A parameter hidden and found; counted from where the effect is off, or as the data sheet's error."""
+
+    name: str
+    hidden: float
+    found: float
+    half: float  # of the 95 % interval
+    grain: float = 0.0  # what the log cannot resolve
+
+    @property
+    def near(self) -> bool:
+        """Within three half intervals, or a tenth where the plant's formula is not the product's."""
+        return abs(self.found - self.hidden) <= max(3.0 * self.half, 0.1 * abs(self.hidden), self.grain)
+
+    def __str__(self) -> str:
+        return f"{self.name}: hidden {self.hidden:.4g}, found {self.found:.4g} ± {self.half:.2g}"
+
+
+def amounts(result: dict, case: Case) -> list[Amount]:
+    """The hidden parameters of causes that were named, beside what was found for them."""
+    said = {name: p for cause in result["causes"] for name, p in cause["parameters"].items()}
+    found = []
+    for cause, strength in zip(case.causes, case.strengths):
+        for key, value in cause.parameters(strength).items():
+            name, off = PRODUCTS.get(key, ""), 0.0
+            if cause.component == "sensor":
+                key, off = OF_SENSORS[key]
+                name, value = f"sensor.{signal(cause.what)}.{key}", off + value
+            elif cause.effect == "parameter":
+                name, off = f"{cause.component}.{key}", getattr(case.sheet, SHEETS[cause.component][key])
+            if name in said:
+                p = said[name]
+                grain = STEP if key == "delay" else 0.0  # between two rows a log does not say when a command arrived
+                found.append(Amount(name, float(value) - off, p["value"] - off, 0.5 * (p["high"] - p["low"]), grain))
+    return found

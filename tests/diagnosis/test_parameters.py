@@ -1,0 +1,56 @@
+"""Parameters that were found, held to those that were hidden, where a parameter means the same in plant and product.
+
+Which are hidden, in which drive, changes with the date. All of them, over more seeds: python -m benchmarks.parameters
+"""
+
+import datetime
+import os
+
+import numpy as np
+
+from diagnosis import diagnose
+
+from .plant import bench, score
+
+NAMES = ("motor.brush_drop", "controller.dead_zone", "controller.delay", "controller.sampling", "reducer.backlash",
+         "reducer.compliance", "reducer.preload", "sensor.bias", "sensor.scale", "sensor.lag", "parameter")
+FINDINGS = {  # the right name with a wrong amount: told by the benchmark, not drawn here until mended
+    "controller.dead_zone": "seed 11: 1.15 V is hidden; found is 2.87 V with a share of 0.40, which leaves 0.45 V of "
+    "error where 1.15 V with a share of 1 leaves 0.042 V",
+}
+BATCH = 3
+
+
+def found(name, seed, folder):
+    """What was named and the amounts, hidden and found."""
+    case = bench.hide([name], seed=seed, target=6.0)
+    rig, train, test = case.write(folder)
+    result = score.plain(diagnose(rig, [train], test=[test], out=None, seed=seed))
+    return score.right_first(result, case), score.amounts(result, case)
+
+
+def test_what_was_hidden_is_found_in_size_too(tmp_path):
+    """Each cause that is named has its parameter; that most are named is a batch's of test_hidden to hold closer."""
+    day = int(os.environ.get("SELFLOCK_SEED", datetime.date.today().toordinal()))
+    print(f"SELFLOCK_SEED={day}")
+    rng = np.random.default_rng(day)
+    named = 0
+    for name in rng.choice([name for name in NAMES if name not in FINDINGS], BATCH, replace=False):
+        seed = int(rng.integers(10**6))
+        right, amounts = found(str(name), seed, tmp_path / str(name))
+        named += right
+        print(f"{name}, seed {seed}, {'named' if right else 'not named'}; {'; '.join(map(str, amounts))}")
+        if right:
+            assert amounts and all(amount.near for amount in amounts), (f"SELFLOCK_SEED={day}", name, seed, [*map(str, amounts)])
+    assert named >= BATCH / 2, f"SELFLOCK_SEED={day}: {named} of {BATCH} causes were named"
+
+
+def test_amounts_are_counted_from_where_an_effect_is_off():
+    case = bench.hide(["sensor.scale"], seed=1, target=3.0)
+    (value,) = case.parameters.values()
+    channel = score.signal(case.causes[0].what)
+    said = {"causes": [{"parameters": {f"sensor.{channel}.scale_factor": {"value": 1.0 + 1.05 * value, "low": 0.9, "high": 0.9}}}]}
+    (amount,) = score.amounts(said, case)
+    assert np.isclose(amount.hidden, value) and np.isclose(amount.found, 1.05 * value) and amount.near
+    said["causes"][0]["parameters"][f"sensor.{channel}.scale_factor"]["value"] = 1.0 + 1.2 * value
+    assert not score.amounts(said, case)[0].near

@@ -45,17 +45,20 @@ def motor(bench: Bench, prefix: str, electric: str, values: dict, ch: Channels) 
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), good & ch.good("motor.current")
 
 
-def gear_inputs(bench: Bench, prefix: str, values: dict, ch: Channels) -> tuple[tuple[np.ndarray, ...], Motion]:
-    """What Reducer.fmu is given in kinematic mode, for each step, and the motion of its input shaft.
+def gear_inputs(
+    bench: Bench, prefix: str, values: dict, ch: Channels, take: np.ndarray | slice = slice(None)
+) -> tuple[tuple[np.ndarray, ...], Motion]:
+    """What Reducer.fmu is given in kinematic mode, for each step of `take`, and the whole motion of its input shaft.
 
     The output angle is put where the shaft's spring, behind its play, carries the output torque.
     """
     first, second = drive.both(bench, prefix, values, ch)
     law = drive.law(bench, prefix, "reducer", values)
-    delivered = drive.delivered(bench, prefix, values, ch, second)
+    delivered = drive.delivered(bench, prefix, values, ch, second, take)
     windup = delivered * (1.0 / law.shaft_stiffness + law.compliance) + 0.5 * law.backlash * np.sign(delivered)
-    before = first.angle - first.speed * ch.dt
-    return (before, first.speed, before / law.gear_ratio - windup, first.speed / law.gear_ratio), first
+    speed = first.speed[take]
+    before = first.angle[take] - speed * ch.dt[take]
+    return (before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio), first
 
 
 def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch: Channels) -> Compared:
@@ -63,13 +66,13 @@ def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch
 
     The measured acceleration is that of a smoothed motion, so the rest of the balance is smoothed in the same way.
     """
-    inputs, first = gear_inputs(bench, prefix, values, ch)
-    law = drive.law(bench, prefix, "reducer", values)
     take = ch.take
-    dt = ch.dt if take is None else np.diff(np.concatenate([[0.0], np.cumsum(ch.dt)[take]]))
     pick = (lambda x: x) if take is None else (lambda x: x[take])
+    inputs, first = gear_inputs(bench, prefix, values, ch, slice(None) if take is None else take)
+    law = drive.law(bench, prefix, "reducer", values)
+    dt = ch.taken_steps()
     bare = np.empty(len(dt))
-    bench.kernels.gear(law, *(pick(x) for x in inputs), dt, bare)
+    bench.kernels.gear(law, *inputs, dt, bare)
     good = first.sliding.copy()
     if torque == "reducer.input_torque":
         return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), pick(good & ch.good(torque))

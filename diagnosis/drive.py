@@ -80,12 +80,15 @@ def voltage(electric: str, values: dict, ch: Channels) -> tuple[np.ndarray, np.n
     return ch.true(electric, values), ch.good(electric)
 
 
-def delivered(bench: Bench, prefix: str, values: dict, ch: Channels, second: Motion) -> np.ndarray:
-    """Output torque: measured, or what the load takes for its motion."""
+def delivered(
+    bench: Bench, prefix: str, values: dict, ch: Channels, second: Motion, take: np.ndarray | slice = slice(None)
+) -> np.ndarray:
+    """Output torque: measured, or what the load takes for its motion; `take`: at which samples."""
     if ch.has("reducer.output_torque"):
-        return ch.true("reducer.output_torque", values)
-    out = np.empty(len(ch.dt))
-    bench.kernels.load_torque(law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out)
+        return ch.true("reducer.output_torque", values)[take]
+    moves = second.angle[take], second.speed[take], second.acceleration[take]
+    out = np.empty(len(moves[0]))
+    bench.kernels.load_torque(law(bench, prefix, "load", values), *moves, out)
     return out
 
 

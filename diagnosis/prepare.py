@@ -67,6 +67,14 @@ class Channels:
             x = x + lag * np.gradient(smooth(x, window(lag, self.dt)), np.cumsum(self.dt))
         return x
 
+    def taken_steps(self) -> np.ndarray:
+        """Time from each sample that is simulated to the next, s: over what is left out, too."""
+        if self.take is None:
+            return self.dt
+        if "steps" not in self.memory:
+            self.memory["steps"] = np.diff(np.concatenate([[0.0], np.cumsum(self.dt)[self.take]]))
+        return self.memory["steps"]
+
     def sensor(self, name: str, key: str, values: dict[str, float]) -> float | None:
         """What `values` say of a channel's sensor; None where they say nothing."""
         return values.get(f"sensor.{self.prefix}{name}.{key}")

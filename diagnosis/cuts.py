@@ -69,25 +69,26 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
     sources = (("motor.voltage",), ("motor.duty", "motor.supply_voltage"), ("controller.voltage",))
     electric = next((source[0] for source in sources if has(*source)), "")
     moves = [m for m in MOVES if has(m)]
+    delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
     if bench.rig.kind == "forward" and bench.rig.simulate and electric and moves:
         closed = bench.rig.simulate == "closed"
         shown = next(m for m in forward.SHOWN if has(m))
         read = ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage") if closed else \
             ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")
-        add("drive", [*(["controller"] if closed else []), "motor", "reducer", "load"], read, shown,
+        add("drive", [*(["controller"] if closed else []), "motor", "reducer", "load"], (*read, *moves), shown,
             lambda b, v, ch: forward.motion(b, prefix, shown, closed, v, ch))
         return found
 
     volts = ("motor.duty", "motor.supply_voltage") if electric == "motor.duty" else (electric,) if electric else ()
     command = "controller.voltage" if has("controller.voltage") else "motor.voltage" if has("motor.voltage") else ""
     if command and has("controller.angle_setpoint") and moves and not bench.steady:
-        add("controller", ["controller"], ("controller.angle_setpoint", "controller.speed_setpoint", *moves), command,
+        add("controller", ["controller"],
+            ("controller.angle_setpoint", "controller.speed_setpoint", *moves, *delivered), command,
             lambda b, v, ch: compare.controller(b, prefix, command, v, ch))
     if electric and moves and has("motor.current"):
         add("motor", ["motor"], (*volts, *moves), "motor.current",
             lambda b, v, ch: compare.motor(b, prefix, electric, v, ch))
     torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
-    delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
     if torque and moves:
         who = ["reducer"] if delivered else ["reducer", "load"]
         if torque not in ("motor.torque", "reducer.input_torque"):
@@ -103,6 +104,6 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
             add(kind, [], (side + "angle",), side + "speed",
                 lambda b, v, ch, side=side: compare.redundant(b, prefix, side, v, ch))
     if has("reducer.input_angle", "load.angle") and not bench.steady:
-        add("twist", ["reducer", *([] if delivered else ["load"])], ("reducer.input_angle",), "load.angle",
+        add("twist", ["reducer", *([] if delivered else ["load"])], (*moves, *delivered), "load.angle",
             lambda b, v, ch: compare.twist(b, prefix, v, ch))
     return found

@@ -70,6 +70,16 @@ def scale(free: Free, value: float) -> float:
     return max(reach) or 1.0
 
 
+def change(moved: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """How a residual moves; 0 where there are no samples to trust before or after, as where a sensor's bias makes rest of motion."""
+    return np.where((moved == 0.0) | (at == 0.0), 0.0, moved - at)
+
+
+def slope(moved: np.ndarray, at: np.ndarray, step: float) -> np.ndarray:
+    """d residual / d value by a finite step."""
+    return change(moved, at) / step
+
+
 def jacobian(residual: Residual, fixed: dict, free: Sequence[Free], values: dict, at: np.ndarray) -> np.ndarray:
     """Forward differences, inside the bounds."""
     columns = []
@@ -78,8 +88,7 @@ def jacobian(residual: Residual, fixed: dict, free: Sequence[Free], values: dict
         step = 1e-3 * scale(parameter, value)
         if value + step > parameter.high:
             step = -step
-        moved = residual({**fixed, **values, parameter.name: value + step})
-        columns.append((moved - at) / step)
+        columns.append(slope(residual({**fixed, **values, parameter.name: value + step}), at, step))
     return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
 
 

@@ -17,7 +17,7 @@ from typing import Callable
 
 import numpy as np
 
-from .fit import scale
+from .fit import change, scale, slope
 from .hypotheses import Free, Hypothesis
 
 PER_DECADE = 2
@@ -113,7 +113,7 @@ def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]
         return found
 
     def tried(value: float, shape: dict) -> None:
-        column = (residual({**base, **off, leader.name: value, **shape}) - at) / (value - leader.nominal)
+        column = slope(residual({**base, **off, leader.name: value, **shape}), at, value - leader.nominal)
         if np.all(np.isfinite(column)) and np.any(column):
             found.append(Direction(hypothesis, shape, (leader,), column[..., None], jump=value - leader.nominal))
 
@@ -166,7 +166,7 @@ def _step(p: Free) -> float:
 def _column(residual, base: dict, here: dict, p: Free, at: np.ndarray) -> np.ndarray:
     """d residual / d p at p's nominal value, where an amplitude is off, the shapes as in `here`."""
     step = _step(p)
-    return (residual({**base, **here, p.name: p.nominal + step}) - at) / step
+    return slope(residual({**base, **here, p.name: p.nominal + step}), at, step)
 
 
 def _proportional(residual, base: dict, here: dict, p: Free, at: np.ndarray) -> bool:
@@ -175,20 +175,20 @@ def _proportional(residual, base: dict, here: dict, p: Free, at: np.ndarray) -> 
     zero = residual({**base, **here, p.name: p.nominal})
     if not p.companion and np.abs(zero - at).max() > 1e-9 * (1.0 + np.abs(at).max()):
         return False
-    once = residual({**base, **here, p.name: p.nominal + step}) - zero
+    once = change(residual({**base, **here, p.name: p.nominal + step}), zero)
     size = np.sqrt((once**2).sum())
     if not np.isfinite(size) or size <= 1e-12 * np.sqrt((at**2).sum()):
         return False
-    twice = residual({**base, **here, p.name: p.nominal + 2.0 * step}) - zero
-    return bool(np.sqrt(((twice - 2.0 * once) ** 2).sum()) < 0.2 * size)
+    twice = change(residual({**base, **here, p.name: p.nominal + 2.0 * step}), zero)
+    return bool(np.sqrt(((twice - 2.0 * once) ** 2)[(once != 0.0) & (twice != 0.0)].sum()) < 0.2 * size)
 
 
 def _bends(residual, base: dict, off: dict, at: np.ndarray, p: Free) -> bool:
     """Whether a large amount of p acts otherwise than a small one would make expect: limits and dead zones do."""
-    slope = _column(residual, base, off, p, at)
+    column = _column(residual, base, off, p, at)
     for value in (0.7 * p.nominal + 0.3 * p.low, 0.7 * p.nominal + 0.3 * p.high):
-        change = residual({**base, **off, p.name: value}) - at
-        if value != p.nominal and np.sum((change - slope * (value - p.nominal)) ** 2) > 0.25 * np.sum(change**2) > 0.0:
+        moved = change(residual({**base, **off, p.name: value}), at)
+        if value != p.nominal and np.sum((moved - column * (value - p.nominal)) ** 2) > 0.25 * np.sum(moved**2) > 0.0:
             return True
     return False
 

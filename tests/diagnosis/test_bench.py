@@ -118,3 +118,23 @@ def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
     for a, b in zip(whole, short):
         assert len(b) == 2000
         np.testing.assert_allclose(b[:edge], a[:edge], rtol=1e-9)
+
+
+def test_a_comparison_names_all_that_it_uses(tmp_path):
+    """What a cut does not use may change without changing it: else a remembered residual would be another's."""
+    from .plant import bench as plant
+
+    rig, log, _ = plant.hide([], seed=int(np.random.default_rng().integers(1000)), duration=4.0).write(tmp_path)
+    rig = rigs.load(rig)
+    runs = read(log, rig)
+    check(runs, rig)
+    bench = Bench(rig, runs)
+    asked = 0
+    for hypothesis in vocabulary(rig, bench.components, bench.measured, bench):
+        for p in hypothesis.free:
+            value = p.nominal + 0.3 * (p.high - p.nominal if p.high > p.nominal else p.low - p.nominal)
+            for cut in bench.cuts:
+                if not cut.uses(p.name):
+                    asked += 1
+                    assert np.array_equal(bench.binned(cut, {p.name: value})[0], bench.binned(cut, {})[0]), (cut.name, p.name)
+    assert asked > 50

@@ -137,8 +137,9 @@ def twist(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
     bench.kernels.twist(
         drive.law(bench, prefix, "reducer", values), angle, drive.delivered(bench, prefix, values, ch, second), out
     )
-    out -= np.median(out - ch.raw("load.angle"))  # where the encoders' zeros lie is nobody's fault
     good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(bench, prefix, ch)
+    if good.any():  # where the encoders' zeros lie is nobody's fault
+        out -= np.mean((out - ch.raw("load.angle"))[good])
     return drive.read("load.angle", out, values, ch), ch.raw("load.angle"), good
 
 

@@ -14,18 +14,21 @@ from threadpoolctl import threadpool_limits
 from . import advice, blocks as division
 from .bench import Bench
 from .check import Fault, check
-from .depends import Dependence, depends
+from .depends import QUIET, Dependence, depends
 from .errors import DataError
 from .gain import Gain, blame, improvement, measure
 from .laws import check_names
 from .log import Run, read
 from .result import Cause, Diagnosis
 from .rig import Rig, load
-from .select import Candidate, Contest, Outcome
+from .select import LATE, Candidate, Contest, Outcome
 from .step import finest, to_blame
 
 ENOUGH = 0.55
 """Share of the error above the noise floor that causes must close while something significant remains; else `unknown`."""
+
+MANY, MUCH = 3, 0.35
+"""So many causes, none of which takes this share of the error, nor the first as much as those after it: guesses."""
 
 HELP = 0.05
 """Share of the held-out error that causes must take away."""
@@ -79,19 +82,28 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     contest = contest_over(bench, runs, held, train, rng, tell)
     outcome = contest.run()
     before = contest.absolute(outcome.base.values) | {k: v for k, v in contest.nominal.items() if k not in outcome.base.values}
-    after = contest.absolute(outcome.final.values)
-    tell("gain", 0.0)
-    cut = max(bench.cuts, key=lambda c: improvement(bench, c, before, after, train)) if outcome.causes else _main(bench, outcome, contest)
     judged = ~train if (~train).any() else train
-    gain = measure(bench, cut, before, after, judged, names, rng)
-    if outcome.causes and gain.after > (1.0 - HELP) * gain.before:  # what does not help on held-out data is no cause
-        outcome = replace(outcome, causes=[], kept=[], final=outcome.base)
-        after, cut = before, _main(bench, outcome, contest)
-        gain = measure(bench, cut, before, after, judged, names, rng)
-    final = outcome.final.residual.reshape(contest.shape)
+
+    def gained(outcome: Outcome):
+        after = contest.absolute(outcome.final.values) if outcome.causes else before
+        cut = max(bench.cuts, key=lambda c: improvement(bench, c, before, after, train)) if outcome.causes else _main(bench, outcome, contest)
+        return after, cut, measure(bench, cut, before, after, judged, names, rng)
+
+    nothing = replace(outcome, causes=[], kept=[], final=outcome.base)
+    tell("gain", 0.0)
+    after, cut, gain = gained(outcome)
+    silent = gain.before < QUIET * gain.noise_floor  # held-out data without the error can refute nothing
+    if outcome.causes and not silent and gain.after > (1.0 - HELP) * gain.before:  # what does not help there is no cause
+        outcome = nothing
+        after, cut, gain = gained(outcome)
     left = depends(bench, bench.residual(after), bench.present(after), after, rng)
+    if outcome.causes and left and ((gain.closed < ENOUGH and not silent) or _guesses(outcome)):
+        outcome = nothing
+        after, cut, gain = gained(outcome)
+        left = depends(bench, bench.residual(after), bench.present(after), after, rng) or left
+    final = outcome.final.residual.reshape(contest.shape)
     causes = _causes(contest, outcome)
-    verdict, causes = _verdict(causes, gain, left, _excess(contest, outcome))
+    verdict = _verdict(causes, left, _excess(contest, outcome))
     step = finest(bench, before, after, judged)
     if step and step.explains and all(d.cut == step.cut for d in left):
         causes, gain = to_blame(step, bench, causes, gain, before, judged, names, rng)
@@ -135,13 +147,17 @@ def _excess(contest: Contest, outcome: Outcome) -> float:
     return max(float(np.sqrt(np.nanmean(r[:, contest.bench.slice(cut)] ** 2))) for cut in contest.bench.cuts)
 
 
-def _verdict(causes: list[Cause], gain: Gain, left: list[Dependence], excess: float) -> tuple[str, list[Cause]]:
+def _guesses(outcome: Outcome) -> bool:
+    """Whether many causes take a little of the error each, as guesses at something that is none of them do."""
+    drops = [c.drop for c in outcome.causes]
+    return len(drops) >= MANY and max(drops) < MUCH and drops[0] < sum(drops[1:])
+
+
+def _verdict(causes: list[Cause], left: list[Dependence], excess: float) -> str:
     """Nothing is missing only where what is left is noise."""
-    if causes and left and gain.closed < ENOUGH:
-        return "unknown", []
     if not causes:
-        return ("unknown" if left or excess > EXCESS else "none"), []
-    return ("ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"), causes
+        return "unknown" if left or excess > EXCESS else "none"
+    return "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"
 
 
 def _causes(contest: Contest, outcome: Outcome) -> list[Cause]:
@@ -155,6 +171,10 @@ def _causes(contest: Contest, outcome: Outcome) -> list[Cause]:
         parameters = {}
         for p in candidate.free:
             low, high = intervals[p.name]
+            if p.name.endswith(LATE):  # where within a sample something happened no log tells
+                step = float(np.median(np.concatenate([ch.dt for ch in contest.bench.channels.values()])))
+                low = max(p.low, min(low, outcome.final.values[p.name] - step))
+                high = min(p.high, max(high, outcome.final.values[p.name] + step))
             shift = values[p.name] - outcome.final.values[p.name]
             determined = high - low < min(0.9 * (p.high - p.low), 4.0 * max(abs(outcome.final.values[p.name]), 1e-300))
             parameters[p.name] = {"value": values[p.name], "low": low + shift, "high": high + shift, "unit": p.unit, "determined": bool(determined)}

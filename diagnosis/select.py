@@ -27,16 +27,22 @@ SIGNIFICANT = 0.02
 RELEVANT = 0.04
 """... and lower the error of some cut by this share at least: smaller gains may be a matter of formulas."""
 
+MATTERS = 0.02
+"""Share of the error's energy by which a rival must be worse to be beaten."""
+
 LATE = ("_delay", "lag_time", "_period")
 
 CLEAN = 1.08
 """A cut whose error is no more than this many times its noise has nothing missing."""
 
+LEFT = 1.15
+"""... once a cause is found: nature's formula is never exactly ours."""
+
 SMALL = 0.01
 """Share of its range from which a number of a whole drive is fitted."""
 
-WILD = 1.2
-"""A fit that a linear step makes so many times worse on unseen blocks is not linear there."""
+WILD = 1.03
+"""Where a linear step leaves so many times more on unseen blocks than the fit itself, it is worth simulating."""
 
 FULL_FITS = 8
 MOST_CAUSES = 4
@@ -95,6 +101,8 @@ class Contest:
         self.hypotheses = vocabulary(bench.rig, bench.components, bench.measured, bench)
         self.nominal = {p.name: p.nominal for p in self.base_free}
         self.shape = bench.residual(self.nominal).shape
+        self.enough = np.zeros(len(bench.cuts))  # errors, in units of noise, below which nothing is missing in a cut
+        self.fitted = np.zeros(len(bench.cuts))  # what the base of this stage leaves on the blocks it was fitted to
         self.quiet = np.ones(len(bench.cuts))  # noise where there is least of it, over the usual noise of a cut
         self.present = bench.present(self.nominal)
         self.rows = (self.present & train[:, None]).ravel()
@@ -202,7 +210,9 @@ class Contest:
         unseen = self._held_out(base)
         base_loss, base_errors = self._block_loss(unseen), self._cut_errors(unseen)
         nothing = Stage(Candidate(Hypothesis("", "none", ()), base_free, base, base_loss, 0.0, 0.0), [])
-        if not self.bench.steady and (base_errors <= self.clean * self.quiet).all():  # no cause would be believed: see _candidate
+        self.enough = (LEFT if found else self.clean) * self.quiet
+        self.fitted = self._cut_errors(base.residual)
+        if not self.bench.steady and (base_errors <= self.enough).all():  # no cause would be believed: see _candidate
             return nothing
         fixed = dict(base.values)
         ways: list[Direction] = []
@@ -282,15 +292,20 @@ class Contest:
                 continue
             start = self._start(way)
             every = tuple(p for p in way.free if p.name not in base.values)
-            # shapes with a usual value, and those without which the law is a simpler one
-            usual = tuple(p for p in every if not (p.name in way.shape and (0.0 < p.low < p.nominal < p.high or p.nominal == p.low)))
-            for extra in (usual, every):
+            shapes = [p for p in every if p.name in way.shape]
+            usual = tuple(p for p in every if not (p in shapes and 0.0 < p.low < p.nominal < p.high))  # shapes with a usual value
+            simpler = tuple(p for p in usual if not (p in shapes and p.nominal in (p.low, p.high)))  # and what the law can do without
+            for extra in (usual, every, simpler):
                 kind = tuple(p.name for p in extra)
                 if kind in seen:
                     continue
                 seen.append(kind)
                 fitted = self._fit((*base.free, *extra), {**base.values, **{p.name: start[p.name] for p in extra}})
-                best = self._better(best, self._candidate(way.hypothesis, extra, fitted, base_loss, base_errors, ways[0].gain))
+                found = self._candidate(way.hypothesis, extra, fitted, base_loss, base_errors, ways[0].gain)
+                if extra is simpler and best is not None:
+                    best = found if self._more(found, best)[0] <= MATTERS else best
+                else:
+                    best = self._better(best, found)
         return best
 
     def _start(self, way: Direction) -> dict:
@@ -311,9 +326,11 @@ class Contest:
                 mirrored = self.residual({**fitted.values, p.name: -fitted.values[p.name]})
                 errors = errors + np.maximum(base_errors - self._cut_errors(mirrored), 0.0)
                 losses = losses + np.maximum(base_loss - self._block_loss(mirrored), 0.0)
-        drop = 1.0 - errors / np.maximum(base_errors, 1e-300)
+        # what is gained on unseen blocks but not on those of the fit is luck of the folds
+        share = np.maximum(errors / np.maximum(base_errors, 1e-300), self._cut_errors(fitted.residual) / np.maximum(self.fitted, 1e-300))
+        drop = 1.0 - share
         if not self.bench.steady:  # where only noise is left there is nothing to explain
-            drop = np.where(base_errors > self.clean * self.quiet, drop, 0.0)
+            drop = np.where(base_errors > self.enough, drop, 0.0)
         return Candidate(hypothesis, extra, fitted, losses, float(drop.max()), 0.0, linear=linear)
 
     def _better(self, a: Candidate | None, b: Candidate) -> Candidate:
@@ -331,16 +348,20 @@ class Contest:
         return any(at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < 1e-3 * (p.high - p.low)
                    for p in candidate.free)
 
-    def _worse(self, a: Candidate, b: Candidate) -> bool:
-        """Whether a leaves more than b on unseen blocks, enough to matter: beyond what varies between blocks, or beyond luck.
+    def _more(self, a: Candidate, b: Candidate) -> tuple[float, np.ndarray]:
+        """How much more a leaves than b on unseen blocks, as a share, and for each block.
 
         Only the cuts in which they differ count, else cuts that neither touches would hide what one explains and not the other.
         """
         apart = abs((a.losses - b.losses).mean(0)) > 1e-3 * b.losses.mean(0)
         difference = (a.losses - b.losses)[:, apart].sum(1)
+        return difference.mean() / max(b.losses[:, apart].sum(1).mean(), 1e-300), difference
+
+    def _worse(self, a: Candidate, b: Candidate) -> bool:
+        """Whether a leaves more than b, enough to matter: beyond what varies between blocks, or beyond luck."""
+        more, difference = self._more(a, b)
         spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
-        more = difference.mean() / max(b.losses[:, apart].sum(1).mean(), 1e-300)
-        return more > 0.02 and (difference.mean() > 2.0 * spread or difference.mean() > 2.0 * self.luck * b.errors.mean())
+        return more > MATTERS and (difference.mean() > 2.0 * spread or difference.mean() > 2.0 * self.luck * b.errors.mean())
 
     def _equal(self, a: Candidate, b: Candidate) -> bool:
         return not self._worse(a, b) and not self._worse(b, a)

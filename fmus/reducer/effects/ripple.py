@@ -40,11 +40,11 @@ EFFECT = Effect(
     parameters=(
         Parameter("input_ripple", "", 0.0, -1.0, 1.0, "A of the input shaft: share of dry friction"),
         Parameter("input_ripple_torque", "N.m", 0.0, -1.0, 1.0, "B of the input shaft: torque at the input shaft"),
-        Parameter("input_ripple_order", "", 1.0, 0.0, 200.0, "n of the input shaft: waves in a turn"),
+        Parameter("input_ripple_order", "", 1.0, 1.0, 200.0, "n of the input shaft: waves in a turn, at least one"),
         Parameter("input_ripple_phase", "rad", 0.0, -2 * math.pi, 2 * math.pi, "phase of the input shaft's wave at angle 0"),
         Parameter("output_ripple", "", 0.0, -1.0, 1.0, "A of the output shaft: share of dry friction"),
         Parameter("output_ripple_torque", "N.m", 0.0, -1.0, 1.0, "B of the output shaft: torque at the input shaft"),
-        Parameter("output_ripple_order", "", 1.0, 0.0, 200.0, "n of the output shaft: waves in a turn"),
+        Parameter("output_ripple_order", "", 1.0, 1.0, 200.0, "n of the output shaft: waves in a turn, at least one"),
         Parameter("output_ripple_phase", "rad", 0.0, -2 * math.pi, 2 * math.pi, "phase of the output shaft's wave at angle 0"),
     ),
     source="position-dependent friction: Armstrong-Helouvry, Control of Machines with Friction, 1991",

@@ -252,7 +252,8 @@ def missing(
     names = [p.name for p in fit.free]
     center = np.array([fit.values[n] for n in names])
     bounds = np.array([[p.low, p.high] for p in fit.free]).T
-    draws = np.clip(rng.multivariate_normal(center, spread, 24, check_valid="ignore"), *bounds)
+    number = 0 if contest_.whole else 24  # a closed loop is far from linear: intervals from slopes say nothing of its band
+    draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
     curves = np.array([added(contest_.absolute(dict(zip(names, row)))) for row in draws])
     curves = curves[np.all(np.isfinite(curves), axis=1)]
     figure, axis = plt.subplots(figsize=(7, 3.8))
@@ -272,7 +273,7 @@ def missing(
     axis.axhline(0.0, color=BEFORE, lw=1.0)
     axis.set_xlabel(axis_label(bench, label))
     axis.set_ylabel(f"{quantity(cut)} in {cut.unit}")
-    axis.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=3, fontsize=8.5, frameon=False)
+    axis.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=2, fontsize=8.5, frameon=False)
     return save(figure, path)
 
 

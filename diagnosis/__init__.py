@@ -5,9 +5,9 @@
     print(result.summary())
 """
 
-from .run import diagnose
 from .errors import DataError
 from .replay import Comparison, Replay, replay
 from .result import Cause, Diagnosis
+from .run import diagnose
 
 __all__ = ["Cause", "Comparison", "DataError", "Diagnosis", "Replay", "diagnose", "replay"]

@@ -8,7 +8,8 @@ from .bench import Bench
 from .check import Fault
 from .errors import DataError
 from .log import Run
-from .rig import Rig, split as split_name
+from .rig import Rig
+from .rig import split as split_name
 from .signals import COMMANDS, SIGNALS
 
 FEWEST = 8

@@ -15,9 +15,10 @@ import numpy as np
 
 from .bench import Bench
 from .cuts import Cut
-from .drive import both as _both, delivered as _delivered
+from .drive import both as _both
+from .drive import delivered as _delivered
+from .noise import of_bins
 from .rig import split
-from .select import noise
 from .signals import SIGNALS
 
 GROUPS = 10
@@ -115,7 +116,7 @@ def _quiet(bench: Bench, cut: Cut, r: np.ndarray, here: np.ndarray) -> bool:
     """Whether a cut's residual is its noise: then nothing remains, whatever it goes with."""
     if bench.steady:
         return False
-    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * noise(r, here, False, 1 + bench.reach(cut) // bench.per_bin)
+    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(r, here, False, 1 + bench.reach(cut) // bench.per_bin)
 
 
 def _means(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

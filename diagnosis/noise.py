@@ -29,6 +29,9 @@ COARSE = 0.1
 STRETCHES = 8
 """A run of steady state is cut into so many; every second one makes one half, so that a drift is in both."""
 
+QUIET = 0.2
+"""Share of a run's blocks whose noise is taken for that of the quieter ones."""
+
 ALIKE = 0.02
 """Share of the largest load by which the loads of neighbouring points may differ."""
 
@@ -108,3 +111,30 @@ def resolution(values: np.ndarray) -> float:
     """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
     steps = np.diff(np.unique(values[np.isfinite(values)]))
     return float(np.quantile(steps, 0.05)) if len(steps) else 0.0
+
+
+def of_bins(residual: np.ndarray, present: np.ndarray, steady: bool, lag: int) -> float:
+    """Noise of bins: from differences of near neighbours, `lag` bins apart, which what varies slowly does not reach."""
+    lag = min(lag, max(1, residual.shape[1] // 2))
+    steps = (residual[:, lag:] - residual[:, :-lag])[present[:, lag:] & present[:, :-lag]]
+    level = float(np.sqrt(np.mean(residual[present] ** 2))) if present.any() else 0.0
+    if steady or len(steps) < 20:
+        steps = np.diff(residual[present])
+    return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) else 0.0, 1e-3 * level, 1e-300)
+
+
+def of_quiet_bins(residual: np.ndarray, present: np.ndarray, lag: int) -> float:
+    """Noise of the quieter blocks. Elsewhere a fast wave that is missing may pass for noise: neighbours differ by it, too.
+
+    Of equally noisy blocks the quieter ones would seem so by chance; that is made good, with the spread of a median.
+    """
+    levels, counts = [], []
+    for r, p in zip(residual, present):
+        steps = (r[lag:] - r[:-lag])[p[lag:] & p[:-lag]]
+        if len(steps) >= 20:
+            levels.append(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0))
+            counts.append(len(steps) / max(1.0, 0.5 * lag))  # neighbours within the reach of smoothing are no new evidence
+    if len(levels) < 5:
+        return np.inf
+    spread = 1.3 / np.sqrt(np.median(counts))
+    return float(np.quantile(levels, QUIET)) / max(1.0 - 0.84 * spread, 0.5)

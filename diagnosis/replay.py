@@ -20,7 +20,7 @@ from .bench import Bench
 from .check import check
 from .cuts import Cut
 from .errors import DataError
-from .extend import with_fmus, starts
+from .extend import starts, with_fmus
 from .gain import rms
 from .laws import check_names
 from .log import read, write_csv

@@ -11,12 +11,13 @@ import numpy as np
 from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
-from . import advice, blocks as division
+from . import advice
+from . import blocks as division
 from .bench import Bench
 from .check import Fault, check
 from .depends import QUIET, Dependence, depends
 from .errors import DataError
-from .gain import Gain, blame, improvement, measure
+from .gain import blame, improvement, measure
 from .laws import check_names
 from .log import Run, read
 from .result import Cause, Diagnosis

@@ -17,6 +17,7 @@ import numpy as np
 from .bench import Bench
 from .fit import Fit, fit, held_out, rho
 from .hypotheses import ON_REQUEST, Free, Hypothesis, uncertain, vocabulary
+from .noise import of_bins, of_quiet_bins
 from .screen import Direction, Linear, directions
 
 FOLDS = 5
@@ -198,9 +199,9 @@ class Contest:
         for number, cut in enumerate(self.bench.cuts):
             r, count = self.bench.binned(cut, self.absolute(values))
             lag = 1 + self.bench.reach(cut) // self.bench.per_bin
-            cut.noise = noise(r, count > 0, self.bench.steady, lag)
+            cut.noise = of_bins(r, count > 0, self.bench.steady, lag)
             if not self.bench.steady:
-                self.quiet[number] = min(1.0, quietest(r, count > 0, lag) / cut.noise)
+                self.quiet[number] = min(1.0, of_quiet_bins(r, count > 0, lag) / cut.noise)
         r = self.residual({**self.nominal, **values})[self.rows]
         self.turn = max(3.0, 2.0 * float(np.median(abs(r))))
         self.nominal.update(values)
@@ -413,33 +414,3 @@ class Contest:
 def _without(hypothesis: Hypothesis, taken: set[str]) -> Hypothesis:
     """The hypothesis without numbers that are free already."""
     return replace(hypothesis, free=tuple(p for p in hypothesis.free if p.name not in taken))
-
-
-def noise(residual: np.ndarray, present: np.ndarray, steady: bool, lag: int) -> float:
-    """Noise of bins: from differences of near neighbours, `lag` bins apart, which what varies slowly does not reach."""
-    lag = min(lag, max(1, residual.shape[1] // 2))
-    steps = (residual[:, lag:] - residual[:, :-lag])[present[:, lag:] & present[:, :-lag]]
-    level = float(np.sqrt(np.mean(residual[present] ** 2))) if present.any() else 0.0
-    if steady or len(steps) < 20:
-        steps = np.diff(residual[present])
-    return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) else 0.0, 1e-3 * level, 1e-300)
-
-
-QUIET_SHARE = 0.2
-
-
-def quietest(residual: np.ndarray, present: np.ndarray, lag: int) -> float:
-    """Noise of the quieter blocks. Elsewhere a fast wave that is missing may pass for noise: neighbours differ by it, too.
-
-    Of equally noisy blocks the quieter ones would seem so by chance; that is made good, with the spread of a median.
-    """
-    levels, counts = [], []
-    for r, p in zip(residual, present):
-        steps = (r[lag:] - r[:-lag])[p[lag:] & p[:-lag]]
-        if len(steps) >= 20:
-            levels.append(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0))
-            counts.append(len(steps) / max(1.0, 0.5 * lag))  # neighbours within the reach of smoothing are no new evidence
-    if len(levels) < 5:
-        return np.inf
-    spread = 1.3 / np.sqrt(np.median(counts))
-    return float(np.quantile(levels, QUIET_SHARE)) / max(1.0 - 0.84 * spread, 0.5)

@@ -21,16 +21,15 @@ from .check import check
 from .cuts import Cut
 from .depends import depends
 from .errors import DataError
-from .layout import Layout
 from .gain import blame, measure, rms
+from .layout import Layout
 from .log import Run, read
-from .noise import floor
+from .noise import floor, of_bins
 from .ours import as_drive
 from .parts import Group, Parts
 from .replay import Comparison, Replay
 from .result import Diagnosis
 from .rig import Rig
-from .select import noise
 
 OFF = 1.6
 """Error in units of the noise from which on a component is off, whether or not anything is seen to go with it."""
@@ -195,7 +194,7 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     for cut in bench.cuts:
         binned, count = bench.binned(cut, {})
         size = rms([measured[good] for _, measured, good in bench.compare(cut, {})])
-        cut.noise = max(noise(binned, count > 0, False, 1), FINE * size)
+        cut.noise = max(of_bins(binned, count > 0, False, 1), FINE * size)
     residual, present = bench.residual({}), bench.present({})
     tell("what remains", 0.7)
     left = depends(bench, residual, present, {}, rng)

@@ -8,7 +8,7 @@ from diagnosis import rig as rigs
 from diagnosis.bench import Bench
 from diagnosis.check import check
 from diagnosis.log import read
-from diagnosis.noise import floor, of_samples, resolution
+from diagnosis.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
 from diagnosis.prepare import smooth
 
 N = 20_000
@@ -56,6 +56,19 @@ def test_samples_that_are_not_trusted_do_not_count(rng):
     error, good = SIGMA * rng.standard_normal(N), rng.random(N) > 0.1
     error[~good] = 1e3
     assert of_samples([error], [good]) == pytest.approx(SIGMA, rel=0.05)
+
+
+@pytest.mark.parametrize("reach", [1, 11])
+def test_a_fast_wave_is_no_noise_where_it_is_slow_in_some_blocks(rng, reach):
+    """A wave of the rotor's angle is fast where the rotor is: only slow blocks tell it from noise."""
+    speed = np.concatenate([np.full(12, 0.01), np.linspace(0.5, 2.5, 24)])[rng.permutation(36), None]  # rad a bin
+    noise = np.array([smooth(row, reach) for row in rng.standard_normal((36, 400))])[:, 100:300]
+    lag, present = 1 + reach if reach > 1 else 1, np.ones((36, 200), bool)
+    alone = of_bins(noise, present, False, lag)
+    waving = noise + 6.0 * noise.std() * np.sin(speed * np.arange(200) + rng.uniform(0.0, 6.0, (36, 1)))
+    assert of_bins(waving, present, False, lag) > 2.0 * alone
+    assert of_quiet_bins(noise, present, lag) == pytest.approx(alone, rel=0.25)
+    assert of_quiet_bins(waving, present, lag) < 1.6 * alone
 
 
 def test_no_noise_has_no_floor():

@@ -200,7 +200,7 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
     path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     cluster = subprocess.Popen(
         [sys.executable, tmp_path / "cluster.py"], env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True,
     )  # fmt: skip
 
     def kill_then(item):
@@ -225,8 +225,10 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
         with pytest.raises(SweepError, match=f"No Dask scheduler answers at {address}"):
             command(address)
     finally:
-        cluster.kill()
-        cluster.communicate()
+        os.killpg(cluster.pid, signal.SIGKILL)  # its worker, too, which would wait for minutes and hold the pipes open
+        cluster.wait()
+        cluster.stdin.close()
+        cluster.stdout.close()
     done = {
         row["item"]
         for file in (tmp_path / "out" / "parts").iterdir()

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import dask
@@ -55,6 +56,19 @@ def timed(action) -> float:
     return time.perf_counter() - begin
 
 
+@contextmanager
+def workers_here(count: int):
+    """A Dask cluster of this machine, as quiet as a sweep's own, and a folder for what is written."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        dask.config.set(QUIET),
+        LocalCluster(
+            n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
+        ) as cluster,
+    ):
+        yield cluster, Path(folder)
+
+
 def used(process: psutil.Process) -> float:
     """Processor time of a process so far in s, user and system."""
     return sum(process.cpu_times()[:2])
@@ -76,18 +90,12 @@ def overhead(rounds: int = 3) -> None:
     """
     made = study()
     bench, here = Bench(master.load(made.system), made.record, made.stop), psutil.Process()
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        dask.config.set(QUIET),
-        LocalCluster(
-            n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
-        ) as cluster,
-    ):
+    with workers_here(1) as (cluster, folder):
         worker, address = psutil.Process(next(iter(cluster.workers.values())).pid), cluster.scheduler_address
         map_runs(clocked, made.items[:2], context=bench, scheduler=address)  # compiles the vehicle's kernel
         for number in range(rounds):
             before, begin = (used(here), used(worker)), time.perf_counter()
-            rows = map_runs(clocked, made.items, context=bench, folder=Path(folder) / f"out{number}", scheduler=address)
+            rows = map_runs(clocked, made.items, context=bench, folder=folder / f"out{number}", scheduler=address)
             wall, cpu = time.perf_counter() - begin, sum(row["cpu"] for row in rows)
             parent, there = used(here) - before[0], used(worker) - before[1] - cpu
             slower = wall / sum(row["wall"] for row in rows) - 1
@@ -101,34 +109,22 @@ def speed_up() -> None:
     bench = Bench(master.load(made.system), made.record, made.stop)
     seconds = {}
     for workers in (1, 2):
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            dask.config.set(QUIET),
-            LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
-            ) as cluster,
-        ):
+        with workers_here(workers) as (cluster, folder):
             address = cluster.scheduler_address
             map_runs(
                 run_one, made.items[: 2 * workers], context=bench, scheduler=address
             )  # compiles the vehicle's kernel
             seconds[workers] = timed(
-                lambda: map_runs(run_one, made.items, context=bench, folder=Path(folder) / "out", scheduler=address)
+                lambda: map_runs(run_one, made.items, context=bench, folder=folder / "out", scheduler=address)
             )
     print(f"{RUNS} belt-track runs of 10 s: {seconds[1]:.1f} s with 1 worker, {seconds[2]:.1f} s with 2: "
           f"{seconds[1] / seconds[2]:.2f} x (target 1.9)")  # fmt: skip
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        dask.config.set(QUIET),
-        LocalCluster(
-            n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
-        ) as cluster,
-    ):
+    with workers_here(1) as (cluster, folder):
         count, engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 300, 0.0, 1e9  # each run a message of its own
         whole = (
             timed(
                 lambda: map_runs(
-                    nothing, range(count), folder=Path(folder) / "out", scheduler=cluster.scheduler_address
+                    nothing, range(count), folder=folder / "out", scheduler=cluster.scheduler_address
                 )
             )
             / count
@@ -174,9 +170,9 @@ def load() -> None:
         for seconds, count, longest in ((0.5, 4_000, 0.0), (0.5, 20_000, engine.BATCH_SECONDS)):
             engine.BATCH_SECONDS, usual = longest, engine.BATCH_SECONDS
             engine.TASKS_PER_SECOND = engine.TASKS_PER_SECOND if longest else 1e9
-            before = sum(process.cpu_times()[:2])
+            before = used(process)
             took = timed(lambda: map_runs(sleep, range(count), context=seconds, scheduler=address))
-            cpu = sum(process.cpu_times()[:2]) - before
+            cpu = used(process) - before
             engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = usual, 200
             print(f"{SLOTS} sleepers, runs of {seconds} s, {'in batches' if longest else 'one by one'}: "
                   f"{count / took:.0f} runs/s of {SLOTS / seconds:.0f} possible; "

@@ -168,7 +168,7 @@ def contest(outcome: Outcome, path: Path) -> Path | None:
         axis.axvline(1.0, color=BEFORE, lw=1.2)
         axis.set_title(f"round {number + 1}", fontsize=10)
         axis.set_xlim(0.0, 1.2)
-        axis.set_xlabel("loss on unseen blocks, share of the round's base")
+        axis.set_xlabel("loss on unseen blocks / base's")
     return save(figure, path)
 
 

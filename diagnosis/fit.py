@@ -149,10 +149,10 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, residual: Residua
     for fold in np.unique(folds[rows]):
         seen = rows & (folds != fold)
         unseen = rows & (folds == fold)
-        gram, slope = weighted[seen].T @ weighted[seen], weighted[seen].T @ errors[seen]
+        gram, pull = weighted[seen].T @ weighted[seen], weighted[seen].T @ errors[seen]
         low = np.array([p.low - fitted.values[p.name] for p in fitted.free]) * lengths
         high = np.array([p.high - fitted.values[p.name] for p in fitted.free]) * lengths
-        steps = [np.clip(-np.linalg.solve(gram + damping * np.eye(len(gram)), slope), low, high) / lengths
+        steps = [np.clip(-np.linalg.solve(gram + damping * np.eye(len(gram)), pull), low, high) / lengths
                  for damping in (DAMPINGS if residual else DAMPINGS[:1])]
         if residual is None:
             out[unseen] = fitted.residual[unseen] + fitted.jacobian[unseen] @ steps[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from master.face import Variable
+from master.face import Part, Variable
 
 from . import drive
 from .bench import Bench
@@ -15,7 +15,7 @@ from .compare import gear_inputs
 from .log import write_csv
 
 
-class Playback:
+class Playback(Part):
     """Signals from a table with a column "time"; between rows straight lines, or the row before with `held`."""
 
     can_roll_back = True
@@ -54,10 +54,6 @@ class Playback:
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self._now = start
 
-    def exit_initialization(self) -> None: ...
-
-    def write(self) -> None: ...
-
     def read(self) -> None:
         self.at(self._now)
 
@@ -73,12 +69,8 @@ class Playback:
     def reset(self) -> None:
         self._now = 0.0
 
-    def terminate(self) -> None: ...
 
-    def close(self) -> None: ...
-
-
-class PowerStage:
+class PowerStage(Part):
     """A duty times the supply's voltage."""
 
     can_roll_back = True
@@ -100,17 +92,11 @@ class PowerStage:
     def set(self, name: str, value) -> None:
         self.values[name] = float(value)
 
-    def enter_initialization(self, start: float, stop: float | None) -> None: ...
-
-    def exit_initialization(self) -> None: ...
-
     def write(self) -> None:
         self.values.update(zip(self._names, self.u.tolist()))
 
     def read(self) -> None:
         self.y[:] = self.get("voltage")
-
-    def step(self, time: float, size: float) -> None: ...
 
     def save(self):
         return dict(self.values)
@@ -120,10 +106,6 @@ class PowerStage:
 
     def reset(self) -> None:
         self.values = {"duty": 0.0, "supply_voltage": 0.0}
-
-    def terminate(self) -> None: ...
-
-    def close(self) -> None: ...
 
 
 def _command(name, ch, components: list[str], play, values: dict) -> list[str]:

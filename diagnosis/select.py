@@ -140,8 +140,10 @@ class Contest:
                 break
             causes.append(stage.winner)
             base_fit = stage.winner.fit
-        causes, kept, base_fit = self._prune(causes, [s for s in stages if s.winner], base_fit)
-        causes, kept, base_fit = self._exchange(causes, kept, base_fit)
+        kept = [s for s in stages if s.winner]
+        if len(causes) > 1:
+            causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base_fit)))
+            base_fit = standing.fit
         if self.bench.take_all():  # the last word on the numbers has the whole log
             self.tell("last fit", 0.0)
             self.present = self.bench.present(self.nominal)
@@ -151,39 +153,35 @@ class Contest:
             base_fit = self._fit(base_fit.free, dict(base_fit.values), effort=8)
         return Outcome(stages, causes, kept, base_fit, first, self.turn)
 
-    def _prune(self, causes: list[Candidate], stages: list[Stage], final: Fit):
+    def _prune(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Drop causes that those found after them have made needless: an early guess may stand for a later, better one."""
-        full = None
         for gone in list(causes[:-1]):
             rest = [c for c in causes if c is not gone]
             names = {p.name for c in rest for p in c.free} | {p.name for p in self.base_free}
-            free = tuple(p for p in final.free if p.name in names)
-            fitted = self._fit(free, {p.name: final.values[p.name] for p in free})
-            full = full or self._standing(final)
-            without = self._standing(fitted)
-            if not self._worse(without, full):
+            free, values = tuple(p for p in whole.free if p.name in names), whole.fit.values
+            without = self._standing(self._fit(free, {p.name: values[p.name] for p in free}))
+            if not self._worse(without, whole):
                 stages = [s for s in stages if s.winner is not gone]
-                causes, final, full = rest, fitted, without
-        return causes, stages, final
+                causes, whole = rest, without
+        return causes, stages, whole
 
-    def _exchange(self, causes: list[Candidate], stages: list[Stage], final: Fit):
+    def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Two causes may do with fewer numbers what a first guess and its helpers did: alone, neither may have looked best."""
-        if len(causes) < 2:
-            return causes, stages, final
-        opening, full, best = stages[0], self._standing(final), None
+        opening, values, best = stages[0], whole.fit.values, None
+        named = [c.hypothesis for c in causes]
         for rival in opening.candidates:
-            if rival.fit is None or rival.gain < RIVALS * opening.winner.gain or any(rival.hypothesis.same_cause(c.hypothesis) for c in causes):
+            if rival.fit is None or rival.gain < RIVALS * opening.winner.gain or any(rival.hypothesis.same_cause(h) for h in named):
                 continue
             for cause, stage in zip(causes[1:], stages[1:]):
                 free = tuple({p.name: p for p in (*self.base_free, *rival.free, *cause.free)}.values())
-                if len(free) >= len(final.free):
+                if len(free) >= len(whole.free):
                     continue
-                start = {**final.values, **rival.fit.values, **{p.name: final.values[p.name] for p in cause.free}}
-                fitted = self._fit(free, {p.name: start[p.name] for p in free})
-                standing = self._standing(fitted)
-                if not self._worse(standing, full) and (best is None or (len(free), standing.errors.mean()) < best[0]):
-                    best = (len(free), standing.errors.mean()), [rival, cause], [replace(opening, winner=rival, tied=[]), stage], fitted
-        return best[1:] if best else (causes, stages, final)
+                start = {**values, **rival.fit.values, **{p.name: values[p.name] for p in cause.free}}
+                pair = self._standing(self._fit(free, {p.name: start[p.name] for p in free}))
+                merit = len(free), pair.errors.mean()
+                if not self._worse(pair, whole) and (best is None or merit < best[0]):
+                    best = merit, [rival, cause], [replace(opening, winner=rival, tied=[]), stage], pair
+        return best[1:] if best else (causes, stages, whole)
 
     def _standing(self, fitted: Fit) -> Candidate:
         """How a set of causes does on unseen blocks."""
@@ -195,7 +193,6 @@ class Contest:
         """Noise of each cut's bins from neighbouring differences, and where the robust loss turns."""
         fitted = fit(self.residual, {}, self.base_free, self.nominal, self.rows, 1e30, effort=15) if self.base_free else None
         values = fitted.values if fitted else {}
-        self.quiet = np.ones(len(self.bench.cuts))
         for number, cut in enumerate(self.bench.cuts):
             r, count = self.bench.binned(cut, self.absolute(values))
             lag = 1 + self.bench.reach(cut) // self.bench.per_bin

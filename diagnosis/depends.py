@@ -1,10 +1,11 @@
 """On what a remainder depends: speed, direction, load, position in the turn, current, temperature, time, set-points.
 
-For each variable the residual's mean in bins of the variable is learnt on some blocks and tried on the others; the
-share of the residual's variance that this predicts is compared with what chance predicts: blocks of the residual
-permuted and their signs flipped, the best over all variables in each draw. Friction changes its sign with the
-direction and grows with the load, so the same is asked of what goes with the direction, and with direction and load:
-a variable counts there by what it predicts beyond their mere proportion. Last, a line in the spectrum over time.
+For each variable a free function of it, straight between knots that lie closer at the ends of its range, where stops
+and limits are, is learnt on some blocks and tried on the others; the share of the residual's variance that this
+predicts is compared with what chance predicts: blocks of the residual permuted and their signs flipped, the best over
+all variables in each draw. Friction changes its sign with the direction and grows with the load, so the same is asked
+with a second function beside the first that goes with the direction, or with direction and load: a variable counts
+there by what it predicts beyond their mere proportion. Last, a line in the spectrum over time.
 """
 
 from __future__ import annotations
@@ -21,9 +22,14 @@ from .noise import of_bins
 from .rig import split
 from .signals import SIGNALS
 
-GROUPS = 10
+KNOTS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 0.98, 0.99, 1.0)
+"""Quantiles of a variable between which a free function of it is straight."""
+
 DRAWS = 99
 SIGNIFICANT = 0.02
+RIDGE = 1e-3
+"""Share of a free function's own weight that holds it back where little is known of it."""
+
 LINES = 400
 """Lines of a spectrum are looked for up to so many periods in the longest run."""
 
@@ -47,6 +53,7 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
     if bench.rig.system is not None:
         return bench.variables(cut)
     found: dict[str, list[np.ndarray]] = {}
+    compared = bench.compare(cut, values)
     for i, run in enumerate(bench.runs):
         ch = bench.channels[i, cut.prefix]
         here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
@@ -58,7 +65,9 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
                 here |= {"acceleration": first.acceleration, "position": np.mod(first.angle, 2 * np.pi)}
                 here["output position"] = np.mod(second.angle, 2 * np.pi)
         for name, label in (("motor.current", "current"), ("motor.temperature", "temperature"), ("motor.supply_voltage", "supply voltage")):
-            if ch.has(name):
+            if cut.prefix + name == cut.output:  # as simulated: what is measured goes with its own noise
+                here[label] = compared[i][0]
+            elif ch.has(name):
                 here[label] = ch.raw(name)
         if ch.has("controller.angle_setpoint") and not bench.steady:
             here["set-point change"] = np.gradient(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
@@ -91,13 +100,13 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
         r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
         shares: dict[str, np.ndarray] = {}
         known = variables(bench, cut, values)
-        for regressor in _regressors(bench, known, here):
-            one = _shares(r, np.where(here, 0, -1), regressor, folds, orders, signs)
-            for label, parts in known.items():
-                groups = _groups(bench, parts, here)
-                if groups is not None:
-                    s = _shares(r, groups, regressor, folds, orders, signs) - (0.0 if np.ptp(regressor) == 0.0 else one)
-                    shares[label] = np.maximum(s, shares.get(label, -np.inf))
+        free = {label: _functions(bench, parts, here) for label, parts in known.items()}
+        for along in _regressors(bench, known, here):
+            mere = 0.0 if along is None else _shares(r, along, folds, orders, signs)
+            for label, functions in free.items():
+                if functions is not None:
+                    both = functions if along is None else np.concatenate([functions, functions * along], -1)
+                    shares[label] = np.maximum(_shares(r, both, folds, orders, signs) - mere, shares.get(label, -np.inf))
         if cut.name in lines:
             period, share = lines[cut.name]
             shares[f"time, period {period:.3g} s"] = share
@@ -128,26 +137,27 @@ def _means(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.
     return (total / np.maximum(count, 1)).reshape(here.shape), here & (np.asarray(count).reshape(here.shape) > 0)
 
 
-def _regressors(bench: Bench, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray]:
-    """What the residual may go with: nothing, the direction, direction and load."""
-    found = [np.ones(here.shape)]
+def _regressors(bench: Bench, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray | None]:
+    """What the residual may go with, (blocks, bins, 1): nothing, the direction, direction and load."""
+    found: list[np.ndarray | None] = [None]
     if "direction" in known:
-        found.append(np.sign(_means(bench, known["direction"], here)[0]))
+        direction = (np.sign(_means(bench, known["direction"], here)[0]) * here)[..., None]
+        found.append(direction)
         if "load" in known:
-            load = abs(_means(bench, known["load"], here)[0])
-            if load[here].max(initial=0.0) > 0.0:
-                found.append(found[-1] * load / load[here].max())
+            load = abs(_means(bench, known["load"], here)[0])[..., None]
+            if (load[here] > 0.0).any():
+                found.append(direction * load / load[here].max())
     return found
 
 
-def _groups(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarray | None:
-    """Each bin's group of the variable, -1 where there is none; None for a variable that does not vary."""
+def _functions(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarray | None:
+    """A variable's free functions, (blocks, bins, knots): 1 at a knot, straight to 0 at its neighbours; None of a constant."""
     x, known = _means(bench, parts, here)
     if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
         return None
-    few = max(2, min(GROUPS, int(known.sum() // 4)))
-    edges = np.unique(np.quantile(x[known], np.linspace(0, 1, few + 1)[1:-1]))
-    return np.where(known, np.searchsorted(edges, x, side="left"), -1)
+    most = int(known.sum() // 4)
+    knots = np.unique(np.quantile(x[known], KNOTS if most >= len(KNOTS) else np.linspace(0.0, 1.0, max(2, most))))
+    return np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None]
 
 
 def _lines(bench: Bench, residual: np.ndarray, present: np.ndarray, folds: np.ndarray, signs: np.ndarray) -> dict[str, tuple]:
@@ -184,18 +194,21 @@ def _lines(bench: Bench, residual: np.ndarray, present: np.ndarray, folds: np.nd
     return found
 
 
-def _shares(r, groups, regressor, folds, orders, signs) -> np.ndarray:
-    """Share of variance predicted on unseen blocks, for each draw of blocks and signs; groups and regressor stay in place."""
-    number = groups.max() + 1
-    inside = groups >= 0
-    members = np.stack([((groups == g) & inside) * regressor for g in range(number)], axis=-1)  # (blocks, bins, groups)
-    counts = (members**2).sum(1)
-    pairs = np.einsum("blg,cl->bcg", members, r)  # sums of block c's residual over block b's groups
-    energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has groups
-    sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, groups)
+def _shares(r: np.ndarray, columns: np.ndarray, folds: np.ndarray, orders: np.ndarray, signs: np.ndarray) -> np.ndarray:
+    """Share of the variance of r (blocks, bins) that columns (blocks, bins, k) predict on unseen blocks.
+
+    For each draw of blocks and signs, in which the residual moves and the columns stay in place.
+    """
+    turned = columns.transpose(0, 2, 1)
+    gram = turned @ columns
+    inside = columns.any(-1)
+    pairs = (turned @ r.T).transpose(0, 2, 1)  # of block c's residual with block b's columns
+    energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has columns
+    sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
     energy, left = energies[orders, np.arange(len(r))].sum(1), 0.0
     for fold in np.unique(folds):
         seen, unseen = folds != fold, folds == fold
-        mean = sums[:, seen].sum(1) / (counts[seen].sum(0) + 1.0)
-        left = left + (counts[unseen].sum(0) * mean**2 - 2.0 * sums[:, unseen].sum(1) * mean).sum(1)
+        known = gram[seen].sum(0)
+        amount = np.linalg.solve(known + np.diag(1.0 + RIDGE * np.diag(known)), sums[:, seen].sum(1).T).T
+        left = left + ((amount @ gram[unseen].sum(0) - 2.0 * sums[:, unseen].sum(1)) * amount).sum(1)
     return -left / np.maximum(energy, 1e-300)

@@ -31,6 +31,12 @@ ENOUGH = 0.55
 MANY, MUCH = 3, 0.35
 """So many causes, none of which takes this share of the error, nor the first as much as those after it: guesses."""
 
+AHEAD = 0.05
+"""Share of the error by which a free function of one variable, which may bend as it likes, must be better than causes."""
+
+STILL = 0.2
+"""Share of what causes leave that goes with a variable as strongly as if they had not touched it."""
+
 HELP = 0.05
 """Share of the held-out error that causes must take away."""
 
@@ -97,11 +103,16 @@ def _diagnose(rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], 
     if outcome.causes and not silent and gain.after > (1.0 - HELP) * gain.before:  # what does not help there is no cause
         outcome = nothing
         after, cut, gain = gained(outcome)
-    left = depends(bench, bench.residual(after), bench.present(after), after, rng)
-    if outcome.causes and left and ((gain.closed < ENOUGH and not silent) or _guesses(outcome)):
-        outcome = nothing
-        after, cut, gain = gained(outcome)
-        left = depends(bench, bench.residual(after), bench.present(after), after, rng) or left
+
+    def dependences(values: dict) -> list[Dependence]:
+        return depends(bench, bench.residual(values), bench.present(values), values, rng)
+
+    left = dependences(after)
+    if outcome.causes and left:
+        missing = dependences(before)
+        if (gain.closed < ENOUGH and not silent) or _guesses(outcome) or _outdone(bench, before, after, missing, left, len(outcome.causes)):
+            outcome, left = nothing, missing or left
+            after, cut, gain = gained(outcome)
     final = outcome.final.residual.reshape(contest.shape)
     causes = _causes(contest, outcome)
     verdict = _verdict(causes, left, _excess(contest, outcome))
@@ -153,6 +164,20 @@ def _guesses(outcome: Outcome) -> bool:
     """Whether many causes take a little of the error each, as guesses at something that is none of them do."""
     drops = [c.drop for c in outcome.causes]
     return len(drops) >= MANY and max(drops) < MUCH and drops[0] < sum(drops[1:])
+
+
+def _outdone(bench: Bench, before: dict, after: dict, missing: list[Dependence], left: list[Dependence], causes: int) -> bool:
+    """Whether a free function of one variable explains more than all causes together, and what these leave still goes with it."""
+    energies = np.stack([(bench.residual(values) ** 2).sum(0) for values in (before, after)])
+    for d in missing:
+        cut = next(cut for cut in bench.cuts if cut.name == d.cut)
+        if d.variable == cut.output.rpartition(".")[2]:  # a reading that goes with itself, as a coarse one does
+            continue
+        was, now = energies[:, bench.slice(cut)].sum(1)
+        better = d.share > 1.0 - now / max(was, 1e-300) + (AHEAD if causes < MANY else 0.0)
+        if better and any((e.variable, e.cut) == (d.variable, d.cut) and e.share >= STILL for e in left):
+            return True
+    return False
 
 
 def _verdict(causes: list[Cause], left: list[Dependence], excess: float) -> str:

@@ -23,6 +23,9 @@ SPIKE = 3
 """Longest corrupted stretch in samples; what lasts longer may be real."""
 
 
+SURE = 0.9
+"""A steady-state point moves where this share of its samples have the sign of their mean: at rest nobody knows its friction."""
+
 _MAY_REST = {"reducer.input_angle", "load.angle", "motor.supply_voltage", "motor.temperature"}
 
 
@@ -34,7 +37,7 @@ class Fault:
     channel: str
     first: int
     last: int
-    kind: str  # non-finite | repeated | missing | irregular | frozen | clipped | corrupted
+    kind: str  # non-finite | repeated | missing | irregular | frozen | clipped | corrupted | at rest
     run: str = ""
     detail: str = ""
 
@@ -58,6 +61,8 @@ def check(runs: list[Run], rig: Rig) -> list[Fault]:
                 bad = test(run, name, bare) & run.good[name]
                 faults += _spans(run, name, bad, kind)
                 run.good[name] = run.good[name] & ~bad
+        if rig.kind == "steady":
+            faults += _at_rest(run, rig)
         if VALID in run.signals:  # as the rig says, and no fault
             for name in run.good:
                 run.good[name] &= run.signals[VALID] > 0.0
@@ -87,6 +92,21 @@ def _clock(run: Run, rig: Rig) -> list[Fault]:
     if uneven > 0.05:
         faults.append(Fault(run.log, "time", int(run.rows[0]), int(run.rows[-1]), "irregular", run.name,
                             f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"))
+    return faults
+
+
+def _at_rest(run: Run, rig: Rig) -> list[Fault]:
+    """A steady-state point whose speed is noise around zero: which way friction acts there is not known."""
+    faults = []
+    for name, x in run.signals.items():
+        good = run.good[name]
+        if not split(name, rig.drives)[1].endswith("_speed") or "setpoint" in name or good.sum() < 20:
+            continue
+        mean = x[good].mean()
+        if np.mean(np.sign(x[good]) == np.sign(mean)) < SURE:
+            faults.append(Fault(run.log, name, int(run.rows[0]), int(run.rows[-1]), "at rest", run.name,
+                                f"changes its sign within the run, mean {mean:.3g}: the direction of friction is not known"))
+            run.good[name] = np.zeros(len(x), bool)
     return faults
 
 

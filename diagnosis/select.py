@@ -238,7 +238,8 @@ class Contest:
         say = f"cause {number + 1}: "
         base_free = base.free
         taken = {p.name for p in base_free}
-        open_ = [h for h in self.hypotheses if not all(p.name in taken for p in h.free)]
+        open_ = [h for h in self.hypotheses if not all(p.name in taken for p in h.free) and not (
+            any(h.same_cause(f) for f in found) and any(p.name.endswith("_phase") for p in h.free))]  # waves fit anything, one after another
         open_ = [_without(h, taken) for h in open_]
         unseen = self._held_out(base)
         base_loss, base_errors = self._block_loss(unseen), self._cut_errors(unseen)
@@ -303,7 +304,7 @@ class Contest:
         real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT and self._resolved(c)]
         if not real:
             return stage
-        winner = self._simplest(real, real[0])
+        winner = self._simplest(real, real[0], found)
         stage.winner = winner
         stage.tied = [c for c in real if c is not winner and self._equal(c, winner) and len(c.free) <= len(winner.free)
                       and not self._same_law(c, winner)]
@@ -399,11 +400,12 @@ class Contest:
     def _equal(self, a: Candidate, b: Candidate) -> bool:
         return not self._worse(a, b) and not self._worse(b, a)
 
-    def _simplest(self, real: list[Candidate], best: Candidate) -> Candidate:
-        """The one with the fewest free numbers among those that are not worse than the best."""
+    def _simplest(self, real: list[Candidate], best: Candidate, found: list[Hypothesis]) -> Candidate:
+        """The one with the fewest free numbers among those that are not worse than the best; more of a cause is less than one more."""
         as_good = [c for c in real if not self._worse(c, best)]
         fewest = min(len(c.free) for c in as_good)
         as_simple = [c for c in as_good if len(c.free) == fewest]
+        as_simple = [c for c in as_simple if any(c.hypothesis.same_cause(f) for f in found)] or as_simple
         least = min(c.errors.mean() for c in as_simple)
         # equal to the last digits: the same law twice. The more special one is the cause: an effect before a nominal value.
         # What would drift, but was not seen to, is a value that is off; what is cut in metal is doubted last.

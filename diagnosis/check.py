@@ -23,8 +23,11 @@ SPIKE = 3
 """Longest corrupted stretch in samples; what lasts longer may be real."""
 
 
-SURE = 0.9
-"""A steady-state point moves where this share of its samples have the sign of their mean: at rest nobody knows its friction."""
+SURE = 4.0
+"""A steady-state point moves whose mean speed is this many times the mean's own uncertainty; one at rest has no direction."""
+
+PARTS = 8
+"""Parts of a run whose means tell that uncertainty."""
 
 _MAY_REST = {"reducer.input_angle", "load.angle", "motor.supply_voltage", "motor.temperature"}
 
@@ -96,16 +99,16 @@ def _clock(run: Run, rig: Rig) -> list[Fault]:
 
 
 def _at_rest(run: Run, rig: Rig) -> list[Fault]:
-    """A steady-state point whose speed is noise around zero: which way friction acts there is not known."""
+    """A steady-state point whose mean speed may as well be zero: which way friction acts there is not known."""
     faults = []
     for name, x in run.signals.items():
         good = run.good[name]
-        if not split(name, rig.drives)[1].endswith("_speed") or "setpoint" in name or good.sum() < 20:
+        if not split(name, rig.drives)[1].endswith(("input_speed", "load.speed")) or good.sum() < 5 * PARTS:
             continue
-        mean = x[good].mean()
-        if np.mean(np.sign(x[good]) == np.sign(mean)) < SURE:
+        means = np.array([part.mean() for part in np.array_split(x[good], PARTS)])
+        if abs(means.mean()) < SURE * means.std(ddof=1) / np.sqrt(PARTS):
             faults.append(Fault(run.log, name, int(run.rows[0]), int(run.rows[-1]), "at rest", run.name,
-                                f"changes its sign within the run, mean {mean:.3g}: the direction of friction is not known"))
+                                f"a mean of {means.mean():.3g} that may be zero: the direction of friction is not known"))
             run.good[name] = np.zeros(len(x), bool)
     return faults
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import drive
-from .prepare import Channels, Motion, motion, smooth
+from .prepare import Channels, Motion, smooth
 
 if TYPE_CHECKING:
     from .bench import Bench
@@ -122,7 +122,7 @@ def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
 def redundant(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Compared:
     """A measured speed against the derivative of the measured angle of the same shaft, smoothed alike."""
     samples = bench.smoothing[prefix]
-    slope = motion(ch.true(side + "angle", values), None, ch.dt, samples).speed
+    slope = np.gradient(smooth(ch.true(side + "angle", values), samples), np.cumsum(ch.dt))
     name = side + "speed"
     good = ch.good(name) & ch.good(side + "angle")
     good[:samples] = good[-samples:] = False  # the average has no neighbours there

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Callable
 
+import numba
 import numpy as np
 
 from .bench import Bench
@@ -263,7 +264,7 @@ class Contest:
                 linear.look(way, errors)
             return [way for way in found_ways if np.isfinite(way.gain)]
 
-        with ThreadPoolExecutor(2) as pool:
+        with ThreadPoolExecutor(min(2, numba.config.NUMBA_NUM_THREADS)) as pool:
             for done, result in enumerate(pool.map(look, open_)):
                 ways += result
                 self.tell(say + "first look", (done + 1) / len(open_))
@@ -279,7 +280,7 @@ class Contest:
             return self._judge(base, best_way[label], base_loss, base_errors)
 
         tried = order[:FULL_FITS]
-        with ThreadPoolExecutor(2) as pool:
+        with ThreadPoolExecutor(min(2, numba.config.NUMBA_NUM_THREADS)) as pool:
             candidates = []
             for done, candidate in enumerate(pool.map(judge, tried)):
                 candidates.append(candidate)

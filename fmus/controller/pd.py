@@ -14,7 +14,7 @@ With an irreversible gear the hold voltage is 0. With a reversible one it is the
 
 (R/K_m from (16), (17) at rest; the cone is the reducer's own, fmus.reducer.wedge), moved into the cone by a small
 share of its width so that the gear does not lie on the very edge of slipping. Without static friction the cone has no
-width, nothing can be released, and (22) stays.
+width under any load, nothing can be released, and (22) stays.
 
 The voltage at the end of a step is that of the inputs given for the step. Plain functions on floats.
 """
@@ -112,9 +112,9 @@ def voltage_at_rest(p, demand, resting, output_torque):
     share = max(0.0, 1.0 - resting / p.release_time) if p.release_time > 0.0 else 0.0
     hold = 0.0
     if p.irreversible == 0.0:
-        torque, width = hold_torque(p, output_torque)
-        if width <= 0.0:
+        if p.friction_static <= 0.0:  # not where the cone has no width: without load it has none, and the hold torque is 0
             return demand
+        torque, _ = hold_torque(p, output_torque)
         hold = min(max(p.resistance / p.torque_constant * torque, p.voltage_min), p.voltage_max)
     return hold + (demand - hold) * share
 

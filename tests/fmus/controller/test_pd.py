@@ -86,6 +86,12 @@ def test_without_friction_nothing_is_let_go():
     assert run(p, lambda t: (0.01, 0.0, 0.0, 0.0, 0.0, 10.0), 500)[-1] == 4.0
 
 
+def test_without_load_it_is_let_go_as_with_a_little():
+    p = pd.Parameters(irreversible=0.0, friction_static=0.01)
+    last = [run(p, lambda t: (0.01, 0.0, 0.0, 0.0, 0.0, load), 500)[-1] for load in (-1e-9, 0.0, 1e-9)]
+    assert last == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+
+
 def test_hold_margin_stays_inside_the_cone():
     p = pd.Parameters(irreversible=0.0, friction_static=0.01, hold_margin=0.1)
     for load in (-20.0, 20.0):

@@ -71,3 +71,18 @@ def test_missing_samples(rig, run):
     run.time[2000:] += 0.5
     (fault,) = check([run], rig)
     assert (fault.kind, fault.channel, fault.first, fault.last) == ("missing", "time", 1999, 2000)
+
+
+@pytest.mark.parametrize("speed, rests", [(0.0, True), (0.5, False), (-0.5, False)])
+def test_a_steady_state_point_that_may_be_at_rest(rig, speed, rests):
+    """Noise of 2 rad/s over 4000 samples leaves a mean uncertain by 0.03 rad/s."""
+    rng = np.random.default_rng()
+    steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time)
+    noisy = Run("log.csv", "7", np.arange(N), np.arange(N) * 1e-3, {
+        "reducer.input_speed": speed + 2.0 * rng.standard_normal(N), "motor.torque": 0.1 + 0.01 * rng.standard_normal(N)})
+    faults = check([noisy], steady)
+    if rests:  # once in a few thousand seeds chance alone looks like motion
+        noisy.signals["reducer.input_speed"] -= noisy.signals["reducer.input_speed"].mean()
+        faults = check([noisy], steady)
+    assert [(f.kind, f.channel, f.run) for f in faults] == ([("at rest", "reducer.input_speed", "7")] if rests else [])
+    assert noisy.good["reducer.input_speed"].any() != rests

@@ -71,9 +71,9 @@ def test_faults_in_the_data_are_told_and_do_not_hide_the_cause(tmp_path):
     assert score.right_first(result, case), _told(result, case)
 
 
-@pytest.mark.parametrize("kind", ["inverse", "steady"])
-def test_other_kinds_of_rig(kind, tmp_path):
-    case = bench.hide(["reducer.stribeck"], seed=3, target=6.0, kind=kind)
+@pytest.mark.parametrize("kind, seed", [("inverse", 3), ("steady", 3), ("steady", 4)])  # of the last some points are at rest
+def test_other_kinds_of_rig(kind, seed, tmp_path):
+    case = bench.hide(["reducer.stribeck"], seed=seed, target=6.0, kind=kind)
     result = _ask(case, tmp_path)
     assert score.right_first(result, case), _told(result, case)
 

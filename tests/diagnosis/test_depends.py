@@ -1,0 +1,56 @@
+"""A free function of a variable: what it predicts is its share of the variance, of noise nothing, of a reading's ends enough."""
+
+import numpy as np
+import pytest
+
+from diagnosis.depends import _functions, _shares
+from diagnosis.layout import Layout
+from diagnosis.log import Run
+
+BLOCKS, BINS = 36, 100
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng()
+
+
+def shares(x, r, beside=None, draws=0, rng=None):
+    """Of r (blocks, bins) by a free function of x, alone or with a second one that goes with `beside`; first as it is, then drawn."""
+    layout = Layout([Run("log", "", np.arange(x.size), np.arange(x.size) * 1e-3, {})], steady=False)
+    assert (layout.blocks, layout.bins) == (BLOCKS, BINS)
+    functions = _functions(layout, [x.ravel()], np.ones(x.shape, bool))
+    if beside is not None:
+        functions = np.concatenate([functions, functions * beside[..., None]], -1)
+    orders = np.stack([np.arange(BLOCKS), *(rng.permutation(BLOCKS) for _ in range(draws))])
+    signs = np.concatenate([np.ones((1, BLOCKS)), rng.choice([-1.0, 1.0], (draws, BLOCKS))]) if draws else np.ones((1, BLOCKS))
+    return _shares(r, functions, np.arange(BLOCKS) % 5, orders, signs)
+
+
+def test_of_a_function_of_the_variable_all_but_the_noise_is_predicted(rng):
+    x = rng.uniform(-1.0, 1.0, (BLOCKS, BINS))
+    r = np.sin(2.0 * x) + 0.5 * rng.standard_normal(x.shape)
+    signal = np.var(np.sin(2.0 * x))
+    assert shares(x, r)[0] == pytest.approx(signal / (signal + 0.25), abs=0.05)
+
+
+def test_of_noise_nothing_is_predicted_and_draws_do_as_well(rng):
+    x, r = rng.uniform(-1.0, 1.0, (BLOCKS, BINS)), rng.standard_normal((BLOCKS, BINS))
+    found = shares(x, r, draws=50, rng=rng)
+    assert found[0] < 0.01 and abs(found[0] - found[1:].mean()) < 6.0 * found[1:].std()
+
+
+def test_a_stop_at_the_end_of_the_range_is_seen(rng):
+    """A few bins of a hundred touch it: a mean over a tenth of the range would hardly feel that."""
+    turns, reach = rng.uniform(1.0, 2.0, (BLOCKS, 1)), rng.permutation(np.linspace(0.6, 1.0, BLOCKS))[:, None]
+    x = reach * np.sin(2.0 * np.pi * turns * np.linspace(0.0, 1.0, BINS))
+    push = 40.0 * np.maximum(x - 0.9, 0.0)
+    assert 0.005 < np.mean(push > 0.0) < 0.1
+    r = push + 0.3 * rng.standard_normal(x.shape)
+    assert shares(x, r)[0] > 0.6 * np.var(push) / np.var(r)
+
+
+def test_what_changes_its_sign_with_the_direction_needs_the_direction(rng):
+    x, direction = rng.uniform(0.0, 1.0, (BLOCKS, BINS)), rng.choice([-1.0, 1.0], (BLOCKS, BINS))
+    r = direction * x**2 + 0.1 * x
+    assert shares(x, r)[0] < 0.1 < 0.95 < shares(x, r, direction)[0]

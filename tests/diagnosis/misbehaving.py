@@ -1,7 +1,7 @@
 """Drives of the robot that misbehave, as parts in the place of their FMUs: formulas and integration of their own.
 
 The gear is a wedge with bristle friction on an elastic shaft, the motor a winding, both in semi-implicit Euler steps
-of 10 µs; the controller is a line of arithmetic. What a part has besides its data sheet is an option of the system.
+of 10 µs; the controller is a few lines of arithmetic. What a part has besides its data sheet is an option of the system.
 """
 
 from __future__ import annotations
@@ -125,3 +125,21 @@ def _motor(s, voltage, speed, size, resistance, inductance, constant, drop, half
         i = (i + dt / inductance * driven) / (1.0 + dt / inductance * hot)
     s[0], s[1] = i, warm
     return i, constant * flux * i
+
+
+class Controller(Part):
+    """Two gains, a limit, and letting go at rest as far as the gear's friction holds; misbehaviour: a lower limit, a dead zone."""
+
+    inputs_ = ("angle_setpoint", "speed_setpoint", "angle", "speed", "motor_speed", "output_torque")
+    outputs_ = ("voltage",)
+
+    def advance(self, wanted_angle, wanted_speed, angle, speed, motor_speed, load, size):
+        limit, dead = self.sheet.get("limit", 24.0), self.sheet.get("dead_zone", 0.0)
+        asked = 2000.0 * (wanted_angle - angle) + 8.0 * (wanted_speed - speed)
+        asked = math.copysign(min(max(abs(asked) - dead, 0.0), limit), asked)
+        still = wanted_speed == 0.0 and (self.state[0] > 0.0 or abs(motor_speed) <= 0.25 and abs(speed) <= 0.005)
+        self.state[0] = min(self.state[0] + size, 0.3) if still else 0.0
+        alpha, phi = math.atan(1.0 / 50.0), math.atan(0.01)
+        easy, hard = load * math.tan(alpha - phi), load * math.tan(alpha + phi)
+        hold = 0.299 / 0.0302 * (easy + 0.02 * (hard - easy))
+        return (hold + (asked - hold) * (1.0 - self.state[0] / 0.3),)

@@ -31,7 +31,8 @@ from .laws import check_names
 from .log import Run
 from .rig import Rig, load
 from .run import contest_over, gather
-from .select import SIGNIFICANT, Contest, Stage
+from .select import Contest
+from .stage import SIGNIFICANT, Stage
 
 LEVELS = (0.5, 0.9, 0.95, 0.98)
 """Quantiles that are told."""
@@ -47,7 +48,7 @@ class Simulated(Contest):
         return super().residual(values) + self.shift
 
     def first_stage(self) -> Stage:
-        return self._stage(self._fit(self.base_free, self.nominal), [], 0)
+        return self.round(self.fit(self.base_free, self.nominal), [])
 
 
 @dataclass
@@ -69,8 +70,8 @@ class Search:
         bench, rng = Bench(self.rig, self.runs), np.random.default_rng(self.seed)
         train, _ = blocks.split(bench, self.runs, self.held)
         self.contest = contest_over(bench, self.runs, self.held, train, rng, kind=Simulated)
-        self.contest._noise()
-        self.base = self.contest._fit(self.contest.base_free, self.contest.nominal).residual
+        self.contest.measure_noise()
+        self.base = self.contest.fit(self.contest.base_free, self.contest.nominal).residual
         return self
 
     def measured(self) -> Stage:

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from . import advice
 from . import blocks as division
 from .bench import Bench
+from .candidate import Candidate
 from .check import Fault, check
 from .depends import QUIET, Dependence, depends
 from .errors import DataError
@@ -22,7 +23,8 @@ from .laws import check_names
 from .log import Run, read
 from .result import Cause, Diagnosis
 from .rig import Rig, load
-from .select import LATE, Candidate, Contest, Outcome
+from .select import Contest, Outcome
+from .stage import LATE
 from .step import finest, to_blame
 
 ENOUGH = 0.55

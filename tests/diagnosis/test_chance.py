@@ -51,7 +51,7 @@ def test_a_draw_is_the_base_simulation_and_the_errors_in_another_order(tmp_path)
     search.measured()
     drawn = search.without_effect(np.random.default_rng(3))
     contest, train = search.contest, search.contest.train
-    base = contest._fit(contest.base_free, contest.nominal).values
+    base = contest.fit(contest.base_free, contest.nominal).values
     errors = drawn.residual(base).reshape(contest.shape)
     match = [[np.allclose(abs(e), abs(block)) for block in search.left[train]] for e in errors[train]]
     assert np.array_equal(np.sum(match, 0), np.ones(train.sum())) and np.array_equal(

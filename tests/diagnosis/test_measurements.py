@@ -61,9 +61,9 @@ def test_the_servos_friction_differs_between_lifting_and_lowering():
     contest = Contest(bench, np.ones(bench.blocks, bool), np.random.default_rng(1))
     contest.hypotheses = [h for h in contest.hypotheses if h.label in RIVALS]
     assert len(contest.hypotheses) == len(RIVALS)
-    contest._noise()
-    base = contest._fit(contest.base_free, contest.nominal)
-    winner = contest._stage(base, [], 0).winner
+    contest.measure_noise()
+    base = contest.fit(contest.base_free, contest.nominal)
+    winner = contest.round(base, []).winner
     assert winner.hypothesis.label == "reducer load_dependent"
     unseen = gather(rig, sorted((DATA / "xl330").glob("kp200_*.csv")), ())[0]
     judge = Bench(rig, unseen)

@@ -45,7 +45,7 @@ class Candidate:
 def more(a: Candidate, b: Candidate) -> tuple[float, np.ndarray]:
     """How much more a leaves than b on unseen blocks, as a share, and for each block.
 
-    Only the cuts in which they differ count, else cuts that neither touches would hide what one explains and not the other.
+    Only the cuts in which they differ count: cuts that neither touches would hide what one explains and not the other.
     """
     apart = abs((a.losses - b.losses).mean(0)) > 1e-3 * b.losses.mean(0)
     difference = (a.losses - b.losses)[:, apart].sum(1)
@@ -100,7 +100,13 @@ def simplest(real: Sequence[Candidate], found: Sequence[Hypothesis], luck: float
 
     def doubt(c: Candidate) -> tuple:
         effect, label = c.hypothesis.effect, c.hypothesis.label
-        return (effect in DRIFTS, label.endswith(CUT_IN_METAL), effect == "parameter", len(c.hypothesis.free), c.errors.mean())
+        return (
+            effect in DRIFTS,
+            label.endswith(CUT_IN_METAL),
+            effect == "parameter",
+            len(c.hypothesis.free),
+            c.errors.mean(),
+        )
 
     return min((c for c in as_simple if c.errors.mean() <= ALIKE * least), key=doubt)
 

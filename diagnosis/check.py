@@ -24,7 +24,7 @@ SPIKE = 3
 
 
 SURE = 4.0
-"""A steady-state point moves whose mean speed is this many times the mean's own uncertainty; one at rest has no direction."""
+"""A steady-state point moves whose mean speed is this many times its uncertainty; one at rest has no direction."""
 
 PARTS = 8
 """Parts of a run whose means tell that uncertainty."""
@@ -89,12 +89,30 @@ def _clock(run: Run, rig: Rig) -> list[Fault]:
     steps = np.diff(run.time)
     usual = float(np.median(steps))
     for place in np.flatnonzero(steps > 4 * usual):
-        faults.append(Fault(run.log, "time", int(run.rows[place]), int(run.rows[place + 1]), "missing", run.name,
-                            f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual"))
+        faults.append(
+            Fault(
+                run.log,
+                "time",
+                int(run.rows[place]),
+                int(run.rows[place + 1]),
+                "missing",
+                run.name,
+                f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual",
+            )
+        )
     uneven = np.mean(abs(steps - usual) > 0.5 * usual)
     if uneven > 0.05:
-        faults.append(Fault(run.log, "time", int(run.rows[0]), int(run.rows[-1]), "irregular", run.name,
-                            f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"))
+        faults.append(
+            Fault(
+                run.log,
+                "time",
+                int(run.rows[0]),
+                int(run.rows[-1]),
+                "irregular",
+                run.name,
+                f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half",
+            )
+        )
     return faults
 
 
@@ -107,8 +125,17 @@ def _at_rest(run: Run, rig: Rig) -> list[Fault]:
             continue
         means = np.array([part.mean() for part in np.array_split(x[good], PARTS)])
         if abs(means.mean()) < SURE * means.std(ddof=1) / np.sqrt(PARTS):
-            faults.append(Fault(run.log, name, int(run.rows[0]), int(run.rows[-1]), "at rest", run.name,
-                                f"a mean of {means.mean():.3g} that may be zero: the direction of friction is not known"))
+            faults.append(
+                Fault(
+                    run.log,
+                    name,
+                    int(run.rows[0]),
+                    int(run.rows[-1]),
+                    "at rest",
+                    run.name,
+                    f"a mean of {means.mean():.3g} that may be zero: the direction of friction is not known",
+                )
+            )
             run.good[name] = np.zeros(len(x), bool)
     return faults
 
@@ -168,7 +195,7 @@ def _frozen(run: Run, name: str, bare: str) -> np.ndarray:
     starts, lengths = _stretches(x)
     for start, length in zip(starts[lengths >= limit], lengths[lengths >= limit]):
         if _others_move(run, name, bare, slice(start, start + length)):
-            bad[start + 1:start + length] = True  # the first value was measured
+            bad[start + 1 : start + length] = True  # the first value was measured
     return bad
 
 

@@ -22,7 +22,29 @@ from .noise import of_bins
 from .rig import split
 from .signals import SIGNALS
 
-KNOTS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 0.98, 0.99, 1.0)
+KNOTS = (
+    0.0,
+    0.01,
+    0.02,
+    0.05,
+    0.1,
+    0.15,
+    0.2,
+    0.25,
+    0.3,
+    0.4,
+    0.5,
+    0.6,
+    0.7,
+    0.75,
+    0.8,
+    0.85,
+    0.9,
+    0.95,
+    0.98,
+    0.99,
+    1.0,
+)
 """Quantiles of a variable between which a free function of it is straight."""
 
 DRAWS = 99
@@ -64,7 +86,11 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
             if not bench.steady:
                 here |= {"acceleration": first.acceleration, "position": np.mod(first.angle, 2 * np.pi)}
                 here["output position"] = np.mod(second.angle, 2 * np.pi)
-        for name, label in (("motor.current", "current"), ("motor.temperature", "temperature"), ("motor.supply_voltage", "supply voltage")):
+        for name, label in (
+            ("motor.current", "current"),
+            ("motor.temperature", "temperature"),
+            ("motor.supply_voltage", "supply voltage"),
+        ):
             if cut.prefix + name == cut.output:  # as simulated: what is measured goes with its own noise
                 here[label] = compared[i][0]
             elif ch.has(name):
@@ -82,8 +108,10 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
     return {label: parts for label, parts in found.items() if len(parts) == len(bench.runs)}
 
 
-def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dict, rng: np.random.Generator) -> list[Dependence]:
-    """Variables on which the residual (blocks, bins of all cuts) depends beyond chance and enough to matter, strongest first."""
+def depends(
+    bench: Bench, residual: np.ndarray, present: np.ndarray, values: dict, rng: np.random.Generator
+) -> list[Dependence]:
+    """What the residual (blocks, bins of all cuts) depends on beyond chance and enough to matter, strongest first."""
     found: list[Dependence] = []
     blocks = bench.blocks
     if blocks < 6:
@@ -106,7 +134,9 @@ def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dic
             for label, functions in free.items():
                 if functions is not None:
                     both = functions if along is None else np.concatenate([functions, functions * along], -1)
-                    shares[label] = np.maximum(_shares(r, both, folds, orders, signs) - mere, shares.get(label, -np.inf))
+                    shares[label] = np.maximum(
+                        _shares(r, both, folds, orders, signs) - mere, shares.get(label, -np.inf)
+                    )
         if cut.name in lines:
             period, share = lines[cut.name]
             shares[f"time, period {period:.3g} s"] = share
@@ -125,7 +155,9 @@ def _quiet(bench: Bench, cut: Cut, r: np.ndarray, here: np.ndarray) -> bool:
     """Whether a cut's residual is its noise: then nothing remains, whatever it goes with."""
     if bench.steady:
         return False
-    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(r, here, False, 1 + bench.reach(cut) // bench.per_bin)
+    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(
+        r, here, False, 1 + bench.reach(cut) // bench.per_bin
+    )
 
 
 def _means(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -151,7 +183,7 @@ def _regressors(bench: Bench, known: dict[str, list[np.ndarray]], here: np.ndarr
 
 
 def _functions(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarray | None:
-    """A variable's free functions, (blocks, bins, knots): 1 at a knot, straight to 0 at its neighbours; None of a constant."""
+    """Free functions of a variable, (blocks, bins, knots): 1 at a knot, 0 from its neighbours on; None: a constant."""
     x, known = _means(bench, parts, here)
     if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
         return None
@@ -160,12 +192,16 @@ def _functions(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.nd
     return np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None]
 
 
-def _lines(bench: Bench, residual: np.ndarray, present: np.ndarray, folds: np.ndarray, signs: np.ndarray) -> dict[str, tuple]:
+def _lines(
+    bench: Bench, residual: np.ndarray, present: np.ndarray, folds: np.ndarray, signs: np.ndarray
+) -> dict[str, tuple]:
     """The strongest line of each cut's spectrum, each run with a phase of its own: (period, shares for each draw).
 
     A line of a run is learnt on some of its blocks and tried on the others, as all else.
     """
-    time, known = _means(bench, [run.time - run.time[0] for run in bench.runs], np.ones((bench.blocks, bench.bins), bool))
+    time, known = _means(
+        bench, [run.time - run.time[0] for run in bench.runs], np.ones((bench.blocks, bench.bins), bool)
+    )
     longest = max(run.time[-1] - run.time[0] for run in bench.runs)
     usual = np.median(np.concatenate([np.diff(t[k]) for t, k in zip(time, known)]))
     frequencies = np.arange(3.0 / longest, min(0.25 / usual, LINES / longest), 0.5 / longest)

@@ -66,7 +66,7 @@ def extend(
 def starts(part: str, name: str, values: dict[str, float]) -> dict:
     """Start values of a component's FMU."""
     fields = LAWS[part].Parameters._fields
-    given = {key[len(name) + 1:]: value for key, value in values.items() if key.startswith(name + ".")}
+    given = {key[len(name) + 1 :]: value for key, value in values.items() if key.startswith(name + ".")}
     found = {key: float(value) for key, value in given.items() if key in fields}
     if "irreversible" in found:
         found["irreversible"] = bool(found["irreversible"])
@@ -95,7 +95,7 @@ class with_fmus:
     """A bench whose laws of one cut run as FMUs under FMPy."""
 
     def __init__(self, bench: Bench, fmus: dict[str, Path], cut: Cut):
-        self.bench, self.cut, self.kind = bench, cut, cut.name[len(cut.prefix):]
+        self.bench, self.cut, self.kind = bench, cut, cut.name[len(cut.prefix) :]
         part = {"gear": "reducer", "drive": "reducer"}.get(self.kind, self.kind)
         self.path = fmus.get(cut.prefix + part) if self.kind in ("gear", "motor", "controller", "drive") else None
         self.runs_fmus = self.path is not None
@@ -110,10 +110,12 @@ class with_fmus:
         if not self.runs_fmus:
             return self
         laws = vars(self.bench.kernels)
-        mine = {"gear": lambda p, *a: _play(self.path, GEAR, a[:-2], a[-2], a[-1:]),
-                "motor": lambda p, u, w, dt, *out: _shifted(self.path, u, w, dt, out),
-                "controller": lambda p, *a: _play(self.path, CONTROL, a[:-2], a[-2], a[-1:]),
-                "whole": lambda *a: _chain(self.chain, self.of_log, *a)}
+        mine = {
+            "gear": lambda p, *a: _play(self.path, GEAR, a[:-2], a[-2], a[-1:]),
+            "motor": lambda p, u, w, dt, *out: _shifted(self.path, u, w, dt, out),
+            "controller": lambda p, *a: _play(self.path, CONTROL, a[:-2], a[-2], a[-1:]),
+            "whole": lambda *a: _chain(self.chain, self.of_log, *a),
+        }
         self._own = self.bench.kernels
         self.bench.kernels = SimpleNamespace(**{**laws, self.kind: mine[self.kind]})
         self.bench.runs_fmus = True
@@ -146,8 +148,12 @@ class _Fmu:
         reference = {v.name: v.valueReference for v in description.modelVariables}
         self.given, self.wanted = [reference[n] for n in inputs], [reference[n] for n in outputs]
         self.folder = extract(str(path))
-        self.slave = FMU2Slave(guid=description.guid, unzipDirectory=self.folder, instanceName="replay",
-                               modelIdentifier=description.coSimulation.modelIdentifier)
+        self.slave = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=self.folder,
+            instanceName="replay",
+            modelIdentifier=description.coSimulation.modelIdentifier,
+        )
         self.slave.instantiate()
         self.slave.setupExperiment(startTime=0.0)
         for name, value in before.items():
@@ -173,7 +179,7 @@ class _Fmu:
 def _chain(
     paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out
 ) -> None:
-    """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of logs of their own."""
+    """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of single logs."""
     own = [
         {n: bool(getattr(p, n)) if n == "irreversible" else getattr(p, n) for n in names}
         for p, names in zip((pc, pm, pr, pl), of_log)

@@ -252,7 +252,8 @@ def missing(
     names = [p.name for p in fit.free]
     center = np.array([fit.values[n] for n in names])
     bounds = np.array([[p.low, p.high] for p in fit.free]).T
-    number = 0 if contest_.whole else 24  # a closed loop is far from linear: intervals from slopes say nothing of its band
+    # a closed loop is far from linear: intervals from slopes say nothing of its band
+    number = 0 if contest_.whole else 24
     draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
     curves = np.array([added(contest_.absolute(dict(zip(names, row)))) for row in draws])
     curves = curves[np.all(np.isfinite(curves), axis=1)]

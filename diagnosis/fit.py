@@ -49,7 +49,10 @@ class Fit:
         if not self.free:
             return {}
         spread = level * np.sqrt(np.maximum(np.diag(self.covariance(rows, blocks)), 0.0))
-        return {p.name: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s)) for p, s in zip(self.free, spread)}
+        return {
+            p.name: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s))
+            for p, s in zip(self.free, spread)
+        }
 
 
 def weight(residual: np.ndarray, c: float) -> np.ndarray:
@@ -71,7 +74,7 @@ def scale(free: Free, value: float) -> float:
 
 
 def change(moved: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """How a residual moves; 0 where there are no samples to trust before or after, as where a sensor's bias makes rest of motion."""
+    """How a residual moves; 0 where no samples are trusted before or after: a sensor's bias can make rest of motion."""
     return np.where((moved == 0.0) | (at == 0.0), 0.0, moved - at)
 
 
@@ -92,8 +95,17 @@ def jacobian(residual: Residual, fixed: dict, free: Sequence[Free], values: dict
     return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
 
 
-def fit(residual: Residual, fixed: dict, free: Sequence[Free], start: dict, rows: np.ndarray, c: float, effort: int = 25,
-        ftol: float = 1e-6, xtol: float = 1e-5) -> Fit:
+def fit(
+    residual: Residual,
+    fixed: dict,
+    free: Sequence[Free],
+    start: dict,
+    rows: np.ndarray,
+    c: float,
+    effort: int = 25,
+    ftol: float = 1e-6,
+    xtol: float = 1e-5,
+) -> Fit:
     """Least squares over `rows` from `start`, robust, within the bounds."""
     free = tuple(free)
     if not free:
@@ -123,19 +135,27 @@ def fit(residual: Residual, fixed: dict, free: Sequence[Free], start: dict, rows
         lambda x: value(x)[rows],
         np.clip(origin / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
         jac=lambda x: jacobian(residual, fixed, free, named(x), value(x))[rows] * lengths,
-        bounds=(least, most), loss="soft_l1", f_scale=c, max_nfev=effort, xtol=xtol, ftol=ftol, gtol=1e-8,
+        bounds=(least, most),
+        loss="soft_l1",
+        f_scale=c,
+        max_nfev=effort,
+        xtol=xtol,
+        ftol=ftol,
+        gtol=1e-8,
     )
     values = named(found.x)
     r = value(found.x)
     return Fit(free, values, r, jacobian(residual, fixed, free, values, r), weight(r, c))
 
 
-def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, residual: Residual | None = None, c: float = np.inf) -> np.ndarray:
+def held_out(
+    fitted: Fit, rows: np.ndarray, folds: np.ndarray, residual: Residual | None = None, c: float = np.inf
+) -> np.ndarray:
     """Residual of each training fold under the fit to the other folds; other samples keep the fit's own residual.
 
     The fit to the other folds is one Gauss-Newton step away from the fit to all, which is exact where the
     simulation is linear in its parameters and close to it where blocks are many. Where it is far from linear, as that
-    of a whole drive, give its `residual` and where the robust loss turns: steps more and less damped are then simulated,
+    of a whole drive, give its `residual` and where the robust loss turns: steps more and less damped are then tried,
     and that which fits the other folds best is taken.
     """
     out = fitted.residual.copy()
@@ -152,8 +172,10 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, residual: Residua
         gram, pull = weighted[seen].T @ weighted[seen], weighted[seen].T @ errors[seen]
         low = np.array([p.low - fitted.values[p.name] for p in fitted.free]) * lengths
         high = np.array([p.high - fitted.values[p.name] for p in fitted.free]) * lengths
-        steps = [np.clip(-np.linalg.solve(gram + damping * np.eye(len(gram)), pull), low, high) / lengths
-                 for damping in (DAMPINGS if residual else DAMPINGS[:1])]
+        steps = [
+            np.clip(-np.linalg.solve(gram + damping * np.eye(len(gram)), pull), low, high) / lengths
+            for damping in (DAMPINGS if residual else DAMPINGS[:1])
+        ]
         if residual is None:
             out[unseen] = fitted.residual[unseen] + fitted.jacobian[unseen] @ steps[0]
             continue

@@ -11,7 +11,17 @@ import numpy as np
 from .rig import Rig, split
 from .signals import COMMANDS
 
-NOT_IN_POINTS = {"ripple", "cogging", "backlash", "compliance", "warm_up", "wear", "winding_heating", "lag", "quantisation"}
+NOT_IN_POINTS = {
+    "ripple",
+    "cogging",
+    "backlash",
+    "compliance",
+    "warm_up",
+    "wear",
+    "winding_heating",
+    "lag",
+    "quantisation",
+}
 """Effects of angle and time, of which steady-state points know nothing."""
 
 ON_REQUEST = {"stribeck_asymmetry"}
@@ -20,7 +30,7 @@ ON_REQUEST = {"stribeck_asymmetry"}
 COMPONENTS = ("controller", "motor", "reducer", "load")
 
 SAID_BY_EFFECTS = {"load.mass", "load.arm", "load.inertia", "load.arm_angle", "load.gravity", "reducer.shaft_stiffness"}
-"""Nominal values for whose errors the vocabulary has names of their own (mass, centre_of_mass, inertia, tilt, compliance)."""
+"""Nominal values whose errors have names of their own (mass, centre_of_mass, inertia, tilt, compliance)."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +98,16 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
             if parameter.name in declared or f"{component}.{parameter.name}" in SAID_BY_EFFECTS:
                 continue
             if rig.questioned(full) and full not in rig.uncertain:
-                found.append(Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description))
+                found.append(
+                    Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description)
+                )
     for channel in sorted(channels):
         if rig.questioned(channel) and split(channel, rig.drives)[1] not in COMMANDS:
-            found += [_sensor(channel, effect, spread(bench, channel)) for effect in effects("sensor")
-                      if not (effect.name == "bias" and channel.endswith("reducer.input_angle"))]  # where an encoder's zero lies is nobody's fault
+            found += [
+                _sensor(channel, effect, spread(bench, channel))
+                for effect in effects("sensor")
+                if not (effect.name == "bias" and channel.endswith("reducer.input_angle"))
+            ]  # where an encoder's zero lies is nobody's fault
     if rig.kind == "steady":  # a point has no angle and no time
         found = [h for h in found if h.effect not in NOT_IN_POINTS]
     return [_tried(h, bench) for h in found if h.free]
@@ -100,12 +115,16 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
 
 def _tried(hypothesis: Hypothesis, bench) -> Hypothesis:
     """Steps of time are looked for in whole samples, steps of a reading where its channel has them."""
+
     def trials(p: Free) -> tuple[float, ...]:
         if p.name.endswith("sample_period"):
             step = float(np.median(np.concatenate([np.diff(run.time) for run in bench.runs])))
             return tuple(n * step for n in range(2, 41) if p.low <= n * step <= p.high)
         if p.name.endswith("resolution"):
-            steps = [np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)])) for run in bench.runs]
+            steps = [
+                np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)]))
+                for run in bench.runs
+            ]
             return tuple({float(np.quantile(s, 0.05)) for s in steps if len(s)})
         return ()
 
@@ -124,7 +143,9 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
         if not rig.questioned(full) or (p.name in ON_REQUEST and full not in rig.uncertain):
             continue
         low, high = rig.uncertain.get(full, (p.low, p.high))
-        free.append(Free(full, rig.parameters.get(full, p.off), low, high, p.unit, p.description, told=full in rig.parameters))
+        free.append(
+            Free(full, rig.parameters.get(full, p.off), low, high, p.unit, p.description, told=full in rig.parameters)
+        )
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)

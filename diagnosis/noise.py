@@ -124,7 +124,7 @@ def of_bins(residual: np.ndarray, present: np.ndarray, steady: bool, lag: int) -
 
 
 def of_quiet_bins(residual: np.ndarray, present: np.ndarray, lag: int) -> float:
-    """Noise of the quieter blocks. Elsewhere a fast wave that is missing may pass for noise: neighbours differ by it, too.
+    """Noise of the quieter blocks. Elsewhere a fast wave that is missing may pass for noise: neighbours differ by it.
 
     Of equally noisy blocks the quieter ones would seem so by chance; that is made good, with the spread of a median.
     """
@@ -133,7 +133,9 @@ def of_quiet_bins(residual: np.ndarray, present: np.ndarray, lag: int) -> float:
         steps = (r[lag:] - r[:-lag])[p[lag:] & p[:-lag]]
         if len(steps) >= 20:
             levels.append(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0))
-            counts.append(len(steps) / max(1.0, 0.5 * lag))  # neighbours within the reach of smoothing are no new evidence
+            counts.append(
+                len(steps) / max(1.0, 0.5 * lag)
+            )  # neighbours within the reach of smoothing are no new evidence
     if len(levels) < 5:
         return np.inf
     spread = 1.3 / np.sqrt(np.median(counts))

@@ -1,12 +1,7 @@
-"""A first, linear look at every hypothesis, and what chance alone would give the best of them.
+"""The ways in which each hypothesis may act, as columns: how a residual moves with its amplitudes, its shapes fixed.
 
 Residuals are arranged in blocks of equal length, an array (blocks, samples). Around the base fit the simulation is
-taken as linear: the residual under a hypothesis is r + X d, X the base fit's columns and the hypothesis's own. Its gain
-is the drop of the squared residual on folds of blocks that the coefficients d did not see, in units of the noise.
-
-Chance: the same computation, with the same search over all hypotheses and starts, on residuals that hold no effect,
-made from what the best model leaves by permuting its blocks and flipping their signs. The largest gain over all
-hypotheses in each draw is the distribution that a real gain must beat; so the number of hypotheses is paid for.
+taken as linear: the residual under a hypothesis is r + X d, X the base fit's columns and the hypothesis's own.
 """
 
 from __future__ import annotations
@@ -45,7 +40,7 @@ class Direction:
     amounts: np.ndarray = field(default_factory=lambda: np.zeros(0))
     phase: str = ""  # name of a phase; then the columns are the amplitude's at phase 0 and a quarter later
     jump: float = 0.0  # where not 0 the only amount that is looked at
-    part: slice = field(default_factory=lambda: slice(None))  # of the samples, where the columns are not zero; only there are they kept
+    part: slice = field(default_factory=lambda: slice(None))  # of the samples: only there are columns not 0, and kept
 
     def __post_init__(self):
         touched = np.flatnonzero(np.any(self.columns != 0.0, axis=(0, 2)))
@@ -72,7 +67,9 @@ class Direction:
         return {p.name: float(np.clip(values.get(p.name, p.nominal), p.low, p.high)) for p in self.free}
 
 
-def directions(residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis) -> list[Direction]:
+def directions(
+    residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis
+) -> list[Direction]:
     """All ways of acting that change the residual at all.
 
     A parameter whose change alone changes the residual, and in proportion, is an amplitude; one that matters only
@@ -85,13 +82,19 @@ def directions(residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarra
     switched = dict(off)
     if not [p for p in amplitudes if not p.companion]:
         switched = {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
-        amplitudes += [p for p in inside if p not in amplitudes and _proportional(residual, base, {**switched, p.name: p.nominal}, p, at)]
+        amplitudes += [
+            p
+            for p in inside
+            if p not in amplitudes and _proportional(residual, base, {**switched, p.name: p.nominal}, p, at)
+        ]
     leading = [p for p in amplitudes if not p.companion]
     companions = tuple(p for p in amplitudes if p.companion)
     found: list[Direction] = []
     for leader in leading:
         on = {**switched, **{p.name: p.nominal for p in amplitudes}}
-        on[leader.name] = leader.nominal + _step(leader) * (10.0 if leader.nominal + 10.0 * _step(leader) <= leader.high else 1.0)
+        on[leader.name] = leader.nominal + _step(leader) * (
+            10.0 if leader.nominal + 10.0 * _step(leader) <= leader.high else 1.0
+        )
         there = residual({**base, **on})
         shapes = [p for p in inside if p not in amplitudes and _shapes(residual, base, on, p, there)]
         found += _ways(residual, base, off, at, hypothesis, (leader, *companions), shapes)
@@ -101,15 +104,20 @@ def directions(residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarra
         if p.companion or p.told or p.above or p.name.endswith("_phase") or _is_order(p):
             continue
         if p not in amplitudes or _bends(residual, base, off, at, p):
-            found += _jumps(residual, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes])
+            found += _jumps(
+                residual, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes]
+            )
     return found
 
 
 def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]) -> list[Direction]:
-    """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step): that amount and no other."""
+    """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step)."""
     found = []
     amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]})
-    if not any(np.any(residual({**base, **off, leader.name: value}) != at) for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}):
+    if not any(
+        np.any(residual({**base, **off, leader.name: value}) != at)
+        for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}
+    ):
         return found
 
     def tried(value: float, shape: dict) -> None:
@@ -128,7 +136,10 @@ def _jumps(residual, base, off, at, hypothesis, leader: Free, others: list[Free]
     step = (leader.high - leader.low) / (JUMPS + 1)
     for _ in range(3 if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
         step /= 3.0
-        best = min(found, key=lambda way: (np.abs(at[:, way.part] + way.columns[..., 0] * way.jump) - np.abs(at[:, way.part])).sum())
+        best = min(
+            found,
+            key=lambda way: (np.abs(at[:, way.part] + way.columns[..., 0] * way.jump) - np.abs(at[:, way.part])).sum(),
+        )
         for value in (leader.nominal + best.jump + n * step for n in (-1, 1)):
             if leader.low <= value <= leader.high and value != leader.nominal:
                 tried(value, best.shape)
@@ -149,7 +160,9 @@ def _ways(residual, base, off, at, hypothesis, amplitudes, shapes) -> list[Direc
         shape = {p.name: v for p, v in zip(shapes, values)}
         here = {**off, **shape}
         if phase is not None:
-            columns = [_column(residual, base, {**here, phase.name: angle}, amplitudes[0], at) for angle in (0.0, 0.5 * np.pi)]
+            columns = [
+                _column(residual, base, {**here, phase.name: angle}, amplitudes[0], at) for angle in (0.0, 0.5 * np.pi)
+            ]
         else:
             columns = [_column(residual, base, here, p, at) for p in amplitudes]
         stacked = np.stack(columns, -1)
@@ -194,7 +207,7 @@ def _bends(residual, base: dict, off: dict, at: np.ndarray, p: Free) -> bool:
 
 
 def _shapes(residual, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
-    """Whether p matters while the amplitude is on; a range too narrow to matter, or a value that the rig tells, is no question."""
+    """Whether p matters while its amplitude is on; too narrow a range, or a value told by the rig, is no question."""
     if p.told or (p.low > 0.0 and p.high < 2.0 * p.low):
         return False
     values = [0.5 * np.pi] if p.name.endswith("_phase") else _grid(p)[:: max(1, len(_grid(p)) // 3)]
@@ -219,99 +232,3 @@ def _grid(p: Free) -> list[float]:
     if p.low > 0.0:
         return [*np.geomspace(p.low, p.high, 5)[1:-1]]
     return [*np.linspace(p.low, p.high, 5)[1:-1]]
-
-
-class Linear:
-    """Held-out gains of directions over the base, by block-wise normal equations."""
-
-    def __init__(self, base_columns: np.ndarray, weights: np.ndarray, folds: np.ndarray):
-        self.weights = weights.astype(np.float32)  # (blocks, samples), 0 for samples not trained on
-        self.folds = folds  # (blocks,)
-        self.base, self.lengths = _normal((base_columns * weights[..., None]).astype(np.float32))  # (blocks, samples, k0)
-        self.gram = np.matmul(self.base.transpose(0, 2, 1), self.base).astype(float)
-
-    def _energy(self, gram: np.ndarray, cross: np.ndarray, limits=None):
-        """Change of the squared residual on folds not seen, for each draw, and the coefficients of all folds together.
-
-        gram: X_b' X_b (blocks, k, k); cross: X_b' e_b of each draw (draws, blocks, k). Columns have length 1.
-        """
-        k = gram.shape[-1]
-        inside = (self.folds == np.unique(self.folds)[:, None]).astype(float)  # (folds, blocks)
-        own_gram = np.tensordot(inside, gram, 1)
-        own_cross = np.matmul(inside, cross)  # (draws, folds, k)
-        total_gram, total_cross = gram.sum(0), cross.sum(1)
-        rest = (total_cross[:, None] - own_cross).transpose(1, 2, 0)
-        step = -np.linalg.solve(total_gram - own_gram + 1e-8 * np.eye(k), rest).transpose(2, 0, 1)  # as own_cross
-        if limits is not None:
-            step = np.clip(step, *limits)
-        change = (step * (2.0 * own_cross + np.einsum("fij,rfj->rfi", own_gram, step))).sum((1, 2))
-        return change, -np.linalg.solve(total_gram + 1e-8 * np.eye(k), total_cross.T).T
-
-    def gains(self, direction: Direction | None, draws: Draws):
-        """Drop of the held-out squared residual, and the coefficients, for each draw."""
-        k0 = self.base.shape[-1]
-        gram, cross, lengths, limits = self.gram, draws.base, self.lengths, None
-        if direction is not None:
-            part = direction.part
-            own, own_lengths = _normal(direction.columns * self.weights[:, part, None])
-            mixed = np.matmul(self.base[:, part].transpose(0, 2, 1), own)
-            gram = np.zeros((len(own), k0 + own.shape[-1], k0 + own.shape[-1]))
-            gram[:, :k0, :k0], gram[:, :k0, k0:], gram[:, k0:, :k0] = self.gram, mixed, mixed.transpose(0, 2, 1)
-            gram[:, k0:, k0:] = np.matmul(own.transpose(0, 2, 1), own)
-            cross = np.concatenate([draws.base, draws.cross(own, part)], axis=-1)
-            lengths = np.concatenate([self.lengths, own_lengths])
-            if not direction.phase:
-                least, most = zip(*((direction.jump or p.low - p.nominal, direction.jump or p.high - p.nominal) for p in direction.amplitudes))
-                limits = (np.concatenate([np.full(k0, -np.inf), least * own_lengths]), np.concatenate([np.full(k0, np.inf), most * own_lengths]))
-        if gram.shape[-1] == 0:
-            return np.zeros(len(cross)), np.zeros((len(cross), 0))
-        change, full = self._energy(gram, cross, limits)
-        return -change, full / lengths
-
-    def draws(self, errors: np.ndarray, order: np.ndarray | None = None, signs: np.ndarray | None = None) -> Draws:
-        """Residuals to try directions on: the errors' blocks as they are, or put in `order` with `signs` (draws, blocks)."""
-        found = Draws(errors.astype(np.float32), order, signs)
-        found.base = found.cross(self.base, slice(None))
-        found.without = self.gains(None, found)[0]
-        return found
-
-    def look(self, direction: Direction, draws: Draws) -> None:
-        """Set the direction's gain on the residual itself, over the base alone, and its amounts."""
-        with_it, coefficients = self.gains(direction, draws)
-        direction.gain = float(with_it[0] - draws.without[0])
-        direction.amounts = np.array([direction.jump]) if direction.jump else coefficients[0, self.base.shape[-1]:]
-
-    def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
-        """Largest gain over all directions, in each draw from residuals without an effect."""
-        blocks = len(errors)
-        order = np.stack([rng.permutation(blocks) for _ in range(draws)])
-        mixed = self.draws(errors, order, rng.choice([-1.0, 1.0], (draws, blocks)))
-        largest = np.zeros(draws)
-        for direction in found:
-            largest = np.maximum(largest, self.gains(direction, mixed)[0] - mixed.without)
-        return largest
-
-
-@dataclass
-class Draws:
-    """Residuals (blocks, samples), and how their blocks are put in other places and signs in each draw."""
-
-    errors: np.ndarray
-    order: np.ndarray | None = None
-    signs: np.ndarray | None = None
-    base: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))  # cross products with the base's columns
-    without: np.ndarray = field(default_factory=lambda: np.zeros(0))  # gain of the base alone
-
-    def cross(self, columns: np.ndarray, part: slice) -> np.ndarray:
-        """X_b' e_b for each draw (draws, blocks, k)."""
-        turned, errors = columns.transpose(0, 2, 1), np.ascontiguousarray(self.errors[:, part])
-        if self.order is None:
-            return np.matmul(turned, errors[..., None])[None, ..., 0].astype(float)
-        pairs = np.matmul(turned, errors.T).transpose(0, 2, 1).astype(float)  # (block, block, k)
-        return pairs[np.arange(len(columns))[None, :], self.order] * self.signs[..., None]
-
-
-def _normal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of length 1, and their lengths."""
-    lengths = np.sqrt(np.maximum(np.einsum("bsk,bsk->k", columns, columns, dtype=float), 1e-30))
-    return (columns / lengths).astype(np.float32), lengths

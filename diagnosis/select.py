@@ -49,7 +49,13 @@ class Contest(Ground):
 
     clean = CLEAN
 
-    def __init__(self, bench: Bench, train: np.ndarray, rng: np.random.Generator, tell: Callable[[str, float], None] = lambda *_: None):
+    def __init__(
+        self,
+        bench: Bench,
+        train: np.ndarray,
+        rng: np.random.Generator,
+        tell: Callable[[str, float], None] = lambda *_: None,
+    ):
         super().__init__(bench, train)
         self.rng, self.tell = rng, tell
         self.luck = np.inf
@@ -91,7 +97,7 @@ class Contest(Ground):
         return stage
 
     def _prune(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
-        """Drop causes that those found after them have made needless: an early guess may stand for a later, better one."""
+        """Drop causes that later ones have made needless: an early guess may stand for a later, better one."""
         for gone in list(causes[:-1]):
             rest = [c for c in causes if c is not gone]
             names = {p.name for c in rest for p in c.free} | {p.name for p in self.base_free}
@@ -103,7 +109,7 @@ class Contest(Ground):
         return causes, stages, whole
 
     def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
-        """Two causes may do with fewer numbers what a first guess and its helpers did: alone, neither may have looked best."""
+        """Two causes may do with fewer numbers what a first guess and its helpers did."""
         opening, values, best = stages[0], whole.fit.values, None
         named = [c.hypothesis for c in causes]
         for rival in opening.candidates:

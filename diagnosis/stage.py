@@ -13,7 +13,8 @@ from .candidate import MATTERS, Candidate, better, equal, more, same_law, simple
 from .fit import Fit
 from .ground import Ground
 from .hypotheses import Free, Hypothesis
-from .screen import Direction, Linear, directions
+from .linear import Linear
+from .screen import Direction, directions
 
 DRAWS = 199
 SIGNIFICANT = 0.02
@@ -50,7 +51,15 @@ class Round:
     clean: times its noise up to which a cut's error has nothing missing. luck: of the round before.
     """
 
-    def __init__(self, ground: Ground, base: Fit, found: Sequence[Hypothesis], clean: float, luck: float, tell: Callable[[str, float], None]):
+    def __init__(
+        self,
+        ground: Ground,
+        base: Fit,
+        found: Sequence[Hypothesis],
+        clean: float,
+        luck: float,
+        tell: Callable[[str, float], None],
+    ):
         self.ground, self.base, self.found, self.luck = ground, base, found, luck
         self.tell = lambda what, share: tell(f"cause {len(found) + 1}: {what}", share)
         unseen = ground.held_out(base)
@@ -147,7 +156,9 @@ class Round:
         def judge(ways: list[Direction]) -> Candidate:
             return self._judge(ways) if ways[0].gain > 0.0 else self._unfitted(ways[0])
 
-        candidates = self._each("fits", judge, groups[:FULL_FITS]) + [self._unfitted(ways[0]) for ways in groups[FULL_FITS:]]
+        candidates = self._each("fits", judge, groups[:FULL_FITS]) + [
+            self._unfitted(ways[0]) for ways in groups[FULL_FITS:]
+        ]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 
     def _unfitted(self, way: Direction) -> Candidate:

@@ -162,7 +162,7 @@ def _name(
     rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int
 ) -> Diagnosis | None:
     """The diagnosis of the component most to blame, where it is one of ours and a cause explains it."""
-    from .run import _diagnose, gather
+    from .run import diagnose_runs, gather
 
     component = shares[0]["component"] if shares else ""
     runs, _, _ = gather(rig, logs, test)
@@ -170,7 +170,7 @@ def _name(
     if drive is None:
         return None
     try:
-        found = _diagnose(drive, *gather(drive, logs, test), out, tell, seed)
+        found = diagnose_runs(drive, *gather(drive, logs, test), out, tell, seed)
     except DataError:  # the log has not what its law is to be compared with
         return None
     if found.verdict not in ("explained", "ambiguous"):

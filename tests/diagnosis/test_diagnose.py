@@ -2,10 +2,10 @@
 
 import json
 
-import master
-import diagnosis
 from typer.testing import CliRunner
 
+import diagnosis
+import master
 from selflock.cli import app
 
 from .test_bench import inverse

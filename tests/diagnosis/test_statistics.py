@@ -7,7 +7,8 @@ import pytest
 
 from diagnosis.fit import fit, held_out, rho, weight
 from diagnosis.hypotheses import Free, Hypothesis
-from diagnosis.screen import Direction, Linear, directions
+from diagnosis.linear import Linear
+from diagnosis.screen import Direction, directions
 
 BLOCKS, SAMPLES = 20, 50
 

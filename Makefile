@@ -16,7 +16,7 @@ study: setup
 	$(BIN)/selflock study -o out/study
 
 test: setup
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 # The same systems in libcosim and Ecos (the latter needs the system's libtbb12).
 test-masters: setup

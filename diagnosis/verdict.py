@@ -26,6 +26,9 @@ MANY, MUCH = 3, 0.35
 AHEAD = 0.05
 """Share of the error by which a free function of one variable, which may bend as it likes, must outdo causes."""
 
+HALF = 0.5
+"""... and from which on many causes are guesses, whatever they explain."""
+
 STILL = 0.2
 """Share of what causes leave that goes with a variable as strongly as if they had not touched it."""
 
@@ -102,20 +105,22 @@ class Judge:
     def _outdone(self, found: Judgement, missing: list[Dependence]) -> bool:
         """Whether a free function of a variable explains more than all causes, and what these leave still goes with it.
 
+        Of many causes half of the error is enough: they have bent to it with as many numbers as a free function has.
         Not asked of steady-state points, which are too few to tell a law from a free function.
         """
         bench = self.bench
         if bench.steady:
             return False
         energies = np.stack([(bench.residual(values) ** 2).sum(0) for values in (found.before, found.after)])
-        ahead = AHEAD if len(found.outcome.causes) < MANY else 0.0
+        many = len(found.outcome.causes) >= MANY
         for d in missing:
             cut = next(cut for cut in bench.cuts if cut.name == d.cut)
             if d.variable == cut.output.rpartition(".")[2]:  # a reading that goes with itself, as a coarse one does
                 continue
             was, now = energies[:, bench.slice(cut)].sum(1)
             still = any((e.variable, e.cut) == (d.variable, d.cut) and e.share >= STILL for e in found.left)
-            if still and d.share > 1.0 - now / max(was, 1e-300) + ahead:
+            closed = 1.0 - now / max(was, 1e-300)
+            if still and d.share > (min(closed, HALF) if many else closed + AHEAD):
                 return True
         return False
 

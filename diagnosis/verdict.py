@@ -120,7 +120,8 @@ class Judge:
             was, now = energies[:, bench.slice(cut)].sum(1)
             still = any((e.variable, e.cut) == (d.variable, d.cut) and e.share >= STILL for e in found.left)
             closed = 1.0 - now / max(was, 1e-300)
-            if still and d.share > (min(closed, HALF) if many else closed + AHEAD):
+            claimed = closed > AHEAD  # of a cut that the causes leave alone they say nothing
+            if claimed and still and d.share > (min(closed, HALF) if many else closed + AHEAD):
                 return True
         return False
 

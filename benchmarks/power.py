@@ -83,9 +83,8 @@ def _no_answer(reason: str) -> dict:
 
 
 def collect(listed, workers: int, scheduler: str | None = None) -> None:
-    from benchmarks.power import (
-        one,  # by the name under which workers find it, not as a part of __main__
-    )
+    # by the name under which workers find it, not as a part of __main__
+    from benchmarks.power import one
 
     items = [{"hidden": list(names), "seed": seed} for names, seed in listed]
     try:

@@ -83,7 +83,7 @@ class Bench(Layout):
             return
         levels = {}
         self.choosing = True  # the balance is not smoothed meanwhile
-        step = float(np.median(np.concatenate([ch.dt for ch in self.channels.values()])))
+        step = self.step
         for samples in (n for n in (5, 7, 11, 17, 25, 41, 61) if n == 5 or n * step <= LONGEST):
             self.smoothing[prefix] = samples
             steps, count = 0.0, 0
@@ -172,6 +172,11 @@ class Bench(Layout):
         """Columns of `residual` that belong to a cut."""
         place = self.cuts.index(cut)
         return slice(place * self.bins, (place + 1) * self.bins)
+
+    @property
+    def step(self) -> float:
+        """The usual time from a sample to the next, s."""
+        return float(np.median(np.concatenate([np.diff(run.time) for run in self.runs])))
 
     @property
     def components(self) -> set[str]:

@@ -89,30 +89,13 @@ def _clock(run: Run, rig: Rig) -> list[Fault]:
     steps = np.diff(run.time)
     usual = float(np.median(steps))
     for place in np.flatnonzero(steps > 4 * usual):
-        faults.append(
-            Fault(
-                run.log,
-                "time",
-                int(run.rows[place]),
-                int(run.rows[place + 1]),
-                "missing",
-                run.name,
-                f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual",
-            )
-        )
+        detail = f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual"
+        rows = int(run.rows[place]), int(run.rows[place + 1])
+        faults.append(Fault(run.log, "time", *rows, "missing", run.name, detail))
     uneven = np.mean(abs(steps - usual) > 0.5 * usual)
     if uneven > 0.05:
-        faults.append(
-            Fault(
-                run.log,
-                "time",
-                int(run.rows[0]),
-                int(run.rows[-1]),
-                "irregular",
-                run.name,
-                f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half",
-            )
-        )
+        detail = f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"
+        faults += _spans(run, "time", np.ones(len(run), bool), "irregular", detail)
     return faults
 
 
@@ -125,17 +108,8 @@ def _at_rest(run: Run, rig: Rig) -> list[Fault]:
             continue
         means = np.array([part.mean() for part in np.array_split(x[good], PARTS)])
         if abs(means.mean()) < SURE * means.std(ddof=1) / np.sqrt(PARTS):
-            faults.append(
-                Fault(
-                    run.log,
-                    name,
-                    int(run.rows[0]),
-                    int(run.rows[-1]),
-                    "at rest",
-                    run.name,
-                    f"a mean of {means.mean():.3g} that may be zero: the direction of friction is not known",
-                )
-            )
+            detail = f"a mean of {means.mean():.3g} that may be zero: the direction of friction is not known"
+            faults += _spans(run, name, np.ones(len(run), bool), "at rest", detail)
             run.good[name] = np.zeros(len(x), bool)
     return faults
 

@@ -41,6 +41,11 @@ class Cut:
     prefix: str = ""  # of the drive
     noise: float = 1.0  # of a bin's average
 
+    @property
+    def reading(self) -> str:
+        """What the compared channel reads: speed, current, torque ..."""
+        return self.output.rpartition(".")[2]
+
     def uses(self, name: str) -> bool:
         """Whether a parameter's value matters to this cut: one of its components', or a sensor's of its channels."""
         owner = name.rpartition(".")[0]

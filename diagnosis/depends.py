@@ -22,29 +22,8 @@ from .noise import of_bins
 from .rig import split
 from .signals import SIGNALS
 
-KNOTS = (
-    0.0,
-    0.01,
-    0.02,
-    0.05,
-    0.1,
-    0.15,
-    0.2,
-    0.25,
-    0.3,
-    0.4,
-    0.5,
-    0.6,
-    0.7,
-    0.75,
-    0.8,
-    0.85,
-    0.9,
-    0.95,
-    0.98,
-    0.99,
-    1.0,
-)
+_TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
+KNOTS = (*_TAIL, 0.5, *(1.0 - q for q in reversed(_TAIL)))
 """Quantiles of a variable between which a free function of it is straight."""
 
 DRAWS = 99
@@ -75,7 +54,7 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
     if bench.rig.system is not None:
         return bench.variables(cut)
     found: dict[str, list[np.ndarray]] = {}
-    compared = bench.compare(cut, values)
+    compared = bench.compare(cut, values) if cut.reading == "current" else []  # the one of these that cuts compare
     for i, run in enumerate(bench.runs):
         ch = bench.channels[i, cut.prefix]
         here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
@@ -91,7 +70,7 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
             ("motor.temperature", "temperature"),
             ("motor.supply_voltage", "supply voltage"),
         ):
-            if cut.prefix + name == cut.output:  # as simulated: what is measured goes with its own noise
+            if label == cut.reading:  # as simulated: what is measured goes with its own noise
                 here[label] = compared[i][0]
             elif ch.has(name):
                 here[label] = ch.raw(name)

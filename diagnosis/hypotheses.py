@@ -11,17 +11,7 @@ import numpy as np
 from .rig import Rig, split
 from .signals import COMMANDS
 
-NOT_IN_POINTS = {
-    "ripple",
-    "cogging",
-    "backlash",
-    "compliance",
-    "warm_up",
-    "wear",
-    "winding_heating",
-    "lag",
-    "quantisation",
-}
+NOT_IN_POINTS = set("ripple cogging backlash compliance warm_up wear winding_heating lag quantisation".split())
 """Effects of angle and time, of which steady-state points know nothing."""
 
 ON_REQUEST = {"stribeck_asymmetry"}
@@ -103,11 +93,10 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
                 )
     for channel in sorted(channels):
         if rig.questioned(channel) and split(channel, rig.drives)[1] not in COMMANDS:
-            found += [
-                _sensor(channel, effect, spread(bench, channel))
-                for effect in effects("sensor")
-                if not (effect.name == "bias" and channel.endswith("reducer.input_angle"))
-            ]  # where an encoder's zero lies is nobody's fault
+            for effect in effects("sensor"):
+                # where an encoder's zero lies is nobody's fault
+                if not (effect.name == "bias" and channel.endswith("reducer.input_angle")):
+                    found.append(_sensor(channel, effect, spread(bench, channel)))
     if rig.kind == "steady":  # a point has no angle and no time
         found = [h for h in found if h.effect not in NOT_IN_POINTS]
     return [_tried(h, bench) for h in found if h.free]
@@ -118,7 +107,7 @@ def _tried(hypothesis: Hypothesis, bench) -> Hypothesis:
 
     def trials(p: Free) -> tuple[float, ...]:
         if p.name.endswith("sample_period"):
-            step = float(np.median(np.concatenate([np.diff(run.time) for run in bench.runs])))
+            step = bench.step
             return tuple(n * step for n in range(2, 41) if p.low <= n * step <= p.high)
         if p.name.endswith("resolution"):
             steps = [

@@ -133,9 +133,8 @@ def of_quiet_bins(residual: np.ndarray, present: np.ndarray, lag: int) -> float:
         steps = (r[lag:] - r[:-lag])[p[lag:] & p[:-lag]]
         if len(steps) >= 20:
             levels.append(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0))
-            counts.append(
-                len(steps) / max(1.0, 0.5 * lag)
-            )  # neighbours within the reach of smoothing are no new evidence
+            # neighbours within the reach of smoothing are no new evidence
+            counts.append(len(steps) / max(1.0, 0.5 * lag))
     if len(levels) < 5:
         return np.inf
     spread = 1.3 / np.sqrt(np.median(counts))

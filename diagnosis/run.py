@@ -81,11 +81,11 @@ def diagnose_runs(
     found = Judge(bench, contest, train, judged, names, rng).judge(outcome)
     before, after, gain, left = found.before, found.after, found.gain, found.left
     causes = named(contest, found.outcome)
-    answer = verdict(causes, left, contest, found.outcome)
     step = finest(bench, before, after, judged)
     if step and step.explains and all(d.cut == step.cut for d in left):
         causes, gain = to_blame(step, bench, causes, gain, before, judged, names, rng)
-        answer, left = "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained", []
+        left = []
+    answer = verdict(causes, left, contest, found.outcome)
     base, final = (fit.residual.reshape(contest.shape) for fit in (found.outcome.base, found.outcome.final))
     shares = [] if answer == "none" else blame(contest.bench, base, final, contest.present, found.outcome.causes)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}

@@ -81,7 +81,7 @@ def finest(bench: Bench, before: dict, after: dict, blocks: np.ndarray) -> Step 
     if bench.steady:
         return None
     bench, found = bench.head(bench.enough(blocks)), []
-    size = float(np.median(np.concatenate([np.diff(run.time) for run in bench.runs])))
+    size = bench.step
     ways = {held: refined(bench, held) for held in (True, False)}
     for cut in bench.cuts:
         errors, trusted = samples(bench, cut, before, blocks)

@@ -67,9 +67,8 @@ class Judge:
         before = contest.absolute(base.values) | {k: v for k, v in contest.nominal.items() if k not in base.values}
         nothing = replace(outcome, causes=[], kept=[], final=base)
         found = self._gained(outcome, before)
-        silent = (
-            found.gain.before < QUIET * found.gain.noise_floor
-        )  # held-out data without the error can refute nothing
+        # held-out data without the error can refute nothing
+        silent = found.gain.before < QUIET * found.gain.noise_floor
         if outcome.causes and not silent and found.gain.after > (1.0 - HELP) * found.gain.before:
             found = self._gained(nothing, before)
         found.left = self._dependences(found.after)
@@ -115,7 +114,7 @@ class Judge:
         many = len(found.outcome.causes) >= MANY
         for d in missing:
             cut = next(cut for cut in bench.cuts if cut.name == d.cut)
-            if d.variable == cut.output.rpartition(".")[2]:  # a reading that goes with itself, as a coarse one does
+            if d.variable == cut.reading:  # it goes with itself, as a coarse one does
                 continue
             was, now = energies[:, bench.slice(cut)].sum(1)
             still = any((e.variable, e.cut) == (d.variable, d.cut) and e.share >= STILL for e in found.left)
@@ -147,7 +146,7 @@ def named(contest: Contest, outcome: Outcome) -> list[Cause]:
         return []
     intervals = outcome.final.intervals(contest.rows, contest.blocks)
     values = contest.absolute(outcome.final.values)
-    step = float(np.median(np.concatenate([ch.dt for ch in contest.bench.channels.values()])))
+    step = contest.bench.step
     found = []
     for candidate, stage in zip(outcome.causes, outcome.kept):
         parameters = {}

@@ -11,12 +11,13 @@ import math
 import numpy as np
 from numba import njit
 
+from master import face
 from master.face import Variable
 
 FINE = 1e-5  # s
 
 
-class Part:
+class Part(face.Part):
     """Variables as attributes; `advance` moves them on by one step."""
 
     can_roll_back = True
@@ -56,12 +57,6 @@ class Part:
 
     def restore(self, saved):
         self.state, self.values = saved[0].copy(), dict(saved[1])
-
-    def enter_initialization(self, start, stop): ...
-    def exit_initialization(self): ...
-    def reset(self): ...
-    def terminate(self): ...
-    def close(self): ...
 
 
 class Gear(Part):

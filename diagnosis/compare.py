@@ -97,10 +97,8 @@ def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch
         return bare, given, good
     samples = 0 if bench.choosing else min(bench.smoothing[prefix], len(bare) - 1 | 1)
     smoothed = smooth(given - bare, samples)
-    if take is not None:  # not across the gaps between stretches
-        edge = np.flatnonzero(np.diff(take) > 1)
-        for shift in range(-(samples // 2), samples // 2 + 1):
-            good[np.clip(edge + shift + (shift <= 0), 0, len(good) - 1)] = False
+    if take is not None:
+        good = good & ch.away_from_gaps(samples)
     return bare + inertial, bare + smoothed, good
 
 

@@ -63,8 +63,7 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
             here |= {"speed": first.speed, "direction": np.sign(first.speed)}
             here["load"] = _delivered(bench, cut.prefix, values, ch, second)
             if not bench.steady:
-                here |= {"acceleration": first.acceleration, "position": np.mod(first.angle, 2 * np.pi)}
-                here["output position"] = np.mod(second.angle, 2 * np.pi)
+                here |= {"acceleration": first.acceleration, "position": first.angle, "output position": second.angle}
         for name, label in (
             ("motor.current", "current"),
             ("motor.temperature", "temperature"),
@@ -84,7 +83,14 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
             here.pop("time")
         for label, x in here.items():
             found.setdefault(label, []).append(x)
-    return {label: parts for label, parts in found.items() if len(parts) == len(bench.runs)}
+    known = {label: parts for label, parts in found.items() if len(parts) == len(bench.runs)}
+    return known | {label: _in_turn(known[label]) for label in ("position", "output position") if label in known}
+
+
+def _in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:
+    """Angles within a turn, where they go beyond one; else as they are, so that the ends of a travel remain its ends."""
+    travel = max(np.nanmax(a) for a in angles) - min(np.nanmin(a) for a in angles)
+    return angles if travel < 2 * np.pi else [np.mod(a, 2 * np.pi) for a in angles]
 
 
 def depends(

@@ -75,6 +75,17 @@ class Channels:
             self.memory["steps"] = np.diff(np.concatenate([[0.0], np.cumsum(self.dt)[self.take]]))
         return self.memory["steps"]
 
+    def away_from_gaps(self, samples: int) -> np.ndarray:
+        """Which of the samples simulated are so far from those left out that a window of `samples` does not reach them."""
+        key = ("away", samples)
+        if key not in self.memory:
+            away = np.ones(len(self.take), bool)
+            edge = np.flatnonzero(np.diff(self.take) > 1)
+            for shift in range(-(samples // 2), samples // 2 + 1):
+                away[np.clip(edge + shift + (shift <= 0), 0, len(away) - 1)] = False
+            self.memory[key] = away
+        return self.memory[key]
+
     def sensor(self, name: str, key: str, values: dict[str, float]) -> float | None:
         """What `values` say of a channel's sensor; None where they say nothing."""
         return values.get(f"sensor.{self.prefix}{name}.{key}")

@@ -110,16 +110,17 @@ class Judge:
         bench = self.bench
         if bench.steady:
             return False
-        energies = np.stack([(bench.residual(values) ** 2).sum(0) for values in (found.before, found.after)])
+        r, left = bench.residual(found.before), bench.residual(found.after)
+        energies = np.stack([(x**2).sum(0) for x in (r, left, left - r)])
         many = len(found.outcome.causes) >= MANY
         for d in missing:
             cut = next(cut for cut in bench.cuts if cut.name == d.cut)
             if d.variable == cut.reading:  # it goes with itself, as a coarse one does
                 continue
-            was, now = energies[:, bench.slice(cut)].sum(1)
+            was, now, moved = energies[:, bench.slice(cut)].sum(1)
             still = any((e.variable, e.cut) == (d.variable, d.cut) and e.share >= STILL for e in found.left)
             closed = 1.0 - now / max(was, 1e-300)
-            claimed = closed > AHEAD  # of a cut that the causes leave alone they say nothing
+            claimed = moved > AHEAD * was  # of a cut that the causes leave alone they say nothing
             if claimed and still and d.share > (min(closed, HALF) if many else closed + AHEAD):
                 return True
         return False

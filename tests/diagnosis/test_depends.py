@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diagnosis.depends import _functions, _shares
+from diagnosis.depends import _functions, _in_turn, _shares
 from diagnosis.layout import Layout
 from diagnosis.log import Run
 
@@ -48,6 +48,13 @@ def test_a_stop_at_the_end_of_the_range_is_seen(rng):
     assert 0.005 < np.mean(push > 0.0) < 0.1
     r = push + 0.3 * rng.standard_normal(x.shape)
     assert shares(x, r)[0] > 0.6 * np.var(push) / np.var(r)
+
+
+def test_a_travel_of_less_than_a_turn_keeps_its_ends_and_a_longer_one_comes_round():
+    swing = np.array([-1.0, 0.0, 1.0])
+    assert _in_turn([swing, 2.0 * swing])[0] is swing
+    longer = _in_turn([swing, 4.0 * swing])
+    assert np.allclose(longer[0], [2.0 * np.pi - 1.0, 0.0, 1.0]) and np.allclose(longer[1], [2.0 * np.pi - 4.0, 0.0, 4.0])
 
 
 def test_what_changes_its_sign_with_the_direction_needs_the_direction(rng):

@@ -80,6 +80,7 @@ def interrupted(tmp_path, workers, stop):
         env={**os.environ, "PYTHONPATH": path},
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored by what runs in the background
     )
     try:
         while len(list((out / "parts").glob("*.parquet"))) < 3:

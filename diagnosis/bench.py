@@ -141,7 +141,8 @@ class Bench(Layout):
             error = measured - simulated
             wild = ~np.isfinite(error) & good  # a simulation that breaks down is wrong, not absent
             if wild.any():
-                error = np.where(wild, 1e3 * np.nanstd(measured), error)
+                known = measured[np.isfinite(measured)]
+                error = np.where(wild, 1e3 * np.std(known) if len(known) else np.inf, error)
             sums, counts = self.bin(i, error, good, self.channels[i, cut.prefix].take)
             total += sums
             count += counts

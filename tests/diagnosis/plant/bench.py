@@ -88,27 +88,30 @@ def nominal(rng: np.random.Generator) -> Drive:
     )
 
 
-def ratio(before: Drive, after: Drive, plans: list[Motion], sensed: bool = False) -> float:
+def _seen(drive: Drive, plan: Motion) -> np.ndarray:
+    """Rows of a run as its coarse sensors read them, without noise."""
+    rows = run(drive, plan)
+    for channel, step in zip(SENSED, drive.step):
+        if step:
+            rows[:, CHANNELS.index(channel)] = step * np.round(rows[:, CHANNELS.index(channel)] / step)
+    return rows
+
+
+def ratio(before: Drive, after: Drive, plans: list[Motion], sensed: bool = False, without: list[np.ndarray] | None = None) -> float:
     """Error without the true model over the error with it, in the channel where it shows best: 2 is halving.
 
     Looked at: the current (motor, gear and load), the command (controller and all before it) and the twist of the
     gear; for a sensor's error its own channel too. Whole runs of the plant with and without the cause, and the noise.
     A cause must show in every run: what the log to learn from does not hold cannot be learnt.
+    without: the runs without the cause, where they are known already.
     """
-    def read(drive, plan):
-        rows = run(drive, plan)
-        for channel, step in zip(SENSED, drive.step):
-            if step:
-                rows[:, CHANNELS.index(channel)] = step * np.round(rows[:, CHANNELS.index(channel)] / step)
-        return rows
-
     shown = []
     voltage_noise = np.hypot(before.angle_gain * NOISE["angle"], before.speed_gain * NOISE["speed"])
-    for plan in plans:
-        with_it, without = read(after, plan), read(before, plan)
+    for plan, unchanged in zip(plans, without or [_seen(before, plan) for plan in plans]):
+        with_it = _seen(after, plan)
         if not np.all(np.isfinite(with_it)):
             return np.inf
-        difference = dict(zip(CHANNELS, (with_it - without).T))
+        difference = dict(zip(CHANNELS, (with_it - unchanged).T))
         twist = difference["motor_angle"] / before.gear_ratio - difference["angle"]
         seen = [difference["current"] / NOISE["current"], difference["voltage"] / voltage_noise,
                 (twist - np.median(twist)) / NOISE["angle"]]  # the encoders' zeros are not known
@@ -208,9 +211,10 @@ def _strength(cause: Cause, sheet: Drive, plans: list[Motion], wanted: float) ->
     low, high = cause.extent
     if low == high:
         return low
+    without = [_seen(sheet, plan) for plan in plans]
     for _ in range(7):
         middle = np.sqrt(low * high)
-        if ratio(sheet, sheet._replace(**cause.change(middle)), plans, cause.component == "sensor") > wanted:
+        if ratio(sheet, sheet._replace(**cause.change(middle)), plans, cause.component == "sensor", without) > wanted:
             high = middle
         else:
             low = middle

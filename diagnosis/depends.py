@@ -1,7 +1,7 @@
 """On what a remainder depends: speed, direction, load, position in the turn, current, temperature, time, set-points.
 
-For each variable a free function of it, straight between knots that lie closer at the ends of its range, where stops
-and limits are, is learnt on some blocks and tried on the others; the share of the residual's variance that this
+For each variable a free function of it, straight between knots that lie evenly, or closer at the ends of its range
+where stops and limits are, is learnt on some blocks and tried on the others; the share of the residual's variance that this
 predicts is compared with what chance predicts: blocks of the residual permuted and their signs flipped, the best over
 all variables in each draw. Friction changes its sign with the direction and grows with the load, so the same is asked
 with a second function beside the first that goes with the direction, or with direction and load: a variable counts
@@ -23,8 +23,11 @@ from .rig import split
 from .signals import SIGNALS
 
 _TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
-KNOTS = (*_TAIL, 0.5, *(1.0 - q for q in reversed(_TAIL)))
-"""Quantiles of a variable between which a free function of it is straight."""
+KNOTS = tuple(np.linspace(0.0, 1.0, 11)), (*_TAIL, 0.5, *(1.0 - q for q in reversed(_TAIL)))
+"""Quantiles of a variable between which a free function of it is straight, in two ways; what predicts more counts.
+
+Few knots are learnt from few blocks; many at the ends see what is touched seldom.
+"""
 
 DRAWS = 99
 SIGNIFICANT = 0.02
@@ -113,15 +116,12 @@ def depends(
         r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
         shares: dict[str, np.ndarray] = {}
         known = variables(bench, cut, values)
-        free = {label: _functions(bench, parts, here) for label, parts in known.items()}
+        free = [(label, found) for label, parts in known.items() for found in _functions(bench, parts, here)]
         for along in _regressors(bench, known, here):
             mere = 0.0 if along is None else _shares(r, along, folds, orders, signs)
-            for label, functions in free.items():
-                if functions is not None:
-                    both = functions if along is None else np.concatenate([functions, functions * along], -1)
-                    shares[label] = np.maximum(
-                        _shares(r, both, folds, orders, signs) - mere, shares.get(label, -np.inf)
-                    )
+            for label, functions in free:
+                both = functions if along is None else np.concatenate([functions, functions * along], -1)
+                shares[label] = np.maximum(_shares(r, both, folds, orders, signs) - mere, shares.get(label, -np.inf))
         if cut.name in lines:
             period, share = lines[cut.name]
             shares[f"time, period {period:.3g} s"] = share
@@ -167,14 +167,17 @@ def _regressors(bench: Bench, known: dict[str, list[np.ndarray]], here: np.ndarr
     return found
 
 
-def _functions(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> np.ndarray | None:
-    """Free functions of a variable, (blocks, bins, knots): 1 at a knot, 0 from its neighbours on; None: a constant."""
+def _functions(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> list[np.ndarray]:
+    """Free functions of a variable, (blocks, bins, knots): 1 at a knot, 0 from its neighbours on; none of a constant."""
     x, known = _means(bench, parts, here)
     if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
-        return None
+        return []
     most = int(known.sum() // 4)
-    knots = np.unique(np.quantile(x[known], KNOTS if most >= len(KNOTS) else np.linspace(0.0, 1.0, max(2, most))))
-    return np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None]
+    found = []
+    for quantiles in [q for q in KNOTS if len(q) <= most] or [np.linspace(0.0, 1.0, max(2, most))]:
+        knots = np.unique(np.quantile(x[known], quantiles))
+        found.append(np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None])
+    return found
 
 
 def _lines(

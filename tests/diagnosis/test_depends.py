@@ -19,12 +19,12 @@ def shares(x, r, beside=None, draws=0, rng=None):
     """Of r (blocks, bins) by a free function of x, alone or with a second one that goes with `beside`; first as it is, then drawn."""
     layout = Layout([Run("log", "", np.arange(x.size), np.arange(x.size) * 1e-3, {})], steady=False)
     assert (layout.blocks, layout.bins) == (BLOCKS, BINS)
-    functions = _functions(layout, [x.ravel()], np.ones(x.shape, bool))
+    ways = _functions(layout, [x.ravel()], np.ones(x.shape, bool))
     if beside is not None:
-        functions = np.concatenate([functions, functions * beside[..., None]], -1)
+        ways = [np.concatenate([functions, functions * beside[..., None]], -1) for functions in ways]
     orders = np.stack([np.arange(BLOCKS), *(rng.permutation(BLOCKS) for _ in range(draws))])
     signs = np.concatenate([np.ones((1, BLOCKS)), rng.choice([-1.0, 1.0], (draws, BLOCKS))]) if draws else np.ones((1, BLOCKS))
-    return _shares(r, functions, np.arange(BLOCKS) % 5, orders, signs)
+    return np.max([_shares(r, functions, np.arange(BLOCKS) % 5, orders, signs) for functions in ways], 0)
 
 
 def test_of_a_function_of_the_variable_all_but_the_noise_is_predicted(rng):

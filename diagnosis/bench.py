@@ -41,7 +41,7 @@ class Bench(Layout):
     def __init__(self, rig: Rig, runs: list[Run], sampled: bool = False):
         self.rig, self.steady = rig, rig.kind == "steady"
         self.original = runs
-        self.runs = points(runs) if self.steady else runs
+        self.runs, self.owner = points(runs, bool(rig.run)) if self.steady else (runs, np.zeros(0, int))
         self.channels = {
             (i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives
         }
@@ -208,18 +208,17 @@ def stretches(n: int, share: float) -> np.ndarray:
     return np.unique((firsts[:, None] + np.arange(STRETCH)).ravel().clip(0, n - 1))
 
 
-def points(runs: list[Run]) -> list[Run]:
-    """Steady-state points: each run's mean over its trusted samples; rows without runs are points already."""
-    if len(runs) == 1:
-        return runs
+def points(runs: list[Run], averaged: bool) -> tuple[list[Run], np.ndarray]:
+    """All steady-state points as one run, and to which run each belongs: means over trusted samples of runs, or rows."""
     names = list(runs[0].signals)
-    mean = {
-        name: np.array(
-            [run.signals[name][run.usable(name)].mean() if run.usable(name).any() else np.nan for run in runs]
-        )
-        for name in names
-    }
-    joined = Run(runs[0].log, "", np.array([run.rows[0] for run in runs]), np.arange(len(runs), dtype=float), mean)
-    joined.good = {name: np.isfinite(values) for name, values in mean.items()}
-    joined.labels = [run.name for run in runs]
-    return [joined]
+    if averaged:
+        sound = {name: [run.signals[name][run.usable(name)] for run in runs] for name in names}
+        parts = [{name: x[i].mean(keepdims=True) if len(x[i]) else np.array([np.nan]) for name, x in sound.items()} for i in range(len(runs))]
+        good = [{name: np.isfinite(x) for name, x in part.items()} for part in parts]
+        rows = [run.rows[:1] for run in runs]
+    else:
+        parts, rows = [run.signals for run in runs], [run.rows for run in runs]
+        good = [{name: run.usable(name) for name in names} for run in runs]
+    owner = np.repeat(np.arange(len(runs)), [len(r) for r in rows])
+    join = lambda which: {name: np.concatenate([part[name] for part in which]) for name in names}
+    return [Run(runs[0].log, "", np.concatenate(rows), np.arange(len(owner), dtype=float), join(parts), join(good))], owner

@@ -7,10 +7,10 @@ import numpy as np
 from .bench import Bench
 from .check import Fault
 from .errors import DataError
-from .log import Run
-from .rig import Rig
+from .log import VALID, Run
+from .rig import EVERY_SECOND, Rig
 from .rig import split as split_name
-from .signals import COMMANDS, SIGNALS
+from .signals import GIVEN, SIGNALS
 
 FEWEST = 8
 """Training blocks without which nothing can be told from chance."""
@@ -22,14 +22,11 @@ MOST_BAD = 0.5
 def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, list[str]]:
     """True for blocks to train on, and names of what is held out."""
     count = bench.blocks
-    if bench.steady:
-        owner = np.arange(count) if len(runs) == count else np.zeros(count, int)
-    else:
-        owner = bench.block_run
+    owner = bench.owner if bench.steady else bench.block_run
     if any(held):
         train = ~np.array(held)[owner]
         names = sorted({run.log for run, h in zip(runs, held) if h})
-    elif bench.rig.hold_out == "every second run":
+    elif bench.rig.hold_out == EVERY_SECOND:
         train = owner % 2 == 0
         if bench.steady:  # every second point of each direction
             backward = (
@@ -38,6 +35,8 @@ def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, 
             for side in (backward, ~backward):
                 train[np.flatnonzero(side)] = np.arange(side.sum()) % 2 == 0
         names = [f"run {runs[i].name or i}" for i in np.flatnonzero(~train)] if len(runs) == count else ["every second"]
+        if train.all():
+            raise DataError(f"{bench.rig.path}: hold_out = {EVERY_SECOND!r} needs two runs, and there is one. Leave it out: blocks are held out then.")
     else:
         train = np.arange(count) % 3 != 2
         names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]
@@ -46,11 +45,28 @@ def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, 
             f"{bench.rig.path}: the logs make {int(train.sum())} blocks to learn from, too few to tell a cause from "
             f"chance. Give a longer log or more runs (at least {FEWEST} points or about {FEWEST * 20 * 2} samples)."
         )
+    _refuse_rest(bench, runs, train)
     return train, names
 
 
+def _refuse_rest(bench: Bench, runs: list[Run], train: np.ndarray) -> None:
+    """Data in which nothing can be compared: friction is told only where a shaft moves one way for sure."""
+    compared = bench.present({}).any(axis=1)
+    owner = bench.owner if bench.steady else bench.block_run
+    for blocks, what, least in ((train, "to learn from", FEWEST), (~train, "to judge by", 1)):
+        found = int((compared & blocks).sum())
+        if blocks.any() and found < least:
+            logs = ", ".join(sorted({runs[i].log for i in owner[blocks]}))
+            raise DataError(
+                f"{logs}: in {found} of {int(blocks.sum())} blocks {what} something can be compared, {least} are needed. "
+                "A torque tells of friction only where the shaft moves one way for sure and all channels are sound: record a motion."
+            )
+
+
 def refuse_useless(rig: Rig, runs: list[Run], faults: list[Fault]) -> None:
-    """Data that cannot carry a diagnosis: channels that never change, or are mostly faulty."""
+    """Data that cannot carry a diagnosis: channels that never change, or are mostly faulty. A point at rest is left out."""
+    rest = {(fault.log, fault.run) for fault in faults if fault.kind == "at rest"}
+    runs = [run for run in runs if (run.log, run.name) not in rest]
     names = {name for run in runs for name in run.signals}
     for name in sorted(names):
         _, bare = split_name(name, rig.drives)
@@ -58,17 +74,19 @@ def refuse_useless(rig: Rig, runs: list[Run], faults: list[Fault]) -> None:
             continue
         having = [run for run in runs if name in run.signals]
         values = np.concatenate([run.signals[name][run.usable(name)] for run in having])
-        total = sum(len(run) for run in having)
+        asked = sum(int(run.signals[VALID].sum()) if VALID in run.signals else len(run) for run in having)
         column = next((c.column for c in rig.columns if c.signal == name), name)
         where = having[0].log
-        if len(values) < (1.0 - MOST_BAD) * total:
+        if asked == 0:
+            raise DataError(f"{where}: column {rig.valid!r} is 0 in every row, so no sample counts. Is it the right one?")
+        if len(values) < (1.0 - MOST_BAD) * asked:
             raise DataError(
-                f"{where}: column {column!r} ({name}) is faulty in {total - len(values)} of {total} samples. "
+                f"{where}: column {column!r} ({name}) is faulty in {asked - len(values)} of {asked} samples. "
                 "Measure again, or leave the column out."
             )
         if (
             values.min() == values.max()
-            and bare not in COMMANDS
+            and bare not in GIVEN
             and bare not in {"motor.supply_voltage", "motor.temperature"}
         ):
             raise DataError(

@@ -167,7 +167,6 @@ class Chance:
 
     def write(self, out: Path) -> None:
         """chance.json and chance.png."""
-        out.mkdir(parents=True, exist_ok=True)
         (out / "chance.json").write_text(json.dumps(self.data(), indent=2) + "\n")
         _plot(self, out / "chance.png")
 
@@ -194,6 +193,8 @@ def chance(
     check_names(rig)
     runs, _, held = gather(rig, logs, test)
     search = Search(rig, runs, held, seed).open()
+    if out is not None:
+        Path(out).mkdir(parents=True, exist_ok=True)
     stage = search.measured()
     items = [{"draw": number} for number in range(draws)]
     if spread is None:

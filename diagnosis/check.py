@@ -14,7 +14,7 @@ from scipy.ndimage import median_filter
 from .log import VALID, Run
 from .noise import resolution
 from .rig import Rig, split
-from .signals import COMMANDS
+from .signals import COMMANDS, GIVEN, SIGNALS
 
 CORRUPTED = 12.0
 """A sample this many robust deviations from its neighbours is corrupted: chance gives one in 1e32 for a normal law."""
@@ -60,11 +60,14 @@ def check(runs: list[Run], rig: Rig) -> list[Fault]:
             _, bare = split(name, rig.drives)
             if bare in COMMANDS or name == VALID:
                 continue
+            moves = bare in SIGNALS and bare not in GIVEN  # what else may rest or repeat a value nobody knows
             for kind, test in (("corrupted", _corrupted), ("clipped", _clipped), ("frozen", _frozen)):
+                if not (moves or kind == "corrupted"):
+                    continue
                 bad = test(run, name, bare) & run.good[name]
                 faults += _spans(run, name, bad, kind)
                 run.good[name] = run.good[name] & ~bad
-        if rig.kind == "steady" and len(runs) > 1:  # else rows are points already
+        if rig.kind == "steady" and rig.run:  # else rows are points already
             faults += _at_rest(run, rig)
         if VALID in run.signals:  # as the rig says, and no fault
             for name in run.good:

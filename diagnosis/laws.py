@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from math import inf
+from typing import Iterable
+
+from fmus.slave import Variable, rows
 
 from .errors import DataError
 from .rig import Rig, split, suggest
+from .signals import SIGNALS
 
 MODULES = {
     "controller": "fmus.controller.pd",
@@ -39,22 +44,16 @@ def parameters(component: str, name: str, values: dict[str, float]):
 
 
 def check_names(rig: Rig) -> None:
-    """Refuse parameters that the FMU does not have, and values that it would refuse."""
-    for full in (*rig.parameters, *rig.uncertain):
-        if full.startswith("sensor."):
-            continue
-        prefix, rest = split(full, rig.drives)
-        component, _, parameter = rest.partition(".")
-        if component not in LAWS:
-            raise DataError(
-                f"{rig.path}: parameter {full!r}: there is no component {component!r}.{suggest(component, LAWS)}"
-            )
-        fields = LAWS[component].Parameters._fields
-        if parameter not in fields:
-            raise DataError(
-                f"{rig.path}: parameter {full!r}: {component.capitalize()}.fmu has no {parameter!r}."
-                f"{suggest(parameter, fields)}"
-            )
+    """Refuse parameters that no FMU has, values that the FMU would refuse, and `known` names that are none."""
+    _check(rig, "parameters", rig.parameters.items())
+    _check(rig, "uncertain", ((name, end) for name, ends in rig.uncertain.items() for end in ends), sensors=True)
+    for pattern, values in rig.logs.items():
+        _check(rig, f'logs."{pattern}"', values.items())
+    for name in rig.known:
+        prefix, rest = split(name, rig.drives)
+        if rest not in SIGNALS:  # a sensor that is trusted
+            component, _, parameter = rest.partition(".")
+            _row(rig, "[rig] known", name, component if prefix in rig.drives else "", parameter)
     for prefix in rig.drives:
         defaults = LAWS["reducer"].Parameters()
         mu = rig.parameters.get(f"{prefix}reducer.friction_kinetic", defaults.friction_kinetic)
@@ -64,3 +63,45 @@ def check_names(rig: Rig) -> None:
                 f"{rig.path}: {prefix}reducer: gear_ratio must be above 0 and friction_kinetic not below 0; "
                 "signs belong in [columns]."
             )
+
+
+def _check(rig: Rig, table: str, given: Iterable[tuple[str, float]], sensors: bool = False) -> None:
+    """Every name belongs to a component of a drive (or a sensor), and every value is one that its FMU takes."""
+    for name, value in given:
+        where = f"[{table}]"
+        if name.startswith("sensor."):
+            channel, _, parameter = name.removeprefix("sensor.").rpartition(".")
+            if not sensors:
+                raise DataError(f"{rig.path}: {where} {name!r}: what a sensor is known to do belongs in [columns], as factor and offset.")
+            if split(channel, rig.drives)[1] not in SIGNALS:
+                raise DataError(f"{rig.path}: {where} {name!r}: there is no channel {channel!r}.{suggest(channel, SIGNALS)}")
+            row = _row(rig, where, name, "sensor", parameter)
+        else:
+            prefix, rest = split(name, rig.drives)
+            component, _, parameter = rest.partition(".")
+            row = _row(rig, where, name, component if prefix in rig.drives else "", parameter)
+        low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
+        if not low <= value <= high:
+            unit = f" {row.unit}" if row.unit else ""
+            raise DataError(f"{rig.path}: {where} {name!r}: {value:.6g}{unit} is outside the range of {row.name}, [{low:.6g}, {high:.6g}]{unit}.")
+
+
+def _row(rig: Rig, where: str, name: str, component: str, parameter: str) -> Variable | None:
+    """The parameter's row in its FMU; None for all of a component."""
+    if component not in _TABLES and component != "sensor":
+        drives = f" The drives are {', '.join(rig.drives)}: begin with one of them." if rig.drives != ("",) else ""
+        raise DataError(f"{rig.path}: {where} {name!r}: there is no such component.{drives or suggest(component, LAWS)}")
+    table = {row.name: row for row in _rows(component)}
+    if parameter == "*":
+        return None
+    if parameter not in table:
+        raise DataError(
+            f"{rig.path}: {where} {name!r}: {component.capitalize()}.fmu has no {parameter!r}.{suggest(parameter, table)}"
+        )
+    return table[parameter]
+
+
+@cache
+def _rows(component: str) -> tuple[Variable, ...]:
+    law = import_module("fmus.sensor.sensor") if component == "sensor" else LAWS[component]
+    return rows(law.BASE, law.EFFECTS)

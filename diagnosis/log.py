@@ -11,8 +11,9 @@ import pandas as pd
 from pyarrow import Table, csv
 
 from .errors import DataError
-from .rig import Column, Rig, conversion, split, suggest
+from .rig import Column, Rig, split, suggest
 from .signals import SIGNALS, canonical, unit
+from .units import conversion, is_unit
 
 VALID = "rig.valid"
 """The signal of the rig's `valid` column."""
@@ -22,6 +23,9 @@ HELD = ("controller.voltage", "motor.voltage", "motor.duty")
 
 SHORTEST = 30
 """Fewer samples than this tell nothing."""
+
+SAME = 0.5
+"""Share of the rows that may repeat the time before; more, and the time was written too coarsely."""
 
 
 @dataclass
@@ -66,20 +70,16 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         raise DataError(
             f"{path}: is empty. Export the log again; it needs a header line and at least {SHORTEST} samples."
         )
-    headers = {_bare(name): name for name in table.columns}
-    units = {_bare(name): _unit(name) for name in table.columns}
-    named = _named(headers, rig) if rig.named else []
+    named = _named(table, rig) if rig.named else []
     columns = list(rig.columns) + named
     data: dict[str, np.ndarray] = {}
     for column in columns:
-        values = _numbers(path, table, _find(path, headers, column.column, rig), column)
-        given = column.unit or units.get(_bare(column.column), "")
-        data[column.signal] = _si(path, values, given, column, rig)
-    time = _time(path, table, headers, units, rig)
+        header = _find(path, table, column.column, rig)
+        data[column.signal] = _si(path, _numbers(path, table, header), header, column, rig)
+    time = _time(path, table, rig)
     if rig.valid:
-        switch = Column(rig.valid, VALID)
-        data[VALID] = (_numbers(path, table, _find(path, headers, rig.valid, rig), switch) != 0.0).astype(float)
-    names = table[_find(path, headers, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
+        data[VALID] = (_numbers(path, table, _find(path, table, rig.valid, rig)) != 0.0).astype(float)
+    names = table[_find(path, table, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
     runs = []
     late = [
         column.signal
@@ -109,13 +109,16 @@ def _table(path: Path) -> pd.DataFrame:
     ending = path.suffix.lower()
     try:
         if ending == ".csv":
-            return pd.read_csv(path, skipinitialspace=True)
+            return _csv(path)
         if ending in {".parquet", ".pq"}:
-            return pd.read_parquet(path)
+            table = pd.read_parquet(path)
+            return table if table.index.names == [None] else table.reset_index()
         if ending == ".mat":
             return _mat(path)
     except DataError:
         raise
+    except UnicodeDecodeError:
+        raise DataError(f"{path}: is not UTF-8 text. Save it as CSV in UTF-8.") from None
     except pd.errors.ParserError as error:
         raise DataError(f"{path}: {str(error).strip()}. Is the file cut off, or is that line damaged?") from None
     except pd.errors.EmptyDataError:
@@ -127,37 +130,56 @@ def _table(path: Path) -> pd.DataFrame:
     raise DataError(f"{path}: logs are .csv, .parquet or .mat, not {ending or 'without ending'}.")
 
 
+def _csv(path: Path) -> pd.DataFrame:
+    """Separated by commas, semicolons or tabs, whichever the header has; a decimal comma where these are no commas."""
+    with path.open(encoding="utf-8-sig") as text:
+        header, first = text.readline(), text.readline()
+    separator = max(",;\t", key=header.count)
+    decimal = "," if separator != "," and re.search(r"\d,\d", first) else "."
+    table = pd.read_csv(path, sep=separator, decimal=decimal, skipinitialspace=True)
+    if not isinstance(table.index, pd.RangeIndex):  # pandas then takes the first column for names of the rows
+        raise DataError(f"{path}: its lines have more values than the header has names ({len(table.columns)}). "
+                        f"Name every column, or remove what stands behind the last {separator!r} of each line.")
+    return table
+
+
 def _mat(path: Path) -> pd.DataFrame:
+    """The longest vectors; attrs["left out"] tells of the shorter ones, and their lengths."""
     from scipy.io import loadmat
 
-    found = {
-        k: np.squeeze(v)
-        for k, v in loadmat(path).items()
-        if not k.startswith("__") and np.asarray(v).dtype.kind in "fiub"
-    }
-    vectors = {k: v for k, v in found.items() if v.ndim == 1}
+    try:
+        held = {name: np.asarray(value) for name, value in loadmat(path).items() if not name.startswith("__")}
+    except NotImplementedError:
+        raise DataError(f"{path}: is a MATLAB file of version 7.3. Save it as version 7: save(..., '-v7').") from None
+    found = {name: np.squeeze(value) for name, value in held.items() if value.dtype.kind in "fiub"}
+    vectors = {name: value for name, value in found.items() if value.ndim == 1}
     if not vectors:
+        holds = f" It holds {', '.join(held)}." if held else ""
         raise DataError(
-            f"{path}: holds no vectors. Save each channel as a vector of the same length (format 7 or older)."
+            f"{path}: holds no vectors.{holds} Save each channel as a vector of its own, all of the same length."
         )
-    longest = max(len(v) for v in vectors.values())
-    return pd.DataFrame({k: v.astype(float) for k, v in vectors.items() if len(v) == longest})
+    longest = max(len(value) for value in vectors.values())
+    table = pd.DataFrame({name: value.astype(float) for name, value in vectors.items() if len(value) == longest})
+    table.attrs["left out"] = {name: len(value) for name, value in vectors.items() if len(value) < longest}
+    return table
+
+
+def _parts(header: str) -> tuple[str, str]:
+    """'rear_motor.current [A]' as name and unit; in brackets whatever it is, in parentheses where it is known as one."""
+    found = re.fullmatch(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*", str(header))
+    if found is None or (found[3] is not None and not is_unit(found[3].strip())):
+        return str(header).strip(), ""
+    return found[1].strip(), (found[2] if found[3] is None else found[3]).strip()
 
 
 def _bare(header: str) -> str:
-    """'rear_motor.current [A]' without its unit."""
-    return re.sub(r"\s*\[[^\]]*\]\s*$", "", str(header)).strip()
+    return _parts(header)[0]
 
 
-def _unit(header: str) -> str:
-    found = re.search(r"\[([^\]]*)\]\s*$", str(header))
-    return found.group(1).strip() if found else ""
-
-
-def _named(headers: dict[str, str], rig: Rig) -> list[Column]:
+def _named(table: pd.DataFrame, rig: Rig) -> list[Column]:
     taken = {column.signal for column in rig.columns}
     found = []
-    for name in headers:
+    for name in map(_bare, table.columns):
         prefix, bare = split(name, rig.drives)
         signal = name if rig.system else prefix + canonical(bare)
         if "." in name and signal not in taken and (canonical(bare) in SIGNALS or signal in rig.units):
@@ -166,16 +188,28 @@ def _named(headers: dict[str, str], rig: Rig) -> list[Column]:
     return found
 
 
-def _find(path: Path, headers: dict[str, str], name: str, rig: Rig) -> str:
-    if _bare(name) in headers:
-        return headers[_bare(name)]
+def _find(path: Path, table: pd.DataFrame, name: str, rig: Rig) -> str:
+    """The header of a column, by its whole text or without its unit."""
+    headers = [str(header) for header in table.columns]
+    if name in headers:
+        return table.columns[headers.index(name)]
+    found = [header for header in table.columns if _bare(header) == _bare(name)]
+    if len(found) > 1:
+        raise DataError(f"{path}: {' and '.join(map(repr, found))} are both {name!r}. Write the one that is meant in {rig.path.name}, with its unit.")
+    if found:
+        return found[0]
+    shorter = table.attrs.get("left out", {})
+    if name in shorter:
+        raise DataError(f"{path}: {name!r} has {shorter[name]} samples where others have {len(table)}. Save vectors of one length.")
     raise DataError(f"{path}: there is no column {name!r}, which {rig.path.name} asks for.{suggest(name, headers)}")
 
 
-def _numbers(path: Path, table: pd.DataFrame, header: str, column: Column) -> np.ndarray:
+def _numbers(path: Path, table: pd.DataFrame, header: str) -> np.ndarray:
     values = table[header]
     if values.dtype.kind in "fiub":
         return values.to_numpy(float)
+    if values.dtype.kind in "mM":
+        raise DataError(f"{path}: column {header!r} holds dates or times ({values.dtype}), not numbers.")
     numbers = pd.to_numeric(values, errors="coerce")
     wrong = (
         numbers.isna()
@@ -189,28 +223,42 @@ def _numbers(path: Path, table: pd.DataFrame, header: str, column: Column) -> np
     return numbers.to_numpy(float)
 
 
-def _si(path: Path, values: np.ndarray, given: str, column: Column, rig: Rig) -> np.ndarray:
+def _si(path: Path, values: np.ndarray, header: str, column: Column, rig: Rig) -> np.ndarray:
     _, bare = split(column.signal, rig.drives)
+    wanted = rig.units.get(column.signal, "") if rig.system else unit(bare, rig.linear)
+    factor, offset = _conversion(path, header, column, wanted, rig)
+    return column.factor * (factor * values + offset) + column.offset
+
+
+def _conversion(path: Path, header: str, column: Column, wanted: str, rig: Rig) -> tuple[float, float]:
+    """To the wanted unit from the rig's or the header's, which must not contradict each other."""
+    said = _parts(header)[1]
     try:
-        factor, offset = conversion(given, rig.units.get(column.signal, "") if rig.system else unit(bare, rig.linear))
+        factor, offset = conversion(column.unit or said, wanted)
     except ValueError as error:
         raise DataError(
             f"{path}: column {column.column!r}: {error}. Write the unit of the values in {rig.path.name}."
         ) from None
-    return column.factor * (factor * values + offset) + column.offset
+    if column.unit and is_unit(said):
+        try:
+            agree = conversion(said, wanted) == (factor, offset)
+        except ValueError:
+            agree = False
+        if not agree:
+            raise DataError(f"{path}: the header {header!r} contradicts the unit {column.unit!r} in {rig.path.name}. Mend one of them.")
+    return factor, offset
 
 
-def _time(path: Path, table: pd.DataFrame, headers: dict, units: dict, rig: Rig) -> np.ndarray:
+def _time(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
     clock = rig.time
-    if rig.kind == "steady" and _bare(clock.column) not in headers:
+    if rig.kind == "steady" and _bare(clock.column) not in map(_bare, table.columns):
         return np.arange(len(table), dtype=float)
-    time = _numbers(path, table, _find(path, headers, clock.column, rig), clock)
-    given = clock.unit or units.get(_bare(clock.column), "")
-    try:
-        factor, _ = conversion(given, "s")
-    except ValueError as error:
-        raise DataError(f"{path}: column {clock.column!r}: {error}.") from None
-    return factor * clock.factor * time
+    header = _find(path, table, clock.column, rig)
+    stamps = table[header]
+    if stamps.dtype.kind in "mM":  # of a clock or of a stopwatch
+        return (stamps - stamps.iloc[0]).dt.total_seconds().to_numpy(float)
+    factor, _ = _conversion(path, header, clock, "s", rig)
+    return factor * clock.factor * _numbers(path, table, header)
 
 
 def _ordered(path: Path, run: Run, rig: Rig) -> Run:
@@ -218,8 +266,12 @@ def _ordered(path: Path, run: Run, rig: Rig) -> Run:
     where = f"{path}: run {run.name!r}, " if run.name else f"{path}: "
     finite = np.isfinite(run.time)
     if finite.sum() < 2 and rig.kind != "steady":
-        raise DataError(f"{where}column {rig.time.column!r} holds no times.")
+        raise DataError(f"{where}column {rig.time.column!r} has fewer than two times. "
+                        'Rows that are points of steady state belong to a rig of kind = "steady".')
     steps = np.diff(run.time[finite])
+    if rig.kind != "steady" and np.mean(steps == 0.0) > SAME:
+        raise DataError(f"{where}column {rig.time.column!r} has only {len(np.unique(run.time[finite]))} different times in "
+                        f"{len(run)} rows. Export it with more digits.")
     if np.any(steps < 0):
         row = int(run.rows[finite][np.flatnonzero(steps < 0)[0] + 1])
         hint = (

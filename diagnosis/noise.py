@@ -63,7 +63,7 @@ def of_samples(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int =
 
 def of_points(bench: Bench, cut: Cut, values: dict) -> float:
     """Noise of steady-state points: by the halves of their runs; of points that are rows, by their neighbours."""
-    return _by_halves(bench, cut, values) if len(bench.original) > 1 else _by_neighbours(bench, cut, values)
+    return _by_halves(bench, cut, values) if bench.rig.run else _by_neighbours(bench, cut, values)
 
 
 def _by_halves(bench: Bench, cut: Cut, values: dict) -> float:

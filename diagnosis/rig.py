@@ -6,29 +6,27 @@ import difflib
 import tomllib
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
-from functools import cache
+from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from .errors import DataError
-from .signals import SIGNALS, canonical, unit
+from .signals import ALIASES, SIGNALS, canonical, unit
+from .units import conversion
 
 KINDS = ("inverse", "forward", "steady")
-_TABLES = {"rig", "time", "columns", "parameters", "uncertain", "logs"}
-_RIG_KEYS = {
-    "name",
-    "kind",
-    "description",
-    "linear",
-    "run",
-    "known",
-    "system",
-    "drives",
-    "named",
-    "hold_out",
-    "simulate",
-    "valid",
-    "smoothing",
-}
+EVERY_SECOND = "every second run"
+
+_TABLES = ("rig", "time", "columns", "parameters", "uncertain", "logs")
+_RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
+        "named": bool, "hold_out": str, "simulate": str, "valid": str, "smoothing": float}  # fmt: skip
+_TIME = {"column": str, "unit": str, "factor": float}
+_COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
+_TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: "a list of texts, such as [\"a\", \"b\"]"}
+_CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed")}
+
+LIKE = 0.85
+"""Similarity from which on a name of no signal is taken for a misspelt one."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class Rig:
     linear: bool = False
     drives: tuple[str, ...] = ("",)  # prefixes of the drives, such as "front_", "rear_"
     named: bool = False  # columns named component.variable stand for themselves
-    hold_out: str = ""  # "every second run" | "" (blocks)
+    hold_out: str = ""  # EVERY_SECOND | "" (blocks)
     valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
     simulate: str = ""  # forward rigs: "open" | "closed"; "" decides by the columns
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
@@ -87,7 +85,7 @@ def load(path: str | Path) -> Rig:
     """Read a rig file; DataError tells what is wrong in it."""
     path = Path(path)
     try:
-        text = path.read_text()
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise DataError(
             f"{path}: cannot be read ({error.strerror}). Give the path of a rig file (.toml); docs/rig.md shows one."
@@ -105,14 +103,20 @@ def load(path: str | Path) -> Rig:
 
 def _rig(path: Path, data: dict) -> Rig:
     _only(path, "table", data, _TABLES)
-    head = data.get("rig", {})
-    _only(path, "key of [rig]", head, _RIG_KEYS)
+    for table in data:
+        if not isinstance(data[table], dict):
+            raise DataError(f"{path}: {table!r} is a table: write [{table}], and its keys below.")
+    head = _typed(path, "[rig]", data.get("rig", {}), _RIG)
+    clock = _typed(path, "[time]", data.get("time", {}), _TIME)
     system = head.get("system")
     kind = head.get("kind", "forward" if system else None)
     if kind not in KINDS:
         raise DataError(f"{path}: [rig] kind = {kind!r}: write \"inverse\" (motion imposed, torque measured), "
                         "\"forward\" (voltage or duty in, motion or current out) or \"steady\" (steady-state points).")
-    linear, drives = bool(head.get("linear", False)), tuple(head.get("drives", [""]))
+    for key, allowed in _CHOICES.items():
+        if head.get(key, "") not in allowed:
+            raise DataError(f"{path}: [rig] {key} = {head[key]!r}: write {' or '.join(repr(a) for a in allowed if a)}, or leave it out.")
+    linear, drives = head.get("linear", False), tuple(head.get("drives", [""]))
     columns = tuple(
         _column(path, name, entry, drives, linear, bool(system)) for name, entry in data.get("columns", {}).items()
     )
@@ -124,25 +128,48 @@ def _rig(path: Path, data: dict) -> Rig:
                 "Keep one of them."
             )
         taken[column.signal] = column.column
-    named = bool(head.get("named", False))
+    named = head.get("named", False)
     if not columns and not named:
         raise DataError(f"{path}: [columns] is empty. Say which column is which variable, such as "
                         '"reducer.input_speed" = { column = "speed", unit = "rpm" }.')
-    clock = data.get("time", {"column": "time"})
-    time = Column(clock.get("column", "time"), "time", clock.get("unit", ""), float(clock.get("factor", 1.0)))
+    for pattern, table in data.get("logs", {}).items():
+        if not isinstance(table, dict):
+            raise DataError(f'{path}: [logs] {pattern!r} = {table!r}: write [logs."{pattern}"], and parameters below.')
     return Rig(
-        path=path, name=head.get("name", path.stem), kind=kind, columns=columns, time=time,
+        path=path, name=head.get("name", path.stem), kind=kind, columns=columns,
+        time=Column(clock.get("column", "time"), "time", clock.get("unit", ""), clock.get("factor", 1.0)),
         parameters=_numbers(path, "parameters", data.get("parameters", {})),
         uncertain=_ranges(path, data.get("uncertain", {})),
         logs={pattern: _numbers(path, f'logs."{pattern}"', table) for pattern, table in data.get("logs", {}).items()},
         known=frozenset(head.get("known", [])), run=head.get("run", ""), linear=linear, drives=drives, named=named,
         hold_out=head.get("hold_out", ""), simulate=head.get("simulate", ""), valid=head.get("valid", ""),
-        smoothing=float(head.get("smoothing", 0.0)),
+        smoothing=head.get("smoothing", 0.0),
         system=(path.parent / system) if system else None,
-    )
+    )  # fmt: skip
 
 
-def _only(path: Path, what: str, given: dict, allowed: set[str]) -> None:
+def _typed(path: Path, where: str, given: dict, types: dict[str, type]) -> dict[str, Any]:
+    """The keys of a table, each known and of its type; numbers as finite floats."""
+    _only(path, f"key of {where}", given, types)
+    found = {}
+    for key, value in given.items():
+        kind = types[key]
+        if kind is float:
+            found[key] = _number(path, f"{where} {key}", value)
+        elif type(value) is kind and (kind is not list or all(isinstance(item, str) for item in value)):
+            found[key] = value
+        else:
+            raise DataError(f"{path}: {where} {key} = {value!r} is not {_TYPES[kind]}.")
+    return found
+
+
+def _number(path: Path, where: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+        raise DataError(f"{path}: {where} = {value!r} is not a number.")
+    return float(value)
+
+
+def _only(path: Path, what: str, given: dict, allowed) -> None:
     for key in given:
         if key not in allowed:
             raise DataError(f"{path}: unknown {what} {key!r}.{suggest(key, allowed)}")
@@ -162,82 +189,55 @@ def split(name: str, drives: tuple[str, ...]) -> tuple[str, str]:
     return "", name
 
 
-def _column(path: Path, name: str, entry, drives: tuple[str, ...], linear: bool, plain: bool) -> Column:
+def _column(path: Path, name: str, entry: Any, drives: tuple[str, ...], linear: bool, plain: bool) -> Column:
     if isinstance(entry, str):
         entry = {"column": entry}
-    if "column" not in entry:
-        raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.')
-    _only(path, f'key of "{name}"', entry, {"column", "unit", "factor", "offset"})
-    if plain:  # a variable of an FMU system, whatever its name
-        return Column(
-            str(entry["column"]),
-            name,
-            str(entry.get("unit", "")),
-            float(entry.get("factor", 1.0)),
-            float(entry.get("offset", 0.0)),
-        )
-    prefix, bare = split(name, drives)
-    signal = canonical(bare)
-    component = signal.split(".")[0]
-    if signal not in SIGNALS and component in {"controller", "motor", "reducer", "load"}:
-        raise DataError(f"{path}: [columns] {name!r} is not a variable that a log can hold.{suggest(bare, SIGNALS)}")
-    given = str(entry.get("unit", ""))
-    if given:
+    if not isinstance(entry, dict) or "column" not in entry:
+        quotes = " A name with a dot stands in quotes." if "." not in name else ""
+        raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.{quotes}')
+    entry = _typed(path, f'[columns] "{name}"', entry, _COLUMN)
+    given, signal = entry.get("unit", ""), name
+    if not plain:  # else a variable of an FMU system, whatever its name
+        prefix, bare = split(name, drives)
+        signal = prefix + _signal(path, name, bare)
         try:
-            conversion(given, unit(signal, linear))
+            conversion(given, unit(canonical(bare), linear))
         except ValueError as error:
             raise DataError(f"{path}: [columns] {name!r}: {error}.") from None
-    return Column(
-        str(entry["column"]), prefix + signal, given, float(entry.get("factor", 1.0)), float(entry.get("offset", 0.0))
-    )
+    return Column(entry["column"], signal, given, entry.get("factor", 1.0), entry.get("offset", 0.0))
+
+
+def _signal(path: Path, name: str, bare: str) -> str:
+    """The one name of a signal; any other name is a variable beside the drive, unless it looks like a slip of the pen."""
+    signal = canonical(bare)
+    if signal in SIGNALS:
+        return signal
+    if bare.split(".")[0] in {"controller", "motor", "reducer", "load"}:
+        raise DataError(f"{path}: [columns] {name!r} is not a variable that a log can hold.{suggest(bare, SIGNALS)}")
+    if difflib.get_close_matches(bare.lower(), [*SIGNALS, *ALIASES], n=1, cutoff=LIKE):
+        raise DataError(f"{path}: [columns] {name!r} is no variable of the drive.{suggest(bare.lower(), [*SIGNALS, *ALIASES])} "
+                        "If it is another quantity, give it another name.")
+    return signal
 
 
 def _numbers(path: Path, table: str, given: dict) -> dict[str, float]:
     for name, value in given.items():
-        if not isinstance(value, (int, float)):
-            raise DataError(
-                f'{path}: [{table}] {name!r} = {value!r}: write it as "component.parameter" = number, '
-                "with the name in quotes."
-            )
-    return {name: float(value) for name, value in given.items()}
+        if isinstance(value, dict):
+            raise DataError(f'{path}: [{table}] {name}: write it as "component.parameter" = number, with the name in quotes.')
+    return {  # true and false are 1 and 0 to a law
+        name: float(value) if isinstance(value, bool) else _number(path, f'[{table}] "{name}"', value)
+        for name, value in given.items()
+    }
 
 
 def _ranges(path: Path, given: dict) -> dict[str, tuple[float, float]]:
     ranges = {}
     for name, value in given.items():
-        if not (isinstance(value, list) and len(value) == 2 and value[0] < value[1]):
-            raise DataError(
-                f"{path}: [uncertain] {name!r} = {value!r}: write the lowest and the highest value, as [low, high]."
-            )
-        ranges[name] = (float(value[0]), float(value[1]))
+        where = f'[uncertain] "{name}"'
+        if not (isinstance(value, list) and len(value) == 2):
+            raise DataError(f"{path}: {where} = {value!r}: write the lowest and the highest value, as [low, high].")
+        low, high = (_number(path, where, end) for end in value)
+        if low >= high:
+            raise DataError(f"{path}: {where} = {value!r}: the lowest value comes first, and the highest is above it.")
+        ranges[name] = (low, high)
     return ranges
-
-
-@cache
-def _registry():
-    import pint
-
-    registry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    return registry
-
-
-def conversion(given: str, wanted: str) -> tuple[float, float]:
-    """Factor and offset from one unit to another; ValueError says why there is none."""
-    if not wanted or not given or given == wanted:
-        return 1.0, 0.0
-    registry = _registry()
-    try:
-        quantity = registry.Unit(
-            given.replace("N.m", "N*m").replace("·", "*").replace(".", "*") if given != "1" else "dimensionless"
-        )
-        target = registry.Unit(wanted.replace(".", "*") if wanted != "1" else "dimensionless")
-    except Exception:
-        raise ValueError(
-            f"unit {given!r} is not known; write SI units such as rad/s, N.m, V, A, or rpm, deg, mN.m"
-        ) from None
-    try:
-        zero = registry.Quantity(0.0, quantity).to(target).magnitude
-        one = registry.Quantity(1.0, quantity).to(target).magnitude
-    except Exception:
-        raise ValueError(f"unit {given!r} cannot be {wanted!r}") from None
-    return float(one - zero), float(zero)

@@ -55,6 +55,10 @@ def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[Run], list[Fa
     """All runs, their faults, and which runs are held out."""
     if not logs:
         raise DataError("give at least one log: selflock diagnose RIG LOG.")
+    given = [Path(path).resolve() for path in (*logs, *test)]
+    for path in given:
+        if given.count(path) > 1:
+            raise DataError(f"{path}: is given twice. What judges must not have taught: give each log once, to learn from or as --test.")
     runs: list[Run] = []
     faults: list[Fault] = []
     held: list[bool] = []
@@ -63,8 +67,18 @@ def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[Run], list[Fa
         faults += check(found, rig)
         runs += found
         held += [is_test] * len(found)
+    _refuse_unlike(runs)
     division.refuse_useless(rig, runs, faults)
     return runs, faults, held
+
+
+def _refuse_unlike(runs: list[Run]) -> None:
+    """Logs of which one has a channel that another has not: then other comparisons would be made of each."""
+    first = runs[0]
+    for run in runs[1:]:
+        for name in sorted(set(first.signals) ^ set(run.signals)):
+            having, lacking = (first, run) if name in first.signals else (run, first)
+            raise DataError(f"{lacking.log}: there is no column {name!r}, which {having.log} has. Give logs with the same columns.")
 
 
 def diagnose_runs(
@@ -74,6 +88,8 @@ def diagnose_runs(
     rng = np.random.default_rng(seed)
     bench = Bench(rig, runs)
     train, names = division.split(bench, runs, held)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     judged = ~train if (~train).any() else train
     contest = contest_over(bench, runs, held, train, rng, tell)
     outcome = contest.run()
@@ -95,7 +111,6 @@ def diagnose_runs(
         from .extend import extend
         from .report import write
 
-        out.mkdir(parents=True, exist_ok=True)
         result.folder = out
         if answer in ("explained", "ambiguous") and found.outcome.causes:
             tell("extended FMUs", 0.0)

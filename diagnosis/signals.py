@@ -40,7 +40,10 @@ ALIASES = {
 }
 
 COMMANDS = {"controller.angle_setpoint", "controller.speed_setpoint", "controller.voltage", "motor.duty"}
-"""Signals that the experimenter gives: they may rest, jump and saturate without being faulty."""
+"""Signals that the experimenter gives as numbers: no sensor is between."""
+
+GIVEN = COMMANDS | {"motor.voltage"}
+"""Signals that follow from what is given: they may rest, jump and saturate without being faulty."""
 
 _LINEAR = {"rad": "m", "rad/s": "m/s", "N.m": "N"}
 

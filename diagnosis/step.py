@@ -22,7 +22,7 @@ from .noise import floor
 from .prepare import Channels
 from .result import Cause
 from .rig import split
-from .signals import COMMANDS
+from .signals import GIVEN
 
 PARTS = 4
 """Parts of a step: of an error that grows with the step, three quarters go."""
@@ -138,7 +138,7 @@ def _between(run: Run, drives: tuple[str, ...], held: bool) -> Run:
     before = rows // PARTS
     after = np.minimum(before + (rows % PARTS > 0), len(run) - 1)
     line = lambda x: np.interp(rows / PARTS, np.arange(len(run)), x)
-    still = {name for name in run.signals if name == VALID or (held and split(name, drives)[1] in COMMANDS)}
+    still = {name for name in run.signals if name == VALID or (held and split(name, drives)[1] in GIVEN)}
     signals = {name: x[before] if name in still else line(x) for name, x in run.signals.items()}
     good = {name: g[before] & g[after] for name, g in run.good.items()}
     return Run(run.log, run.name, run.rows[before], line(run.time), signals, good)

@@ -191,6 +191,8 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     tell("replay of each component", 0.1)
     bench = SystemBench(rig, parts, runs)
     train, names = division.split(bench, runs, held)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
     for cut in bench.cuts:
         binned, count = bench.binned(cut, {})
         size = rms([measured[good] for _, measured, good in bench.compare(cut, {})])
@@ -222,7 +224,6 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     if out is not None:
         from .report import write
 
-        out.mkdir(parents=True, exist_ok=True)
         result.folder = out
         result.write(out)
         tell("report", 0.9)

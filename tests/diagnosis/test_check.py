@@ -77,7 +77,7 @@ def test_missing_samples(rig, run):
 def test_a_steady_state_point_that_may_be_at_rest(rig, speed, rests):
     """Noise of 2 rad/s over 4000 samples leaves a mean uncertain by 0.03 rad/s."""
     rng = np.random.default_rng()
-    steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time)
+    steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time, run="run")
     noisy = Run("log.csv", "7", np.arange(N), np.arange(N) * 1e-3, {
         "reducer.input_speed": speed + 2.0 * rng.standard_normal(N), "motor.torque": 0.1 + 0.01 * rng.standard_normal(N)})
     other = Run("log.csv", "8", np.arange(N), np.arange(N) * 1e-3, {"reducer.input_speed": 9.0 + rng.standard_normal(N)})

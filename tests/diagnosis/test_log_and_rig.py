@@ -1,5 +1,7 @@
 """Rigs and logs: what is read, and one message for each thing that is wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,8 +9,11 @@ import scipy.io
 
 import diagnosis
 from diagnosis import rig as rigs
+from diagnosis.bench import Bench
+from diagnosis.blocks import split
 from diagnosis.laws import check_names
 from diagnosis.log import read
+from diagnosis.run import gather
 
 RIG = """
 [rig]
@@ -58,6 +63,16 @@ def test_units_in_headers_and_runs_in_a_column(tmp_path):
 
 
 @pytest.mark.parametrize(("change", "says"), [
+    ({"unit": "count"}, "'count' is not known"), ({"head": 'known = "load.*"'}, "known = 'load.\\*' is not a list"),
+    ({"head": 'known = ["reducer.gear_ration"]'}, "gear_ratio"), ({"head": 'hold_out = "every 2nd run"'}, "every second run"),
+    ({"head": 'simulate = "close"'}, "'open' or 'closed'"), ({"head": 'linear = "false"'}, "not true or false"),
+    ({"head": "smoothing = \"0.04 s\""}, "not a number"), ({"head": '[time]\nunits = "ms"'}, "unknown key of .time. 'units'"),
+    ({"head": '[logs."a*"]\n"reducer.frction_kinetic" = 1.0'}, "friction_kinetic"), ({"head": "[logs]\na = 3"}, "write .logs.\"a\"."),
+    ({"head": '[uncertain]\n"reducer.drag_torque" = [-2.0, -1.0]'}, "outside the range of drag_torque, .0, inf. N.m"),
+    ({"head": '[uncertain]\n"reducer.drag_torque" = [0.0, inf]'}, "inf is not a number"),
+    ({"head": '[uncertain]\n"sensor.motor.torqe.bias" = [0.0, 1.0]'}, "motor.torque"),
+    ({"head": '[uncertain]\n"sensor.motor.torque.bais" = [0.0, 1.0]'}, "bias"),
+    ({"parameter": "sensor.motor.torque.bias"}, "belongs in .columns."), ({"head": 'drives = ["front_"]'}, "no such component. The drives are front_"),
     ({"unit": "kg"}, "cannot be 'N.m'"), ({"unit": "furlong"}, "motor.torque"), ({"parameter": "reducer.frction_kinetic"}, "friction_kinetic"),
     ({"parameter": "reducr.friction_kinetic"}, "reducer"), ({"head": 'colour = "red"'}, "colour"),
 ])
@@ -65,6 +80,30 @@ def test_a_wrong_rig_is_told_in_one_message(tmp_path, change, says):
     with pytest.raises(diagnosis.DataError, match=says) as caught:
         check_names(rigs.load(write(tmp_path, **change)))
     assert "rig.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize(("parameter", "value", "says"), [
+    ("reducer.wedge_angle", "2.8625", r"2.8625 rad is outside the range of wedge_angle, \[0, 1.5\] rad"), ("motor.resistance", "-0.3", "outside the range"),
+    ("load.inertia", "nan", "nan is not a number"), ("load.inertia", '"1"', "'1' is not a number"), ("motor.resistance.x", "1.0", "no 'resistance.x'"),
+])
+def test_a_value_that_its_fmu_would_refuse_is_told_before_the_work(tmp_path, parameter, value, says):
+    path = write(tmp_path, parameter=parameter)
+    path.write_text(path.read_text().replace("= 0.02", f"= {value}"))
+    with pytest.raises(diagnosis.DataError, match=says) as caught:
+        check_names(rigs.load(path))
+    assert parameter in str(caught.value)
+
+
+@pytest.mark.parametrize(("columns", "says"), [
+    ('"load.angle" = 3', "say which column"), ('load.speed = "n"', "stands in quotes"), ('"laod.angle" = "n"', "Did you mean 'load.angle'"),
+    ('"Load.speed" = "n"', "Did you mean 'load.speed'"), ('"load.angle" = { column = "n", factor = "1/50" }', "factor = '1/50' is not a number"),
+    ('"load.speed" = { column = "n", unit = "Hz" }', "names no angle"), ('"load.speed" = { column = "n", unit = "1/min" }', "rpm"),
+])
+def test_a_wrong_column_is_told(tmp_path, columns, says):
+    path = write(tmp_path)
+    path.write_text(path.read_text().replace("[columns]", "[columns]\n" + columns))
+    with pytest.raises(diagnosis.DataError, match=says):
+        rigs.load(path)
 
 
 def _spoil(data: pd.DataFrame, how: str) -> str:
@@ -91,6 +130,107 @@ def test_a_bad_log_is_told_in_one_message(tmp_path, how, says):
     with pytest.raises(diagnosis.DataError, match=says) as caught:
         read(tmp_path / "log.csv", rig)
     assert "log.csv" in str(caught.value)
+
+
+def test_the_same_numbers_however_they_are_written(tmp_path):
+    """Semicolons and decimal commas, tabs, units in parentheses, a byte order mark, time as an index or as a clock's."""
+    rig, data = rigs.load(write(tmp_path, unit="")), table()
+    named = data.rename(columns={"m": "m (mN.m)"})
+    named.to_csv(tmp_path / "comma.csv", index=False)
+    named.to_csv(tmp_path / "semicolon.csv", index=False, sep=";", decimal=",")
+    named.to_csv(tmp_path / "tab.csv", index=False, sep="\t", encoding="utf-8-sig")
+    named.set_index("time").to_parquet(tmp_path / "index.parquet")
+    named.assign(time=pd.Timestamp("2026-01-01") + pd.to_timedelta(named.time, "s")).to_parquet(tmp_path / "clock.parquet")
+    for name in ("comma.csv", "semicolon.csv", "tab.csv", "index.parquet", "clock.parquet"):
+        (run,) = read(tmp_path / name, rig)
+        np.testing.assert_allclose(run.time, data.time, atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(run.signals["motor.torque"], data.m * 1e-3, rtol=1e-9, err_msg=name)
+
+
+def _written(data: pd.DataFrame, how: str, path):
+    if how == "trailing":
+        path.write_text("\n".join(line + "," * (i > 0) for i, line in enumerate(data.to_csv(index=False).splitlines())) + "\n")
+    elif how == "latin":
+        path.write_bytes(data.rename(columns={"n": "n [°/s]"}).to_csv(index=False).encode("latin-1"))
+    elif how == "coarse":
+        data.assign(time=data.time.round(1)).to_csv(path, index=False)
+    elif how == "twice":
+        data.assign(**{"m [N.m]": data.m}).rename(columns={"m": "m [mN.m]"}).to_csv(path, index=False)
+    elif how == "contradicts":
+        data.rename(columns={"m": "m [N.m]"}).to_csv(path, index=False)
+    elif how == "short.mat":
+        scipy.io.savemat(path, {"time": data.time.to_numpy(), "n": data.n.to_numpy(), "m": data.m.to_numpy()[:-1]})
+    elif how == "struct.mat":
+        scipy.io.savemat(path, {"s": {k: v.to_numpy() for k, v in data.items()}})
+
+
+@pytest.mark.parametrize(("how", "says"), [
+    ("trailing", "more values than the header has names"), ("latin", "UTF-8"), ("coarse", "different times in 100 rows. Export it with more digits"),
+    ("twice", "'m .mN.m.' and 'm .N.m.' are both 'm'"), ("contradicts", "contradicts the unit 'mN.m'"),
+    ("short.mat", "'m' has 99 samples where others have 100"), ("struct.mat", "holds s"),
+])
+def test_an_export_that_would_be_misread_is_told(tmp_path, how, says):
+    rig = rigs.load(write(tmp_path))
+    path = tmp_path / (how if "." in how else "log.csv")
+    _written(table(), how, path)
+    with pytest.raises(diagnosis.DataError, match=says) as caught:
+        read(path, rig)
+    assert path.name in str(caught.value)
+
+
+def test_what_teaches_does_not_judge(tmp_path):
+    rig, path = write(tmp_path), tmp_path / "log.csv"
+    table(2000).to_csv(path, index=False)
+    with pytest.raises(diagnosis.DataError, match="given twice"):
+        diagnosis.diagnose(rig, [path], test=[tmp_path / ".." / tmp_path.name / "log.csv"], out=None)
+    with pytest.raises(diagnosis.DataError, match="needs two runs"):
+        diagnosis.diagnose(write(tmp_path, 'hold_out = "every second run"'), [path], out=None)
+
+
+def test_a_log_at_rest_carries_no_diagnosis(tmp_path):
+    rng = np.random.default_rng()
+    still = pd.DataFrame({"time": np.arange(3000) * 1e-3, "n": 0.1 * rng.standard_normal(3000), "m": 20.0 + rng.standard_normal(3000)})
+    still.to_csv(tmp_path / "rest.csv", index=False)
+    moving = table(3000).assign(n=lambda d: 60.0 * np.sin(5.0 * d.time), m=lambda d: 5.0 + rng.standard_normal(3000))
+    moving.to_csv(tmp_path / "moving.csv", index=False)
+    for logs, test in ((["rest.csv"], []), (["moving.csv"], ["rest.csv"])):
+        with pytest.raises(diagnosis.DataError, match="rest.csv: .*record a motion"):
+            diagnosis.diagnose(write(tmp_path), [tmp_path / name for name in logs], test=[tmp_path / name for name in test], out=None)
+
+
+def test_logs_of_named_columns_must_be_alike(tmp_path):
+    (tmp_path / "rig.toml").write_text('[rig]\nkind = "inverse"\nnamed = true\n')
+    data = table(1000).rename(columns={"n": "reducer.input_speed", "m": "motor.torque"})
+    data.to_csv(tmp_path / "a.csv", index=False)
+    data.drop(columns="motor.torque").to_csv(tmp_path / "b.csv", index=False)
+    with pytest.raises(diagnosis.DataError, match="b.csv: there is no column 'motor.torque', which a.csv has"):
+        diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "a.csv", tmp_path / "b.csv"], out=None)
+
+
+def test_samples_that_do_not_count_are_no_fault(tmp_path):
+    data = table(3000).assign(n=lambda d: 60.0 * np.sin(5.0 * d.time), on=lambda d: (d.index % 1000 < 300).astype(int))
+    data.to_csv(tmp_path / "log.csv", index=False)
+    rig = rigs.load(write(tmp_path, 'valid = "on"'))
+    runs, faults, _ = gather(rig, [tmp_path / "log.csv"], [])
+    assert faults == [] and runs[0].usable("motor.torque").sum() == 900
+
+
+@pytest.mark.parametrize("files", [1, 3])
+def test_steady_rows_of_all_logs_are_points_and_a_single_run_is_one(tmp_path, files):
+    rng, rig = np.random.default_rng(), rigs.load(write(tmp_path, unit="").parent / "rig.toml")
+    rig = replace(rig, kind="steady")
+    speeds = np.concatenate([np.linspace(-90.0, -10.0, 20), np.linspace(10.0, 90.0, 20)])
+    paths = [tmp_path / f"{i}.csv" for i in range(files)]
+    for path in paths:
+        pd.DataFrame({"n": speeds, "m": rng.normal(5.0, 1.0, 40), "run": 1}).to_csv(path, index=False)
+    runs, _, _ = gather(rig, paths, [])
+    bench = Bench(rig, runs)
+    assert bench.blocks == 40 * files and (np.bincount(bench.owner) == 40).all()
+    with_runs = replace(rig, run="run")
+    one = Bench(with_runs, gather(with_runs, paths[:1], [])[0])
+    assert one.blocks == 1 and one.runs[0].signals["motor.torque"] == pytest.approx(one.original[0].signals["motor.torque"].mean())
+    with pytest.raises(diagnosis.DataError, match="1 blocks to learn from"):
+        split(one, one.original, [False])
 
 
 def test_a_constant_channel_carries_no_diagnosis(tmp_path):

@@ -1,0 +1,41 @@
+"""Units of a log's columns. They are converted as at the master's connections; an angle must say that it is one."""
+
+from __future__ import annotations
+
+import re
+
+from master.errors import DescriptionError
+from master.units import conversion as between
+from master.units import unit
+
+
+def conversion(given: str, wanted: str) -> tuple[float, float]:
+    """Factor and offset from unit `given` to unit `wanted`; ValueError says why there is none.
+
+    No unit on either side: as it is. What counts turns, steps or cycles without naming an angle (count, Hz, 1/min) is
+    refused for one: by which angle they turn is not known.
+    """
+    if not given or not wanted or given == wanted:
+        return 1.0, 0.0
+    given = _spelt(given)
+    known, target = unit(given), unit(wanted)
+    if known is None or given == "Grad":  # a thousand million rad to pint
+        raise ValueError(f"unit {given!r} is not known; write SI units such as rad/s, N.m, V, A, or rpm, deg, mN.m")
+    if target is None:
+        raise ValueError(f"nothing can be converted to {wanted!r}, which is not known")
+    if dict(target.exponents).get("rad") and not dict(known.exponents).get("rad"):
+        raise ValueError(f"unit {given!r} names no angle and cannot be {wanted!r}; write rad, deg, turn, rad/s, rpm or deg/s")
+    try:
+        return between(given, wanted)
+    except DescriptionError:
+        raise ValueError(f"unit {given!r} cannot be {wanted!r}") from None
+
+
+def is_unit(text: str) -> bool:
+    """Whether somebody knows a unit of this name."""
+    return bool(text) and unit(_spelt(text)) is not None
+
+
+def _spelt(name: str) -> str:
+    """Nm, mNm and N·m as N.m, mN.m: to pint Nm is a measure of yarn."""
+    return re.sub(r"^([munkM]?N)([cm]?m)$", r"\1.\2", name.strip().replace("·", "."))

@@ -14,7 +14,7 @@ from .laws import parameters
 from .layout import Layout
 from .log import Run
 from .prepare import Channels
-from .rig import Rig
+from .rig import Rig, split
 
 MOST = 3_000
 """Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
@@ -131,8 +131,16 @@ class Bench(Layout):
     # --- the residual --------------------------------------------------------------------------------------
 
     def compare(self, cut: Cut, values: dict[str, float]):
-        """Simulated, measured, trusted of each run, sample by sample."""
-        return [cut.compute(self, values, self.channels[i, cut.prefix]) for i in range(len(self.runs))]
+        """Simulated, measured, trusted of each run, sample by sample: trusted where what the cut reads is sound, too."""
+        found = []
+        for i, run in enumerate(self.runs):
+            ch = self.channels[i, cut.prefix]
+            simulated, measured, good = cut.compute(self, values, ch)
+            heard = _heard(run, cut)
+            if heard is not None:
+                good = good & (heard if len(good) == len(heard) else heard[ch.take])
+            found.append((simulated, measured, good))
+        return found
 
     def binned(self, cut: Cut, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Mean residual (measured - simulated) and count in each bin, arrays (blocks, bins)."""
@@ -192,13 +200,19 @@ class Bench(Layout):
     def value(self, name: str, values: dict[str, float]) -> float:
         """A parameter's value: fitted, else nominal, else the law's default."""
         component, _, parameter = name.rpartition(".")
-        base = component[len(self._prefix(component)) :]
+        base = split(component, self.rig.drives)[1]
         return float(
             values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter)))
         )
 
-    def _prefix(self, component: str) -> str:
-        return next((p for p in sorted(self.rig.drives, key=len, reverse=True) if component.startswith(p)), "")
+
+def _heard(run: Run, cut: Cut) -> np.ndarray | None:
+    """Samples at which all that a cut reads can be trusted; None where that is everywhere."""
+    key = ("heard", *cut.reads)
+    if key not in run.memory:
+        sound = run.usable(*cut.reads)
+        run.memory[key] = None if sound.all() else sound
+    return run.memory[key]
 
 
 def stretches(n: int, share: float) -> np.ndarray:

@@ -227,6 +227,7 @@ def _digest(search: Search) -> str:
     }
     content = hashlib.sha256(json.dumps([rig, search.held], sort_keys=True).encode())
     for run in search.runs:
+        content.update(run.time.tobytes())
         for name, values in sorted(run.signals.items()):
             content.update(name.encode() + np.ascontiguousarray(values).tobytes() + run.usable(name).tobytes())
     return content.hexdigest()[:16]

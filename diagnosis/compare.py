@@ -17,7 +17,8 @@ Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channels) -> Compared:
     """The controller acts on what its sensors say, right or wrong."""
-    first, second = drive.both(bench, prefix, values, ch)
+    shown = {name: value for name, value in values.items() if not name.startswith("sensor.")}
+    first, second = drive.both(bench, prefix, shown, ch)
     n = len(ch.dt)
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
@@ -29,9 +30,9 @@ def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channe
     )
     out = np.empty(n)
     motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
-    delivered = drive.delivered(bench, prefix, values, ch, second)
+    delivered = drive.delivered(bench, prefix, values, ch, drive.both(bench, prefix, values, ch)[1])
     bench.kernels.controller(
-        drive.law(bench, prefix, "controller", values), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
+        drive.law(bench, prefix, "controller", values, ch), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
     )
     return drive.read(command, out, values, ch), ch.raw(command), ch.good(command)
 
@@ -41,7 +42,7 @@ def motor(bench: Bench, prefix: str, electric: str, values: dict, ch: Channels) 
     first, _ = drive.both(bench, prefix, values, ch)
     voltage, good = drive.voltage(electric, values, ch)
     current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
-    bench.kernels.motor(drive.law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, current, torque)
+    bench.kernels.motor(drive.law(bench, prefix, "motor", values, ch), voltage, first.speed, ch.dt, current, torque)
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), good & ch.good("motor.current")
 
 
@@ -53,7 +54,7 @@ def gear_inputs(
     The output angle is put where the shaft's spring, behind its play, carries the output torque.
     """
     first, second = drive.both(bench, prefix, values, ch)
-    law = drive.law(bench, prefix, "reducer", values)
+    law = drive.law(bench, prefix, "reducer", values, ch)
     delivered = drive.delivered(bench, prefix, values, ch, second, take)
     windup = delivered * (1.0 / law.shaft_stiffness + law.compliance) + 0.5 * law.backlash * np.sign(delivered)
     speed = first.speed[take]
@@ -69,7 +70,7 @@ def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch
     take = ch.take
     pick = (lambda x: x) if take is None else (lambda x: x[take])
     inputs, first = gear_inputs(bench, prefix, values, ch, slice(None) if take is None else take)
-    law = drive.law(bench, prefix, "reducer", values)
+    law = drive.law(bench, prefix, "reducer", values, ch)
     dt = ch.taken_steps()
     bare = np.empty(len(dt))
     bench.kernels.gear(law, *inputs, dt, bare)
@@ -81,14 +82,14 @@ def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch
     elif torque == "motor.current":
         given, good = np.empty(len(ch.dt)), good & ch.good(torque)
         bench.kernels.shaft_torque(
-            drive.law(bench, prefix, "motor", values), ch.true(torque, values), first.speed, first.angle, ch.dt, given
+            drive.law(bench, prefix, "motor", values, ch), ch.true(torque, values), first.speed, first.angle, ch.dt, given
         )
     else:
         given = np.empty(len(ch.dt))
         voltage, fine = drive.voltage(electric, values, ch)
         good &= fine
         bench.kernels.motor(
-            drive.law(bench, prefix, "motor", values), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given
+            drive.law(bench, prefix, "motor", values, ch), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given
         )
     given, good, inertial = pick(given), pick(good), law.shaft_inertia * pick(first.acceleration)
     if torque == "motor.torque":
@@ -107,7 +108,7 @@ def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
     second = drive.shaft(bench, prefix, "load.", values, ch)
     out = np.empty(len(ch.dt))
     bench.kernels.load_torque(
-        drive.law(bench, prefix, "load", values), second.angle, second.speed, second.acceleration, out
+        drive.law(bench, prefix, "load", values, ch), second.angle, second.speed, second.acceleration, out
     )
     name = "reducer.output_torque"
     return (
@@ -133,7 +134,7 @@ def twist(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
     out = np.empty(len(ch.dt))
     angle = ch.true("reducer.input_angle", values)
     bench.kernels.twist(
-        drive.law(bench, prefix, "reducer", values), angle, drive.delivered(bench, prefix, values, ch, second), out
+        drive.law(bench, prefix, "reducer", values, ch), angle, drive.delivered(bench, prefix, values, ch, second), out
     )
     good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(bench, prefix, ch)
     if good.any():  # where the encoders' zeros lie is nobody's fault

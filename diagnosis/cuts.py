@@ -19,8 +19,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Callable
 
-from . import compare, forward
+from . import compare, drive, forward
 from .compare import Compared
+from .errors import DataError
 from .prepare import Channels
 from .signals import unit
 
@@ -71,12 +72,13 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
             Cut(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
         )
 
-    sources = (("motor.voltage",), ("motor.duty", "motor.supply_voltage"), ("controller.voltage",))
-    electric = next((source[0] for source in sources if has(*source)), "")
+    electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]
     delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
     if bench.rig.kind == "forward" and bench.rig.simulate and electric and moves:
         closed = bench.rig.simulate == "closed"
+        if closed and not has("controller.angle_setpoint"):
+            raise DataError(f'{bench.rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')
         shown = next(m for m in forward.SHOWN if has(m))
         read = ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage") if closed else \
             ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .bench import Bench
-from .cuts import Cut
+from .cuts import MOVES, Cut
 from .drive import both as _both
 from .drive import delivered as _delivered
 from .noise import of_bins
@@ -61,7 +61,7 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
     for i, run in enumerate(bench.runs):
         ch = bench.channels[i, cut.prefix]
         here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
-        if any(ch.has(m) for m in ("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed")):
+        if any(ch.has(m) for m in MOVES):
             first, second = _both(bench, cut.prefix, values, ch)
             here |= {"speed": first.speed, "direction": np.sign(first.speed)}
             here["load"] = _delivered(bench, cut.prefix, values, ch, second)

@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from .bench import Bench
 
 
-def law(bench: Bench, prefix: str, component: str, values: dict):
-    """A component's Parameters: nominal, with `values` in their place."""
-    return parameters(component, prefix + component, {**bench.rig.parameters, **values})
+def law(bench: Bench, prefix: str, component: str, values: dict, ch: Channels):
+    """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
+    given = {**bench.rig.parameters, **values}
+    return parameters(component, prefix + component, {**given, **bench.rig.of_log(ch.run.log)} if bench.rig.logs else given)
 
 
 def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Motion | None:
@@ -72,6 +73,12 @@ def both(bench: Bench, prefix: str, values: dict, ch: Channels) -> tuple[Motion,
     return first, second
 
 
+def electric(ch: Channels) -> str:
+    """The channel that the motor's voltage is read from; "" where there is none."""
+    sources = (("motor.voltage",), ("motor.duty", "motor.supply_voltage"), ("controller.voltage",))
+    return next((source[0] for source in sources if ch.has(*source)), "")
+
+
 def voltage(electric: str, values: dict, ch: Channels) -> tuple[np.ndarray, np.ndarray]:
     """Voltage on the motor, V, and where it can be trusted; a duty counts times the supply's."""
     if electric == "motor.duty":
@@ -88,12 +95,15 @@ def delivered(
         return ch.true("reducer.output_torque", values)[take]
     moves = second.angle[take], second.speed[take], second.acceleration[take]
     out = np.empty(len(moves[0]))
-    bench.kernels.load_torque(law(bench, prefix, "load", values), *moves, out)
+    bench.kernels.load_torque(law(bench, prefix, "load", values, ch), *moves, out)
     return out
 
 
 def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
-    """What the sensor of a compared channel makes of the simulated value; a lag below 0 is one in reversed time."""
+    """What the sensor of a compared channel makes of the simulated value; a lag below 0 is one in reversed time.
+
+    x: at all samples, or at those that are taken.
+    """
     bias, factor, lag, step = (
         ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution")
     )
@@ -102,9 +112,15 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
     if bias is not None:
         x = x + bias
     if lag:
-        y, way = np.empty_like(x), slice(None, None, 1 if lag > 0.0 else -1)
-        kernels().lag(x[way], ch.dt, abs(lag), y)
-        x = y[way]
+        way, places = slice(None, None, 1 if lag > 0.0 else -1), np.arange(len(ch.dt))
+        if len(x) < len(places):
+            places = ch.take
+        parts = []
+        for part in np.split(np.arange(len(x)), np.flatnonzero(np.diff(places) > 1) + 1):  # anew behind every gap
+            y = np.empty(len(part))
+            kernels().lag(x[part][way], ch.dt[places[part]], abs(lag), y)
+            parts.append(y[way])
+        x = np.concatenate(parts)
     if step:
         x = step * np.floor(x / step + 0.5)
     return x

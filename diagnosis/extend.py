@@ -99,22 +99,23 @@ class with_fmus:
         part = {"gear": "reducer", "drive": "reducer"}.get(self.kind, self.kind)
         self.path = fmus.get(cut.prefix + part) if self.kind in ("gear", "motor", "controller", "drive") else None
         self.runs_fmus = self.path is not None
+        theirs = {name for values in bench.rig.logs.values() for name in values}  # FMUs have the rig's own values
+        self.of_log = {
+            c: [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == cut.prefix + c] for c in COMPONENTS
+        }
+        self.part = part
         if self.kind == "drive":
             self.kind, self.chain = "whole", [fmus.get(cut.prefix + c) for c in COMPONENTS]
-            theirs = {name for values in bench.rig.logs.values() for name in values}  # FMUs have the rig's own values
-            self.of_log = [
-                [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == cut.prefix + c] for c in COMPONENTS
-            ]
 
     def __enter__(self):
         if not self.runs_fmus:
             return self
-        laws = vars(self.bench.kernels)
+        laws, own = vars(self.bench.kernels), lambda p: _own(p, self.of_log[self.part])
         mine = {
-            "gear": lambda p, *a: _play(self.path, GEAR, a[:-2], a[-2], a[-1:]),
-            "motor": lambda p, u, w, dt, *out: _shifted(self.path, u, w, dt, out),
-            "controller": lambda p, *a: _play(self.path, CONTROL, a[:-2], a[-2], a[-1:]),
-            "whole": lambda *a: _chain(self.chain, self.of_log, *a),
+            "gear": lambda p, *a: _play(self.path, own(p), GEAR, a[:-2], a[-2], a[-1:]),
+            "motor": lambda p, u, w, dt, *out: _shifted(self.path, own(p), u, w, dt, out),
+            "controller": lambda p, *a: _play(self.path, own(p), CONTROL, a[:-2], _from_start(a[-2]), a[-1:]),
+            "whole": lambda *a: _chain(self.chain, list(self.of_log.values()), *a),
         }
         self._own = self.bench.kernels
         self.bench.kernels = SimpleNamespace(**{**laws, self.kind: mine[self.kind]})
@@ -132,10 +133,20 @@ MOTOR = (("voltage", "speed"), ("current", "torque"))
 CONTROL = (("angle_setpoint", "speed_setpoint", "angle", "speed", "motor_speed", "output_torque"), ("voltage",))
 
 
-def _shifted(path: Path, voltage, speed, dt, out) -> None:
+def _own(p, names: list[str]) -> dict:
+    """Parameters of a single log, as its FMU takes them."""
+    return {n: bool(getattr(p, n)) if n == "irreversible" else float(getattr(p, n)) for n in names}
+
+
+def _from_start(dt: np.ndarray) -> np.ndarray:
+    """The first sample is at the start, as the compiled controller has it."""
+    return np.concatenate([[0.0], dt[1:]])
+
+
+def _shifted(path: Path, before: dict, voltage, speed, dt, out) -> None:
     """The motor's step ends at the sample: voltage of the sample before, mean of both speeds."""
     results = tuple(np.empty(len(dt) - 1) for _ in out)
-    _play(path, MOTOR, (voltage[:-1], 0.5 * (speed[1:] + speed[:-1])), dt[1:], results)
+    _play(path, before, MOTOR, (voltage[:-1], 0.5 * (speed[1:] + speed[:-1])), dt[1:], results)
     for target, values in zip(out, results):
         target[1:], target[0] = values, values[0]
 
@@ -180,10 +191,7 @@ def _chain(
     paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out
 ) -> None:
     """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of single logs."""
-    own = [
-        {n: bool(getattr(p, n)) if n == "irreversible" else getattr(p, n) for n in names}
-        for p, names in zip((pc, pm, pr, pl), of_log)
-    ]
+    own = [_own(p, names) for p, names in zip((pc, pm, pr, pl), of_log)]
     angle, speed = float(start[2]), float(start[3])
     fmus = []
     if closed:
@@ -226,9 +234,9 @@ def _chain(
             fmu.close()
 
 
-def _play(path: Path, names, inputs, dt: np.ndarray, out) -> None:
+def _play(path: Path, before: dict, names, inputs, dt: np.ndarray, out) -> None:
     """Run an FMU under FMPy: inputs[i] over a step of dt[i], outputs at its end."""
-    fmu = _Fmu(path, {}, *names, [float(x[0]) for x in inputs])
+    fmu = _Fmu(path, before, *names, [float(x[0]) for x in inputs])
     try:
         for i, (row, step) in enumerate(zip(np.stack(inputs, axis=1).tolist(), dt.tolist())):
             for target, value in zip(out, fmu.step(row, step)):

@@ -115,7 +115,8 @@ def where(
     """Size of the error against what it may depend on, before and after, beside the noise floor."""
     old, trusted = samples(bench, cut, before, blocks)
     new, _ = samples(bench, cut, after, blocks)
-    varies = lambda parts: np.ptp(np.concatenate(parts)) > 0.0
+    known = lambda parts: (x := np.concatenate(parts))[np.isfinite(x)]
+    varies = lambda parts: len(x := known(parts)) > 0 and np.ptp(x) > 0.0
     wanted = [
         (label, parts)
         for label, parts in variables(bench, cut, after).items()
@@ -124,9 +125,10 @@ def where(
     rows = int(np.ceil(len(wanted) / 4))
     figure, axes = plt.subplots(rows, 4, figsize=(11, 2.6 * rows), squeeze=False, sharey=True)
     for axis, (label, parts) in zip(axes.flat, wanted):
-        x = np.concatenate([p[t] for p, t in zip(parts, trusted)])
+        there = [t & np.isfinite(p) for p, t in zip(parts, trusted)]
+        x = np.concatenate([p[t] for p, t in zip(parts, there)])
         for errors, color in ((old, BEFORE), (new, AFTER))[: 2 if changed else 1]:
-            e = np.concatenate([q[t] for q, t in zip(errors, trusted)])
+            e = np.concatenate([q[t] for q, t in zip(errors, there)])
             if len(x) < 4 or np.ptp(x) == 0.0:
                 continue
             edges = np.unique(np.quantile(x, np.linspace(0, 1, min(21, len(x) // 3 + 2))))

@@ -34,15 +34,14 @@ def motion(bench: Bench, prefix: str, shown: str, closed: bool, values: dict, ch
     """The motion of the whole drive against the measured one."""
     simulated = simulate(bench, prefix, values, ch, closed)[SHOWN[shown]]
     take = slice(None) if ch.take is None else ch.take
-    return drive.read(shown, simulated, values, ch)[take], ch.raw(shown)[take], ch.good(shown)[take]
+    return drive.read(shown, simulated[take], values, ch), ch.raw(shown)[take], ch.good(shown)[take]
 
 
 def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
     """All signals of the drive over one run, or over the stretches of it that are taken; each starts as measured."""
     first, second = drive.both(bench, prefix, values, ch)
     n = len(ch.dt)
-    values = {**values, **bench.rig.of_log(ch.run.log)}
-    laws = [drive.law(bench, prefix, part, values) for part in ("controller", "motor", "reducer", "load")]
+    laws = [drive.law(bench, prefix, part, values, ch) for part in ("controller", "motor", "reducer", "load")]
     reducer, load = laws[2], laws[3]
     stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
     laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
@@ -52,7 +51,7 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
         supply = ch.true("motor.supply_voltage", values)
         voltage = ch.true("motor.duty", values) * supply
     elif not closed:
-        voltage = drive.voltage("motor.voltage" if ch.has("motor.voltage") else "controller.voltage", values, ch)[0]
+        voltage = drive.voltage(drive.electric(ch), values, ch)[0]
     wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
     rate = (
         ch.raw("controller.speed_setpoint")

@@ -120,11 +120,11 @@ def _regimes(bench, cut, values, old, new, trusted) -> list[dict]:
     return rows
 
 
-def blame(bench: Bench, base: np.ndarray, final: np.ndarray, present: np.ndarray, causes: list) -> list[dict]:
+def blame(bench: Bench, base: np.ndarray, present: np.ndarray, causes: list, by_step: str = "") -> list[dict]:
     """Share of the error above the noise floor that each component bears.
 
     A cut's excess belongs to the components that a cause was found in, in proportion to nothing finer than the cut;
-    without one, to those of its components that no clean cut of their own acquits.
+    without one, to those of its components that no clean cut of their own acquits; in the cut `by_step` to the step.
     """
     excess = {}
     for cut in bench.cuts:
@@ -145,7 +145,7 @@ def blame(bench: Bench, base: np.ndarray, final: np.ndarray, present: np.ndarray
     ]
     for cut in bench.cuts:
         touched = [n for n in named if n in cut.components or n.removeprefix("sensor ") in (*cut.reads, cut.output)]
-        bearers = touched or [c for c in cut.components if c not in clean] or list(cut.components)
+        bearers = ["simulation"] if cut.name == by_step else touched or [c for c in cut.components if c not in clean] or list(cut.components)
         for name in bearers:
             shares[name] = shares.get(name, 0.0) + excess[cut.name] / len(bearers)
     total = sum(shares.values())

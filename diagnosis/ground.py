@@ -52,8 +52,8 @@ class Ground:
         out = dict(values)
         for hypothesis in self.hypotheses:
             for p in hypothesis.free:
-                if p.above and p.name in out:
-                    out[p.name] = self.bench.value(p.above, out) + out[p.name]
+                if p.above and p.name in values:
+                    out[p.name] = self.bench.value(p.above, values) + values[p.name]
         return out
 
     def measure_noise(self) -> None:

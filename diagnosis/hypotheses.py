@@ -138,21 +138,22 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
-        if not rig.questioned(full):
+        if not rig.questioned(full) or full in rig.uncertain:
             continue
-        if extra == "friction_static":  # at least the kinetic one: fitted as what lies above it
-            free.append(Free(full, 0.0, 0.0, 1.0, "", "mu_s - mu_k", above=f"{name}.friction_kinetic"))
-        elif full not in rig.uncertain:
-            p = _parameter(rig, full, parameter)
-            if full not in rig.parameters and p.nominal > 0.0:  # no data sheet says: a time constant may be anything
-                p = replace(p, low=max(parameter.low, p.nominal / 1000.0), high=min(parameter.high, p.nominal * 10.0))
-            free.append(replace(p, companion=True))
+        p = _parameter(rig, full, parameter)
+        if full not in rig.parameters and p.nominal > 0.0:  # no data sheet says: a time constant may be anything
+            p = replace(p, low=max(parameter.low, p.nominal / 1000.0), high=min(parameter.high, p.nominal * 10.0))
+        free.append(p if p.above else replace(p, companion=True))
     return Hypothesis(name, effect.name, tuple(free), summary=effect.summary, source=effect.source)
 
 
 def _parameter(rig: Rig, full: str, parameter) -> Free:
     """A nominal value may be off by a factor of five, within what physics allows."""
     nominal = rig.parameters.get(full, parameter.off)
+    if parameter.name == "friction_static":  # at least the kinetic one: fitted as what lies above it
+        kinetic = f"{full.rpartition('.')[0]}.friction_kinetic"
+        usual = next(p.off for p in base("reducer") if p.name == "friction_kinetic")
+        return Free(full, max(0.0, nominal - rig.parameters.get(kinetic, usual)), 0.0, 1.0, "", "mu_s - mu_k", above=kinetic)
     low, high = parameter.low, parameter.high
     if nominal > 0.0:
         low, high = max(low, nominal / 5.0), min(high, nominal * 5.0)

@@ -23,8 +23,7 @@ class Layout:
         else:
             length = max(20, min(int(np.ceil(total / BLOCKS)), max(len(run) for run in runs)))
             per_bin = max(1, int(np.ceil(length / BINS)))
-        self.block_samples, self.per_bin = length, per_bin
-        self.bins = int(np.ceil(length / per_bin))
+        self.per_bin = per_bin
         self.block_run: list[int] = []
         self.place: list[np.ndarray] = []  # of each run: index of the bin of each sample
         self.block_of: list[np.ndarray] = []
@@ -35,7 +34,7 @@ class Layout:
             else:
                 count = max(1, int(round(n / length)))
                 block = np.minimum(np.arange(n, dtype=np.int32) // int(np.ceil(n / count)), count - 1)
-                length = max(length, int(np.bincount(block).max()))
+                length, count = max(length, int(np.bincount(block).max())), int(block[-1]) + 1  # the last may stay empty
             self.block_of.append(block)
             self.block_run += [i] * count
         self.bins = int(np.ceil(length / per_bin))

@@ -59,10 +59,18 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
             late and signal in HELD,
         )
     sheet = LAWS[part].Parameters()
-    given = {name: float(value) for name, value in parts.values.get(component, {}).items() if name in sheet._fields}
+    given = {name: parts.variables[f"{component}.{name}"].start for name in sheet._fields if f"{component}.{name}" in parts.variables}
+    given |= parts.values.get(component, {})  # what the system says goes over what the FMU was built with
     others = tuple(
         Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables
     )
-    given = {f"{prefix}{part}.{name}": value for name, value in given.items()}
-    return replace(rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others),
-                   only=prefix + part, parameters=given)
+    mine = lambda table: {  # parameters by the name that they have as a drive's
+        f"{prefix}{part}.{name.removeprefix(component + '.')}": value
+        for name, value in table.items() if name.startswith(component + ".")
+    }  # fmt: skip
+    return replace(
+        rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others),
+        only=prefix + part, parameters={f"{prefix}{part}.{name}": float(value) for name, value in given.items() if name in sheet._fields},
+        known=frozenset(mine(dict.fromkeys(rig.known, ()))), uncertain=mine(rig.uncertain),
+        logs={pattern: mine(values) for pattern, values in rig.logs.items()},
+    )  # fmt: skip

@@ -129,6 +129,8 @@ class Parts:
         columns = {}
         for feed in group.feeds:
             good = run.usable(feed.channel)
+            if not good.any():
+                raise DataError(f"{run.log}: column of {feed.channel!r} has no sound sample, and {feed.target} needs it. Leave it out.")
             values = np.interp(time + (step if feed.ahead else 0.0), time[good], run.signals[feed.channel][good])
             columns[feed.target] = feed.factor * values + feed.offset
         components = {name: self.system.components[name] for name in group.members}

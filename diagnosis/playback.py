@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -161,8 +162,8 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
             continue
         if not whole:
             continue
-        electric = next((e for e in ("motor.voltage", "motor.duty", "controller.voltage") if ch.has(e)), "")
-        if name("controller") in fmus:
+        electric = drive.electric(ch)
+        if name("controller") in fmus and ch.has("controller.angle_setpoint"):
             own = {
                 key.rpartition(".")[2]: value
                 for key, value in bench.rig.of_log(run.log).items()
@@ -207,7 +208,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
         "# The extended simulation on the last log: selflock run extended.toml -o result.csv",
         "",
         "[system]",
-        f'name = "{bench.rig.name}, extended"',
+        f"name = {json.dumps(bench.rig.name + ', extended', ensure_ascii=False)}",
         "",
         "[run]",
         f"stop = {stop:.9g}",

@@ -82,9 +82,13 @@ def _refuse_unlike(runs: list[Run]) -> None:
 
 
 def diagnose_runs(
-    rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], out: Path | None, tell: Callable, seed: int
-) -> Diagnosis:
-    """The diagnosis of runs that are read and checked. held: which of them judge."""
+    rig: Rig, runs: list[Run], faults: list[Fault], held: list[bool], out: Path | None, tell: Callable, seed: int,
+    blamed: list[dict] | None = None,
+) -> Diagnosis:  # fmt: skip
+    """The diagnosis of runs that are read and checked. held: which of them judge.
+
+    blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
+    """
     rng = np.random.default_rng(seed)
     bench = Bench(rig, runs)
     train, names = division.split(bench, runs, held)
@@ -95,19 +99,20 @@ def diagnose_runs(
     outcome = contest.run()
     tell("gain", 0.0)
     found = Judge(bench, contest, train, judged, names, rng).judge(outcome)
-    before, after, gain, left = found.before, found.after, found.gain, found.left
-    causes = named(contest, found.outcome)
-    step = finest(bench, before, after, judged)
-    if step and step.explains and all(d.cut == step.cut for d in left):
-        causes, gain = to_blame(step, bench, causes, gain, before, judged, names, rng)
-        left = []
+    step, coarse = finest(bench, found.before, found.after, judged), []
+    if step and step.explains and all(d.cut == step.cut for d in found.left):
+        found, cause = to_blame(step, bench, found, judged, names, rng)
+        coarse = [cause]
+    before, after, left = found.before, found.after, found.left
+    causes = named(contest, found.outcome) + coarse
     answer = verdict(causes, left, contest, found.outcome)
-    base, final = (fit.residual.reshape(contest.shape) for fit in (found.outcome.base, found.outcome.final))
-    shares = [] if answer == "none" else blame(contest.bench, base, final, contest.present, found.outcome.causes)
+    base = found.outcome.base.residual.reshape(contest.shape)
+    by_step = step.cut if coarse else ""
+    shares = blamed if blamed is not None else [] if answer == "none" else blame(contest.bench, base, contest.present, found.outcome.causes, by_step)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
-    result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, gain, remainder, step=step)
+    result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
-    if out is not None:
+    if out is not None and (causes or blamed is None):
         from .extend import extend
         from .report import write
 

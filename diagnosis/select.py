@@ -41,7 +41,6 @@ class Outcome:
     kept: list[Stage]  # the stages in which they were found
     final: Fit
     base: Fit
-    normal: float  # where the robust loss turns, in units of noise
 
 
 class Contest(Ground):
@@ -88,7 +87,7 @@ class Contest(Ground):
             self.measure_noise()
             first = self.fit(first.free, dict(first.values), effort=8)
             base = self.fit(base.free, dict(base.values), effort=8)
-        return Outcome(stages, causes, kept, base, first, self.turn)
+        return Outcome(stages, causes, kept, base, first)
 
     def round(self, base: Fit, found: list[Hypothesis]) -> Stage:
         """One round over a base that holds the causes `found`."""

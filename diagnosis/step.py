@@ -9,20 +9,21 @@ away, with nothing fitted, the step is the cause, before any law.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from scipy.stats import norm
 
 from .bench import Bench
 from .cuts import Cut
-from .gain import Gain, measure, rms, samples
+from .gain import improvement, measure, rms, samples
 from .log import VALID, Run
 from .noise import floor
 from .prepare import Channels
 from .result import Cause
 from .rig import split
 from .signals import GIVEN
+from .verdict import Judgement
 
 PARTS = 4
 """Parts of a step: of an error that grows with the step, three quarters go."""
@@ -95,10 +96,14 @@ def finest(bench: Bench, before: dict, after: dict, blocks: np.ndarray) -> Step 
     return max(found, key=lambda step: step.ratio)
 
 
-def to_blame(step: Step, bench: Bench, causes: list[Cause], gain: Gain, before: dict, blocks: np.ndarray,
-             names: list[str], rng: np.random.Generator) -> tuple[list[Cause], Gain]:
-    """The step in the place of causes that were found where it acts; the gain is its own where it is the only one."""
-    bench = bench.head(bench.enough(blocks))
+def to_blame(step: Step, whole: Bench, found: Judgement, blocks: np.ndarray, names: list[str],
+             rng: np.random.Generator) -> tuple[Judgement, Cause]:
+    """The step in the place of causes that were found where it acts, and what is left of these; they keep their fit.
+
+    The gain is the step's own where it is the only cause.
+    """
+    before, outcome = found.before, found.outcome
+    bench = whole.head(whole.enough(blocks))
     cut = next(cut for cut in bench.cuts if cut.name == step.cut)
     errors, trusted = samples(bench, cut, before, blocks)
     finer = errors_of(refined(bench, step.held), cut, before, errors)
@@ -110,8 +115,17 @@ def to_blame(step: Step, bench: Bench, causes: list[Cause], gain: Gain, before: 
     spread = drops.std(ddof=1) / np.sqrt(len(drops)) if len(drops) > 1 else np.inf
     size = {"value": step.size, "low": step.size, "high": step.size, "unit": "s", "determined": True}
     cause = Cause("simulation", "step", {"step": size}, round(float(norm.cdf(drops.mean() / max(spread, 1e-300))), 4))
-    elsewhere = [c for c in causes if c.component not in cut.components and c.channel not in (*cut.reads, cut.output)]
-    return [*elsewhere, cause], gain if elsewhere else measure(bench, cut, before, before, blocks, names, rng, finer)
+    acts = lambda h: h.component in cut.components or h.channel in (*cut.reads, cut.output)
+    kept = [(c, stage) for c, stage in zip(outcome.causes, outcome.kept) if not acts(c.hypothesis)]
+    gone = {p.name for c in outcome.causes if acts(c.hypothesis) for p in c.free} - {p.name for c, _ in kept for p in c.free}
+    after = {name: value for name, value in found.after.items() if name not in gone or name in before}
+    after |= {name: before[name] for name in gone & set(before)}
+    outcome = replace(outcome, causes=[c for c, _ in kept], kept=[stage for _, stage in kept])
+    if not kept:
+        gain = measure(bench, cut, before, before, blocks, names, rng, finer)
+        return Judgement(outcome, before, before, cut, gain, []), cause
+    told = max(whole.cuts, key=lambda c: improvement(whole, c, before, after, blocks))
+    return Judgement(outcome, before, after, told, measure(whole, told, before, after, blocks, names, rng), []), cause
 
 
 def errors_of(fine: Bench, cut: Cut, values: dict, errors: list[np.ndarray]) -> list[np.ndarray]:

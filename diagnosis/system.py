@@ -30,9 +30,7 @@ from .parts import Group, Parts
 from .replay import Comparison, Replay
 from .result import Diagnosis
 from .rig import Rig
-
-OFF = 1.6
-"""Error in units of the noise from which on a component is off, whether or not anything is seen to go with it."""
+from .verdict import EXCESS
 
 FINE = 1e-3
 """Share of a channel's size below which no error matters: a log without noise is no reason to look closer."""
@@ -170,15 +168,10 @@ def _name(
     if drive is None:
         return None
     try:
-        found = diagnose_runs(drive, *gather(drive, logs, test), out, tell, seed)
+        found = diagnose_runs(drive, *gather(drive, logs, test), out, tell, seed, shares)
     except DataError:  # the log has not what its law is to be compared with
         return None
-    if found.verdict not in ("explained", "ambiguous"):
-        return None
-    found.blame = shares
-    if out is not None:
-        found.write(out)
-    return found
+    return found if found.verdict in ("explained", "ambiguous") else None
 
 
 def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable, seed: int) -> Diagnosis:
@@ -205,12 +198,12 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
         here = bench.slice(cut)
         level[cut.name] = rms([residual[:, here][present[:, here]]])
     seen = {d.cut for d in left}
-    off = {name for name, size in level.items() if size > OFF or (size > 1.05 and name in seen)}
+    off = {name for name, size in level.items() if size > EXCESS or (size > 1.05 and name in seen)}
     left = [d for d in left if d.cut in off]
     cut = max(bench.cuts, key=lambda c: (c.name in off, level[c.name]))
     judged = ~train if (~train).any() else train
     gain = measure(bench, cut, {}, {}, judged, names, rng)
-    shares = blame(bench, residual, residual, present, []) if off else []
+    shares = blame(bench, residual, present, []) if off else []
     remainder = {
         "significant": bool(off),
         "depends_on": list(dict.fromkeys(d.variable for d in left if d.cut == cut.name))

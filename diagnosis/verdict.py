@@ -12,7 +12,8 @@ from .bench import Bench
 from .candidate import Candidate
 from .cuts import Cut
 from .depends import QUIET, Dependence, depends
-from .gain import Gain, improvement, measure
+from .fit import Fit
+from .gain import Gain, improvement, measure, rms
 from .result import Cause
 from .select import Contest, Outcome
 from .stage import LATE
@@ -96,9 +97,7 @@ class Judge:
 
     def _most_off(self, outcome: Outcome) -> Cut:
         """The cut that is off most; the gear's where none is."""
-        taught = self.contest.bench
-        r = outcome.base.residual.reshape(self.contest.shape)
-        off = {c.name: np.sqrt(np.mean(r[:, taught.slice(c)] ** 2)) > OFF for c in taught.cuts}
+        off = {name: size if size > OFF else 0.0 for name, size in _sizes(self.contest, outcome.base).items()}
         return max(self.bench.cuts, key=lambda c: (off[c.name], c.name.endswith("gear")))
 
     def _outdone(self, found: Judgement, missing: list[Dependence]) -> bool:
@@ -136,9 +135,14 @@ def verdict(causes: list[Cause], left: list[Dependence], contest: Contest, outco
     """Nothing is missing only where what is left is noise."""
     if causes:
         return "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"
-    r = np.where(contest.present, outcome.final.residual.reshape(contest.shape), np.nan)
-    excess = max(float(np.sqrt(np.nanmean(r[:, contest.bench.slice(cut)] ** 2))) for cut in contest.bench.cuts)
-    return "unknown" if left or excess > EXCESS else "none"
+    return "unknown" if left or max(_sizes(contest, outcome.final).values()) > EXCESS else "none"
+
+
+def _sizes(contest: Contest, fit: Fit) -> dict[str, float]:
+    """Error (root mean square) of each cut in units of its noise, where there is something to compare."""
+    r = fit.residual.reshape(contest.shape)
+    parts = {cut.name: contest.bench.slice(cut) for cut in contest.bench.cuts}
+    return {name: rms([r[:, part][contest.present[:, part]]]) for name, part in parts.items()}
 
 
 def named(contest: Contest, outcome: Outcome) -> list[Cause]:

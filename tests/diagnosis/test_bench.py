@@ -1,17 +1,22 @@
 """The comparisons of a drive: residuals vanish for the law that made the log, and show in the cut that is wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from diagnosis import drive
 from diagnosis import rig as rigs
 from diagnosis.bench import Bench
 from diagnosis.check import check
 from diagnosis.gain import measure
+from diagnosis.ground import Ground
 from diagnosis.hypotheses import vocabulary
 from diagnosis.kernels import kernels
 from diagnosis.laws import parameters
-from diagnosis.log import read
+from diagnosis.layout import Layout
+from diagnosis.log import Run, read
 
 RIG = """
 [rig]
@@ -108,6 +113,7 @@ def test_kernels_agree_with_the_plain_law():
     for i in range(1, n):
         s, out = dc.advance(p, s, voltage[i - 1], 0.5 * (speed[i - 1] + speed[i]), STEP)
         assert current[i] == pytest.approx(out.current, rel=1e-12, abs=1e-12)
+        assert torque[i] == pytest.approx(out.torque, rel=1e-12, abs=1e-12)
 
 
 def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
@@ -138,3 +144,96 @@ def test_a_comparison_names_all_that_it_uses(tmp_path):
                     asked += 1
                     assert np.array_equal(bench.binned(cut, {p.name: value})[0], bench.binned(cut, {})[0]), (cut.name, p.name)
     assert asked > 50
+
+
+@pytest.fixture
+def drive_bench(tmp_path):
+    """A sound hidden drive, 4 s at 500 Hz with all its channels."""
+    from .plant import bench as plant
+
+    rig, log, _ = plant.hide([], seed=int(np.random.default_rng().integers(1000)), duration=4.0).write(tmp_path)
+    rig = rigs.load(rig)
+    runs = read(log, rig)
+    check(runs, rig)
+    return Bench(rig, runs)
+
+
+def test_no_comparison_trusts_a_sample_whose_inputs_are_faulty(drive_bench):
+    (run,) = drive_bench.runs
+    for cut in drive_bench.cuts:
+        for channel in (*cut.reads, cut.output):
+            other = replace(run, good={**run.good, channel: np.arange(len(run)) % 100 >= 10})
+            bench = Bench(drive_bench.rig, [other])
+            ((_, _, good),) = bench.compare(next(c for c in bench.cuts if c.name == cut.name), {})
+            assert good.any() and not good[~other.good[channel]].any(), (cut.name, channel)
+
+
+def test_what_the_rig_says_of_one_log_acts_in_every_comparison(drive_bench):
+    """Its parameters stand over the nominal ones there, and nowhere else."""
+    (run,) = drive_bench.runs
+    drive_bench = Bench(replace(drive_bench.rig, smoothing=0.02), [run])
+    for cut, name, value in (("controller", "controller.angle_gain", 7.0), ("motor", "motor.resistance", 3.0), ("gear", "load.mass", 9.0)):
+        for log in ("this.csv", "other.csv"):
+            bench = Bench(replace(drive_bench.rig, logs={"this*": {name: value}}), [replace(run, log=log)])
+            mine = next(c for c in bench.cuts if c.name == cut)
+            simulated = bench.compare(mine, {})[0][0]
+            wanted = drive_bench.compare(next(c for c in drive_bench.cuts if c.name == cut), {name: value} if log == "this.csv" else {})[0][0]
+            np.testing.assert_array_equal(simulated, wanted)
+
+
+def test_a_controller_acts_on_what_its_encoder_says(drive_bench):
+    """Right or wrong: that the encoder of the motor's shaft is thought wrong changes nothing of what the controller was told."""
+    (run,) = drive_bench.runs
+    signals = {name: x for name, x in run.signals.items() if not name.startswith("load.")}
+    bench = Bench(drive_bench.rig, [replace(run, signals=signals, good={name: run.good[name] for name in signals})])
+    cut = next(c for c in bench.cuts if c.name == "controller")
+    right, wrong = (bench.compare(cut, {"sensor.reducer.input_angle.scale_factor": factor})[0][0] for factor in (1.0, 1.05))
+    np.testing.assert_array_equal(right, wrong)
+
+
+def test_every_sample_lies_in_a_block_of_its_own_run():
+    for lengths in ((441, 200), (437,), (20, 700, 33), (980, 981, 21)):
+        runs = [Run("log", str(i), np.arange(n), np.arange(n) * 1e-3, {}) for i, n in enumerate(lengths)]
+        layout = Layout(runs, False)
+        assert len(layout.block_run) == layout.blocks == 1 + max(int(p.max()) for p in layout.place) // layout.bins
+        for i, place in enumerate(layout.place):
+            assert (layout.block_run[place // layout.bins] == i).all()
+            assert (layout.block_of[i] + np.flatnonzero(layout.block_run == i)[0] == place // layout.bins).all()
+
+
+def test_a_sensors_lag_begins_anew_behind_a_gap(drive_bench):
+    ch = drive_bench.channels[0, ""]
+    ch.take = np.concatenate([np.arange(100, 200), np.arange(900, 1000)])
+    held = np.repeat([1.0, 5.0], 100)  # what is settled in either stretch stays
+    for lag in (0.05, -0.05):
+        shown = drive.read("motor.current", held, {"sensor.motor.current.lag_time": lag}, ch)
+        np.testing.assert_allclose(shown, held, rtol=1e-12)
+
+
+def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path):
+    """Elsewhere it is counted from the kinetic one; a range in the rig is that of the number itself."""
+    inverse(tmp_path)
+    path = tmp_path / "rig.toml"
+    path.write_text(path.read_text() + '"reducer.friction_static" = 0.05\n')
+    for more, wanted in (("", 0.03 + 0.4), ('[uncertain]\n"reducer.friction_static" = [0.2, 0.7]\n', 0.4)):
+        (tmp_path / "more.toml").write_text(path.read_text() + more)
+        rig = rigs.load(tmp_path / "more.toml")
+        bench = Bench(rig, read(tmp_path / "log.csv", rig))
+        ground = Ground(bench, np.ones(bench.blocks, bool))
+        assert ground.absolute({"reducer.friction_static": 0.4})["reducer.friction_static"] == pytest.approx(wanted)
+        free = [p for h in ground.hypotheses for p in h.free if p.name == "reducer.friction_static"]
+        assert all(p.nominal == pytest.approx(0.02) for p in free) and bool(free) == (not more)
+
+
+def test_the_fmu_of_a_sampling_controller_samples_where_the_law_does(drive_bench, tmp_path):
+    from diagnosis.extend import starts, with_fmus
+    from fmus.build import build
+
+    cut = next(c for c in drive_bench.cuts if c.name == "controller")
+    values = {"controller.sample_period": 5 * drive_bench.step}
+    short = drive_bench.head([300])
+    path = build("Controller", tmp_path / "c.fmu", **starts("controller", "controller", {**short.rig.parameters, **values}))
+    promised = short.compare(cut, values)[0][0]
+    with with_fmus(short, {"controller": path}, cut) as theirs:
+        np.testing.assert_allclose(theirs.compare(cut, values)[0][0], promised, rtol=1e-9, atol=1e-9)
+    assert np.ptp(np.flatnonzero(np.diff(promised))[1:] % 5) == 0  # it holds over five samples

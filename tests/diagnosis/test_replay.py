@@ -69,8 +69,8 @@ def test_table_and_picture_show_the_fmu(worm, tmp_path, monkeypatch):
     honest = replay(*worm(), tmp_path / "honest")
     play = extend._play
 
-    def doubled(path, names, inputs, dt, out):
-        play(path, names, inputs, dt, out)
+    def doubled(path, before, names, inputs, dt, out):
+        play(path, before, names, inputs, dt, out)
         for values in out:
             values *= 2.0
 

@@ -150,7 +150,7 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
 def _parameter(rig: Rig, full: str, parameter) -> Free:
     """A nominal value may be off by a factor of five, within what physics allows."""
     nominal = rig.parameters.get(full, parameter.off)
-    if parameter.name == "friction_static":  # at least the kinetic one: fitted as what lies above it
+    if split(full, rig.drives)[1] == "reducer.friction_static":  # at least the kinetic one: fitted as what lies above it
         kinetic = f"{full.rpartition('.')[0]}.friction_kinetic"
         usual = next(p.off for p in base("reducer") if p.name == "friction_kinetic")
         return Free(full, max(0.0, nominal - rig.parameters.get(kinetic, usual)), 0.0, 1.0, "", "mu_s - mu_k", above=kinetic)

@@ -92,3 +92,13 @@ def test_rows_that_are_points_already_may_turn_both_ways(rig):
     steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time)
     points = Run("log.csv", "", np.arange(80), np.arange(80.0), {"reducer.input_speed": np.tile([-5.0, 5.0], 40)})
     assert check([points], steady) == []
+
+
+def test_what_is_given_may_rest_jump_and_saturate(rig, run):
+    """A staircase of voltage, a run-up at its limit, a room's temperature in steps of 0.1 K: no faults, but spikes are."""
+    time = run.time
+    run.signals["motor.voltage"] = np.clip(20.0 * np.floor(3.0 * np.sin(2.0 * time)), -24.0, 24.0)
+    run.signals["room.temperature"] = np.round(20.0 + 0.2 * np.sin(time), 1)
+    assert check([run], rig) == []
+    run.signals["motor.voltage"][1234] = 500.0
+    assert [(f.kind, f.channel, f.first) for f in check([run], rig)] == [("corrupted", "motor.voltage", 1234)]

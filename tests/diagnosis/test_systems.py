@@ -177,3 +177,25 @@ def test_a_cause_is_named_where_the_fmu_to_blame_is_ours(tmp_path):
     assert [c.label for c in result.causes] == ["winder_motor brush_drop"], result.summary()
     assert result.blame[0]["component"] == "winder" and result.exit_code == 0
     assert result.gain.after < 0.5 * result.gain.before
+
+
+def test_an_fmu_of_ours_is_fitted_from_what_it_was_built_with(tmp_path):
+    """Start values in the FMU, over them those of the system; what the rig leaves open or knows keeps its meaning."""
+    from diagnosis.ours import as_drive
+    from diagnosis.parts import Parts
+    from diagnosis.rig import load
+    from fmus.build import build
+
+    build("Motor", tmp_path / "own.fmu", resistance=0.4, brush_voltage=0.3)
+    system = OURS.replace("selflock:Motor", "own.fmu").replace("resistance = 0.299, ", "")
+    (tmp_path / "motor.toml").write_text(system)
+    (tmp_path / "rig.toml").write_text(
+        '[rig]\nsystem = "motor.toml"\nnamed = true\nknown = ["winder.inductance", "winder.*"]\n'
+        '[uncertain]\n"winder.torque_constant" = [0.02, 0.04]\n[logs."a*"]\n"winder.resistance" = 0.5\n'
+    )
+    rig = load(tmp_path / "rig.toml")
+    drive = as_drive(Parts(rig), rig, "winder", {"winder.voltage", "winder.speed", "winder.current"})
+    assert drive.parameters["winder_motor.resistance"] == 0.4 and drive.parameters["winder_motor.brush_voltage"] == 0.3
+    assert drive.parameters["winder_motor.inductance"] == 8.23e-5
+    assert drive.uncertain == {"winder_motor.torque_constant": (0.02, 0.04)} and drive.of_log("a.csv") == {"winder_motor.resistance": 0.5}
+    assert not drive.questioned("winder_motor.inductance") and not drive.questioned("winder_motor.resistance")

@@ -91,8 +91,9 @@ class Amount:
 
     @property
     def near(self) -> bool:
-        """Within three half intervals, or a tenth where the plant's formula is not the product's."""
-        return abs(self.found - self.hidden) <= max(3.0 * self.half, 0.1 * abs(self.hidden), self.grain)
+        """Within three half intervals, which say something only below the amount itself; or a tenth, for formulas differ."""
+        told = min(3.0 * self.half, abs(self.hidden))
+        return abs(self.found - self.hidden) <= max(told, 0.1 * abs(self.hidden), self.grain)
 
     def __str__(self) -> str:
         return f"{self.name}: hidden {self.hidden:.4g}, found {self.found:.4g} ± {self.half:.2g}"

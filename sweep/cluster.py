@@ -74,7 +74,7 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
     with ExitStack() as stack:
         address = scheduler or stack.enter_context(_local(workers, folder))
         try:
-            client = stack.enter_context(Client(address, timeout=ANSWER, set_as_default=False))
+            client = stack.enter_context(_patiently(Client, address, timeout=ANSWER, set_as_default=False))
         except (OSError, ValueError) as error:
             raise SweepError(
                 f"No Dask scheduler answers at {address} ({type(error).__name__}). "
@@ -92,12 +92,22 @@ def _local(workers: int, folder: Path) -> Iterator[str]:
     # No failure is allowed here: whether a run is tried again is decided in engine.py, which knows who was to blame.
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 0, **QUIET}),
-        LocalCluster(
-            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
+        _patiently(
+            LocalCluster, n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
             local_directory=str(folder), silence_logs=logging.CRITICAL,
         ) as local,
     ):  # fmt: skip
         yield local.scheduler_address
+
+
+def _patiently(make: Callable, *given: Any, **more: Any) -> Any:
+    """make(...), tried again once: Dask gives its own event loop 10 s to start, which a busy machine may not keep."""
+    for _ in range(2):
+        try:
+            return make(*given, **more)
+        except AssertionError:  # all that Dask says then
+            continue
+    raise SweepError("Dask did not start within 20 s: this machine is too busy. Nothing is lost; give the same command again.")
 
 
 def _leave(client: Client, name: str) -> None:

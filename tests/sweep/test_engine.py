@@ -190,6 +190,24 @@ def test_a_scheduler_that_is_not_there(monkeypatch):
         map_runs(jobs.draw, SEEDS, context={"offset": 0.0}, scheduler="nonsense://x")
 
 
+@pytest.mark.parametrize("fails", [1, 2])
+def test_a_machine_too_busy_to_start_dask_is_given_a_second_chance(fails):
+    from sweep.cluster import _patiently
+
+    tries = []
+
+    def make(number, more):
+        tries.append(number)
+        assert len(tries) > fails  # as distributed's LoopRunner does
+        return number + more
+
+    if fails == 1:
+        assert _patiently(make, 1, more=2) == 3 and tries == [1, 1]
+    else:
+        with pytest.raises(SweepError, match="too busy"):
+            _patiently(make, 1, more=2)
+
+
 def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_path, scheduler):
     code = (
         "from distributed import LocalCluster\n"

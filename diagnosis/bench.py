@@ -41,7 +41,7 @@ class Bench(Layout):
     def __init__(self, rig: Rig, runs: list[Run], sampled: bool = False):
         self.rig, self.steady = rig, rig.kind == "steady"
         self.original = runs
-        self.runs, self.owner = points(runs, bool(rig.run)) if self.steady else (runs, np.zeros(0, int))
+        self.runs, owner = points(runs, bool(rig.run)) if self.steady else (runs, None)
         self.channels = {
             (i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives
         }
@@ -65,6 +65,8 @@ class Bench(Layout):
                 "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together."
             )
         super().__init__(self.runs, self.steady)
+        if owner is not None:
+            self.owner = owner
         if sampled and any(cut.name.endswith("drive") for cut in self.cuts):
             for (i, _), ch in self.channels.items():
                 ch.take = self.firsts(i, MOST_WHOLE / total) if total > 1.5 * MOST_WHOLE else None
@@ -131,14 +133,14 @@ class Bench(Layout):
     # --- the residual --------------------------------------------------------------------------------------
 
     def compare(self, cut: Cut, values: dict[str, float]):
-        """Simulated, measured, trusted of each run, sample by sample: trusted where what the cut reads is sound, too."""
+        """Simulated, measured, trusted of each run: trusted where the cut says so and all its channels are sound."""
         found = []
         for i, run in enumerate(self.runs):
             ch = self.channels[i, cut.prefix]
             simulated, measured, good = cut.compute(self, values, ch)
-            heard = _heard(run, cut)
-            if heard is not None:
-                good = good & (heard if len(good) == len(heard) else heard[ch.take])
+            sound = _sound(run, cut)
+            if sound is not None:
+                good = good & (sound if len(good) == len(sound) else sound[ch.take])
             found.append((simulated, measured, good))
         return found
 
@@ -206,11 +208,11 @@ class Bench(Layout):
         )
 
 
-def _heard(run: Run, cut: Cut) -> np.ndarray | None:
-    """Samples at which all that a cut reads can be trusted; None where that is everywhere."""
-    key = ("heard", *cut.reads)
+def _sound(run: Run, cut: Cut) -> np.ndarray | None:
+    """Samples at which all channels of a cut can be trusted; None where that is everywhere."""
+    key = ("sound", *cut.reads, cut.output)
     if key not in run.memory:
-        sound = run.usable(*cut.reads)
+        sound = run.usable(*cut.reads, cut.output)
         run.memory[key] = None if sound.all() else sound
     return run.memory[key]
 
@@ -226,8 +228,8 @@ def points(runs: list[Run], averaged: bool) -> tuple[list[Run], np.ndarray]:
     """All steady-state points as one run, and to which run each belongs: means over trusted samples of runs, or rows."""
     names = list(runs[0].signals)
     if averaged:
-        sound = {name: [run.signals[name][run.usable(name)] for run in runs] for name in names}
-        parts = [{name: x[i].mean(keepdims=True) if len(x[i]) else np.array([np.nan]) for name, x in sound.items()} for i in range(len(runs))]
+        mean = lambda x: np.array([x.mean() if len(x) else np.nan])
+        parts = [{name: mean(run.signals[name][run.usable(name)]) for name in names} for run in runs]
         good = [{name: np.isfinite(x) for name, x in part.items()} for part in parts]
         rows = [run.rows[:1] for run in runs]
     else:

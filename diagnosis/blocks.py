@@ -20,14 +20,13 @@ MOST_BAD = 0.5
 
 
 def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, list[str]]:
-    """True for blocks to train on, and names of what is held out."""
+    """True for blocks to train on, and names of what is held out, which is never nothing."""
     count = bench.blocks
-    owner = bench.owner if bench.steady else bench.block_run
     if any(held):
-        train = ~np.array(held)[owner]
+        train = ~np.array(held)[bench.owner]
         names = sorted({run.log for run, h in zip(runs, held) if h})
     elif bench.rig.hold_out == EVERY_SECOND:
-        train = owner % 2 == 0
+        train = bench.owner % 2 == 0
         if bench.steady:  # every second point of each direction
             backward = (
                 np.array([bench.runs[0].signals[n] for n in bench.runs[0].signals if n.endswith("speed")])[0] < 0.0
@@ -52,11 +51,10 @@ def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, 
 def _refuse_rest(bench: Bench, runs: list[Run], train: np.ndarray) -> None:
     """Data in which nothing can be compared: friction is told only where a shaft moves one way for sure."""
     compared = bench.present({}).any(axis=1)
-    owner = bench.owner if bench.steady else bench.block_run
     for blocks, what, least in ((train, "to learn from", FEWEST), (~train, "to judge by", 1)):
         found = int((compared & blocks).sum())
-        if blocks.any() and found < least:
-            logs = ", ".join(sorted({runs[i].log for i in owner[blocks]}))
+        if found < least:
+            logs = ", ".join(sorted({runs[i].log for i in bench.owner[blocks]}))
             raise DataError(
                 f"{logs}: in {found} of {int(blocks.sum())} blocks {what} something can be compared, {least} are needed. "
                 "A torque tells of friction only where the shaft moves one way for sure and all channels are sound: record a motion."

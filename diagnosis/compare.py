@@ -15,10 +15,16 @@ if TYPE_CHECKING:
 Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
+def everywhere(n: int) -> np.ndarray:
+    """Nothing but the channels' faults, of which Bench.compare knows, keeps a sample from being trusted."""
+    return np.ones(n, bool)
+
+
 def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channels) -> Compared:
     """The controller acts on what its sensors say, right or wrong."""
     shown = {name: value for name, value in values.items() if not name.startswith("sensor.")}
     first, second = drive.both(bench, prefix, shown, ch)
+    _, moved = drive.both(bench, prefix, values, ch)
     n = len(ch.dt)
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
@@ -30,20 +36,20 @@ def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channe
     )
     out = np.empty(n)
     motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
-    delivered = drive.delivered(bench, prefix, values, ch, drive.both(bench, prefix, values, ch)[1])
+    delivered = drive.delivered(bench, prefix, values, ch, moved)
     bench.kernels.controller(
         drive.law(bench, prefix, "controller", values, ch), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
     )
-    return drive.read(command, out, values, ch), ch.raw(command), ch.good(command)
+    return drive.read(command, out, values, ch), ch.raw(command), everywhere(n)
 
 
 def motor(bench: Bench, prefix: str, electric: str, values: dict, ch: Channels) -> Compared:
     """The current that the measured voltage and speed make."""
     first, _ = drive.both(bench, prefix, values, ch)
-    voltage, good = drive.voltage(electric, values, ch)
+    voltage = drive.voltage(electric, values, ch)
     current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
     bench.kernels.motor(drive.law(bench, prefix, "motor", values, ch), voltage, first.speed, ch.dt, current, torque)
-    return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), good & ch.good("motor.current")
+    return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
 
 
 def gear_inputs(
@@ -74,24 +80,23 @@ def gear(bench: Bench, prefix: str, torque: str, electric: str, values: dict, ch
     dt = ch.taken_steps()
     bare = np.empty(len(dt))
     bench.kernels.gear(law, *inputs, dt, bare)
-    good = first.sliding.copy()
+    good = pick(first.sliding)
     if torque == "reducer.input_torque":
-        return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), pick(good & ch.good(torque))
+        return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), good
     if torque == "motor.torque":
-        given, good = ch.raw(torque), good & ch.good(torque)
+        given = ch.raw(torque)
     elif torque == "motor.current":
-        given, good = np.empty(len(ch.dt)), good & ch.good(torque)
+        given = np.empty(len(ch.dt))
         bench.kernels.shaft_torque(
             drive.law(bench, prefix, "motor", values, ch), ch.true(torque, values), first.speed, first.angle, ch.dt, given
         )
     else:
         given = np.empty(len(ch.dt))
-        voltage, fine = drive.voltage(electric, values, ch)
-        good &= fine
+        voltage = drive.voltage(electric, values, ch)
         bench.kernels.motor(
             drive.law(bench, prefix, "motor", values, ch), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given
         )
-    given, good, inertial = pick(given), pick(good), law.shaft_inertia * pick(first.acceleration)
+    given, inertial = pick(given), law.shaft_inertia * pick(first.acceleration)
     if torque == "motor.torque":
         bare = drive.read(torque, bare + inertial, values, ch) - inertial
     if bench.steady:
@@ -114,7 +119,7 @@ def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
     return (
         drive.read(name, out, values, ch),
         ch.raw(name),
-        ch.good(name) & ch.good("load.angle" if ch.has("load.angle") else "load.speed"),
+        everywhere(len(out)),
     )
 
 
@@ -123,7 +128,7 @@ def redundant(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) 
     samples = bench.smoothing[prefix]
     slope = np.gradient(smooth(ch.true(side + "angle", values), samples), np.cumsum(ch.dt))
     name = side + "speed"
-    good = ch.good(name) & ch.good(side + "angle")
+    good = everywhere(len(slope))
     good[:samples] = good[-samples:] = False  # the average has no neighbours there
     return drive.read(name, slope, values, ch), smooth(ch.raw(name), samples), good
 

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
 def law(bench: Bench, prefix: str, component: str, values: dict, ch: Channels):
     """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
-    given = {**bench.rig.parameters, **values}
-    return parameters(component, prefix + component, {**given, **bench.rig.of_log(ch.run.log)} if bench.rig.logs else given)
+    return parameters(component, prefix + component, {**bench.rig.parameters, **values, **bench.rig.of_log(ch.run.log)})
 
 
 def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Motion | None:
@@ -79,12 +78,10 @@ def electric(ch: Channels) -> str:
     return next((source[0] for source in sources if ch.has(*source)), "")
 
 
-def voltage(electric: str, values: dict, ch: Channels) -> tuple[np.ndarray, np.ndarray]:
-    """Voltage on the motor, V, and where it can be trusted; a duty counts times the supply's."""
-    if electric == "motor.duty":
-        good = ch.good("motor.duty") & ch.good("motor.supply_voltage")
-        return ch.true("motor.duty", values) * ch.true("motor.supply_voltage", values), good
-    return ch.true(electric, values), ch.good(electric)
+def voltage(electric: str, values: dict, ch: Channels) -> np.ndarray:
+    """Voltage on the motor, V; a duty counts times the supply's."""
+    found = ch.true(electric, values)
+    return found * ch.true("motor.supply_voltage", values) if electric == "motor.duty" else found
 
 
 def delivered(
@@ -112,13 +109,11 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
     if bias is not None:
         x = x + bias
     if lag:
-        way, places = slice(None, None, 1 if lag > 0.0 else -1), np.arange(len(ch.dt))
-        if len(x) < len(places):
-            places = ch.take
-        parts = []
-        for part in np.split(np.arange(len(x)), np.flatnonzero(np.diff(places) > 1) + 1):  # anew behind every gap
+        way, whole, parts = slice(None, None, 1 if lag > 0.0 else -1), len(x) == len(ch.dt), []
+        behind = [] if whole else ch.gaps + 1  # where it begins anew
+        for part, dt in zip(np.split(x, behind), np.split(ch.dt if whole else ch.dt[ch.take], behind)):
             y = np.empty(len(part))
-            kernels().lag(x[part][way], ch.dt[places[part]], abs(lag), y)
+            kernels().lag(part[way], dt, abs(lag), y)
             parts.append(y[way])
         x = np.concatenate(parts)
     if step:

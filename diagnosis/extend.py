@@ -110,11 +110,11 @@ class with_fmus:
     def __enter__(self):
         if not self.runs_fmus:
             return self
-        laws, own = vars(self.bench.kernels), lambda p: _own(p, self.of_log[self.part])
+        laws, of_log = vars(self.bench.kernels), lambda p: _starts_of_log(p, self.of_log[self.part])
         mine = {
-            "gear": lambda p, *a: _play(self.path, own(p), GEAR, a[:-2], a[-2], a[-1:]),
-            "motor": lambda p, u, w, dt, *out: _shifted(self.path, own(p), u, w, dt, out),
-            "controller": lambda p, *a: _play(self.path, own(p), CONTROL, a[:-2], _from_start(a[-2]), a[-1:]),
+            "gear": lambda p, *a: _play(self.path, of_log(p), GEAR, a[:-2], a[-2], a[-1:]),
+            "motor": lambda p, u, w, dt, *out: _shifted(self.path, of_log(p), u, w, dt, out),
+            "controller": lambda p, *a: _play(self.path, of_log(p), CONTROL, a[:-2], _from_start(a[-2]), a[-1:]),
             "whole": lambda *a: _chain(self.chain, list(self.of_log.values()), *a),
         }
         self._own = self.bench.kernels
@@ -133,7 +133,7 @@ MOTOR = (("voltage", "speed"), ("current", "torque"))
 CONTROL = (("angle_setpoint", "speed_setpoint", "angle", "speed", "motor_speed", "output_torque"), ("voltage",))
 
 
-def _own(p, names: list[str]) -> dict:
+def _starts_of_log(p, names: list[str]) -> dict:
     """Parameters of a single log, as its FMU takes them."""
     return {n: bool(getattr(p, n)) if n == "irreversible" else float(getattr(p, n)) for n in names}
 
@@ -191,7 +191,7 @@ def _chain(
     paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out
 ) -> None:
     """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of single logs."""
-    own = [_own(p, names) for p, names in zip((pc, pm, pr, pl), of_log)]
+    own = [_starts_of_log(p, names) for p, names in zip((pc, pm, pr, pl), of_log)]
     angle, speed = float(start[2]), float(start[3])
     fmus = []
     if closed:

@@ -115,8 +115,12 @@ def where(
     """Size of the error against what it may depend on, before and after, beside the noise floor."""
     old, trusted = samples(bench, cut, before, blocks)
     new, _ = samples(bench, cut, after, blocks)
-    known = lambda parts: (x := np.concatenate(parts))[np.isfinite(x)]
-    varies = lambda parts: len(x := known(parts)) > 0 and np.ptp(x) > 0.0
+
+    def varies(parts):
+        x = np.concatenate(parts)
+        x = x[np.isfinite(x)]
+        return len(x) > 0 and np.ptp(x) > 0.0
+
     wanted = [
         (label, parts)
         for label, parts in variables(bench, cut, after).items()

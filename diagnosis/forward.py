@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import drive
-from .compare import Compared
+from .compare import Compared, everywhere
 from .log import VALID
 from .prepare import Channels
 
@@ -34,7 +34,8 @@ def motion(bench: Bench, prefix: str, shown: str, closed: bool, values: dict, ch
     """The motion of the whole drive against the measured one."""
     simulated = simulate(bench, prefix, values, ch, closed)[SHOWN[shown]]
     take = slice(None) if ch.take is None else ch.take
-    return drive.read(shown, simulated[take], values, ch), ch.raw(shown)[take], ch.good(shown)[take]
+    measured = ch.raw(shown)[take]
+    return drive.read(shown, simulated[take], values, ch), measured, everywhere(len(measured))
 
 
 def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
@@ -51,7 +52,7 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
         supply = ch.true("motor.supply_voltage", values)
         voltage = ch.true("motor.duty", values) * supply
     elif not closed:
-        voltage = drive.voltage(drive.electric(ch), values, ch)[0]
+        voltage = drive.voltage(drive.electric(ch), values, ch)
     wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
     rate = (
         ch.raw("controller.speed_setpoint")
@@ -73,7 +74,7 @@ def stretches(ch: Channels) -> list[slice]:
     if ch.take is None:
         return [slice(0, len(ch.dt))]
     return [
-        slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, np.flatnonzero(np.diff(ch.take) > 1) + 1)
+        slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, ch.gaps + 1)
     ]
 
 

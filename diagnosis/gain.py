@@ -48,6 +48,12 @@ def rms(parts: list[np.ndarray]) -> float:
     return float(np.sqrt(np.mean(joined**2))) if len(joined) else 0.0
 
 
+def sizes(bench: Bench, residual: np.ndarray, present: np.ndarray) -> dict[str, float]:
+    """Error (root mean square) of each cut in units of its noise, where there is something to compare."""
+    parts = {cut.name: bench.slice(cut) for cut in bench.cuts}
+    return {name: rms([residual[:, part][present[:, part]]]) for name, part in parts.items()}
+
+
 def improvement(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray) -> float:
     """Share by which a cut's error falls in these blocks."""
     old, trusted = samples(bench, cut, before, blocks)

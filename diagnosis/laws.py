@@ -50,47 +50,38 @@ def check_names(rig: Rig) -> None:
     for pattern, values in rig.logs.items():
         _check(rig, f'logs."{pattern}"', values.items())
     for name in rig.known:
-        prefix, rest = split(name, rig.drives)
-        if rest not in SIGNALS:  # a sensor that is trusted
-            component, _, parameter = rest.partition(".")
-            _row(rig, "[rig] known", name, component if prefix in rig.drives else "", parameter)
-    for prefix in rig.drives:
-        defaults = LAWS["reducer"].Parameters()
-        mu = rig.parameters.get(f"{prefix}reducer.friction_kinetic", defaults.friction_kinetic)
-        ratio = rig.parameters.get(f"{prefix}reducer.gear_ratio", defaults.gear_ratio)
-        if ratio <= 0.0 or mu < 0.0:
-            raise DataError(
-                f"{rig.path}: {prefix}reducer: gear_ratio must be above 0 and friction_kinetic not below 0; "
-                "signs belong in [columns]."
-            )
+        if split(name, rig.drives)[1] not in SIGNALS:  # that is a sensor which is trusted
+            _row(rig, "[rig] known", name)
 
 
 def _check(rig: Rig, table: str, given: Iterable[tuple[str, float]], sensors: bool = False) -> None:
-    """Every name belongs to a component of a drive (or a sensor), and every value is one that its FMU takes."""
+    """Every name is a parameter of a component of a drive (or of a sensor), every value one that its FMU takes."""
+    where = f"[{table}]"
     for name, value in given:
-        where = f"[{table}]"
-        if name.startswith("sensor."):
-            channel, _, parameter = name.removeprefix("sensor.").rpartition(".")
-            if not sensors:
-                raise DataError(f"{rig.path}: {where} {name!r}: what a sensor is known to do belongs in [columns], as factor and offset.")
-            if split(channel, rig.drives)[1] not in SIGNALS:
-                raise DataError(f"{rig.path}: {where} {name!r}: there is no channel {channel!r}.{suggest(channel, SIGNALS)}")
-            row = _row(rig, where, name, "sensor", parameter)
-        else:
-            prefix, rest = split(name, rig.drives)
-            component, _, parameter = rest.partition(".")
-            row = _row(rig, where, name, component if prefix in rig.drives else "", parameter)
+        if name.startswith("sensor.") and not sensors:
+            raise DataError(f"{rig.path}: {where} {name!r}: what a sensor is known to do belongs in [columns], as factor and offset.")
+        row = _row(rig, where, name)
         low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
         if not low <= value <= high:
             unit = f" {row.unit}" if row.unit else ""
-            raise DataError(f"{rig.path}: {where} {name!r}: {value:.6g}{unit} is outside the range of {row.name}, [{low:.6g}, {high:.6g}]{unit}.")
+            sign = " A sign belongs in [columns], as a factor." if value < 0.0 <= low else ""
+            raise DataError(
+                f"{rig.path}: {where} {name!r}: {value:.6g}{unit} is outside the range of {row.name}, [{low:.6g}, {high:.6g}]{unit}.{sign}"
+            )
 
 
-def _row(rig: Rig, where: str, name: str, component: str, parameter: str) -> Variable | None:
+def _row(rig: Rig, where: str, name: str) -> Variable | None:
     """The parameter's row in its FMU; None for all of a component."""
-    if component not in _TABLES and component != "sensor":
-        drives = f" The drives are {', '.join(rig.drives)}: begin with one of them." if rig.drives != ("",) else ""
-        raise DataError(f"{rig.path}: {where} {name!r}: there is no such component.{drives or suggest(component, LAWS)}")
+    if name.startswith("sensor."):
+        component, (channel, _, parameter) = "sensor", name.removeprefix("sensor.").rpartition(".")
+        if split(channel, rig.drives)[1] not in SIGNALS:
+            raise DataError(f"{rig.path}: {where} {name!r}: there is no channel {channel!r}.{suggest(channel, SIGNALS)}")
+    else:
+        prefix, rest = split(name, rig.drives)
+        component, _, parameter = rest.partition(".")
+        if prefix not in rig.drives or component not in LAWS:
+            drives = f" The drives are {', '.join(rig.drives)}: begin with one of them." if rig.drives != ("",) else ""
+            raise DataError(f"{rig.path}: {where} {name!r}: there is no such component.{drives or suggest(component, LAWS)}")
     table = {row.name: row for row in _rows(component)}
     if parameter == "*":
         return None

@@ -46,6 +46,7 @@ class Layout:
             first += block[-1] + 1
         self.blocks = len(self.block_run)
         self.block_run = np.array(self.block_run)
+        self.owner = self.block_run  # of each block, the run as it was read; of joined points another than the one joined
 
     def firsts(self, i: int, share: float) -> np.ndarray:
         """Places of the samples of run i in the first share of its blocks."""

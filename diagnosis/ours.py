@@ -64,13 +64,11 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
     others = tuple(
         Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables
     )
-    mine = lambda table: {  # parameters by the name that they have as a drive's
-        f"{prefix}{part}.{name.removeprefix(component + '.')}": value
-        for name, value in table.items() if name.startswith(component + ".")
-    }  # fmt: skip
+    renamed = lambda name: prefix + part + name.removeprefix(component)  # as a parameter of the drive
+    mine = lambda table: {renamed(name): value for name, value in table.items() if name.startswith(component + ".")}
     return replace(
-        rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others),
-        only=prefix + part, parameters={f"{prefix}{part}.{name}": float(value) for name, value in given.items() if name in sheet._fields},
-        known=frozenset(mine(dict.fromkeys(rig.known, ()))), uncertain=mine(rig.uncertain),
+        rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others), only=prefix + part,
+        parameters={f"{prefix}{part}.{name}": float(value) for name, value in given.items() if name in sheet._fields},
+        known=frozenset(renamed(name) for name in rig.known if name.startswith(component + ".")), uncertain=mine(rig.uncertain),
         logs={pattern: mine(values) for pattern, values in rig.logs.items()},
     )  # fmt: skip

@@ -186,7 +186,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
                 *_command(name, ch, components, play, values),
             ]
         elif electric:
-            play("voltage", drive.voltage(electric, values, ch)[0], f"{name('motor')}.voltage")
+            play("voltage", drive.voltage(electric, values, ch), f"{name('motor')}.voltage")
         component("motor")
         component("reducer", f"kinematic = false\ninitial_speed = {float(first.speed[0])!r}")
         component("load", f"start_angle = {float(second.angle[0])!r}\nstart_speed = {float(second.speed[0])!r}")

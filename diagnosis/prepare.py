@@ -75,14 +75,18 @@ class Channels:
             self.memory["steps"] = np.diff(np.concatenate([[0.0], np.cumsum(self.dt)[self.take]]))
         return self.memory["steps"]
 
+    @property
+    def gaps(self) -> np.ndarray:
+        """Which of the samples simulated are the last before some that are left out."""
+        return np.flatnonzero(np.diff(self.take) > 1)
+
     def away_from_gaps(self, samples: int) -> np.ndarray:
         """Which of the samples simulated are so far from those left out that a window of `samples` does not reach them."""
         key = ("away", samples)
         if key not in self.memory:
             away = np.ones(len(self.take), bool)
-            edge = np.flatnonzero(np.diff(self.take) > 1)
             for shift in range(-(samples // 2), samples // 2 + 1):
-                away[np.clip(edge + shift + (shift <= 0), 0, len(away) - 1)] = False
+                away[np.clip(self.gaps + shift + (shift <= 0), 0, len(away) - 1)] = False
             self.memory[key] = away
         return self.memory[key]
 

@@ -37,7 +37,7 @@ def write(
     out: Path,
 ) -> Path:
     """Draw the figures as PNG files and write the page that holds them."""
-    held = ~train if (~train).any() else train
+    held = ~train
     changed = bool(outcome.causes)
     rng = np.random.default_rng(1)
     pictures = {

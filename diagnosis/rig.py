@@ -59,7 +59,7 @@ class Rig:
     named: bool = False  # columns named component.variable stand for themselves
     hold_out: str = ""  # EVERY_SECOND | "" (blocks)
     valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
-    simulate: str = ""  # forward rigs: "open" | "closed"; "" decides by the columns
+    simulate: str = ""  # forward rigs: the whole drive, "open" | "closed"; "": each component on its measured inputs
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
     logs: dict[str, dict[str, float]] = field(
         default_factory=dict

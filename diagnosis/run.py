@@ -94,21 +94,22 @@ def diagnose_runs(
     train, names = division.split(bench, runs, held)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
-    judged = ~train if (~train).any() else train
+    judged = ~train
     contest = contest_over(bench, runs, held, train, rng, tell)
     outcome = contest.run()
     tell("gain", 0.0)
     found = Judge(bench, contest, train, judged, names, rng).judge(outcome)
-    step, coarse = finest(bench, found.before, found.after, judged), []
+    step, coarse, by_step = finest(bench, found.before, found.after, judged), [], ""
     if step and step.explains and all(d.cut == step.cut for d in found.left):
         found, cause = to_blame(step, bench, found, judged, names, rng)
-        coarse = [cause]
+        coarse, by_step = [cause], step.cut
     before, after, left = found.before, found.after, found.left
     causes = named(contest, found.outcome) + coarse
     answer = verdict(causes, left, contest, found.outcome)
-    base = found.outcome.base.residual.reshape(contest.shape)
-    by_step = step.cut if coarse else ""
-    shares = blamed if blamed is not None else [] if answer == "none" else blame(contest.bench, base, contest.present, found.outcome.causes, by_step)
+    shares = blamed
+    if shares is None:
+        base = found.outcome.base.residual.reshape(contest.shape)
+        shares = [] if answer == "none" else blame(contest.bench, base, contest.present, found.outcome.causes, by_step)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed

@@ -118,8 +118,8 @@ def to_blame(step: Step, whole: Bench, found: Judgement, blocks: np.ndarray, nam
     acts = lambda h: h.component in cut.components or h.channel in (*cut.reads, cut.output)
     kept = [(c, stage) for c, stage in zip(outcome.causes, outcome.kept) if not acts(c.hypothesis)]
     gone = {p.name for c in outcome.causes if acts(c.hypothesis) for p in c.free} - {p.name for c, _ in kept for p in c.free}
-    after = {name: value for name, value in found.after.items() if name not in gone or name in before}
-    after |= {name: before[name] for name in gone & set(before)}
+    after = {name: value for name, value in found.after.items() if name not in gone}
+    after |= {name: value for name, value in before.items() if name in gone}
     outcome = replace(outcome, causes=[c for c, _ in kept], kept=[stage for _, stage in kept])
     if not kept:
         gain = measure(bench, cut, before, before, blocks, names, rng, finer)

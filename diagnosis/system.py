@@ -21,7 +21,7 @@ from .check import check
 from .cuts import Cut
 from .depends import depends
 from .errors import DataError
-from .gain import blame, measure, rms
+from .gain import blame, measure, rms, sizes
 from .layout import Layout
 from .log import Run, read
 from .noise import floor, of_bins
@@ -193,16 +193,12 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     residual, present = bench.residual({}), bench.present({})
     tell("what remains", 0.7)
     left = depends(bench, residual, present, {}, rng)
-    level = {}
-    for cut in bench.cuts:
-        here = bench.slice(cut)
-        level[cut.name] = rms([residual[:, here][present[:, here]]])
+    level = sizes(bench, residual, present)
     seen = {d.cut for d in left}
     off = {name for name, size in level.items() if size > EXCESS or (size > 1.05 and name in seen)}
     left = [d for d in left if d.cut in off]
     cut = max(bench.cuts, key=lambda c: (c.name in off, level[c.name]))
-    judged = ~train if (~train).any() else train
-    gain = measure(bench, cut, {}, {}, judged, names, rng)
+    gain = measure(bench, cut, {}, {}, ~train, names, rng)
     shares = blame(bench, residual, present, []) if off else []
     remainder = {
         "significant": bool(off),

@@ -13,7 +13,7 @@ from .candidate import Candidate
 from .cuts import Cut
 from .depends import QUIET, Dependence, depends
 from .fit import Fit
-from .gain import Gain, improvement, measure, rms
+from .gain import Gain, improvement, measure, sizes
 from .result import Cause
 from .select import Contest, Outcome
 from .stage import LATE
@@ -139,10 +139,7 @@ def verdict(causes: list[Cause], left: list[Dependence], contest: Contest, outco
 
 
 def _sizes(contest: Contest, fit: Fit) -> dict[str, float]:
-    """Error (root mean square) of each cut in units of its noise, where there is something to compare."""
-    r = fit.residual.reshape(contest.shape)
-    parts = {cut.name: contest.bench.slice(cut) for cut in contest.bench.cuts}
-    return {name: rms([r[:, part][contest.present[:, part]]]) for name, part in parts.items()}
+    return sizes(contest.bench, fit.residual.reshape(contest.shape), contest.present)
 
 
 def named(contest: Contest, outcome: Outcome) -> list[Cause]:

@@ -25,9 +25,10 @@ def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> M
     if not (ch.has(angle) or ch.has(speed)):
         return None
     doubted = any(key.startswith((f"sensor.{prefix}{angle}", f"sensor.{prefix}{speed}")) for key in values)
-    memory, key = ch.run.memory, (prefix, side, bench.smoothing[prefix])
-    if key in memory and not doubted:
-        return memory[key]
+    memory, key, window = ch.run.memory, (prefix, side), bench.smoothing[prefix]
+    kept = memory.get(key)
+    if kept and kept[0] == window and not doubted:
+        return kept[1]
     found = (
         _steady(ch, angle, speed, values)
         if bench.steady
@@ -41,8 +42,8 @@ def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> M
     for name in (angle, speed):
         if ch.has(name):
             found.sliding &= ch.good(name)
-    if not doubted and not bench.choosing:  # an hour's motions are large: only those of the chosen window are kept
-        memory[key] = found
+    if not doubted and not bench.choosing:  # an hour's motions are large: only those of one window are kept
+        memory[key] = window, found
     return found
 
 

@@ -12,7 +12,20 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.diagnosis.test_parameters import NAMES, found
+from diagnosis import diagnose
+from tests.diagnosis.plant import bench, score
+
+NAMES = ("motor.brush_drop", "controller.dead_zone", "controller.delay", "controller.sampling", "reducer.backlash",
+         "reducer.compliance", "reducer.preload", "sensor.bias", "sensor.scale", "sensor.lag", "parameter")  # fmt: skip
+"""Causes whose parameters mean the same in plant and product."""
+
+
+def found(name, seed, folder):
+    """Whether the cause was named, and the amounts, hidden and found."""
+    case = bench.hide([name], seed=seed, target=6.0)
+    rig, train, test = case.write(folder)
+    result = score.plain(diagnose(rig, [train], test=[test], out=None, seed=seed))
+    return score.right_first(result, case), score.amounts(result, case)
 
 
 def main(names: list[str], seeds: int) -> None:

@@ -35,8 +35,7 @@ def compiled(module_name: str) -> ModuleType:
     """
     package, _, rest = module_name.partition(".")
     second = PREFIX + package
-    if second not in sys.modules:
-        _load(second, _copied(Path(import_module(package).__file__).parent))
+    _second(package)
     module = import_module(f"{second}.{rest}")
     wrapped: dict[FunctionType, object] = {}
     for name, other in list(sys.modules.items()):
@@ -47,12 +46,37 @@ def compiled(module_name: str) -> ModuleType:
     return module
 
 
-def _copied(folder: Path) -> Path:
-    """The folder of the copy of this package's sources, made if it is not there yet, safe beside others that make it."""
-    sources = {
-        path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py")) if _law(path.relative_to(folder))
-    }
-    digest = hashlib.sha256()
+def compiled_loops(path: Path, package: str) -> dict[str, object]:
+    """The functions of a source file, by name, compiled on first use; modules of the laws' `package` in it are replaced
+    by their compiled selves."""
+    name = f"{PREFIX}{path.parent.name}_{path.stem}"
+    if name not in sys.modules:
+        laws = _second(package)
+        _load(name, _copied({Path(path.name): path.read_bytes()}, laws.name) / path.name)
+        for key, value in list(vars(sys.modules[name]).items()):
+            if isinstance(value, ModuleType) and value.__name__.startswith(package + "."):
+                setattr(sys.modules[name], key, compiled(value.__name__))
+            elif isinstance(value, FunctionType):
+                setattr(sys.modules[name], key, _wrap(value, name, {}))
+    return {key: value for key, value in vars(sys.modules[name]).items() if hasattr(value, "py_func")}
+
+
+def _second(package: str) -> Path:
+    """The folder of a package's second self, loaded if it is not yet."""
+    second = PREFIX + package
+    if second not in sys.modules:
+        folder = Path(import_module(package).__file__).parent
+        laws = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
+        _load(second, _copied({path: content for path, content in laws.items() if _law(path)}) / "__init__.py")
+    return Path(sys.modules[second].__file__).parent
+
+
+def _copied(sources: dict[Path, bytes], beside: str = "") -> Path:
+    """The folder of a copy of these sources, made if it is not there yet, safe beside others that make it.
+
+    It is named by their content, and by the name of the copy that they stand `beside`.
+    """
+    digest = hashlib.sha256(beside.encode())
     for path, content in sources.items():
         digest.update(f"{path.as_posix()} {len(content)}\n".encode() + content)
     target = cache_folder() / f"laws_{digest.hexdigest()[:16]}"
@@ -74,8 +98,9 @@ def _law(path: Path) -> bool:
     return str(path) in ("__init__.py", "effect.py") or (len(path.parts) > 1 and path.name != "fmu.py")
 
 
-def _load(name: str, folder: Path) -> None:
-    spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
+def _load(name: str, path: Path) -> None:
+    inside = [str(path.parent)] if path.name == "__init__.py" else None
+    spec = spec_from_file_location(name, path, submodule_search_locations=inside)
     sys.modules[name] = module_from_spec(spec)
     spec.loader.exec_module(sys.modules[name])
 

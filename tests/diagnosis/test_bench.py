@@ -1,12 +1,13 @@
 """The comparisons of a drive: residuals vanish for the law that made the log, and show in the cut that is wrong."""
 
 from dataclasses import replace
+from inspect import signature
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from diagnosis import drive
+from diagnosis import drive, loops
 from diagnosis import rig as rigs
 from diagnosis.bench import Bench
 from diagnosis.check import check
@@ -100,20 +101,40 @@ def test_the_vocabulary_is_that_of_the_components_and_channels_in_play(tmp_path)
     assert not any(label.startswith(("motor ", "controller")) for label in labels)
 
 
-def test_kernels_agree_with_the_plain_law():
-    from fmus.motor import dc
+LAWS_OF = {
+    "lag": (), "motor": (loops.dc,), "shaft_torque": (loops.dc,), "load_torque": (loops.load,), "gear": (loops.shaft,),
+    "twist": (loops.shaft,), "controller": (loops.pd,), "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
+}  # fmt: skip
+NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2}
 
-    rng = np.random.default_rng()
-    n = 50
-    voltage, speed, dt = rng.uniform(-20, 20, n), rng.uniform(-100, 100, n), np.full(n, STEP)
-    current, torque = np.empty(n), np.empty(n)
-    kernels().motor(parameters("motor", "motor", {"motor.brush_voltage": 0.7}), voltage, speed, dt, current, torque)
-    p = dc.Parameters(brush_voltage=0.7)
-    s = dc.start(p)
-    for i in range(1, n):
-        s, out = dc.advance(p, s, voltage[i - 1], 0.5 * (speed[i - 1] + speed[i]), STEP)
-        assert current[i] == pytest.approx(out.current, rel=1e-12, abs=1e-12)
-        assert torque[i] == pytest.approx(out.torque, rel=1e-12, abs=1e-12)
+
+def test_all_loops_are_compiled():
+    assert LAWS_OF.keys() == vars(kernels()).keys()
+
+
+@pytest.mark.parametrize("name", LAWS_OF)
+def test_kernels_agree_with_the_plain_laws(name):
+    """Looped over as plain Python, with an effect of each component on."""
+    rng, n = np.random.default_rng(), 50
+    on = {"motor.brush_voltage": 0.7, "reducer.viscous_damping": 1e-3, "controller.dead_zone": 0.1, "load.tilt": 0.1}
+    plain, compiled = getattr(loops, name), getattr(kernels(), name)
+    names = list(signature(plain).parameters)[len(LAWS_OF[name]) :]
+    shapes = {"start": 4, "out": (8, n)}
+    arrays = {key: NUMBERS.get(key, rng.uniform(-20.0, 20.0, shapes.get(key, n))) for key in names} | {"dt": np.full(n, STEP)}
+    arrays = {key: arrays[key] for key in names}
+    found = []
+    for function, second in ((plain, False), (compiled, True)):
+        given = []
+        for law in LAWS_OF[name]:
+            part = law.__name__.split(".")[1]
+            p = parameters(part, part, on)
+            given.append(p if second else law.Parameters(*p))
+        mine = {key: np.copy(value) if isinstance(value, np.ndarray) else value for key, value in arrays.items()}
+        function(*given, *mine.values())
+        found.append(mine)
+    for key in names:
+        assert found[1][key] == pytest.approx(found[0][key], rel=1e-9, abs=1e-9), key
+    assert any(np.any(found[0][key] != arrays[key]) for key in names)
 
 
 def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):

@@ -5,7 +5,8 @@ find their second selves), and every function in it is wrapped by `numba.njit`, 
 plain modules stay as they are, and need neither a decorator nor numba.
 
 The second self is a copy of the sources in the user's cache, in a folder named by their content. Beside it numba keeps
-what it compiled, which is therefore never older than any source it came from.
+what it compiled, which is therefore never older than any source it came from. Loops around the laws, which are not of
+their package, are kept in the same way.
 """
 
 from __future__ import annotations
@@ -34,8 +35,7 @@ def compiled(module_name: str) -> ModuleType:
     Where the plain law raises ZeroDivisionError, the compiled one gives inf or NaN: a fit may try any value.
     """
     package, _, rest = module_name.partition(".")
-    second = PREFIX + package
-    _second(package)
+    second = _second(package).__name__
     module = import_module(f"{second}.{rest}")
     wrapped: dict[FunctionType, object] = {}
     for name, other in list(sys.modules.items()):
@@ -47,12 +47,11 @@ def compiled(module_name: str) -> ModuleType:
 
 
 def compiled_loops(path: Path, package: str) -> dict[str, object]:
-    """The functions of a source file, by name, compiled on first use; modules of the laws' `package` in it are replaced
-    by their compiled selves."""
+    """The functions of a source file, by name, compiled on first use, with the compiled selves of the laws that it imports."""
     name = f"{PREFIX}{path.parent.name}_{path.stem}"
     if name not in sys.modules:
-        laws = _second(package)
-        _load(name, _copied({Path(path.name): path.read_bytes()}, laws.name) / path.name)
+        laws = Path(_second(package).__file__).parent.name
+        _load(name, _copied({Path(path.name): path.read_bytes()}, laws) / path.name)
         for key, value in list(vars(sys.modules[name]).items()):
             if isinstance(value, ModuleType) and value.__name__.startswith(package + "."):
                 setattr(sys.modules[name], key, compiled(value.__name__))
@@ -61,14 +60,14 @@ def compiled_loops(path: Path, package: str) -> dict[str, object]:
     return {key: value for key, value in vars(sys.modules[name]).items() if hasattr(value, "py_func")}
 
 
-def _second(package: str) -> Path:
-    """The folder of a package's second self, loaded if it is not yet."""
+def _second(package: str) -> ModuleType:
+    """A package's second self, loaded if it is not yet."""
     second = PREFIX + package
     if second not in sys.modules:
         folder = Path(import_module(package).__file__).parent
         laws = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
         _load(second, _copied({path: content for path, content in laws.items() if _law(path)}) / "__init__.py")
-    return Path(sys.modules[second].__file__).parent
+    return sys.modules[second]
 
 
 def _copied(sources: dict[Path, bytes], beside: str = "") -> Path:

@@ -49,7 +49,7 @@ class Bench(Layout):
         self._memory: dict[str, dict] = {}
         self._lock = Lock()
         self.smoothing = {prefix: 11 for prefix in rig.drives}
-        total = sum(len(run) for run in self.runs)
+        self.samples = total = sum(len(run) for run in self.runs)
         for ch in self.channels.values():
             ch.take = (
                 stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
@@ -110,6 +110,12 @@ class Bench(Layout):
             ch.take = None
         self._memory.clear()
         return sampled
+
+    def forget(self) -> None:
+        """Let go of all motions: those that are asked for next are remembered in their place."""
+        for run in self.runs:
+            for key in [key for key in run.memory if key[0] == "motion"]:
+                del run.memory[key]
 
     def enough(self, blocks: np.ndarray) -> list[int]:
         """Samples of each run within which there are `SHOWN` samples of these blocks, for what is slow or large."""

@@ -13,6 +13,9 @@ from .prepare import Channels, Motion, motion
 if TYPE_CHECKING:
     from .bench import Bench
 
+MOST_KEPT = 1_000_000
+"""Samples of all motions of a shaft that are remembered beside the first: an hour's motion is 90 MB."""
+
 
 def law(bench: Bench, prefix: str, component: str, values: dict, ch: Channels):
     """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
@@ -20,15 +23,15 @@ def law(bench: Bench, prefix: str, component: str, values: dict, ch: Channels):
 
 
 def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Motion | None:
-    """The measured motion of one shaft, if it is measured; remembered while no sensor is in question."""
+    """The measured motion of one shaft, if it is measured, for what `values` say of its sensors."""
     angle, speed = f"{side}angle", f"{side}speed"
     if not (ch.has(angle) or ch.has(speed)):
         return None
-    doubted = any(key.startswith((f"sensor.{prefix}{angle}", f"sensor.{prefix}{speed}")) for key in values)
-    memory, key, window = ch.run.memory, (prefix, side), bench.smoothing[prefix]
-    kept = memory.get(key)
-    if kept and kept[0] == window and not doubted:
-        return kept[1]
+    mine = f"sensor.{prefix}{angle}", f"sensor.{prefix}{speed}"
+    told = bench.smoothing[prefix], *sorted((key, value) for key, value in values.items() if key.startswith(mine))
+    kept = ch.run.memory.setdefault(("motion", prefix, side), {})
+    if told in kept:
+        return kept[told]
     found = (
         _steady(ch, angle, speed, values)
         if bench.steady
@@ -42,8 +45,8 @@ def shaft(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> M
     for name in (angle, speed):
         if ch.has(name):
             found.sliding &= ch.good(name)
-    if not doubted and not bench.choosing:  # an hour's motions are large: only those of one window are kept
-        memory[key] = window, found
+    if not bench.choosing and (not kept or (len(kept) + 1) * bench.samples <= MOST_KEPT):
+        kept[told] = found
     return found
 
 

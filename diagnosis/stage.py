@@ -81,6 +81,7 @@ class Round:
     def play(self, rng: np.random.Generator) -> Stage:
         """Look, fit, judge, and compare with chance."""
         ground, base = self.ground, self.base
+        ground.bench.forget()  # what the base says of sensors is asked all the time
         stage = Stage(Candidate(Hypothesis("", "none", ()), base.free, base, self.losses), [], luck=self.luck)
         if not ground.bench.steady and (self.errors <= self.enough).all():  # no cause would be believed: see _candidate
             return stage

@@ -33,6 +33,9 @@ HALF = 0.5
 STILL = 0.2
 """Share of what causes leave that goes with a variable as strongly as if they had not touched it."""
 
+NEARLY = 0.9
+"""Share of the error that causes must close where it goes most with a place, and what they leave still does."""
+
 HELP = 0.05
 """Share of the held-out error that causes must take away."""
 
@@ -61,6 +64,7 @@ class Judge:
     def __init__(self, bench: Bench, contest: Contest, train: np.ndarray, judged: np.ndarray, names: list[str], rng):
         self.bench, self.contest, self.rng = bench, contest, rng
         self.train, self.judged, self.names = train, judged, names
+        bench.forget()
 
     def judge(self, outcome: Outcome) -> Judgement:
         """Causes that do not help, that leave too much, or that a free function of one variable outdoes are dropped."""
@@ -76,7 +80,7 @@ class Judge:
         if found.outcome.causes and found.left:
             missing = self._dependences(before)
             little = found.gain.closed < ENOUGH and not silent
-            if little or _guesses(outcome) or self._outdone(found, missing):
+            if little or _guesses(outcome) or _stands_there(found, missing) or self._outdone(found, missing):
                 left = missing or found.left
                 found = self._gained(nothing, before)
                 found.left = left
@@ -129,6 +133,16 @@ def _guesses(outcome: Outcome) -> bool:
     """Whether many causes take a little of the error each, as guesses at something that is none of them do."""
     drops = [c.drop for c in outcome.causes]
     return len(drops) >= MANY and max(drops) < MUCH and drops[0] < sum(drops[1:])
+
+
+def _stands_there(found: Judgement, missing: list[Dependence]) -> bool:
+    """Whether the error goes most with a place, and what causes leave of it still does: a stop, or an obstacle."""
+    most = lambda dependences: [(d.variable, d.cut) for d in dependences[:1]]
+    return (
+        found.gain.closed < NEARLY
+        and most(missing) == most(found.left)
+        and missing[0].variable in ("position", "output position")
+    )
 
 
 def verdict(causes: list[Cause], left: list[Dependence], contest: Contest, outcome: Outcome) -> str:

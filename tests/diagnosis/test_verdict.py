@@ -1,11 +1,12 @@
-"""Of which comparison the error is told, where no cause was found."""
+"""When causes are dropped, and of which comparison the error is told then."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from diagnosis.verdict import Judge
+from diagnosis.depends import Dependence
+from diagnosis.verdict import Judge, _stands_there
 
 BINS = 50
 
@@ -24,3 +25,19 @@ def test_the_error_is_that_of_the_comparison_that_is_off_most(sizes, shares, tol
     contest = SimpleNamespace(bench=bench, present=present, shape=residual.shape)
     judge = Judge(bench, contest, None, None, [], rng)
     assert judge._most_off(SimpleNamespace(base=SimpleNamespace(residual=residual.ravel()))).name == told
+
+
+def _goes_with(*variables):
+    return [Dependence(name, "gear", share, 0.01) for name, share in zip(variables, (0.8, 0.5, 0.2))]
+
+
+@pytest.mark.parametrize("missing, left, closed, stands", [
+    (("output position", "load"), ("output position", "acceleration"), 0.8, True),
+    (("output position", "load"), ("output position",), 0.95, False),  # close to all of it
+    (("output position", "load"), ("acceleration", "output position"), 0.8, False),  # most goes with something else now
+    (("load", "output position"), ("load", "output position"), 0.8, False),  # friction does so, too
+    ((), ("output position",), 0.8, False),
+])  # fmt: skip
+def test_what_stands_in_the_way_is_no_cause_that_leaves_it_there(missing, left, closed, stands):
+    found = SimpleNamespace(gain=SimpleNamespace(closed=closed), left=_goes_with(*left))
+    assert _stands_there(found, _goes_with(*missing)) == stands

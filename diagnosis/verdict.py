@@ -64,11 +64,11 @@ class Judge:
     def __init__(self, bench: Bench, contest: Contest, train: np.ndarray, judged: np.ndarray, names: list[str], rng):
         self.bench, self.contest, self.rng = bench, contest, rng
         self.train, self.judged, self.names = train, judged, names
-        bench.forget()
 
     def judge(self, outcome: Outcome) -> Judgement:
         """Causes that do not help, that leave too much, or that a free function of one variable outdoes are dropped."""
         contest, base = self.contest, outcome.base
+        self.bench.forget()
         before = contest.absolute(base.values) | {k: v for k, v in contest.nominal.items() if k not in base.values}
         nothing = replace(outcome, causes=[], kept=[], final=base)
         found = self._gained(outcome, before)

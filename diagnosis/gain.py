@@ -33,12 +33,14 @@ class Gain:
 
 
 def samples(bench: Bench, cut: Cut, values: dict, blocks: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Residual and trust of each run, sample by sample, trusted only in the chosen blocks."""
+    """Residual and trust of each run at the samples simulated, trusted only in the chosen blocks."""
     errors, trusted = [], []
     for i, (simulated, measured, good) in enumerate(bench.compare(cut, values)):
-        first = int(np.flatnonzero(bench.block_run == i)[0])
+        first, block = int(np.flatnonzero(bench.block_run == i)[0]), bench.block_of[i]
+        if len(block) != len(good):
+            block = block[bench.channels[i, cut.prefix].take]
         errors.append(measured - simulated)
-        trusted.append(good & np.isfinite(simulated) & blocks[first + bench.block_of[i]])
+        trusted.append(good & np.isfinite(simulated) & blocks[first + block])
     return errors, trusted
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from .candidate import MATTERS, Candidate, better, equal, more, same_law, simplest
 from .fit import Fit
+from .gain import improvement
 from .ground import Ground
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
@@ -22,6 +23,9 @@ SIGNIFICANT = 0.02
 
 RELEVANT = 0.04
 """... and lower the error of some cut by this share at least: smaller gains may be a matter of formulas."""
+
+SHOWS = 0.01
+"""... and that over single samples by this share: averages of many show what smoothing bends, far below the noise."""
 
 LATE = ("_delay", "lag_time", "_period")
 
@@ -102,7 +106,7 @@ class Round:
         for c in fitted:
             c.gain = float((self.losses - c.losses).sum() / max(fitted[0].errors.sum(), 1e-300))
             c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + DRAWS)
-        real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT and self._resolved(c)]
+        real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT and self._resolved(c) and self._shows(c)]
         if real:
             winner = stage.winner = simplest(real, self.found, self.luck)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
@@ -115,6 +119,13 @@ class Round:
             and len(rival.free) <= len(winner.free)
             and not same_law(rival, winner, self.ground.rows, self.ground.turn / 3.0)
         )
+
+    def _shows(self, candidate: Candidate) -> bool:
+        """Whether a cause lowers the error of samples somewhere, not of their averages alone."""
+        bench, values = self.ground.bench, [self.ground.absolute(fit.values) for fit in (self.base, candidate.fit)]
+        if bench.per_bin == 1:  # then bins are samples
+            return True
+        return any(improvement(bench, cut, *values, self.ground.train) >= SHOWS for cut in bench.cuts)
 
     def _resolved(self, candidate: Candidate) -> bool:
         """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""

@@ -1,4 +1,4 @@
-"""When causes are dropped, and of which comparison the error is told then."""
+"""When causes are believed and when dropped, and of which comparison the error is told then."""
 
 from types import SimpleNamespace
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.depends import Dependence
+from diagnosis.stage import Round
 from diagnosis.verdict import Judge, _stands_there
 
 BINS = 50
@@ -41,3 +42,16 @@ def _goes_with(*variables):
 def test_what_stands_in_the_way_is_no_cause_that_leaves_it_there(missing, left, closed, stands):
     found = SimpleNamespace(gain=SimpleNamespace(closed=closed), left=_goes_with(*left))
     assert _stands_there(found, _goes_with(*missing)) == stands
+
+
+@pytest.mark.parametrize("effect, samples_in_a_bin, shows", [(0.05, 50, False), (1.0, 50, True), (0.05, 1, True)])
+def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows):
+    """An effect of a twentieth of the noise; where bins are samples the error's drop has been asked for already."""
+    n, noise = 5000, np.random.default_rng().standard_normal(5000)
+    bench = SimpleNamespace(
+        per_bin=samples_in_a_bin, cuts=["gear"], block_run=np.zeros(10, int), block_of=[np.arange(n) // 500],
+        compare=lambda cut, values: [(np.full(n, values["amount"]), effect + noise, np.ones(n, bool))],
+    )  # fmt: skip
+    ground = SimpleNamespace(bench=bench, train=np.ones(10, bool), absolute=dict)
+    base, fit = (SimpleNamespace(values={"amount": amount}) for amount in (0.0, effect))
+    assert Round._shows(SimpleNamespace(ground=ground, base=base), SimpleNamespace(fit=fit)) == shows

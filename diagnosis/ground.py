@@ -20,6 +20,7 @@ class Ground:
 
     def __init__(self, bench: Bench, train: np.ndarray):
         self.bench, self.train = bench, train
+        bench.forget()  # another bench of these runs may smooth otherwise
         self.base_free = tuple(
             p
             for p in uncertain(bench.rig)

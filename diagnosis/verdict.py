@@ -80,7 +80,7 @@ class Judge:
         if found.outcome.causes and found.left:
             missing = self._dependences(before)
             little = found.gain.closed < ENOUGH and not silent
-            if little or _guesses(outcome) or _stands_there(found, missing) or self._outdone(found, missing):
+            if little or _guesses(outcome) or self._stands_there(found, missing) or self._outdone(found, missing):
                 left = missing or found.left
                 found = self._gained(nothing, before)
                 found.left = left
@@ -104,6 +104,22 @@ class Judge:
         off = {name: size if size > OFF else 0.0 for name, size in _sizes(self.contest, outcome.base).items()}
         return max(self.bench.cuts, key=lambda c: (off[c.name], c.name.endswith("gear")))
 
+    def _cut(self, dependence: Dependence) -> Cut:
+        return next(cut for cut in self.bench.cuts if cut.name == dependence.cut)
+
+    def _stands_there(self, found: Judgement, missing: list[Dependence]) -> bool:
+        """Whether the error goes most with a place, and what causes leave of it still does: a stop, or an obstacle.
+
+        The error of an angle says nothing of it: where a loop holds an angle under a load, it goes with itself.
+        """
+        most = lambda dependences: [(d.variable, d.cut) for d in dependences[:1]]
+        return (
+            found.gain.closed < NEARLY
+            and most(missing) == most(found.left)
+            and missing[0].variable in ("position", "output position")
+            and "angle" not in self._cut(missing[0]).reading
+        )
+
     def _outdone(self, found: Judgement, missing: list[Dependence]) -> bool:
         """Whether a free function of a variable explains more than all causes, and what these leave still goes with it.
 
@@ -117,7 +133,7 @@ class Judge:
         energies = np.stack([(x**2).sum(0) for x in (r, left, left - r)])
         many = len(found.outcome.causes) >= MANY
         for d in missing:
-            cut = next(cut for cut in bench.cuts if cut.name == d.cut)
+            cut = self._cut(d)
             if d.variable == cut.reading:  # it goes with itself, as a coarse one does
                 continue
             was, now, moved = energies[:, bench.slice(cut)].sum(1)
@@ -133,16 +149,6 @@ def _guesses(outcome: Outcome) -> bool:
     """Whether many causes take a little of the error each, as guesses at something that is none of them do."""
     drops = [c.drop for c in outcome.causes]
     return len(drops) >= MANY and max(drops) < MUCH and drops[0] < sum(drops[1:])
-
-
-def _stands_there(found: Judgement, missing: list[Dependence]) -> bool:
-    """Whether the error goes most with a place, and what causes leave of it still does: a stop, or an obstacle."""
-    most = lambda dependences: [(d.variable, d.cut) for d in dependences[:1]]
-    return (
-        found.gain.closed < NEARLY
-        and most(missing) == most(found.left)
-        and missing[0].variable in ("position", "output position")
-    )
 
 
 def verdict(causes: list[Cause], left: list[Dependence], contest: Contest, outcome: Outcome) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from diagnosis.depends import Dependence
 from diagnosis.stage import Round
-from diagnosis.verdict import Judge, _stands_there
+from diagnosis.verdict import Judge
 
 BINS = 50
 
@@ -32,16 +32,18 @@ def _goes_with(*variables):
     return [Dependence(name, "gear", share, 0.01) for name, share in zip(variables, (0.8, 0.5, 0.2))]
 
 
-@pytest.mark.parametrize("missing, left, closed, stands", [
-    (("output position", "load"), ("output position", "acceleration"), 0.8, True),
-    (("output position", "load"), ("output position",), 0.95, False),  # close to all of it
-    (("output position", "load"), ("acceleration", "output position"), 0.8, False),  # most goes with something else now
-    (("load", "output position"), ("load", "output position"), 0.8, False),  # friction does so, too
-    ((), ("output position",), 0.8, False),
+@pytest.mark.parametrize("missing, left, closed, reading, stands", [
+    (("output position", "load"), ("output position", "acceleration"), 0.8, "current", True),
+    (("output position", "load"), ("output position",), 0.95, "current", False),  # close to all of it
+    (("output position", "load"), ("acceleration", "output position"), 0.8, "current", False),  # most goes with something else now
+    (("load", "output position"), ("load", "output position"), 0.8, "current", False),  # friction does so, too
+    (("output position", "load"), ("output position",), 0.8, "angle", False),  # held under a load it goes with itself
+    ((), ("output position",), 0.8, "current", False),
 ])  # fmt: skip
-def test_what_stands_in_the_way_is_no_cause_that_leaves_it_there(missing, left, closed, stands):
+def test_what_stands_in_the_way_is_no_cause_that_leaves_it_there(missing, left, closed, reading, stands):
     found = SimpleNamespace(gain=SimpleNamespace(closed=closed), left=_goes_with(*left))
-    assert _stands_there(found, _goes_with(*missing)) == stands
+    bench = SimpleNamespace(cuts=[SimpleNamespace(name="gear", reading=reading)])
+    assert Judge(bench, None, None, None, [], None)._stands_there(found, _goes_with(*missing)) == stands
 
 
 @pytest.mark.parametrize("effect, samples_in_a_bin, shows", [(0.05, 50, False), (1.0, 50, True), (0.05, 1, True)])

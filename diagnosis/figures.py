@@ -261,8 +261,8 @@ def missing(
     # a closed loop is far from linear: intervals from slopes say nothing of its band
     number = 0 if contest_.whole else 24
     draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
-    curves = np.array([added(contest_.absolute(dict(zip(names, row)))) for row in draws])
-    curves = curves[np.all(np.isfinite(curves), axis=1)]
+    curves = [added(contest_.absolute(dict(zip(names, row)))) for row in draws]
+    curves = [curve for curve in curves if np.isfinite(curve).all()]
     figure, axis = plt.subplots(figsize=(7, 3.8))
     axis.errorbar(
         middle,
@@ -274,7 +274,7 @@ def missing(
         lw=0.8,
         label="missing in the nominal simulation, measured",
     )
-    if len(curves):
+    if curves:
         axis.fill_between(middle, *np.quantile(curves, [0.025, 0.975], axis=0), color=BAND, label="95 % band")
     axis.plot(middle, added(after), color=AFTER, lw=1.6, label=" and ".join(c.hypothesis.label for c in outcome.causes))
     axis.axhline(0.0, color=BEFORE, lw=1.0)

@@ -2,10 +2,15 @@
 
 import json
 
+import numpy as np
+import pandas as pd
 from typer.testing import CliRunner
 
 import diagnosis
 import master
+from diagnosis import ground
+from diagnosis.kernels import kernels
+from diagnosis.laws import parameters
 from selflock.cli import app
 
 from .test_bench import inverse
@@ -28,6 +33,46 @@ def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_pat
     assert {"traces.png", "where.png", "contest.png", "missing.png", "parameters.toml", "extended.toml", "reducer.fmu"} <= {p.name for p in out.iterdir()}
     table = master.run(out / "extended.toml", stop=0.2).table
     assert len(table) > 100
+
+
+CLOSED = """
+[rig]
+kind = "forward"
+simulate = "closed"
+[columns]
+"controller.angle_setpoint" = "setpoint"
+"controller.voltage" = "voltage"
+"load.angle" = "angle"
+[parameters]
+"reducer.shaft_stiffness" = 500.0
+"reducer.shaft_damping" = 2.0
+"load.inertia" = 0.15
+"load.mass" = 1.0
+"controller.angle_gain" = 60.0
+"controller.release_time" = 1e9
+"""
+
+
+def test_a_whole_drive_in_closed_loop_has_its_report(tmp_path, monkeypatch):
+    """Two hypotheses alone, for each fit simulates the drive."""
+    every = ground.vocabulary
+    monkeypatch.setattr(ground, "vocabulary", lambda *given: [h for h in every(*given) if h.label in ("motor brush_drop", "load tilt")])
+    (tmp_path / "rig.toml").write_text(CLOSED)
+    n, step = 3000, 4e-3
+    time = np.arange(n) * step
+    setpoint = 1.2 * np.sin(0.9 * time) + 0.4 * np.sin(2.3 * time)
+    nature = {"reducer.shaft_stiffness": 500.0, "reducer.shaft_damping": 2.0, "load.inertia": 0.15, "load.mass": 1.0,
+              "controller.angle_gain": 60.0, "controller.release_time": 1e9, "motor.brush_voltage": 3.0}  # fmt: skip
+    laws = [parameters(part, part, nature) for part in ("controller", "motor", "reducer", "load")]
+    nothing, out = np.zeros(n), np.zeros((8, n))
+    kernels().whole(*laws, 1.0, np.ones(n), nothing, nothing, setpoint, np.gradient(setpoint, step), np.full(n, step), 8, np.zeros(4), out)
+    angle = out[6] + 2e-4 * np.random.default_rng(3).standard_normal(n)
+    pd.DataFrame({"time": time, "setpoint": setpoint, "voltage": out[0], "angle": angle}).to_csv(tmp_path / "log.csv", index=False)
+    result = diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out", seed=1)
+    assert [cause.label for cause in result.causes] == ["motor brush_drop"], result.summary()
+    assert result.gain.after < 0.5 * result.gain.before
+    assert abs(result.extension["fmu"] - result.extension["promised"]) < 0.01 * result.extension["promised"]
+    assert {"report.html", "missing.png", "motor.fmu"} <= {p.name for p in (tmp_path / "out").iterdir()}
 
 
 def test_replay_by_the_command(tmp_path):

@@ -116,11 +116,7 @@ def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
         drive.law(bench, prefix, "load", values, ch), second.angle, second.speed, second.acceleration, out
     )
     name = "reducer.output_torque"
-    return (
-        drive.read(name, out, values, ch),
-        ch.raw(name),
-        everywhere(len(out)),
-    )
+    return drive.read(name, out, values, ch), ch.raw(name), everywhere(len(out))
 
 
 def redundant(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Compared:

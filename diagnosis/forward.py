@@ -73,9 +73,7 @@ def stretches(ch: Channels) -> list[slice]:
     """Where samples that are taken follow one another without a gap."""
     if ch.take is None:
         return [slice(0, len(ch.dt))]
-    return [
-        slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, ch.gaps + 1)
-    ]
+    return [slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, ch.gaps + 1)]
 
 
 def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:

@@ -11,6 +11,7 @@ import master
 from diagnosis import ground
 from diagnosis.kernels import kernels
 from diagnosis.laws import parameters
+from diagnosis.rig import load
 from selflock.cli import app
 
 from .test_bench import inverse
@@ -61,8 +62,7 @@ def test_a_whole_drive_in_closed_loop_has_its_report(tmp_path, monkeypatch):
     n, step = 3000, 4e-3
     time = np.arange(n) * step
     setpoint = 1.2 * np.sin(0.9 * time) + 0.4 * np.sin(2.3 * time)
-    nature = {"reducer.shaft_stiffness": 500.0, "reducer.shaft_damping": 2.0, "load.inertia": 0.15, "load.mass": 1.0,
-              "controller.angle_gain": 60.0, "controller.release_time": 1e9, "motor.brush_voltage": 3.0}  # fmt: skip
+    nature = load(tmp_path / "rig.toml").parameters | {"motor.brush_voltage": 3.0}
     laws = [parameters(part, part, nature) for part in ("controller", "motor", "reducer", "load")]
     nothing, out = np.zeros(n), np.zeros((8, n))
     kernels().whole(*laws, 1.0, np.ones(n), nothing, nothing, setpoint, np.gradient(setpoint, step), np.full(n, step), 8, np.zeros(4), out)

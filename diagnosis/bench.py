@@ -11,7 +11,7 @@ from .cuts import Cut, cuts
 from .errors import DataError
 from .kernels import kernels
 from .laws import parameters
-from .layout import Layout
+from .layout import Layout, compared
 from .log import Run
 from .prepare import Channels
 from .rig import Rig, split
@@ -146,7 +146,7 @@ class Bench(Layout):
             simulated, measured, good = cut.compute(self, values, ch)
             sound = _sound(run, cut)
             if sound is not None:
-                good = good & (sound if len(good) == len(sound) else sound[ch.take])
+                good = good & compared(sound, ch.take, len(good))
             found.append((simulated, measured, good))
         return found
 
@@ -159,7 +159,8 @@ class Bench(Layout):
             if wild.any():
                 known = measured[np.isfinite(measured)]
                 error = np.where(wild, 1e3 * np.std(known) if len(known) else np.inf, error)
-            sums, counts = self.bin(i, error, good, self.channels[i, cut.prefix].take)
+            place = compared(self.place[i], self.channels[i, cut.prefix].take, len(error))
+            sums, counts = self.bin(place, error, good)
             total += sums
             count += counts
         return (total / np.maximum(count, 1)).reshape(self.blocks, self.bins), count.reshape(self.blocks, self.bins)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import drive
-from .prepare import Channels, Motion, smooth
+from .prepare import Channels, Motion, derivative, smooth
 
 if TYPE_CHECKING:
     from .bench import Bench
@@ -32,7 +32,7 @@ def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channe
     rate = (
         ch.true("controller.speed_setpoint", values)
         if ch.has("controller.speed_setpoint")
-        else np.gradient(wanted, np.cumsum(ch.dt))
+        else derivative(wanted, np.cumsum(ch.dt))
     )
     out = np.empty(n)
     motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
@@ -122,7 +122,7 @@ def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
 def redundant(bench: Bench, prefix: str, side: str, values: dict, ch: Channels) -> Compared:
     """A measured speed against the derivative of the measured angle of the same shaft, smoothed alike."""
     samples = bench.smoothing[prefix]
-    slope = np.gradient(smooth(ch.true(side + "angle", values), samples), np.cumsum(ch.dt))
+    slope = derivative(smooth(ch.true(side + "angle", values), samples), np.cumsum(ch.dt))
     name = side + "speed"
     good = everywhere(len(slope))
     good[:samples] = good[-samples:] = False  # the average has no neighbours there

@@ -19,6 +19,7 @@ from .cuts import MOVES, Cut
 from .drive import both as _both
 from .drive import delivered as _delivered
 from .noise import of_bins
+from .prepare import derivative
 from .rig import split
 from .signals import SIGNALS
 
@@ -77,7 +78,7 @@ def variables(bench: Bench, cut: Cut, values: dict) -> dict[str, list[np.ndarray
             elif ch.has(name):
                 here[label] = ch.raw(name)
         if ch.has("controller.angle_setpoint") and not bench.steady:
-            here["set-point change"] = np.gradient(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
+            here["set-point change"] = derivative(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
         for name in run.signals:
             prefix, bare = split(name, bench.rig.drives)
             if bare not in SIGNALS:
@@ -149,7 +150,7 @@ def _means(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.
     """A variable's mean in each bin, and where there is one."""
     total, count = 0.0, 0
     for i, x in enumerate(parts):
-        sums, counts = bench.bin(i, x, np.isfinite(x))
+        sums, counts = bench.bin(bench.place[i], x, np.isfinite(x))
         total, count = total + sums, count + counts
     return (total / np.maximum(count, 1)).reshape(here.shape), here & (np.asarray(count).reshape(here.shape) > 0)
 

@@ -9,7 +9,7 @@ import numpy as np
 from . import drive
 from .compare import Compared, everywhere
 from .log import VALID
-from .prepare import Channels
+from .prepare import Channels, derivative
 
 if TYPE_CHECKING:
     from .bench import Bench
@@ -57,7 +57,7 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
     rate = (
         ch.raw("controller.speed_setpoint")
         if ch.has("controller.speed_setpoint")
-        else np.gradient(wanted, np.cumsum(ch.dt))
+        else derivative(wanted, np.cumsum(ch.dt))
     )
     powered = ch.run.signals.get(VALID, np.ones(n))
     out = np.zeros((8, n))

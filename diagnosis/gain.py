@@ -9,6 +9,7 @@ import numpy as np
 from . import drive
 from .bench import Bench
 from .cuts import Cut
+from .layout import compared
 from .noise import floor
 
 DRAWS = 400
@@ -36,9 +37,8 @@ def samples(bench: Bench, cut: Cut, values: dict, blocks: np.ndarray) -> tuple[l
     """Residual and trust of each run at the samples simulated, trusted only in the chosen blocks."""
     errors, trusted = [], []
     for i, (simulated, measured, good) in enumerate(bench.compare(cut, values)):
-        first, block = int(np.flatnonzero(bench.block_run == i)[0]), bench.block_of[i]
-        if len(block) != len(good):
-            block = block[bench.channels[i, cut.prefix].take]
+        first = int(np.flatnonzero(bench.block_run == i)[0])
+        block = compared(bench.block_of[i], bench.channels[i, cut.prefix].take, len(good))
         errors.append(measured - simulated)
         trusted.append(good & np.isfinite(simulated) & blocks[first + block])
     return errors, trusted
@@ -58,6 +58,8 @@ def sizes(bench: Bench, residual: np.ndarray, present: np.ndarray) -> dict[str, 
 
 def improvement(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray) -> float:
     """Share by which a cut's error falls in these blocks."""
+    if not any(cut.uses(name) and before.get(name) != after.get(name) for name in {*before, *after}):
+        return 0.0
     old, trusted = samples(bench, cut, before, blocks)
     new, _ = samples(bench, cut, after, blocks)
     was = rms([e[t] for e, t in zip(old, trusted)])

@@ -54,9 +54,13 @@ class Layout:
         inside = np.arange(len(self.block_of[i])) - (np.cumsum(lengths) - lengths)[self.block_of[i]]
         return np.flatnonzero(inside < np.ceil(share * lengths)[self.block_of[i]])
 
-    def bin(self, i: int, samples: np.ndarray, good: np.ndarray, take: np.ndarray | None = None
-            ) -> tuple[np.ndarray, np.ndarray]:
-        """Sums and counts of run i's good samples in all bins; `take`: which samples these are, where not all."""
-        place = (self.place[i] if take is None or len(samples) == len(self.place[i]) else self.place[i][take])[good]
+    def bin(self, place: np.ndarray, samples: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sums and counts of the good samples in all bins; `place`: the bin of each."""
+        place = place[good]
         size = self.blocks * self.bins
         return np.bincount(place, samples[good], size), np.bincount(place, minlength=size)
+
+
+def compared(x: np.ndarray, take: np.ndarray | None, n: int) -> np.ndarray:
+    """x, which has all samples of a run, at the n that a cut compares: all of them, or those that it takes."""
+    return x if n == len(x) else x[take]

@@ -14,6 +14,7 @@ from . import drive
 from .bench import Bench
 from .compare import gear_inputs
 from .log import write_csv
+from .prepare import derivative
 
 
 class Playback(Part):
@@ -175,7 +176,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
             rate = (
                 ch.raw("controller.speed_setpoint")
                 if ch.has("controller.speed_setpoint")
-                else np.gradient(wanted, columns["time"])
+                else derivative(wanted, columns["time"])
             )
             play("speed_setpoint", rate, f"{name('controller')}.speed_setpoint")
             connections += [

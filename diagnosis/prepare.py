@@ -10,6 +10,10 @@ from scipy.ndimage import gaussian_filter1d
 from .log import Run
 
 
+PIECE = 100_000
+"""Samples that are differentiated at a time."""
+
+
 @dataclass
 class Motion:
     """A shaft's motion: angle, speed, acceleration, and where its direction is certain."""
@@ -64,7 +68,7 @@ class Channels:
         if factor is not None:
             x = x / factor
         if lag:
-            x = x + lag * np.gradient(smooth(x, window(lag, self.dt)), np.cumsum(self.dt))
+            x = x + lag * derivative(smooth(x, window(lag, self.dt)), np.cumsum(self.dt))
         return x
 
     def taken_steps(self) -> np.ndarray:
@@ -105,6 +109,21 @@ def smooth(x: np.ndarray, samples: int) -> np.ndarray:
     return gaussian_filter1d(x, samples / 6.0, mode="nearest", truncate=3.0) if 5 <= samples <= len(x) else x
 
 
+def derivative(x: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """dx/dt at all samples: numpy's gradient, which needs six times the memory of x, over one piece after another."""
+    found = np.empty(len(x))
+    for first in range(0, len(x), PIECE):
+        before = max(0, first - 1)
+        piece = slice(before, first + PIECE + 1)
+        found[first : first + PIECE] = np.gradient(x[piece], time[piece])[first - before :][:PIECE]
+    return found
+
+
+def _quantile(x: np.ndarray, share: float) -> float:
+    """Of the absolute values; x is left in disorder, for want of memory in an hour's log."""
+    return float(np.quantile(np.abs(x, out=x), share, overwrite_input=True))
+
+
 def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, samples: int) -> Motion:
     """The motion from an angle, a speed or both: averaged over `samples`, then differentiated.
 
@@ -114,21 +133,20 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
     samples = samples if samples >= 5 else 0
     time = np.cumsum(dt)
     if speed is None:
-        fine = np.gradient(smooth(angle, samples), time)
-        plain = np.gradient(angle, time)
+        fine = derivative(smooth(angle, samples), time)
+        plain = derivative(angle, time)
     else:
         fine, plain = smooth(speed, samples), speed
-    acceleration = np.gradient(fine, time)
+    acceleration = derivative(fine, time)
     if angle is None:
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
     else:
         angle = smooth(angle, samples) if samples else angle
-    rough = abs(plain - fine)  # half of it may be at rest, where a coarse sensor shows no noise
-    noise = max(float(np.median(rough)) / 0.6745, float(np.quantile(rough, 0.9)) / 1.645) / np.sqrt(
-        max(1, samples) / 2.25
-    )
-    moving = abs(fine) > max(4.0 * noise, 5e-3 * float(np.quantile(abs(fine), 0.98)), 1e-12)
-    same = np.sign(fine) * moving
+    rough = plain - fine  # half of it may be at rest, where a coarse sensor shows no noise
+    noise = max(_quantile(rough, 0.5) / 0.6745, _quantile(rough, 0.9) / 1.645) / np.sqrt(max(1, samples) / 2.25)
+    still = max(4.0 * noise, 5e-3 * _quantile(fine.copy(), 0.98), 1e-12)
+    moving = abs(fine) > still
+    same = np.sign(fine).astype(np.int8) * moving
     reach = samples // 2 + 1
     sliding = moving.copy()
     for shift in range(1, reach + 1):

@@ -8,6 +8,8 @@ from math import isfinite
 
 import numpy as np
 
+from .cuts import MOVES
+from .drive import both
 from .rig import Rig, split
 from .signals import COMMANDS
 
@@ -16,6 +18,9 @@ NOT_IN_POINTS = set("ripple cogging backlash compliance warm_up wear winding_hea
 
 ON_REQUEST = {"stribeck_asymmetry"}
 """Freed only where a rig lists them as uncertain."""
+
+ORDERS = ("_order", "_periods")
+"""How the names of numbers end that count waves in a turn."""
 
 COMPONENTS = ("controller", "motor", "reducer", "load")
 
@@ -99,7 +104,8 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
                     found.append(_sensor(channel, effect, spread(bench, channel)))
     if rig.kind == "steady":  # a point has no angle and no time
         found = [h for h in found if h.effect not in NOT_IN_POINTS]
-    return [_tried(h, bench) for h in found if h.free]
+    found = [_seen_whole(_tried(h, bench), rig, bench) for h in found if h.free]
+    return [h for h in found if h.free]
 
 
 def _tried(hypothesis: Hypothesis, bench) -> Hypothesis:
@@ -118,6 +124,28 @@ def _tried(hypothesis: Hypothesis, bench) -> Hypothesis:
         return ()
 
     return replace(hypothesis, free=tuple(replace(p, trials=trials(p)) for p in hypothesis.free))
+
+
+def _seen_whole(hypothesis: Hypothesis, rig: Rig, bench) -> Hypothesis:
+    """A wave comes back: one that no run goes through once whole is a curve, and bends to anything."""
+    free = list(hypothesis.free)
+    prefix = split(hypothesis.component, rig.drives)[0]
+    for order in [p for p in free if p.name.endswith(ORDERS)]:
+        low = max(order.low, 1.0 / _turns(bench, prefix, 1 if ".output_" in order.name else 0))
+        if low < order.high:
+            free[free.index(order)] = replace(order, low=low)
+        else:
+            wave = order.name.removesuffix("_order").removesuffix("_periods")
+            free = [p for p in free if not p.name.startswith(wave)]
+    return replace(hypothesis, free=tuple(free))
+
+
+def _turns(bench, prefix: str, side: int) -> float:
+    """Turns from one end of the way to the other, the longest of all runs, of the input shaft (0) or the load (1)."""
+    runs = [ch for (_, of), ch in bench.channels.items() if of == prefix]
+    moves = [ch for ch in runs if any(ch.has(name) for name in MOVES)]
+    ways = [float(np.ptp(both(bench, prefix, {}, ch)[side].angle)) for ch in moves]
+    return max(ways, default=0.0) / (2.0 * np.pi) or np.inf
 
 
 def spread(bench, channel: str) -> float:

@@ -13,7 +13,7 @@ from typing import Callable
 import numpy as np
 
 from .fit import change, scale, slope
-from .hypotheses import Free, Hypothesis
+from .hypotheses import ORDERS, Free, Hypothesis
 
 PER_DECADE = 2
 """Values tried in a decade of a parameter that shapes an effect."""
@@ -216,7 +216,7 @@ def _shapes(residual, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
 
 def _is_order(p: Free) -> bool:
     """Whether p counts waves in a turn."""
-    return p.name.endswith(("_order", "_periods"))
+    return p.name.endswith(ORDERS)
 
 
 def _grid(p: Free) -> list[float]:

@@ -101,6 +101,20 @@ def test_the_vocabulary_is_that_of_the_components_and_channels_in_play(tmp_path)
     assert not any(label.startswith(("motor ", "controller")) for label in labels)
 
 
+@pytest.mark.parametrize("ratio", [50.0, 5000.0])
+def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio):
+    bench = inverse(tmp_path)
+    bench.rig = replace(bench.rig, parameters={**bench.rig.parameters, "reducer.gear_ratio": ratio})
+    turns = 2.0 * 60.0 / 1.3 / (2.0 * np.pi)  # of 60 sin(1.3 t) rad/s over its 6 s, to and fro
+    (ripple,) = [h for h in vocabulary(bench.rig, bench.components, bench.measured, bench) if h.effect == "ripple"]
+    orders = {p.name: p.low for p in ripple.free if p.name.endswith("_order")}
+    assert orders["reducer.input_ripple_order"] == 1.0
+    if ratio == 50.0:
+        assert orders["reducer.output_ripple_order"] == pytest.approx(ratio / turns, rel=0.01)
+    else:  # not even the shortest
+        assert not any("output" in p.name for p in ripple.free)
+
+
 LAWS_OF = {
     "lag": (), "motor": (loops.dc,), "shaft_torque": (loops.dc,), "load_torque": (loops.load,), "gear": (loops.shaft,),
     "twist": (loops.shaft,), "controller": (loops.pd,), "whole": (loops.pd, loops.dc, loops.shaft, loops.load),

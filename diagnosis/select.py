@@ -99,13 +99,17 @@ class Contest(Ground):
         """Drop causes that later ones have made needless: an early guess may stand for a later, better one."""
         for gone in list(causes[:-1]):
             rest = [c for c in causes if c is not gone]
-            names = {p.name for c in rest for p in c.free} | {p.name for p in self.base_free}
-            free, values = tuple(p for p in whole.free if p.name in names), whole.fit.values
-            without = self._standing(self.fit(free, {p.name: values[p.name] for p in free}))
+            without = self._standing(self.with_these(rest, whole.fit))
             if not worse(without, whole, self.luck):
                 stages = [s for s in stages if s.winner is not gone]
                 causes, whole = rest, without
         return causes, stages, whole
+
+    def with_these(self, causes: list[Candidate], fitted: Fit) -> Fit:
+        """What is fitted, fitted again with these causes alone."""
+        names = {p.name for c in causes for p in c.free} | {p.name for p in self.base_free}
+        free = tuple(p for p in fitted.free if p.name in names)
+        return self.fit(free, {p.name: fitted.values[p.name] for p in free})
 
     def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Two causes may do with fewer numbers what a first guess and its helpers did."""

@@ -16,7 +16,7 @@ from .fit import Fit
 from .gain import Gain, improvement, measure, sizes
 from .result import Cause
 from .select import Contest, Outcome
-from .stage import LATE
+from .stage import LATE, SHOWS
 
 ENOUGH = 0.55
 """Share of the error above the noise floor that causes must close while something significant remains."""
@@ -66,9 +66,14 @@ class Judge:
         self.train, self.judged, self.names = train, judged, names
 
     def judge(self, outcome: Outcome) -> Judgement:
-        """Causes that do not help, that leave too much, or that a free function of one variable outdoes are dropped."""
+        """Causes that do not help, that leave too much, or that a free function of one variable outdoes are dropped.
+
+        What comes after the first is dropped one by one, the last first; else all are guesses.
+        """
         contest, base = self.contest, outcome.base
         self.bench.forget()
+        while len(outcome.causes) > 1 and (fewer := self._refuted(outcome)):
+            outcome = fewer
         before = contest.absolute(base.values) | {k: v for k, v in contest.nominal.items() if k not in base.values}
         nothing = replace(outcome, causes=[], kept=[], final=base)
         found = self._gained(outcome, before)
@@ -85,6 +90,17 @@ class Judge:
                 found = self._gained(nothing, before)
                 found.left = left
         return found
+
+    def _refuted(self, outcome: Outcome) -> Outcome | None:
+        """The outcome without the cause found last, where that lowers no error of the data that judge."""
+        bench, rest = self.bench, outcome.causes[:-1]
+        without = self.contest.with_these(rest, outcome.final)
+        old, new = self.contest.absolute(without.values), self.contest.absolute(outcome.final.values)
+        cut = max(bench.cuts, key=lambda c: improvement(bench, c, old, new, self.train))
+        gain = measure(bench, cut, old, new, self.judged, self.names, np.random.default_rng(0))
+        if gain.before < QUIET * gain.noise_floor or gain.after <= (1.0 - SHOWS) * gain.before:
+            return None
+        return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
 
     def _gained(self, outcome: Outcome, before: dict) -> Judgement:
         bench, after = self.bench, before

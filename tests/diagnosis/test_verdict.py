@@ -5,7 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from diagnosis import verdict
 from diagnosis.depends import Dependence
+from diagnosis.select import Outcome
 from diagnosis.stage import Round
 from diagnosis.verdict import Judge
 
@@ -50,10 +52,32 @@ def test_what_stands_in_the_way_is_no_cause_that_leaves_it_there(missing, left, 
 def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows):
     """An effect of a twentieth of the noise; where bins are samples the error's drop has been asked for already."""
     n, noise = 5000, np.random.default_rng().standard_normal(5000)
+    gear = SimpleNamespace(prefix="", uses=lambda name: True)
     bench = SimpleNamespace(
-        per_bin=samples_in_a_bin, cuts=["gear"], block_run=np.zeros(10, int), block_of=[np.arange(n) // 500],
+        per_bin=samples_in_a_bin, cuts=[gear], block_run=np.zeros(10, int), block_of=[np.arange(n) // 500],
         compare=lambda cut, values: [(np.full(n, values["amount"]), effect + noise, np.ones(n, bool))],
+        channels={(0, ""): SimpleNamespace(take=None)},
     )  # fmt: skip
     ground = SimpleNamespace(bench=bench, train=np.ones(10, bool), absolute=dict)
     base, fit = (SimpleNamespace(values={"amount": amount}) for amount in (0.0, effect))
     assert Round._shows(SimpleNamespace(ground=ground, base=base), SimpleNamespace(fit=fit)) == shows
+
+
+@pytest.mark.parametrize("before, after, floor, stays", [
+    (1.0, 0.9, 0.1, True), (1.0, 1.03, 0.1, False), (1.0, 0.995, 0.1, False),
+    (1.0, 1.0, 0.99, True),  # no error there that could tell
+])  # fmt: skip
+def test_the_last_of_several_causes_must_lower_the_error_of_the_data_that_judge(monkeypatch, before, after, floor, stays):
+    """In the comparison that it mended most on the data that taught."""
+    first, last, without = object(), object(), SimpleNamespace(values={"last": 0.0})
+    contest = SimpleNamespace(with_these=lambda causes, fitted: without, absolute=dict)
+    bench = SimpleNamespace(cuts=["gear", "motor"])
+    told = {"gear": SimpleNamespace(before=before, after=after, noise_floor=floor), "motor": None}
+    monkeypatch.setattr(verdict, "improvement", lambda bench, cut, *_: {"gear": 0.1, "motor": 0.05}[cut])
+    monkeypatch.setattr(verdict, "measure", lambda bench, cut, *_: told[cut])
+    outcome = Outcome([], [first, last], ["stage of the first", "of the last"], SimpleNamespace(values={"last": 1.0}), None)
+    fewer = Judge(bench, contest, None, None, [], None)._refuted(outcome)
+    if stays:
+        assert fewer is None
+    else:
+        assert (fewer.causes, fewer.kept, fewer.final) == ([first], ["stage of the first"], without)

@@ -152,7 +152,7 @@ def one(name: str) -> dict:
                 found |= angles(name, *values)
             if name == "worm_drive":
                 found["start_stop"] = start_stop(folder, DOCS / "measurements" / "start_stop.png")
-        for picture in ("missing", "traces", "faults"):
+        for picture in ("missing", "traces", "faults", "contest"):
             if (folder / f"{picture}.png").exists():
                 shutil.copy(folder / f"{picture}.png", DOCS / "measurements" / f"{name}_{picture}.png")
     return found

@@ -15,6 +15,7 @@ from .select import Contest, Outcome
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.patches import Patch  # noqa: E402
 
 BEFORE, AFTER, MEASURED, BAND = "#c2571a", "#1f6fb2", "#222222", "#1f6fb233"
 plt.rcParams.update(
@@ -31,7 +32,8 @@ plt.rcParams.update(
 
 def save(figure, path: Path) -> Path:
     """Write a figure and close it."""
-    figure.tight_layout()
+    if figure.get_layout_engine() is None:
+        figure.tight_layout()
     figure.savefig(path)
     plt.close(figure)
     return path
@@ -158,23 +160,47 @@ def where(
     return save(figure, path)
 
 
+ROLES = {
+    "named": {"facecolor": AFTER},
+    "not to be told from it": {"facecolor": "#7fa8c9"},
+    "best, dropped later": {"facecolor": "white", "edgecolor": AFTER, "hatch": "////"},
+    "considered": {"facecolor": "#b8b8b8"},
+}
+
+
 def contest(outcome: Outcome, path: Path) -> Path | None:
     """What was considered in each round, and the error that each left on blocks that its fit did not see."""
     stages = [s for s in outcome.stages if any(c.fit for c in s.candidates)]
     if not stages:
         return None
-    figure, axes = plt.subplots(1, len(stages), figsize=(5.2 * len(stages), 3.6), squeeze=False)
+    named = {cause.hypothesis.label for cause in outcome.causes}
+    chosen = {id(stage.candidates): stage.winner.hypothesis.label for stage in outcome.kept}  # later ones may exchange it
+
+    def role(c, stage) -> str:
+        label = c.hypothesis.label
+        if label == chosen.get(id(stage.candidates)) or (c is stage.winner and label in named):
+            return "named"
+        if c is stage.winner:
+            return "best, dropped later"
+        return "not to be told from it" if any(c is t for t in stage.tied) else "considered"
+
+    figure, axes = plt.subplots(1, len(stages), figsize=(5.2 * len(stages), 3.9), squeeze=False, layout="constrained")
     for number, (axis, stage) in enumerate(zip(axes[0], stages)):
         fitted = [c for c in stage.candidates if c.fit][:8][::-1]
         level = stage.base.errors.mean()
-        colors = [
-            AFTER if c is stage.winner else "#7fa8c9" if any(c is t for t in stage.tied) else "#b8b8b8" for c in fitted
-        ]
-        axis.barh([c.hypothesis.label for c in fitted], [c.errors.mean() / level for c in fitted], color=colors)
+        roles = [role(c, stage) for c in fitted]
+        bars = axis.barh([c.hypothesis.label for c in fitted], [c.errors.mean() / level for c in fitted])
+        for bar, what in zip(bars, roles):
+            bar.set(**ROLES[what])
         axis.axvline(1.0, color=BEFORE, lw=1.2)
         axis.set_title(f"round {number + 1}", fontsize=10)
         axis.set_xlim(0.0, 1.2)
         axis.set_xlabel("loss on unseen blocks / base's")
+    seen = {role(c, stage) for stage in stages for c in stage.candidates if c.fit}
+    figure.legend(
+        handles=[Patch(label=what, **look) for what, look in ROLES.items() if what in seen],
+        loc="outside lower center", ncols=len(ROLES), fontsize=9, frameon=False,
+    )  # fmt: skip
     return save(figure, path)
 
 

@@ -8,10 +8,12 @@ import matplotlib
 import numpy as np
 
 from .bench import Bench
+from .candidate import Candidate
 from .cuts import Cut
 from .depends import variables
 from .gain import samples
 from .select import Contest, Outcome
+from .stage import Stage
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -168,27 +170,28 @@ ROLES = {
 }
 
 
+def role(outcome: Outcome, stage: Stage, candidate: Candidate) -> str:
+    """What became of a candidate of a round, one of ROLES: a later round may drop or exchange the best."""
+    label = candidate.hypothesis.label
+    named = {cause.hypothesis.label for cause in outcome.causes}
+    chosen = [kept.winner.hypothesis.label for kept in outcome.kept if kept.candidates is stage.candidates]
+    if label in chosen or (candidate is stage.winner and label in named):
+        return "named"
+    if candidate is stage.winner:
+        return "best, dropped later"
+    return "not to be told from it" if any(candidate is t for t in stage.tied) else "considered"
+
+
 def contest(outcome: Outcome, path: Path) -> Path | None:
     """What was considered in each round, and the error that each left on blocks that its fit did not see."""
     stages = [s for s in outcome.stages if any(c.fit for c in s.candidates)]
     if not stages:
         return None
-    named = {cause.hypothesis.label for cause in outcome.causes}
-    chosen = {id(stage.candidates): stage.winner.hypothesis.label for stage in outcome.kept}  # later ones may exchange it
-
-    def role(c, stage) -> str:
-        label = c.hypothesis.label
-        if label == chosen.get(id(stage.candidates)) or (c is stage.winner and label in named):
-            return "named"
-        if c is stage.winner:
-            return "best, dropped later"
-        return "not to be told from it" if any(c is t for t in stage.tied) else "considered"
-
     figure, axes = plt.subplots(1, len(stages), figsize=(5.2 * len(stages), 3.9), squeeze=False, layout="constrained")
     for number, (axis, stage) in enumerate(zip(axes[0], stages)):
         fitted = [c for c in stage.candidates if c.fit][:8][::-1]
         level = stage.base.errors.mean()
-        roles = [role(c, stage) for c in fitted]
+        roles = [role(outcome, stage, c) for c in fitted]
         bars = axis.barh([c.hypothesis.label for c in fitted], [c.errors.mean() / level for c in fitted])
         for bar, what in zip(bars, roles):
             bar.set(**ROLES[what])
@@ -196,7 +199,7 @@ def contest(outcome: Outcome, path: Path) -> Path | None:
         axis.set_title(f"round {number + 1}", fontsize=10)
         axis.set_xlim(0.0, 1.2)
         axis.set_xlabel("loss on unseen blocks / base's")
-    seen = {role(c, stage) for stage in stages for c in stage.candidates if c.fit}
+    seen = {role(outcome, stage, c) for stage in stages for c in stage.candidates if c.fit}
     figure.legend(
         handles=[Patch(label=what, **look) for what, look in ROLES.items() if what in seen],
         loc="outside lower center", ncols=len(ROLES), fontsize=9, frameon=False,

@@ -60,8 +60,7 @@ def write(
                     "drop": c.drop,
                     "chance": c.chance,
                     "free": len(c.free),
-                    "won": c is stage.winner,
-                    "tied": any(c is t for t in stage.tied),
+                    "role": figures.role(outcome, stage, c),
                 }
                 for c in stage.candidates
                 if c.fit

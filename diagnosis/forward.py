@@ -50,7 +50,7 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
     voltage = supply = zero
     if ch.has("motor.duty", "motor.supply_voltage"):
         supply = ch.true("motor.supply_voltage", values)
-        voltage = ch.true("motor.duty", values) * supply
+        voltage = drive.voltage("motor.duty", values, ch)
     elif not closed:
         voltage = drive.voltage(drive.electric(ch), values, ch)
     wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero

@@ -119,7 +119,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     files["resources/slavemodule.txt"] = script.encode()
     for file in sorted(Path(pythonfmu.__file__).parent.glob("*.py")):
         files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
-    files |= loader.binaries(name)
+    files |= loader.binaries(name, package)
     files["documentation/index.html"] = documentation.page(model, key).encode()
     files["model.png"] = documentation.icon(name)
     model.guid = _guid(files)

@@ -24,6 +24,23 @@ PYTHONFMU = Path(pythonfmu.__file__).parent / "resources" / "binaries"
 SOURCES = ("forward.c", "python.c")
 OPTIONS = ("-std=gnu11", "-O2", "-Wall", "-fPIC", "-shared", "-fvisibility=hidden", "-Wl,-z,nodelete", "-Wl,--build-id=none", "-Wl,-z,relro")
 
+LET_GO = '''\
+"""pythonfmu's library ends its hold on Python twice at the end of a process, the second time through freed memory.
+
+Ended here before, both find nothing left to do.
+"""
+
+import atexit
+import ctypes
+import sys
+from pathlib import Path
+
+if sys.platform == "linux":
+    library = Path(__file__).parents[2] / "binaries" / "linux64" / "{name}.so"
+    atexit.register(ctypes.CDLL(str(library)).finalizePythonInterpreter)
+'''
+"""What forward.c does at the end, where there is no forward.c."""
+
 
 def compiler() -> str | None:
     """The C compiler for the loader: what CC names, else cc or gcc; None where there is none or the machine is not x86-64 Linux."""
@@ -53,11 +70,11 @@ def loader() -> bytes | None:
     return None
 
 
-def binaries(name: str) -> dict[str, bytes]:
-    """The files below binaries/ of the FMU `name`."""
+def binaries(name: str, package: str) -> dict[str, bytes]:
+    """The files below binaries/ of the FMU `name`, and what its `package` of sources does for pythonfmu's library alone."""
     linux = (PYTHONFMU / "linux64" / "libpythonfmu-export.so").read_bytes()
     files = {f"binaries/win64/{name}.dll": (PYTHONFMU / "win64" / "pythonfmu-export.dll").read_bytes()}
     own = loader()
     if own is None:
-        return files | {f"binaries/linux64/{name}.so": linux}
+        return files | {f"binaries/linux64/{name}.so": linux, f"resources/{package}/__init__.py": LET_GO.format(name=name).encode()}
     return files | {f"binaries/linux64/{name}.so": own, "binaries/linux64/libpythonfmu-export.so": linux}

@@ -82,6 +82,17 @@ def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkey
     assert run_alone(tmp_path, path) == run_alone(tmp_path, fmu("Motor"))
 
 
+def test_pythonfmu_s_library_alone_is_ended_before_its_memory_is(tmp_path, monkeypatch):
+    """At the end of a process it counts down in freed memory: an abort after all work, once in some hundred runs."""
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    with pytest.warns(UserWarning, match="Python hosts only"), zipfile.ZipFile(build("Motor", tmp_path)) as archive:
+        archive.extractall(tmp_path / "motor")
+    (package,) = (tmp_path / "motor" / "resources").glob("selflock_*/")
+    done = "import atexit, sys; sys.path.insert(0, sys.argv[1]); n = atexit._ncallbacks(); __import__(sys.argv[2]); print(atexit._ncallbacks() - n)"
+    told = subprocess.run([sys.executable, "-c", done, str(package.parent), package.name], capture_output=True, text=True)
+    assert (told.returncode, told.stdout, told.stderr) == (0, "1\n", "")
+
+
 ALONE = """
 import sys, json
 sys.path += {site}

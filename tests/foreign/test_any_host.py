@@ -153,6 +153,6 @@ def test_without_a_compiler_pythonfmu_s_library_is_packed(monkeypatch):
 
     monkeypatch.setenv("CC", "/nowhere/cc")
     with pytest.warns(UserWarning, match="Python hosts only"):
-        files = loader.binaries("Motor")
-    assert sorted(files) == ["binaries/linux64/Motor.so", "binaries/win64/Motor.dll"]
+        files = loader.binaries("Motor", "package")
+    assert sorted(files) == ["binaries/linux64/Motor.so", "binaries/win64/Motor.dll", "resources/package/__init__.py"]
     assert files["binaries/linux64/Motor.so"] == (loader.PYTHONFMU / "linux64" / "libpythonfmu-export.so").read_bytes()

@@ -76,10 +76,11 @@ def test_the_library_for_windows_is_pythonfmu_s_own(fmu):
 
 
 def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkeypatch, fmu):
+    own = fmu("Motor")
     monkeypatch.setenv("CC", "/nowhere/cc")
     with pytest.warns(UserWarning, match="Python hosts only"):
         path = build("Motor", tmp_path)
-    assert run_alone(tmp_path, path) == run_alone(tmp_path, fmu("Motor"))
+    assert run_alone(tmp_path, path) == run_alone(tmp_path, own)
 
 
 def test_pythonfmu_s_library_alone_is_ended_before_its_memory_is(tmp_path, monkeypatch):

@@ -33,7 +33,7 @@ def _told(result, case):
 
 @pytest.mark.parametrize("name", [name for name in DRAWS if name not in OUTSIDE])
 def test_each_cause_is_named(name, tmp_path):
-    case = bench.hide([name], seed=1, target=6.0)
+    case = bench.hide([name], seed=8, target=6.0)
     result = _ask(case, tmp_path)
     assert score.right_first(result, case), _told(result, case)
     assert result["gain"]["after"] < 0.8 * result["gain"]["before"]
@@ -59,7 +59,7 @@ def test_nothing_is_found_in_nothing(seed, tmp_path):
 
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_what_no_hypothesis_explains_is_unknown_with_what_it_depends_on(name, tmp_path):
-    case = bench.hide([name], seed=2, target=6.0)
+    case = bench.hide([name], seed=8, target=6.0)
     result = _ask(case, tmp_path)
     assert score.right_first(result, case), _told(result, case)
 

@@ -29,11 +29,7 @@ def controller(bench: Bench, prefix: str, command: str, values: dict, ch: Channe
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
     wanted = ch.true("controller.angle_setpoint", values)
-    rate = (
-        ch.true("controller.speed_setpoint", values)
-        if ch.has("controller.speed_setpoint")
-        else derivative(wanted, np.cumsum(ch.dt))
-    )
+    rate = drive.speed_setpoint(wanted, values, ch)
     out = np.empty(n)
     motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
     delivered = drive.delivered(bench, prefix, values, ch, moved)

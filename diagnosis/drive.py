@@ -8,7 +8,7 @@ import numpy as np
 
 from .kernels import kernels
 from .laws import parameters
-from .prepare import Channels, Motion, motion
+from .prepare import Channels, Motion, derivative, motion
 
 if TYPE_CHECKING:
     from .bench import Bench
@@ -86,6 +86,12 @@ def voltage(electric: str, values: dict, ch: Channels) -> np.ndarray:
     """Voltage on the motor, V; a duty counts times the supply's."""
     found = ch.true(electric, values)
     return found * ch.true("motor.supply_voltage", values) if electric == "motor.duty" else found
+
+
+def speed_setpoint(wanted: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
+    """Set-point of the speed: logged, or the rate of the angle's, `wanted`."""
+    name = "controller.speed_setpoint"
+    return ch.true(name, values) if ch.has(name) else derivative(wanted, np.cumsum(ch.dt))
 
 
 def delivered(

@@ -188,6 +188,7 @@ def contest(outcome: Outcome, path: Path) -> Path | None:
     if not stages:
         return None
     figure, axes = plt.subplots(1, len(stages), figsize=(5.2 * len(stages), 3.9), squeeze=False, layout="constrained")
+    seen = set()
     for number, (axis, stage) in enumerate(zip(axes[0], stages)):
         fitted = [c for c in stage.candidates if c.fit][:8][::-1]
         level = stage.base.errors.mean()
@@ -195,11 +196,11 @@ def contest(outcome: Outcome, path: Path) -> Path | None:
         bars = axis.barh([c.hypothesis.label for c in fitted], [c.errors.mean() / level for c in fitted])
         for bar, what in zip(bars, roles):
             bar.set(**ROLES[what])
+        seen.update(roles)
         axis.axvline(1.0, color=BEFORE, lw=1.2)
         axis.set_title(f"round {number + 1}", fontsize=10)
         axis.set_xlim(0.0, 1.2)
         axis.set_xlabel("loss on unseen blocks / base's")
-    seen = {role(outcome, stage, c) for stage in stages for c in stage.candidates if c.fit}
     figure.legend(
         handles=[Patch(label=what, **look) for what, look in ROLES.items() if what in seen],
         loc="outside lower center", ncols=len(ROLES), fontsize=9, frameon=False,

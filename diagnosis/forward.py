@@ -9,7 +9,7 @@ import numpy as np
 from . import drive
 from .compare import Compared, everywhere
 from .log import VALID
-from .prepare import Channels, derivative
+from .prepare import Channels
 
 if TYPE_CHECKING:
     from .bench import Bench
@@ -54,11 +54,7 @@ def simulate(bench: Bench, prefix: str, values: dict, ch: Channels, closed: bool
     elif not closed:
         voltage = drive.voltage(drive.electric(ch), values, ch)
     wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
-    rate = (
-        ch.raw("controller.speed_setpoint")
-        if ch.has("controller.speed_setpoint")
-        else derivative(wanted, np.cumsum(ch.dt))
-    )
+    rate = drive.speed_setpoint(wanted, {}, ch)
     powered = ch.run.signals.get(VALID, np.ones(n))
     out = np.zeros((8, n))
     for here in stretches(ch):

@@ -66,6 +66,18 @@ def improvement(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.nd
     return 1.0 - rms([e[t] for e, t in zip(new, trusted)]) / was if was > 0.0 else 0.0
 
 
+def most_mended(bench: Bench, before: dict, after: dict, blocks: np.ndarray) -> Cut:
+    """The cut whose error falls most in these blocks."""
+    return max(bench.cuts, key=lambda cut: improvement(bench, cut, before, after, blocks))
+
+
+def levels(bench: Bench, cut: Cut, values: dict, old: list[np.ndarray], new: list[np.ndarray], trusted: list[np.ndarray]
+           ) -> tuple[float, float, float]:
+    """Error (root mean square) before and after, and the noise floor, which is no higher; `values`: those after."""
+    was, now = (rms([e[t] for e, t in zip(errors, trusted)]) for errors in (old, new))
+    return was, now, min(floor(bench, cut, values, new, trusted), now)
+
+
 def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, names: list[str],
             rng: np.random.Generator, new: list[np.ndarray] | None = None) -> Gain:
     """The gain of one cut over `blocks`, which are called `names`; `new`: errors after, where not those of `after`."""
@@ -82,8 +94,7 @@ def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarra
     there = np.flatnonzero(counts)
     picks = rng.choice(there, (DRAWS, len(there)))
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
-    was, now = rms([e[t] for e, t in zip(old, trusted)]), rms([e[t] for e, t in zip(new, trusted)])
-    noise = min(floor(bench, cut, after, new, trusted), now)
+    was, now, noise = levels(bench, cut, after, old, new, trusted)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
     what = (
         f"the torque at the motor's shaft ({cut.name})" if cut.name.endswith("gear") else f"{cut.output} ({cut.name})"

@@ -104,7 +104,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
                     found.append(_sensor(channel, effect, spread(bench, channel)))
     if rig.kind == "steady":  # a point has no angle and no time
         found = [h for h in found if h.effect not in NOT_IN_POINTS]
-    found = [_seen_whole(_tried(h, bench), rig, bench) for h in found if h.free]
+    found = [_seen_whole(_tried(h, bench), bench) for h in found]
     return [h for h in found if h.free]
 
 
@@ -126,10 +126,10 @@ def _tried(hypothesis: Hypothesis, bench) -> Hypothesis:
     return replace(hypothesis, free=tuple(replace(p, trials=trials(p)) for p in hypothesis.free))
 
 
-def _seen_whole(hypothesis: Hypothesis, rig: Rig, bench) -> Hypothesis:
+def _seen_whole(hypothesis: Hypothesis, bench) -> Hypothesis:
     """A wave comes back: one that no run goes through once whole is a curve, and bends to anything."""
     free = list(hypothesis.free)
-    prefix = split(hypothesis.component, rig.drives)[0]
+    prefix = split(hypothesis.component, bench.rig.drives)[0]
     for order in [p for p in free if p.name.endswith(ORDERS)]:
         low = max(order.low, 1.0 / _turns(bench, prefix, 1 if ".output_" in order.name else 0))
         if low < order.high:

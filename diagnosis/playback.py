@@ -14,7 +14,6 @@ from . import drive
 from .bench import Bench
 from .compare import gear_inputs
 from .log import write_csv
-from .prepare import derivative
 
 
 class Playback(Part):
@@ -173,12 +172,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
             component("controller", "\n".join(f"{key} = {value!r}" for key, value in own.items()))
             wanted = ch.raw("controller.angle_setpoint")
             play("angle_setpoint", wanted, f"{name('controller')}.angle_setpoint")
-            rate = (
-                ch.raw("controller.speed_setpoint")
-                if ch.has("controller.speed_setpoint")
-                else derivative(wanted, columns["time"])
-            )
-            play("speed_setpoint", rate, f"{name('controller')}.speed_setpoint")
+            play("speed_setpoint", drive.speed_setpoint(wanted, {}, ch), f"{name('controller')}.speed_setpoint")
             connections += [
                 f'"{name("controller")}.angle" = "{name("load")}.angle"',
                 f'"{name("controller")}.speed" = "{name("load")}.speed"',

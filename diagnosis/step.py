@@ -16,7 +16,7 @@ from scipy.stats import norm
 
 from .bench import Bench
 from .cuts import Cut
-from .gain import improvement, measure, rms, samples
+from .gain import measure, most_mended, rms, samples
 from .log import VALID, Run
 from .noise import floor
 from .prepare import Channels
@@ -124,7 +124,7 @@ def to_blame(step: Step, whole: Bench, found: Judgement, blocks: np.ndarray, nam
     if not kept:
         gain = measure(bench, cut, before, before, blocks, names, rng, finer)
         return Judgement(outcome, before, before, cut, gain, []), cause
-    told = max(whole.cuts, key=lambda c: improvement(whole, c, before, after, blocks))
+    told = most_mended(whole, before, after, blocks)
     return Judgement(outcome, before, after, told, measure(whole, told, before, after, blocks, names, rng), []), cause
 
 

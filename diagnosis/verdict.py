@@ -13,7 +13,7 @@ from .candidate import Candidate
 from .cuts import Cut
 from .depends import QUIET, Dependence, depends
 from .fit import Fit
-from .gain import Gain, improvement, measure, sizes
+from .gain import Gain, levels, measure, most_mended, samples, sizes
 from .result import Cause
 from .select import Contest, Outcome
 from .stage import LATE, SHOWS
@@ -96,9 +96,10 @@ class Judge:
         bench, rest = self.bench, outcome.causes[:-1]
         without = self.contest.with_these(rest, outcome.final)
         old, new = self.contest.absolute(without.values), self.contest.absolute(outcome.final.values)
-        cut = max(bench.cuts, key=lambda c: improvement(bench, c, old, new, self.train))
-        gain = measure(bench, cut, old, new, self.judged, self.names, np.random.default_rng(0))
-        if gain.before < QUIET * gain.noise_floor or gain.after <= (1.0 - SHOWS) * gain.before:
+        cut = most_mended(bench, old, new, self.train)
+        errors, trusted = samples(bench, cut, old, self.judged)
+        was, now, noise = levels(bench, cut, new, errors, samples(bench, cut, new, self.judged)[0], trusted)
+        if was < QUIET * noise or now <= (1.0 - SHOWS) * was:  # data without the error can refute nothing
             return None
         return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
 
@@ -106,7 +107,7 @@ class Judge:
         bench, after = self.bench, before
         if outcome.causes:
             after = self.contest.absolute(outcome.final.values)
-            cut = max(bench.cuts, key=lambda c: improvement(bench, c, before, after, self.train))
+            cut = most_mended(bench, before, after, self.train)
         else:
             cut = self._most_off(outcome)
         gain = measure(bench, cut, before, after, self.judged, self.names, self.rng)

@@ -15,7 +15,7 @@ from diagnosis.select import Contest
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA, RIGS = ROOT.parent / "shared" / "data", ROOT / "examples" / "rigs"
-RIVALS = {"reducer load_dependent", "reducer stribeck"}
+RIVALS = {"reducer load_dependent", "reducer stribeck", "motor torque_constant"}
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)")
 
 
@@ -52,7 +52,7 @@ def test_the_linear_drives_friction_differs_by_direction():
 def test_the_servos_friction_differs_between_lifting_and_lowering():
     """Duclusaud et al. 2025: load-dependent friction with a direction halves the closed loop's error, Stribeck changes next to nothing.
 
-    One round between the two alone: the whole contest takes minutes and is in docs/measurements.md.
+    One round between three rivals alone: the whole contest takes minutes and is in docs/measurements.md.
     """
     rig = load(RIGS / "xl330.toml")
     paths = [path for gain in (100, 800) for path in sorted((DATA / "xl330").glob(f"kp{gain}_*.csv"))]

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from diagnosis import verdict
+from diagnosis import gain, verdict
 from diagnosis.depends import Dependence
 from diagnosis.select import Outcome
 from diagnosis.stage import Round
@@ -72,9 +72,10 @@ def test_the_last_of_several_causes_must_lower_the_error_of_the_data_that_judge(
     first, last, without = object(), object(), SimpleNamespace(values={"last": 0.0})
     contest = SimpleNamespace(with_these=lambda causes, fitted: without, absolute=dict)
     bench = SimpleNamespace(cuts=["gear", "motor"])
-    told = {"gear": SimpleNamespace(before=before, after=after, noise_floor=floor), "motor": None}
-    monkeypatch.setattr(verdict, "improvement", lambda bench, cut, *_: {"gear": 0.1, "motor": 0.05}[cut])
-    monkeypatch.setattr(verdict, "measure", lambda bench, cut, *_: told[cut])
+    told = {"gear": (before, after, floor), "motor": None}
+    monkeypatch.setattr(gain, "improvement", lambda bench, cut, *_: {"gear": 0.1, "motor": 0.05}[cut])
+    monkeypatch.setattr(verdict, "samples", lambda bench, cut, *_: ([], []))
+    monkeypatch.setattr(verdict, "levels", lambda bench, cut, *_: told[cut])
     outcome = Outcome([], [first, last], ["stage of the first", "of the last"], SimpleNamespace(values={"last": 1.0}), None)
     fewer = Judge(bench, contest, None, None, [], None)._refuted(outcome)
     if stays:

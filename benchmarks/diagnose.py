@@ -20,9 +20,9 @@ import numpy as np
 import pyarrow
 import pyarrow.csv
 
-import diagnosis
-from diagnosis.kernels import kernels
-from diagnosis.laws import parameters
+from selflock import diagnosis
+from selflock.diagnosis.kernels import kernels
+from selflock.diagnosis.laws import parameters
 
 STEP = 1e-3
 RIG = """

@@ -11,8 +11,8 @@ from numba import njit
 from rich.console import Console
 from rich.table import Table
 
-from fmus.reducer import shaft, wedge
-from master.compiled import compiled
+from selflock.fmus.reducer import shaft, wedge
+from selflock.master.compiled import compiled
 
 STEP, ROUNDS, COUNT = 1e-3, 7, 5000
 CASES = {  # parameters, output torque, speed of the input shaft, share of the torque that sliding needs
@@ -50,7 +50,7 @@ def loop(step):
 
 
 def main() -> None:
-    fast = compiled("fmus.reducer.shaft")
+    fast = compiled("selflock.fmus.reducer.shaft")
     plain, quick = loop(shaft.advance), njit(loop(fast.advance))
     table = Table("reducer, 1 ms step", "plain, us", "compiled, us")
     for name, values in CASES.items():

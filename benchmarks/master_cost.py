@@ -20,8 +20,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-import master
-from master.fmu import FmuPart
+from selflock import master
+from selflock.master.fmu import FmuPart
 
 ROOT = Path(__file__).parents[1]
 
@@ -97,7 +97,7 @@ def main() -> None:
         if chosen.fmu:
             cases = [(path, chosen.input, chosen.output, {}) for path in chosen.fmu]
         else:
-            from fmus.build import built
+            from selflock.fmus.build import built
 
             cases = [(built("Motor"), "voltage", "torque", {"speed": 0.0}), (pack("relaxation", folder), "u", "x", {"rate": 1.0})]
         for path, given, taken, start in cases:

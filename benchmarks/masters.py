@@ -26,9 +26,9 @@ from master_cost import bare
 from rich.console import Console
 from rich.table import Table
 
-import master
-from fmus.build import built
-from master.ssp import export
+from selflock import master
+from selflock.fmus.build import built
+from selflock.master.ssp import export
 
 ROOT = Path(__file__).parents[1]
 STEP = 1e-3

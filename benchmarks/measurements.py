@@ -19,13 +19,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from diagnosis import diagnose
-from diagnosis.bench import Bench
-from diagnosis.check import check
-from diagnosis.extend import with_fmus
-from diagnosis.log import read
-from diagnosis.rig import load
-from diagnosis.run import gather
+from selflock.diagnosis import diagnose
+from selflock.diagnosis.bench import Bench
+from selflock.diagnosis.check import check
+from selflock.diagnosis.extend import with_fmus
+from selflock.diagnosis.log import read
+from selflock.diagnosis.rig import load
+from selflock.diagnosis.run import gather
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
@@ -69,7 +69,7 @@ def fitted(folder: Path) -> tuple[dict, dict]:
 
 def relative(name: str, before: dict, after: dict) -> dict:
     """Norm of the force's error over the norm of the force, in %: on the held-out blocks, and on all samples."""
-    from diagnosis.blocks import split
+    from selflock.diagnosis.blocks import split
 
     given = load(rig(name))
     runs, _, held = gather(given, *logs(name))
@@ -103,7 +103,7 @@ def start_stop(folder: Path, picture: Path | None) -> dict:
     """The worm drive started and stopped at 10 rpm: its extended reducer FMU on that motion, fitted to steady points alone."""
     import matplotlib.pyplot as plt
 
-    from diagnosis.figures import AFTER, BEFORE, MEASURED, save
+    from selflock.diagnosis.figures import AFTER, BEFORE, MEASURED, save
 
     given = replace(load(rig("worm_drive")), kind="inverse", run="", hold_out="")
     runs = read(DATA / "worm_drive/start_stop.csv", given)

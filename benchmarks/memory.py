@@ -17,8 +17,8 @@ import psutil
 from rich.console import Console
 from rich.table import Table
 
-from master import run
-from master.study import runs
+from selflock.master import run
+from selflock.study import runs
 
 LOOKS = 60
 

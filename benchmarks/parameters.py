@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis import diagnose
+from selflock.diagnosis import diagnose
 from tests.diagnosis.plant import bench, score
 
 NAMES = ("motor.brush_drop", "controller.dead_zone", "controller.delay", "controller.sampling", "reducer.backlash",

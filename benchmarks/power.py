@@ -26,8 +26,8 @@ for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # each worker, wh
 import numpy as np
 import pandas as pd
 
-from sweep import SweepError, map_runs
-from sweep.store import rows_in
+from selflock.sweep import SweepError, map_runs
+from selflock.sweep.store import rows_in
 from tests.diagnosis.plant import bench, score
 from tests.diagnosis.plant.causes import DRAWS, OUTSIDE, VOCABULARY
 
@@ -35,7 +35,7 @@ ROOT = Path(__file__).parents[1]
 ROWS = ROOT / "out" / "power"
 DOCS = ROOT / "docs"
 STRENGTHS = (1.2, 12.0)  # error without the cause's model over the error with it, drawn evenly in its logarithm
-SOURCES = ("diagnosis", "fmus", "tests.diagnosis.plant")  # what decides a row
+SOURCES = ("selflock.diagnosis", "selflock.fmus", "tests.diagnosis.plant")  # what decides a row
 
 
 def cases(seeds: int, none: int, pairs: int, only: list[str]) -> list[tuple[tuple[str, ...], int]]:
@@ -58,7 +58,7 @@ def pair(seed: int) -> tuple[str, str]:
 
 def one(_, item: dict) -> dict:
     """Hide, diagnose, judge: a row of the study, as one text, for its lists differ from verdict to verdict."""
-    from diagnosis import diagnose
+    from selflock.diagnosis import diagnose
 
     names, seed = item["hidden"], item["seed"]
     rng = np.random.default_rng([seed, 3])

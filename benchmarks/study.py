@@ -15,9 +15,9 @@ from time import thread_time
 from rich.console import Console
 from rich.table import Table
 
-from master import run
-from master.study import runs
-from master.vehicle import Robot
+from selflock.master import run
+from selflock.study import runs
+from selflock.vehicle import Robot
 
 ROUNDS = 7
 FRICTION = 0.03

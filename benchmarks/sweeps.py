@@ -18,12 +18,12 @@ import dask
 import psutil
 from distributed import Client, LocalCluster
 
-import master
-from sweep import engine, map_runs
-from sweep.cluster import QUIET
-from sweep.record import figures
-from sweep.runs import Bench, adapt, run_one
-from sweep.study import from_dict
+from selflock import master
+from selflock.sweep import engine, map_runs
+from selflock.sweep.cluster import QUIET
+from selflock.sweep.record import figures
+from selflock.sweep.runs import Bench, adapt, run_one
+from selflock.sweep.study import from_dict
 
 RUNS = 40
 SLOTS = 1000
@@ -31,7 +31,7 @@ SLOTS = 1000
 
 def study():
     data = {
-        "system": "master/study/robot.toml", "set": {"robot.track": "belt"}, "stop": 10.0,
+        "system": "study/robot.toml", "set": {"robot.track": "belt"}, "stop": 10.0,
         "vary": {"mu": {
             "grid": {"from": 0.0, "to": 0.06, "count": RUNS},
             "set": ["rear_reducer.friction_kinetic", "rear_reducer.friction_static"],

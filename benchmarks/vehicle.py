@@ -11,8 +11,8 @@ import time
 
 from numba import njit
 
-from master.vehicle import Robot
-from master.vehicle.munk import call_step
+from selflock.vehicle import Robot
+from selflock.vehicle.munk import call_step
 
 ROUNDS, TIME = 80, 0.04  # s of simulated time in a round: short, so that some rounds meet no other work on the machine
 

@@ -1,6 +1,6 @@
 """From measured data to the named cause, the extended model and its measured gain.
 
-    import diagnosis
+    from selflock import diagnosis
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 """

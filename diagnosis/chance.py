@@ -168,7 +168,9 @@ class Chance:
     def write(self, out: Path) -> None:
         """chance.json and chance.png."""
         (out / "chance.json").write_text(json.dumps(self.data(), indent=2) + "\n")
-        _plot(self, out / "chance.png")
+        from .figures import chance as draw_chance
+
+        draw_chance(self, SIGNIFICANT, out / "chance.png")
 
 
 @threadpool_limits.wrap(limits=1)
@@ -231,33 +233,3 @@ def _digest(search: Search) -> str:
         for name, values in sorted(run.signals.items()):
             content.update(name.encode() + np.ascontiguousarray(values).tobytes() + run.usable(name).tobytes())
     return content.hexdigest()[:16]
-
-
-def _plot(found: Chance, path: Path) -> None:
-    """The share of draws above each gain, and where the measured log lies."""
-    from .figures import AFTER, BEFORE, MEASURED, plt, save
-
-    figure, axes = plt.subplots(figsize=(7.5, 4.4))
-    for gains, label, color in (
-        (found.quick, f"quick: linear search, {len(found.quick)} draws", AFTER),
-        (found.full, f"whole search, {len(found.full)} simulated logs", BEFORE),
-    ):
-        if len(gains):
-            x = 100.0 * np.sort(gains)
-            axes.step(np.append(0.0, x), 1.0 - np.arange(len(x) + 1) / len(x), where="post", color=color, label=label)
-    most = 100.0 * max(found.full.max(), found.quick.max() if len(found.quick) else 0.0, 1e-3)
-    mine, name = 100.0 * found.gain, found.hypothesis
-    if mine <= 3.0 * most:
-        axes.axvline(mine, color=MEASURED, lw=1.2, label=f"measured log: {name}")
-        most = max(most, mine)
-    else:
-        axes.annotate(f"measured log: {name}, {mine:.3g} % →", (0.99, 0.76), xycoords="axes fraction", ha="right")
-    axes.axhline(SIGNIFICANT, color="0.5", lw=0.8, ls=":")
-    axes.annotate(f"level of a cause, {SIGNIFICANT:g}", (0.995, SIGNIFICANT), xycoords=("axes fraction", "data"),
-                  ha="right", va="bottom", fontsize=8, color="0.4")  # fmt: skip
-    axes.set(
-        yscale="log", ylim=(0.5 / max(len(found.full), len(found.quick), 50), 1.2), xlim=(0.0, 1.08 * most),
-        xlabel="largest held-out gain, % of the loss that the best model leaves", ylabel="share of draws above it",
-    )  # fmt: skip
-    axes.legend(frameon=False, loc="upper right")
-    save(figure, path)

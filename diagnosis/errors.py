@@ -1,6 +1,6 @@
 """What can be wrong with a measurement or its description. The tree stands in fmus.errors."""
 
-from fmus.errors import SelflockError
+from selflock.fmus.errors import SelflockError
 
 
 class DataError(SelflockError):

@@ -14,7 +14,7 @@ import numpy as np
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
-from fmus.build import build
+from selflock.fmus.build import build
 
 from .bench import Bench
 from .cuts import Cut

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from .bench import Bench
 from .candidate import Candidate
@@ -15,29 +18,33 @@ from .gain import samples
 from .select import Contest, Outcome
 from .stage import Stage
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.patches import Patch  # noqa: E402
+if TYPE_CHECKING:
+    from .chance import Chance
 
 BEFORE, AFTER, MEASURED, BAND = "#c2571a", "#1f6fb2", "#222222", "#1f6fb233"
-plt.rcParams.update(
-    {
-        "font.size": 10,
-        "axes.grid": True,
-        "grid.alpha": 0.25,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "figure.dpi": 110,
-    }
-)
+STYLE = {
+    "font.size": 10,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "figure.dpi": 110,
+}
+styled = rc_context(STYLE)
+"""Decorates what draws: the style holds while it does, and nobody else's is touched."""
 
 
-def save(figure, path: Path) -> Path:
-    """Write a figure and close it."""
+def subplots(rows: int = 1, columns: int = 1, figsize: tuple = (6.4, 4.8), layout: str | None = None, **more) -> tuple:
+    """A figure and its axes, known to nobody else."""
+    figure = Figure(figsize=figsize, layout=layout)
+    return figure, figure.subplots(rows, columns, **more)
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure."""
     if figure.get_layout_engine() is None:
         figure.tight_layout()
     figure.savefig(path)
-    plt.close(figure)
     return path
 
 
@@ -46,6 +53,7 @@ def quantity(cut: Cut) -> str:
     return "torque at the motor's shaft" if cut.name.endswith("gear") else cut.output
 
 
+@styled
 def traces(
     bench: Bench,
     cut: Cut,
@@ -62,7 +70,7 @@ def traces(
     `compared`: what was simulated before, where something else than the laws did it."""
     old = bench.compare(cut, before) if compared is None else compared
     new = bench.compare(cut, after) if changed else old
-    figure, (top, low) = plt.subplots(2, 1, figsize=(9, 5.4), sharex=True, height_ratios=[2, 1])
+    figure, (top, low) = subplots(2, 1, figsize=(9, 5.4), sharex=True, height_ratios=[2, 1])
     if bench.steady:
         x = variables(bench, cut, after)["speed"][0]
         order = np.argsort(x)
@@ -113,6 +121,7 @@ def _worst(bench: Bench, compared, held: np.ndarray) -> tuple[int, slice]:
     return where
 
 
+@styled
 def where(
     bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, changed: bool, noise: float, path: Path
 ) -> Path:
@@ -131,7 +140,7 @@ def where(
         if label != "direction" and varies(parts)
     ][:8]
     rows = int(np.ceil(len(wanted) / 4))
-    figure, axes = plt.subplots(rows, 4, figsize=(11, 2.6 * rows), squeeze=False, sharey=True)
+    figure, axes = subplots(rows, 4, figsize=(11, 2.6 * rows), squeeze=False, sharey=True)
     for axis, (label, parts) in zip(axes.flat, wanted):
         there = [t & np.isfinite(p) for p, t in zip(parts, trusted)]
         x = np.concatenate([p[t] for p, t in zip(parts, there)])
@@ -182,12 +191,13 @@ def role(outcome: Outcome, stage: Stage, candidate: Candidate) -> str:
     return "not to be told from it" if any(candidate is t for t in stage.tied) else "considered"
 
 
+@styled
 def contest(outcome: Outcome, path: Path) -> Path | None:
     """What was considered in each round, and the error that each left on blocks that its fit did not see."""
     stages = [s for s in outcome.stages if any(c.fit for c in s.candidates)]
     if not stages:
         return None
-    figure, axes = plt.subplots(1, len(stages), figsize=(5.2 * len(stages), 3.9), squeeze=False, layout="constrained")
+    figure, axes = subplots(1, len(stages), figsize=(5.2 * len(stages), 3.9), squeeze=False, layout="constrained")
     seen = set()
     for number, (axis, stage) in enumerate(zip(axes[0], stages)):
         fitted = [c for c in stage.candidates if c.fit][:8][::-1]
@@ -253,6 +263,7 @@ def axis_label(bench: Bench, label: str) -> str:
     return f"{label} in {unit}" if unit else label
 
 
+@styled
 def missing(
     bench: Bench,
     cut: Cut,
@@ -293,7 +304,7 @@ def missing(
     draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
     curves = [added(contest_.absolute(dict(zip(names, row)))) for row in draws]
     curves = [curve for curve in curves if np.isfinite(curve).all()]
-    figure, axis = plt.subplots(figsize=(7, 3.8))
+    figure, axis = subplots(figsize=(7, 3.8))
     axis.errorbar(
         middle,
         mean(lacking),
@@ -314,6 +325,7 @@ def missing(
     return save(figure, path)
 
 
+@styled
 def faults(bench_runs, found, path: Path, most: int = 6) -> Path | None:
     """Faults marked in place, each in its neighbourhood."""
     shown = [f for f in found if f.channel != "time"][:most]
@@ -321,7 +333,7 @@ def faults(bench_runs, found, path: Path, most: int = 6) -> Path | None:
         return None
     columns = min(3, len(shown))
     rows = int(np.ceil(len(shown) / columns))
-    figure, axes = plt.subplots(rows, columns, figsize=(3.6 * columns, 2.4 * rows), squeeze=False)
+    figure, axes = subplots(rows, columns, figsize=(3.6 * columns, 2.4 * rows), squeeze=False)
     for axis, fault in zip(axes.flat, shown):
         run = next(
             r
@@ -338,4 +350,33 @@ def faults(bench_runs, found, path: Path, most: int = 6) -> Path | None:
         axis.set_xlabel("row", fontsize=8)
     for axis in axes.flat[len(shown):]:
         axis.set_visible(False)
+    return save(figure, path)
+
+
+@styled
+def chance(found: Chance, level: float, path: Path) -> Path:
+    """The share of draws above each gain, and where the measured log lies; a cause's chance is below `level`."""
+    figure, axes = subplots(figsize=(7.5, 4.4))
+    for gains, label, color in (
+        (found.quick, f"quick: linear search, {len(found.quick)} draws", AFTER),
+        (found.full, f"whole search, {len(found.full)} simulated logs", BEFORE),
+    ):
+        if len(gains):
+            x = 100.0 * np.sort(gains)
+            axes.step(np.append(0.0, x), 1.0 - np.arange(len(x) + 1) / len(x), where="post", color=color, label=label)
+    most = 100.0 * max(found.full.max(), found.quick.max() if len(found.quick) else 0.0, 1e-3)
+    mine, name = 100.0 * found.gain, found.hypothesis
+    if mine <= 3.0 * most:
+        axes.axvline(mine, color=MEASURED, lw=1.2, label=f"measured log: {name}")
+        most = max(most, mine)
+    else:
+        axes.annotate(f"measured log: {name}, {mine:.3g} % →", (0.99, 0.76), xycoords="axes fraction", ha="right")
+    axes.axhline(level, color="0.5", lw=0.8, ls=":")
+    axes.annotate(f"level of a cause, {level:g}", (0.995, level), xycoords=("axes fraction", "data"),
+                  ha="right", va="bottom", fontsize=8, color="0.4")  # fmt: skip
+    axes.set(
+        yscale="log", ylim=(0.5 / max(len(found.full), len(found.quick), 50), 1.2), xlim=(0.0, 1.08 * most),
+        xlabel="largest held-out gain, % of the loss that the best model leaves", ylabel="share of draws above it",
+    )  # fmt: skip
+    axes.legend(frameon=False, loc="upper right")
     return save(figure, path)

@@ -67,7 +67,7 @@ class Hypothesis:
 
 def effects(component: str) -> tuple:
     """The effects that stand beside a component's physics."""
-    return import_module(f"fmus.{component}.effects").EFFECTS
+    return import_module(f"selflock.fmus.{component}.effects").EFFECTS
 
 
 def base(component: str) -> tuple:

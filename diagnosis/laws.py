@@ -7,26 +7,26 @@ from importlib import import_module
 from math import inf
 from typing import Iterable
 
-from fmus.slave import Variable, rows
+from selflock.fmus.slave import Variable, rows
 
 from .errors import DataError
 from .rig import Rig, split, suggest
 from .signals import SIGNALS
 
 MODULES = {
-    "controller": "fmus.controller.pd",
-    "motor": "fmus.motor.dc",
-    "reducer": "fmus.reducer.shaft",
-    "load": "fmus.load.load",
+    "controller": "selflock.fmus.controller.pd",
+    "motor": "selflock.fmus.motor.dc",
+    "reducer": "selflock.fmus.reducer.shaft",
+    "load": "selflock.fmus.load.load",
 }
-_TABLES = {**MODULES, "reducer": "fmus.reducer.law"}
+_TABLES = {**MODULES, "reducer": "selflock.fmus.reducer.law"}
 LAWS = {component: import_module(module) for component, module in _TABLES.items()}
 
 
 @cache
 def compiled(module: str):
     """A module of the laws with all its functions compiled by numba."""
-    from master.compiled import compiled as compile_module
+    from selflock.master.compiled import compiled as compile_module
 
     return compile_module(module)
 
@@ -94,5 +94,5 @@ def _row(rig: Rig, where: str, name: str) -> Variable | None:
 
 @cache
 def _rows(component: str) -> tuple[Variable, ...]:
-    law = import_module("fmus.sensor.sensor") if component == "sensor" else LAWS[component]
+    law = import_module("selflock.fmus.sensor.sensor") if component == "sensor" else LAWS[component]
     return rows(law.BASE, law.EFFECTS)

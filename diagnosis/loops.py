@@ -6,10 +6,10 @@ sample i is held until t[i + 1]. Arrays are float64, SI.
 
 from math import cos, exp
 
-from fmus.controller import pd
-from fmus.load import load
-from fmus.motor import dc
-from fmus.reducer import shaft
+from selflock.fmus.controller import pd
+from selflock.fmus.load import load
+from selflock.fmus.motor import dc
+from selflock.fmus.reducer import shaft
 
 
 def lag(x, dt, time, y):

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from master.face import Variable
-from master.simulation import run as run_system
-from master.system import Component, Connection, System, did_you_mean, load
-from master.wiring import wire
+from selflock.master.face import Variable
+from selflock.master.simulation import run as run_system
+from selflock.master.system import Component, Connection, System, did_you_mean, load
+from selflock.master.wiring import wire
 
 from .errors import DataError
 from .log import Run
@@ -139,7 +139,7 @@ class Parts:
         if columns:
             types = {name: self.variables[name].type for name in columns}
             options = {"time": time, "columns": columns, "types": types}
-            components = {LOG: Component(part="diagnosis.parts:Signals", options=options), **components}
+            components = {LOG: Component(part="selflock.diagnosis.parts:Signals", options=options), **components}
             connections |= {name: Connection(f"{LOG}.{name}", convert=False) for name in columns}
         order = [LOG] * bool(columns) + [name for name in self.order if name in group.members]
         part = System(self.system.name, folder=self.system.folder, components=components, connections=connections,

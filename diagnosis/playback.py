@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from master.face import Part, Variable
+from selflock.master.face import Part, Variable
 
 from . import drive
 from .bench import Bench
@@ -114,7 +114,7 @@ def _command(name, ch, components: list[str], play, values: dict) -> list[str]:
     if not ch.has("motor.duty", "motor.supply_voltage"):
         return [f'"{name("motor")}.voltage" = "{name("controller")}.voltage"']
     stage = name("stage")
-    components.append(f'[components.{stage}]\npart = "diagnosis.playback:PowerStage"\n')
+    components.append(f'[components.{stage}]\npart = "selflock.diagnosis.playback:PowerStage"\n')
     play("supply_voltage", ch.true("motor.supply_voltage", values), f"{stage}.supply_voltage")
     return [f'"{stage}.duty" = {{ from = "{name("controller")}.voltage", convert = false }}',
             f'"{name("motor")}.voltage" = {{ from = "{stage}.voltage", convert = false }}']
@@ -211,7 +211,7 @@ def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -
         "open_inputs = true",
         "",
         "[components.log]",
-        'part = "diagnosis.playback:Playback"',
+        'part = "selflock.diagnosis.playback:Playback"',
         "[components.log.options]",
         f"log = {str((out / 'inputs.csv').resolve())!r}",
         f"held = {held!r}",

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fmus.build import build
+from selflock.fmus.build import build
 
 from . import figures
 from .bench import Bench

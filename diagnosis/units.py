@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from master.errors import DescriptionError
-from master.units import conversion as between
-from master.units import unit
+from selflock.master.errors import DescriptionError
+from selflock.master.units import conversion as between
+from selflock.master.units import unit
 
 
 def conversion(given: str, wanted: str) -> tuple[float, float]:

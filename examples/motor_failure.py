@@ -8,10 +8,10 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-import master
-from master.study.figures import COLOURS, STYLE, sketch
+from selflock import master, study
+from selflock.study.figures import COLOURS, STYLE, sketch
 
-ROBOT = Path(master.__file__).parent / "study" / "robot.toml"
+ROBOT = Path(study.__file__).parent / "robot.toml"
 FAILS_AT = 8.5  # s; the robot was lifted from 6 to 8 s
 
 

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import tempfile
 import zipfile
 from functools import cache
@@ -35,13 +34,8 @@ from .slave import Slave
 
 ROOT = Path(__file__).resolve().parent.parent
 SHARED = ("fmus/__init__.py", "fmus/effect.py", "fmus/slave.py")
-FACES = {
-    "Reducer": "fmus.reducer.fmu",
-    "Motor": "fmus.motor.fmu",
-    "Controller": "fmus.controller.fmu",
-    "Load": "fmus.load.fmu",
-    "Sensor": "fmus.sensor.fmu",
-}
+HOUSE = __name__.partition(".")[0] + "."  # the package whose rooms an FMU carries
+FACES = {name: f"{HOUSE}fmus.{name.lower()}.fmu" for name in ("Reducer", "Motor", "Controller", "Load", "Sensor")}
 # pythonfmu's library runs the script at every instantiation, and each time drops one reference too many to the
 # script's globals: they would be freed under its feet. So the script takes one more each time it runs.
 SCRIPT = """\
@@ -97,20 +91,23 @@ def face_of(name: str) -> type[Slave]:
 
 def sources_of(face: type[Slave]) -> dict[str, bytes]:
     """The files that a face needs to run: what is shared, its own folder and what it names in `needs`."""
-    folder = ROOT / "fmus" / face.__module__.split(".")[1]
+    folder = ROOT / "fmus" / _inside(face).split(".")[1]
     files = [*SHARED, *(f"fmus/{name}" for name in face.needs), *(str(path.relative_to(ROOT)) for path in folder.rglob("*.py"))]
     return {name.replace(os.sep, "/"): (ROOT / name).read_bytes() for name in sorted(set(files))}
 
 
 def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[str, Any] | None = None) -> Path:
-    """Write the FMU of a face, made of `sources` (path below the project -> content), to `path`."""
+    """Write the FMU of a face, made of `sources` (path below the project -> content), to `path`.
+
+    Sources go in as they are: they import one another relatively, so that they find one another in any package.
+    """
     starts = dict(starts or {})
-    name, module = face.__name__, face.__module__
+    name, module = face.__name__, _inside(face)
     key = _hash(sources, starts, name.encode())
     package, script = f"selflock_{key}", f"selflock_{key}_{name.lower()}"
     model = _model(face, starts)
 
-    files: dict[str, bytes] = {f"resources/{package}/{file}": _imports_moved(text, package) for file, text in sources.items()}
+    files: dict[str, bytes] = {f"resources/{package}/{file}": text for file, text in sources.items()}
     for folder in {parent for file in sources for parent in Path(file).parents}:
         files.setdefault(f"resources/{package}/{folder.as_posix()}/__init__.py".replace("/./", "/"), b"")
     names = {"package": package, "module": module, "name": name, "key": key, "starts": starts}
@@ -151,9 +148,9 @@ def _model(face: type[Slave], starts: dict[str, Any]) -> Slave:
     return model
 
 
-def _imports_moved(text: bytes, package: str) -> bytes:
-    """Absolute imports of this project's packages, where a source has any, now name the FMU's own package."""
-    return re.sub(rb"(?m)^(\s*)(from|import) (fmus|master)\b", rb"\1\2 " + package.encode() + rb".\3", text)
+def _inside(face: type[Slave]) -> str:
+    """The module of a face as its FMU has it, such as fmus.motor.fmu."""
+    return face.__module__.removeprefix(HOUSE)
 
 
 def _hash(sources: dict[str, bytes], starts: dict[str, Any], *more: bytes) -> str:

@@ -1,12 +1,12 @@
 """The root of every error that selflock raises for a user's mistake.
 
     SelflockError
-    ├── BuildError            an FMU cannot be packed                 (fmus.build)
-    ├── DescriptionError      a system description is wrong           (master.errors)
-    ├── PartFailed            a coupled part failed while it ran      (master.errors)
-    ├── ResultError           a result file cannot be read or written (master.errors)
-    ├── DataError             a rig or a log cannot be used           (diagnosis.errors)
-    └── SweepError            a sweep cannot be run or gone on with   (sweep.errors)
+    ├── BuildError            an FMU cannot be packed                 (selflock.fmus.build)
+    ├── DescriptionError      a system description is wrong           (selflock.master.errors)
+    ├── PartFailed            a coupled part failed while it ran      (selflock.master.errors)
+    ├── ResultError           a result file cannot be read or written (selflock.master.errors)
+    ├── DataError             a rig or a log cannot be used           (selflock.diagnosis.errors)
+    └── SweepError            a sweep cannot be run or gone on with   (selflock.sweep.errors)
 
 The command line prints the message of a SelflockError alone, without a traceback, and exits with 2.
 """

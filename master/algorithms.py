@@ -18,8 +18,8 @@ from __future__ import annotations
 import math
 from typing import Callable
 
-from master.errors import DescriptionError
-from master.wiring import Link, Wiring
+from .errors import DescriptionError
+from .wiring import Link, Wiring
 
 
 class Seat:

@@ -25,7 +25,7 @@ import pythonfmu  # noqa: F401  ours first: FMUs made with it put the folder wit
 from fmpy import fmi2
 from fmpy.model_description import ModelDescription
 
-from master.errors import DescriptionError
+from .errors import DescriptionError
 
 LINES_KEPT = 50
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")

@@ -23,20 +23,20 @@ from types import FunctionType, ModuleType
 
 from numba import njit
 
-from fmus.build import cache_folder
+from selflock.fmus.build import cache_folder
 
+LAWS = "selflock.fmus"
 PREFIX = "_compiled_"
 
 
 def compiled(module_name: str) -> ModuleType:
-    """The module, such as "fmus.reducer.shaft", with all functions of its package compiled on first use.
+    """The module, such as "selflock.fmus.reducer.shaft", with all functions of its package compiled on first use.
 
     Named tuples of the plain module are not those of the compiled one: take Parameters and State from what is returned.
     Where the plain law raises ZeroDivisionError, the compiled one gives inf or NaN: a fit may try any value.
     """
-    package, _, rest = module_name.partition(".")
-    second = _second(package).__name__
-    module = import_module(f"{second}.{rest}")
+    second = _second().__name__
+    module = import_module(second + module_name.removeprefix(LAWS))
     wrapped: dict[FunctionType, object] = {}
     for name, other in list(sys.modules.items()):
         if name.startswith(second + ".") and name.count(".") > 1:  # the components', not the helpers that join their hooks
@@ -46,25 +46,25 @@ def compiled(module_name: str) -> ModuleType:
     return module
 
 
-def compiled_loops(path: Path, package: str) -> dict[str, object]:
+def compiled_loops(path: Path) -> dict[str, object]:
     """The functions of a source file, by name, compiled on first use, with the compiled selves of the laws that it imports."""
     name = f"{PREFIX}{path.parent.name}_{path.stem}"
     if name not in sys.modules:
-        laws = Path(_second(package).__file__).parent.name
+        laws = Path(_second().__file__).parent.name
         _load(name, _copied({Path(path.name): path.read_bytes()}, laws) / path.name)
         for key, value in list(vars(sys.modules[name]).items()):
-            if isinstance(value, ModuleType) and value.__name__.startswith(package + "."):
+            if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
                 setattr(sys.modules[name], key, compiled(value.__name__))
             elif isinstance(value, FunctionType):
                 setattr(sys.modules[name], key, _wrap(value, name, {}))
     return {key: value for key, value in vars(sys.modules[name]).items() if hasattr(value, "py_func")}
 
 
-def _second(package: str) -> ModuleType:
-    """A package's second self, loaded if it is not yet."""
-    second = PREFIX + package
+def _second() -> ModuleType:
+    """The laws' second self, loaded if it is not yet."""
+    second = PREFIX + LAWS.rpartition(".")[2]
     if second not in sys.modules:
-        folder = Path(import_module(package).__file__).parent
+        folder = Path(import_module(LAWS).__file__).parent
         laws = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
         _load(second, _copied({path: content for path, content in laws.items() if _law(path)}) / "__init__.py")
     return sys.modules[second]

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from master.algorithms import ALGORITHMS, Seat
-from master.errors import DescriptionError, PartFailed
-from master.wiring import Wiring
+from .algorithms import ALGORITHMS, Seat
+from .errors import DescriptionError, PartFailed
+from .wiring import Wiring
 
 if TYPE_CHECKING:
-    from master.energy import Pair
-    from master.simulation import _Simulation
+    from .energy import Pair
+    from .simulation import _Simulation
 
 LEVELS = 10  # step_min = step / 2**LEVELS unless told
 

@@ -18,9 +18,9 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from master.algorithms import Seat
-from master.energy import Port
-from master.fmu import FmuPart
+from .algorithms import Seat
+from .energy import Port
+from .fmu import FmuPart
 
 STRETCH = 1000  # macro steps between two looks at the results
 MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK = range(6)

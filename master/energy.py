@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from master.errors import DescriptionError
-from master.system import Bond
-from master.units import to_si
-from master.wiring import Link, Wiring
+from .errors import DescriptionError
+from .system import Bond
+from .units import to_si
+from .wiring import Link, Wiring
 
 FLOW_OF = {"N.m": "rad/s", "N": "m/s", "V": "A"}  # bonds by these units are found without being declared
 

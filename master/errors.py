@@ -1,6 +1,6 @@
 """What can go wrong while coupling. The tree stands in fmus.errors."""
 
-from fmus.errors import SelflockError
+from ..fmus.errors import SelflockError
 
 
 class DescriptionError(SelflockError):

@@ -11,10 +11,10 @@ from bisect import bisect_right
 from collections import deque
 from typing import Any, Callable
 
-from master.algorithms import Seat
-from master.errors import DescriptionError
-from master.system import Fault
-from master.wiring import Wiring, typed
+from .algorithms import Seat
+from .errors import DescriptionError
+from .system import Fault
+from .wiring import Wiring, typed
 
 Change = Callable[[float, float], float]  # (time, true value) -> what is seen instead
 

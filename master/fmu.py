@@ -14,9 +14,9 @@ import numpy as np
 
 from fmpy import fmi2
 from fmpy.model_description import ModelVariable
-from master import binary
-from master.errors import DescriptionError, PartFailed
-from master.face import Variable
+from . import binary
+from .errors import DescriptionError, PartFailed
+from .face import Variable
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 SETTABLE = ("parameter", "structuralParameter", "input")

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 from graphlib import CycleError, TopologicalSorter
 
-from master.errors import DescriptionError
-from master.wiring import Link, Wiring
+from .errors import DescriptionError
+from .wiring import Link, Wiring
 
 ROUNDS = 100
 CLOSE = 1e-10

@@ -6,10 +6,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Iterable
 
-from fmus import build
-from fmus.errors import BuildError
+from selflock.fmus import build
+from selflock.fmus.errors import BuildError
 
-PARTS = {"Robot": "master.vehicle.robot_fmu", "Setpoints": "master.study.setpoints_fmu"}
+PARTS = {"Robot": "selflock.vehicle.robot_fmu", "Setpoints": "selflock.study.setpoints_fmu"}
 
 
 def build_all(out: str | Path, only: Iterable[str] | None = None) -> list[Path]:

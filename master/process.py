@@ -19,8 +19,8 @@ from typing import Any, Sequence
 
 import numpy as np
 
-from fmus.errors import SelflockError
-from master.errors import PartFailed
+from selflock.fmus.errors import SelflockError
+from .errors import PartFailed
 
 PATIENCE = 10.0  # s that a process gets to end by itself
 _STEP, _WRITE, _READ, _FAILED = b"s", b"w", b"r", b"!"  # no pickle begins with one of these
@@ -39,7 +39,7 @@ class ProcessPart:
         self._inputs: Sequence[str] = ()
         self._errors = tempfile.TemporaryFile()
         ours, theirs = socket.socketpair()
-        code = f"import sys; sys.path[:] = {sys.path!r}; from master.process import serve; serve({theirs.fileno()})"
+        code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({theirs.fileno()})"
         self._process = subprocess.Popen([sys.executable, "-c", code], pass_fds=[theirs.fileno()], stderr=self._errors)
         theirs.close()
         self._line = Connection(ours.detach())
@@ -205,7 +205,7 @@ class _Host:
 
     def call(self, method: str, arguments: tuple) -> Any:
         if method == "open":
-            from master.fmu import FmuPart
+            from .fmu import FmuPart
 
             self.part = FmuPart(*arguments)
             return self.part.variables, self.part.units, self.part.can_roll_back, self.part.variable_step

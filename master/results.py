@@ -19,7 +19,7 @@ import pyarrow as pa
 import pyarrow.csv as csv
 import pyarrow.parquet as pq
 
-from master.errors import ResultError
+from .errors import ResultError
 
 ROWS = 4096  # in memory before they are written; a multiple of 16
 PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end

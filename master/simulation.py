@@ -11,15 +11,15 @@ from typing import Any, Callable
 import numpy as np
 import pandas as pd
 
-from master import control, energy
-from master.algorithms import ALGORITHMS, Seat, seats
-from master.errors import DescriptionError, PartFailed
-from master.face import Part
-from master.faults import Faults
-from master.initial import initialize
-from master.results import Column, Result, Sink, sink
-from master.system import System, check_choice, load
-from master.wiring import Wiring, wire
+from . import control, energy
+from .algorithms import ALGORITHMS, Seat, seats
+from .errors import DescriptionError, PartFailed
+from .face import Part
+from .faults import Faults
+from .initial import initialize
+from .results import Column, Result, Sink, sink
+from .system import System, check_choice, load
+from .wiring import Wiring, wire
 
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
 Observer = Callable[[float, dict[str, Part]], None]
@@ -131,7 +131,7 @@ class _Simulation:
         count = round((self.stop - start) / step)
         every = max(1, round(run.interval / step)) if run.interval else 1
         if count * len(stepped) >= WORTH:
-            from master import convoy
+            from . import convoy
 
             stepped = convoy.form(stepped)
             alone = len(stepped) == 1 and isinstance(stepped[0], convoy.Convoy) and not stepped[0].looking

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from master.errors import DescriptionError
+from .errors import DescriptionError
 
 ALGORITHMS = ("gauss-seidel", "jacobi")
 CONTROLS = ("power", "doubling")
@@ -121,7 +121,7 @@ def load(path: Path | str) -> System:
     """The system described in a TOML file, or in a system structure (.ssp)."""
     path = Path(path)
     if path.suffix.lower() == ".ssp":
-        from master.ssp import load as load_ssp
+        from .ssp import load as load_ssp
 
         return load_ssp(path)
     try:

@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from master.errors import DescriptionError
+from .errors import DescriptionError
 
 _BASE = {
     "kilogram": "kg",

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
 
-from master.errors import DescriptionError
-from master.face import Part, Variable
-from master.system import Component, Connection, System, did_you_mean
-from master.units import conversion
+from .errors import DescriptionError
+from .face import Part, Variable
+from .system import Component, Connection, System, did_you_mean
+from .units import conversion
 
 SIGNALS = ("input", "output")  # what a pattern of recorded names stands for
 FITS = {"Real": ("Real", "Integer", "Boolean"), "Integer": ("Integer", "Boolean"), "Boolean": ("Boolean",), "String": ("String",)}
@@ -92,7 +92,7 @@ def make(name: str, component: Component, system: System) -> Part:
     """The part that a component asks for."""
     where = f"[components.{name}]"
     if component.part:
-        module, _, attribute = component.part.partition(":")
+        module, _, attribute = _renamed(component.part).partition(":")
         try:
             kind = getattr(importlib.import_module(module), attribute)
         except (ImportError, AttributeError, ValueError) as error:
@@ -101,21 +101,35 @@ def make(name: str, component: Component, system: System) -> Part:
             return kind(name, **component.options)
         except TypeError as error:
             raise DescriptionError(f"{where} options: {error}.") from None
-    from master.binary import open_fmu
-    from master.fmu import FmuPart
+    from .binary import open_fmu
+    from .fmu import FmuPart
 
     path = fmu_path(component, system)
     if component.process or open_fmu(path).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
-        from master.process import ProcessPart
+        from .process import ProcessPart
 
         return ProcessPart(name, path)
     return FmuPart(name, path)
 
 
+RENAMED = {
+    "master.vehicle": "selflock.vehicle",
+    "master.study": "selflock.study",
+    "diagnosis.playback": "selflock.diagnosis.playback",
+}
+"""Modules of parts as system files of earlier versions have them, and what they are called now."""
+
+
+def _renamed(part: str) -> str:
+    """A part's name as it is now."""
+    old = next((old for old in RENAMED if part.startswith((f"{old}:", f"{old}."))), "")
+    return RENAMED[old] + part.removeprefix(old) if old else part
+
+
 def fmu_path(component: Component, system: System):
     """The file of a component's FMU; those of this package are built when they are not there yet."""
     if component.fmu.startswith("selflock:"):
-        from fmus.build import built
+        from selflock.fmus.build import built
 
         return built(component.fmu.removeprefix("selflock:"))
     return system.folder / component.fmu

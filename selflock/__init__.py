@@ -1,0 +1,54 @@
+"""Robot drives with self-locking gears: FMUs, a master that couples them, a published study, and the diagnosis of measured drives.
+
+    import selflock
+
+    result = selflock.run("bench.toml", {"gear.friction_kinetic": 0.005})
+    found = selflock.diagnose("rig.toml", ["log.csv"], out="out/diagnosis")
+
+Rooms: `selflock.fmus` (laws and FMUs), `selflock.master` (systems), `selflock.vehicle`, `selflock.study`, `selflock.diagnosis`,
+`selflock.sweep`. The last word of a room's own is called as the room itself: `selflock.study("out")`, `selflock.sweep("chart.toml", "out")`.
+What is offered here is loaded when it is first asked for.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from . import errors
+    from .diagnosis import diagnose, replay
+    from .master import load, run
+    from .master.pack import build_all as build
+    from .study import study
+    from .sweep import sweep
+
+    __version__: str
+
+__all__ = ["__version__", "build", "diagnose", "errors", "load", "replay", "run", "study", "sweep"]
+
+_FROM = {
+    "build": ("selflock.master.pack", "build_all"),
+    "diagnose": ("selflock.diagnosis", "diagnose"),
+    "load": ("selflock.master", "load"),
+    "replay": ("selflock.diagnosis", "replay"),
+    "run": ("selflock.master", "run"),
+}
+_ROOMS = ("diagnosis", "errors", "examples", "fmus", "master", "study", "sweep", "vehicle")
+
+
+def __getattr__(name: str) -> Any:
+    if name in _FROM:
+        module, attribute = _FROM[name]
+        return getattr(import_module(module), attribute)
+    if name in _ROOMS:
+        return import_module(f"{__name__}.{name}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("selflock")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_ROOMS})

@@ -9,7 +9,7 @@ from typing import Annotated, Optional
 import typer
 from rich.console import Console
 
-from fmus.errors import SelflockError
+from selflock.fmus.errors import SelflockError
 
 app = typer.Typer(
     name="selflock",
@@ -42,7 +42,7 @@ def build(
     only: Annotated[Optional[list[str]], typer.Argument(help="Names of FMUs, such as Reducer Motor; all when none is given.")] = None,
 ) -> None:
     """Pack the components as FMUs that run alone in any FMI 2.0 tool."""
-    from master.pack import build_all
+    from selflock.master.pack import build_all
 
     for path in build_all(out, only):
         console.print(path)
@@ -58,7 +58,7 @@ def run(
     algorithm: Annotated[Optional[str], typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
 ) -> None:
     """Run a coupled system and write its table of results."""
-    from master import run as run_system
+    from selflock.master import run as run_system
 
     settings = _overrides(set_ or [])
     console.print(run_system(system, settings, stop, out, progress=True, step=step, algorithm=algorithm).summary())
@@ -67,7 +67,7 @@ def run(
 @app.command()
 def study(out: Out = Path("out/study")) -> None:
     """Reproduce the published study: eight runs, its figures, its claims, one report."""
-    from master.study import study as run_study
+    from selflock.study import study as run_study
 
     result = run_study(out, progress=True)
     console.print(result.table())
@@ -81,7 +81,7 @@ def replay(
     out: Out = Path("out/replay"),
 ) -> None:
     """Impose a measured motion on the simulation and draw what it computes over what was measured."""
-    from diagnosis import replay as run_replay
+    from selflock.diagnosis import replay as run_replay
 
     console.print(run_replay(rig, log, out).summary())
 
@@ -97,7 +97,7 @@ def diagnose(
 
     Exit code: 0 a cause was found, 3 nothing is missing, 4 something is missing but none of the known causes, 2 bad input.
     """
-    from diagnosis import diagnose as run_diagnosis
+    from selflock.diagnosis import diagnose as run_diagnosis
 
     result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True)
     console.print(result.summary())
@@ -118,11 +118,27 @@ def chance(
     """Measure what the search of diagnose finds in simulated logs without effect; go on where an interrupted one stopped."""
     from functools import partial
 
-    from diagnosis.chance import chance as measure_chance
-    from sweep import map_runs
+    from selflock.diagnosis.chance import chance as measure_chance
+    from selflock.sweep import map_runs
 
-    spread = partial(map_runs, sources=("diagnosis", "fmus"), growing=True, workers=workers, scheduler=scheduler, progress=True)
+    spread = partial(map_runs, sources=("selflock.diagnosis", "selflock.fmus"), growing=True, workers=workers, scheduler=scheduler, progress=True)
     console.print(measure_chance(rig, logs, test or [], draws, seed, out, spread).summary(), markup=False)
+
+
+@app.command()
+def example(
+    name: Annotated[Optional[str], typer.Argument(help="Which one, such as bench; all are listed when none is given.")] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to copy it to.")] = Path("."),
+) -> None:
+    """List the examples, or copy one to begin with."""
+    from selflock import examples
+
+    if name is None:
+        for known, path in examples.files().items():
+            console.print(f"{known:20} {examples.about(path)}", markup=False, highlight=False)
+        return
+    for path in examples.copy(name, out):
+        console.print(path)
 
 
 @app.command()
@@ -131,7 +147,7 @@ def export(
     out: Annotated[Path, typer.Option("--out", "-o", help="The .ssp file to write.")],
 ) -> None:
     """Write a system as a standard SSP 1.0 archive with its FMUs inside."""
-    from master.ssp import export as export_ssp
+    from selflock.master.ssp import export as export_ssp
 
     console.print(export_ssp(system, out))
 
@@ -144,7 +160,7 @@ def sweep(
     scheduler: Annotated[Optional[str], typer.Option(help="Address of an existing Dask scheduler.")] = None,
 ) -> None:
     """Run a system over many parameter values; go on where an interrupted sweep stopped."""
-    from sweep import sweep as run_sweep
+    from selflock.sweep import sweep as run_sweep
 
     console.print(run_sweep(study_file, out, workers=workers, scheduler=scheduler, progress=True).summary())
 
@@ -152,7 +168,7 @@ def sweep(
 @app.command("sweep-report")
 def sweep_report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]) -> None:
     """Draw the plots a designer looks at."""
-    from sweep import report
+    from selflock.sweep import report
 
     console.print(f"Open [bold]{report(folder)}[/bold]")
 

@@ -1,6 +1,6 @@
 """Many runs of a system over many parameter values, on one machine or a cluster, resumable.
 
-    from sweep import sweep, report
+    from selflock.sweep import sweep, report
     sweep("examples/friction_chart.toml", "out/chart", progress=True)
     report("out/chart")
 
@@ -8,6 +8,8 @@
 """
 
 from pathlib import Path
+
+from selflock.rooms import called_as
 
 from .campaign import SweepResult, sweep
 from .engine import map_runs
@@ -21,3 +23,6 @@ def report(folder: str | Path) -> Path:
     from .page import report  # workers, who draw nothing, do without matplotlib
 
     return report(folder)
+
+
+called_as(__name__)

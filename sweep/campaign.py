@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import master
+from selflock import master
 import pandas as pd
 
 from .check import check
@@ -17,7 +17,7 @@ from .engine import map_runs
 from .runs import Bench, run_one
 from .store import digest
 from .study import Study, read
-from .work import fingerprint
+from .work import RUNS, fingerprint
 
 
 @dataclass
@@ -69,7 +69,7 @@ def sweep(
         "notes": {"name": study.name, "description": study.data.get("description", ""), "data": study.data},
         "system": digest(json.loads(json.dumps(asdict(bench.system), default=str))),
         "fmus": bench.versions,
-        "versions": fingerprint("fmus", "master"),
+        "versions": fingerprint(*RUNS),
     }
     version = digest(about["system"], bench.versions, about["versions"])[:16]
     rows = map_runs(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from fmus.errors import SelflockError
-from master.face import Part
-from master.system import System
-from master.wiring import Wiring, typed, wire
+from selflock.fmus.errors import SelflockError
+from selflock.master.face import Part
+from selflock.master.system import System
+from selflock.master.wiring import Wiring, typed, wire
 
 from .errors import SweepError
 from .runs import adapt

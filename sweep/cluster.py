@@ -16,7 +16,7 @@ import dask
 from distributed import Client, Future, LocalCluster, WorkerPlugin, get_worker
 
 from .errors import SweepError
-from .work import Parcel, fingerprint, work
+from .work import RUNS, Parcel, fingerprint, work
 
 ANSWER = 10.0  # s that a scheduler has to answer
 QUIET = {  # what Dask does beside the runs, many times a second if it is let: 6 % of a core, so 1 %
@@ -81,7 +81,7 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
                 "Start one with `dask scheduler`, or check the address. Nothing is lost."
             ) from error
         if scheduler:  # elsewhere something else may be installed
-            _same_everywhere(client, scheduler, ("fmus", "master", "sweep", function.__module__.partition(".")[0]))
+            _same_everywhere(client, scheduler, (*RUNS, "selflock.sweep", function.__module__))
         client.register_plugin(Holder(parcel), name=parcel.name)
         stack.callback(_leave, client, parcel.name)
         yield Pool(client, parcel.name, function)

@@ -1,6 +1,6 @@
 """What can go wrong with a sweep as a whole. A run that fails is no such error: it is a row with its reason."""
 
-from fmus.errors import SelflockError
+from selflock.fmus.errors import SelflockError
 
 
 class SweepError(SelflockError):

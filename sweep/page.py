@@ -50,7 +50,7 @@ def report(folder: str | Path) -> Path:
             plot.savefig(buffer, dpi=130, metadata={"Software": None})
             (folder / "figures" / f"{name}.png").write_bytes(buffer.getvalue())
             section.images.append((base64.b64encode(buffer.getvalue()).decode(), round(96 * plot.get_figwidth())))
-    page = Environment(loader=PackageLoader("sweep", "."), autoescape=True).get_template("report.html.j2")
+    page = Environment(loader=PackageLoader("selflock.sweep", "."), autoescape=True).get_template("report.html.j2")
     path = folder / "report.html"
     path.write_text(
         page.render(

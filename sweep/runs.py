@@ -10,12 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import master
+from selflock import master
 import pyarrow as pa
 import pyarrow.parquet as pq
-from master.face import Part
-from master.system import System
-from master.wiring import fmu_path
+from selflock.master.face import Part
+from selflock.master.system import System
+from selflock.master.wiring import fmu_path
 
 from .errors import SweepError
 from .record import Figure, figures

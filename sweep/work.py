@@ -18,11 +18,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Callable, NamedTuple
 
-from fmus.errors import SelflockError
+from selflock.fmus.errors import SelflockError
 
 from .errors import SweepError
 
 NUMBERS = ("numpy", "scipy", "pymunk", "numba", "pandas", "pyarrow")  # libraries that the bits of a result depend on
+
+
+RUNS = tuple(f"selflock.{room}" for room in ("fmus", "master", "vehicle", "study"))
+"""The packages that decide what a run of a system gives."""
 
 
 class Outcome(NamedTuple):

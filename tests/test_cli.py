@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from master import read
+from selflock.master import read
 from selflock import cli
 
 BENCH = str(Path(__file__).parents[1] / "examples" / "bench.toml")

@@ -8,9 +8,9 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from master.ssp.read import read
-from master.ssp.write import export
-from master.system import Connection, System, from_dict
+from .read import read
+from .write import export
+from ..system import Connection, System, from_dict
 
 __all__ = ["export", "load", "read"]
 

@@ -13,7 +13,7 @@ from urllib.parse import unquote, urlsplit
 import fmpy.ssp
 from lxml import etree
 
-from master.errors import DescriptionError
+from ..errors import DescriptionError
 
 BASE = "http://ssp-standard.org/SSP1/SystemStructure"
 NAMESPACES = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from master.errors import DescriptionError
-from master.units import conversion
+from ..errors import DescriptionError
+from ..units import conversion
 
 Port = tuple[str, str]  # (element path, connector); the path of a system is that of the system itself
 

@@ -18,10 +18,10 @@ from pathlib import Path
 import fmpy
 from lxml import etree
 
-from master.errors import DescriptionError
-from master.fmu import units_of
-from master.ssp.archive import ANNOTATION, inside, parse, tag, unpack
-from master.ssp.flat import Affine, Flat, Link, Port, Unit
+from ..errors import DescriptionError
+from ..fmu import units_of
+from .archive import ANNOTATION, inside, parse, tag, unpack
+from .flat import Affine, Flat, Link, Port, Unit
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
 BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")

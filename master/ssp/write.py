@@ -17,12 +17,12 @@ from pathlib import Path
 
 from lxml import etree
 
-from master.errors import DescriptionError
-from master.face import Part, Variable
-from master.ssp.archive import ANNOTATION, NAMESPACES, check, tag
-from master.system import Component, Run, System, load
-from master.units import unit as known_unit
-from master.wiring import Wiring, fmu_path, wire
+from ..errors import DescriptionError
+from ..face import Part, Variable
+from .archive import ANNOTATION, NAMESPACES, check, tag
+from ..system import Component, Run, System, load
+from ..units import unit as known_unit
+from ..wiring import Wiring, fmu_path, wire
 
 DATE = (2020, 1, 1, 0, 0, 0)  # of every file in the archive: the same system gives the same bytes
 SET = "parameters"  # of every parameter set: some tools (Ecos) apply the sets of one name over all components

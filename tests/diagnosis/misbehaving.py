@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numba import njit
 
-from master import face
-from master.face import Variable
+from selflock.master import face
+from selflock.master.face import Variable
 
 FINE = 1e-5  # s
 

@@ -7,17 +7,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from diagnosis import drive, loops
-from diagnosis import rig as rigs
-from diagnosis.bench import Bench
-from diagnosis.check import check
-from diagnosis.gain import measure
-from diagnosis.ground import Ground
-from diagnosis.hypotheses import vocabulary
-from diagnosis.kernels import kernels
-from diagnosis.laws import parameters
-from diagnosis.layout import Layout
-from diagnosis.log import Run, read
+from selflock.diagnosis import drive, loops
+from selflock.diagnosis import rig as rigs
+from selflock.diagnosis.bench import Bench
+from selflock.diagnosis.check import check
+from selflock.diagnosis.gain import measure
+from selflock.diagnosis.ground import Ground
+from selflock.diagnosis.hypotheses import vocabulary
+from selflock.diagnosis.kernels import kernels
+from selflock.diagnosis.laws import parameters
+from selflock.diagnosis.layout import Layout
+from selflock.diagnosis.log import Run, read
 
 RIG = """
 [rig]
@@ -261,8 +261,8 @@ def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path):
 
 
 def test_the_fmu_of_a_sampling_controller_samples_where_the_law_does(drive_bench, tmp_path):
-    from diagnosis.extend import starts, with_fmus
-    from fmus.build import build
+    from selflock.diagnosis.extend import starts, with_fmus
+    from selflock.fmus.build import build
 
     cut = next(c for c in drive_bench.cuts if c.name == "controller")
     values = {"controller.sample_period": 5 * drive_bench.step}

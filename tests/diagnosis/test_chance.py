@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from diagnosis import DataError
-from diagnosis import rig as rigs
-from diagnosis.chance import Search, chance
-from diagnosis.log import read
-from sweep import SweepError, map_runs
+from selflock.diagnosis import DataError
+from selflock.diagnosis import rig as rigs
+from selflock.diagnosis.chance import Search, chance
+from selflock.diagnosis.log import read
+from selflock.sweep import SweepError, map_runs
 
 RIG = """
 [rig]
@@ -75,7 +75,7 @@ def test_what_is_hidden_beats_chance_and_noise_does_not(tmp_path):
 def test_the_same_draws_wherever_they_are_made_and_more_of_them_later(tmp_path):
     rig, logs = write(tmp_path, viscous=1e-5)
     out = tmp_path / "out"
-    spread = partial(map_runs, sources=("diagnosis", "fmus"), growing=True, workers=0)
+    spread = partial(map_runs, sources=("selflock.diagnosis", "selflock.fmus"), growing=True, workers=0)
     few = chance(rig, logs, draws=1, out=out, spread=spread)
     more = chance(rig, logs, draws=2, out=out, spread=spread)
     assert more.draws == chance(rig, logs, draws=2).draws and more.draws[:1] == few.draws

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from diagnosis.check import check
-from diagnosis.log import Run
-from diagnosis.rig import Column, Rig
+from selflock.diagnosis.check import check
+from selflock.diagnosis.log import Run
+from selflock.diagnosis.rig import Column, Rig
 
 N = 4000
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from diagnosis.depends import _functions, _in_turn, _shares
-from diagnosis.layout import Layout
-from diagnosis.log import Run
+from selflock.diagnosis.depends import _functions, _in_turn, _shares
+from selflock.diagnosis.layout import Layout
+from selflock.diagnosis.log import Run
 
 BLOCKS, BINS = 36, 100
 

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 from typer.testing import CliRunner
 
-import diagnosis
-import master
-from diagnosis import ground
-from diagnosis.kernels import kernels
-from diagnosis.laws import parameters
-from diagnosis.rig import load
+from selflock import diagnosis
+from selflock import master
+from selflock.diagnosis import ground
+from selflock.diagnosis.kernels import kernels
+from selflock.diagnosis.laws import parameters
+from selflock.diagnosis.rig import load
 from selflock.cli import app
 
 from .test_bench import inverse

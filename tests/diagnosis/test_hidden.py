@@ -10,7 +10,7 @@ import os
 import numpy as np
 import pytest
 
-from diagnosis import diagnose
+from selflock.diagnosis import diagnose
 
 from .plant import bench, score
 from .plant.causes import DRAWS, OUTSIDE, VOCABULARY

@@ -7,13 +7,13 @@ import pandas as pd
 import pytest
 import scipy.io
 
-import diagnosis
-from diagnosis import rig as rigs
-from diagnosis.bench import Bench
-from diagnosis.blocks import split
-from diagnosis.laws import check_names
-from diagnosis.log import read
-from diagnosis.run import gather
+from selflock import diagnosis
+from selflock.diagnosis import rig as rigs
+from selflock.diagnosis.bench import Bench
+from selflock.diagnosis.blocks import split
+from selflock.diagnosis.laws import check_names
+from selflock.diagnosis.log import read
+from selflock.diagnosis.run import gather
 
 RIG = """
 [rig]

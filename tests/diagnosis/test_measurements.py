@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis import diagnose
-from diagnosis.bench import Bench
-from diagnosis.rig import load
-from diagnosis.run import gather
-from diagnosis.select import Contest
+from selflock.diagnosis import diagnose
+from selflock.diagnosis.bench import Bench
+from selflock.diagnosis.rig import load
+from selflock.diagnosis.run import gather
+from selflock.diagnosis.select import Contest
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA, RIGS = ROOT.parent / "shared" / "data", ROOT / "examples" / "rigs"

@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from diagnosis import rig as rigs
-from diagnosis.bench import Bench
-from diagnosis.check import check
-from diagnosis.log import read
-from diagnosis.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
-from diagnosis.prepare import smooth
+from selflock.diagnosis import rig as rigs
+from selflock.diagnosis.bench import Bench
+from selflock.diagnosis.check import check
+from selflock.diagnosis.log import read
+from selflock.diagnosis.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
+from selflock.diagnosis.prepare import smooth
 
 N = 20_000
 SIGMA = 0.03

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from diagnosis import extend, replay
-from diagnosis.errors import DataError
+from selflock.diagnosis import extend, replay
+from selflock.diagnosis.errors import DataError
 
 ROOT = Path(__file__).parents[2]
 WORM = ROOT.parent / "shared" / "data" / "worm_drive" / "steady_state.csv"

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import master
-from diagnosis import diagnose
-from master.system import Component
+from selflock import master, study
+from selflock.diagnosis import diagnose
+from selflock.master.system import Component
 
-ROBOT = Path(master.__file__).parent / "study" / "robot.toml"
+ROBOT = Path(study.__file__).parent / "robot.toml"
 RECORDER = {  # column: noise, step of rounding
     "controller.voltage": (0.015, 0.01), "motor.current": (0.15, 0.01), "reducer.input_angle": (1e-4, 1e-4),
     "reducer.input_speed": (0.05, 0.0), "reducer.output_torque": (0.02, 0.005),
@@ -91,8 +91,8 @@ def test_nothing_is_missing_in_a_sound_robot(tmp_path):
 
 
 def test_in_a_table_of_a_run_the_command_stands_beside_what_it_was_computed_from(tmp_path):
-    from diagnosis.log import read
-    from diagnosis.rig import load
+    from selflock.diagnosis.log import read
+    from selflock.diagnosis.rig import load
 
     time = np.arange(100) * 0.001
     command = np.concatenate([[0.0], np.cos(time[:-1])])  # of the row before

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.fit import fit, held_out, rho, weight
-from diagnosis.hypotheses import Free, Hypothesis
-from diagnosis.linear import Linear
-from diagnosis.screen import Direction, directions
+from selflock.diagnosis.fit import fit, held_out, rho, weight
+from selflock.diagnosis.hypotheses import Free, Hypothesis
+from selflock.diagnosis.linear import Linear
+from selflock.diagnosis.screen import Direction, directions
 
 BLOCKS, SAMPLES = 20, 50
 

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from diagnosis import diagnose
+from selflock.diagnosis import diagnose
 
 from .plant import bench
 

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from diagnosis import gain, verdict
-from diagnosis.depends import Dependence
-from diagnosis.select import Outcome
-from diagnosis.stage import Round
-from diagnosis.verdict import Judge
+from selflock.diagnosis import gain, verdict
+from selflock.diagnosis.depends import Dependence
+from selflock.diagnosis.select import Outcome
+from selflock.diagnosis.stage import Round
+from selflock.diagnosis.verdict import Judge
 
 BINS = 50
 

@@ -12,7 +12,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-from fmus.build import build, built
+from selflock.fmus.build import build, built
 
 NAMES = ("Motor", "Controller", "Load", "Sensor")
 

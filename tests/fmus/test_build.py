@@ -13,10 +13,10 @@ import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from fmus import loader
-from fmus.build import build, build_all, built
-from fmus.documentation import _prose
-from fmus.errors import BuildError
+from selflock.fmus import loader
+from selflock.fmus.build import build, build_all, built
+from selflock.fmus.documentation import _prose
+from selflock.fmus.errors import BuildError
 
 NAMES = ("Motor", "Controller", "Load", "Sensor", "Reducer")
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
@@ -98,7 +98,7 @@ ALONE = """
 import sys, json
 sys.path += {site}
 try:
-    import fmus
+    from selflock import fmus
 except ImportError:
     pass
 else:
@@ -125,7 +125,7 @@ def run_alone(tmp_path, *paths):
 
 
 def test_runs_alone_and_two_builds_beside_each_other(fmu, tmp_path):
-    from fmus.motor import dc
+    from selflock.fmus.motor import dc
 
     def expected(resistance):
         p = dc.Parameters(resistance=resistance)

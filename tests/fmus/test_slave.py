@@ -6,7 +6,7 @@ import math
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from fmus.motor.fmu import Motor
+from selflock.fmus.motor.fmu import Motor
 
 # Each FMU with inputs that vary, so that its whole state is at work: name -> (parameters, inputs at step i).
 LIVELY = {

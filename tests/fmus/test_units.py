@@ -3,7 +3,7 @@
 import pint
 import pytest
 
-from fmus import build, units
+from selflock.fmus import build, units
 
 NAMES = {"degC": "degC", "Ohm": "ohm"}
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from fmus import loader
-from fmus.build import built
+from selflock.fmus import loader
+from selflock.fmus.build import built
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))

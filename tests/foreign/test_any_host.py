@@ -149,7 +149,7 @@ def test_a_python_can_be_named(host, extracted):
 
 
 def test_without_a_compiler_pythonfmu_s_library_is_packed(monkeypatch):
-    from fmus import loader
+    from selflock.fmus import loader
 
     monkeypatch.setenv("CC", "/nowhere/cc")
     with pytest.warns(UserWarning, match="Python hosts only"):

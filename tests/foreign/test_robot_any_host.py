@@ -6,7 +6,7 @@ import sys
 import pytest
 from lives import Extracted, born, by_fmpy, numbers, steps
 
-from master.vehicle.robot_fmu import build
+from selflock.vehicle.robot_fmu import build
 
 PARAMETERS = {"settling_time": 0.1, "chassis_mass": 20.0}
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import master
+from selflock import master
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "foreign_fmus")]

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from master.errors import PartFailed
-from master.face import Variable
+from selflock.master.errors import PartFailed
+from selflock.master.face import Variable
 
 
 class Small:

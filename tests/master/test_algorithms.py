@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-import master
+from selflock import master
 
 TWO_MASSES = {"a.force": "s.force", "b.force": "s.reaction", "s.v1": "a.v", "s.v2": "b.v"}
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-import master
+from selflock import master
 
 ROOT = Path(__file__).parents[2]
 

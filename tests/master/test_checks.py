@@ -2,7 +2,7 @@
 
 import pytest
 
-import master
+from selflock import master
 
 GAINS = {"a": ("Gain", {"u": 1.0}), "b": "Gain"}
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import master
+from selflock import master
 from test_algorithms import error, two_masses
 
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-import master
-from master import simulation
+from selflock import master
+from selflock.master import simulation
 
 
 @pytest.fixture(params=["jacobi", "gauss-seidel"])

@@ -2,7 +2,7 @@
 
 import pytest
 
-import master
+from selflock import master
 
 
 @pytest.mark.parametrize("h", [0.1, 0.01])

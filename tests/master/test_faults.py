@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import master
+from selflock import master
 
 
 def table(system, *faults, **run):

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import master
-from master.fmu import FmuPart
+from selflock import master
+from selflock.master.fmu import FmuPart
 
 
 def test_a_pythonfmu_slave_runs(system, counter):
@@ -200,7 +200,7 @@ def test_an_fmu_without_variable_steps_refuses_step_control(system, native, refu
 
 
 def test_log_lines_find_their_instance_with_or_without_its_environment(counter):
-    from master import binary
+    from selflock.master import binary
 
     parts = [FmuPart(name, counter) for name in ("one", "two")]
     binary._hear(parts[0]._callbacks.componentEnvironment, b"whoever", 1, b"", b"hot")

@@ -2,7 +2,7 @@
 
 import pytest
 
-import master
+from selflock import master
 
 
 def test_a_chain_is_evaluated_from_its_source_whatever_the_order(system):

@@ -9,8 +9,8 @@ import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from fmus.errors import BuildError
-from master.pack import build_all
+from selflock.fmus.errors import BuildError
+from selflock.master.pack import build_all
 
 NAMES = ("Reducer", "Motor", "Controller", "Load", "Sensor", "Robot", "Setpoints")
 

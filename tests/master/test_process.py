@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-import master
-from master.process import ProcessPart
+from selflock import master
+from selflock.master.process import ProcessPart
 
 
 def test_the_same_bits_as_inside(system, counter, native):

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 from pyarrow import parquet
 
-import master
-from master import results
+from selflock import master
+from selflock.master import results
 
 
 def table_of(system, out=None, **run):

@@ -10,8 +10,8 @@ import fmpy.ssp
 import pytest
 from lxml import etree
 
-import master
-from master.ssp import export
+from selflock import master
+from selflock.master.ssp import export
 
 SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"
 SPACES = {
@@ -156,7 +156,7 @@ def test_the_same_bytes_twice(counter, native, tmp_path):
 def test_parts_in_process_are_packed_as_fmus(tmp_path):
     made = master.from_dict({
         "run": {"stop": 0.5, "step": 0.01, "open_inputs": True, "record": ["setpoints.*", "control.voltage"]},
-        "components": {"setpoints": {"part": "master.study.manoeuvre:Setpoints"}, "control": {"fmu": "selflock:Controller"}},
+        "components": {"setpoints": {"part": "selflock.study.manoeuvre:Setpoints"}, "control": {"fmu": "selflock:Controller"}},
         "connections": {"control.angle_setpoint": "setpoints.rear_angle", "control.speed_setpoint": "setpoints.rear_speed"},
     })  # fmt: skip
     path = export(made, tmp_path / "s.ssp")

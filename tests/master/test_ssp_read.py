@@ -8,9 +8,9 @@ import zipfile
 
 import pytest
 
-from master.errors import DescriptionError
-from master.ssp import read
-from master.ssp.flat import Affine
+from selflock.master.errors import DescriptionError
+from selflock.master.ssp import read
+from selflock.master.ssp.flat import Affine
 
 HEAD = (
     'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import master
-from fmus.build import built
+from selflock import master
+from selflock.fmus.build import built
 from selflock.cli import app
 
 HEAD = (

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from master.errors import DescriptionError
-from master.units import conversion, to_si
+from selflock.master.errors import DescriptionError
+from selflock.master.units import conversion, to_si
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 
 def outputs_of(ssp):
     """component -> names of its Real outputs, in the order of the archive."""
-    from master.ssp import read
+    from selflock.master.ssp import read
 
     with tempfile.TemporaryDirectory() as folder:
         flat = read(ssp, folder_path(folder))

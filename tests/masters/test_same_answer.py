@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import master
-from master.ssp import export
+from selflock import master, study
+from selflock.master.ssp import export
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -69,7 +69,7 @@ def test_ecos(archive, ours):
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
     """The whole robot, with Robot.fmu and Setpoints.fmu in the place of the parts in process."""
-    return export(Path(master.__file__).parent / "study" / "robot.toml", tmp_path_factory.mktemp("ssp") / "robot.ssp")
+    return export(Path(study.__file__).parent / "robot.toml", tmp_path_factory.mktemp("ssp") / "robot.ssp")
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def our_robot(robot):
 
 def test_the_robot_as_fmus_is_the_robot_in_process(our_robot):
     """Bit for bit, but for the set-points' clock: the master computes t + h, an FMU's host gives it t and h."""
-    system = master.load(Path(master.__file__).parent / "study" / "robot.toml")
+    system = master.load(Path(study.__file__).parent / "robot.toml")
     system.run.algorithm, system.run.step = "jacobi", ROBOT_STEP
     table = master.run(system, stop=ROBOT_STEP * ROBOT_COUNT).table
     for name in table:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from master.study import study
+from selflock.study import study
 
 
 @pytest.fixture(scope="session")

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pandas as pd
 
-from master.study.claims import Curves, Facts, Runs
-from master.study.turns import FRONT, REAR, motion
+from selflock.study.claims import Curves, Facts, Runs
+from selflock.study.turns import FRONT, REAR, motion
 
 FACTS = Facts(gear_ratio=50.0, resistance=0.3, torque_constant=0.03, sprocket_radius=0.07)
 TIME = np.linspace(0, 10, 10001)

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from master.errors import ResultError
-from master.study.claims import ROWS, Check, Curves, evaluate
-from master.study.claims.torque import least_admissible
+from selflock.master.errors import ResultError
+from selflock.study.claims import ROWS, Check, Curves, evaluate
+from selflock.study.claims.torque import least_admissible
 from tests.study.synthetic import FACTS, TIME, ideal
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from master.face import Part
-from master.study.manoeuvre import Setpoints
-from master.study.turns import FRONT, PRESS_ANGLE, REAR, Turn, motion
+from selflock.master.face import Part
+from selflock.study.manoeuvre import Setpoints
+from selflock.study.turns import FRONT, PRESS_ANGLE, REAR, Turn, motion
 
 BOTH = pytest.mark.parametrize("turns", [FRONT, REAR], ids=["front", "rear"])
 

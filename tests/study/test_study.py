@@ -5,10 +5,10 @@ import re
 
 import pytest
 
-from master import load, run
-from master.study import runs
-from master.study.claims import ROWS
-from master.study.manoeuvre import DURATION, WINDOWS
+from selflock.master import load, run
+from selflock.study import runs
+from selflock.study.claims import ROWS
+from selflock.study.manoeuvre import DURATION, WINDOWS
 
 
 @pytest.mark.parametrize("number", sorted(ROWS))
@@ -75,7 +75,7 @@ def test_twelve_instances_drive_the_robot_through_the_whole_manoeuvre():
 
 
 def test_parameters_are_told_with_unit_and_source():
-    from master.study.report import parameters
+    from selflock.study.report import parameters
 
     rows = {name: (value, unit, source) for name, value, unit, source in parameters(runs.SYSTEM.read_text("utf-8"))}
     assert rows["rear_motor.resistance"][:2] == ("0.299", "Ohm")

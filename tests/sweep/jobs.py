@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from master import PartFailed
-from master.face import Variable
+from selflock.master import PartFailed
+from selflock.master.face import Variable
 
 
 def draw(context, item):

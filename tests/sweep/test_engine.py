@@ -11,9 +11,9 @@ import jobs
 import pandas as pd
 import pytest
 
-from sweep import SweepError, map_runs
-from sweep.engine import _batch
-from sweep.store import Store
+from selflock.sweep import SweepError, map_runs
+from selflock.sweep.engine import _batch
+from selflock.sweep.store import Store
 
 SEEDS = [{"seed": seed} for seed in range(40)]
 
@@ -67,7 +67,7 @@ def interrupted(tmp_path, workers, stop):
     marks = tmp_path / "marks"
     marks.mkdir()
     code = (
-        "import jobs, sys; from sweep import map_runs\n"
+        "import jobs, sys; from selflock.sweep import map_runs\n"
         "if __name__ == '__main__':\n"
         "    marks, out, workers = sys.argv[1:]\n"
         "    map_runs(jobs.note, list(range(30)), context=marks, folder=out, workers=int(workers))\n"
@@ -136,7 +136,7 @@ def test_a_growing_folder_keeps_runs_of_other_items_but_not_of_other_sources(tmp
     assert [row["item"] for row in grow([1])] == [1]
     assert sorted(pd.read_parquet(tmp_path / "out" / "runs.parquet")["item"]) == [1, 2, 3]
     assert all((tmp_path / f"{item}.mark").read_text() == "x" for item in (1, 2, 3))
-    monkeypatch.setattr("sweep.engine.fingerprint", lambda *packages: {"sources": "changed"})
+    monkeypatch.setattr("selflock.sweep.engine.fingerprint", lambda *packages: {"sources": "changed"})
     with pytest.raises(SweepError, match="it differs in sources"):
         grow([4])
     assert not (tmp_path / "4.mark").exists()
@@ -151,7 +151,7 @@ def test_two_sweeps_at_once_in_one_folder(tmp_path):
 
 
 def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
-    from sweep import store
+    from selflock.sweep import store
 
     real, written = store.pq.write_table, []
 
@@ -183,7 +183,7 @@ def test_a_torn_file_is_made_again(tmp_path):
 
 
 def test_a_scheduler_that_is_not_there(monkeypatch):
-    monkeypatch.setattr("sweep.cluster.ANSWER", 0.5)
+    monkeypatch.setattr("selflock.sweep.cluster.ANSWER", 0.5)
     with pytest.raises(SweepError, match="No Dask scheduler answers at tcp://127.0.0.1:1"):
         map_runs(jobs.draw, SEEDS, context={"offset": 0.0}, scheduler="tcp://127.0.0.1:1")
     with pytest.raises(SweepError, match="No Dask scheduler answers at nonsense"):
@@ -192,7 +192,7 @@ def test_a_scheduler_that_is_not_there(monkeypatch):
 
 @pytest.mark.parametrize("fails", [1, 2])
 def test_a_machine_too_busy_to_start_dask_is_given_a_second_chance(fails):
-    from sweep.cluster import _patiently
+    from selflock.sweep.cluster import _patiently
 
     tries = []
 

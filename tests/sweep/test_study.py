@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep import SweepError
-from sweep.record import figure, figures
-from sweep.study import from_dict, read
+from selflock.sweep import SweepError
+from selflock.sweep.record import figure, figures
+from selflock.sweep.study import from_dict, read
 
 RECORD = {"y": {"final": "motor.current"}}
 

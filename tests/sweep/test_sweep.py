@@ -11,11 +11,11 @@ import pandas as pd
 import psutil
 import pytest
 
-import master
-from fmus.errors import SelflockError
-from sweep import SweepError, report, sweep
-from sweep.analysis import pareto, sensitivity
-from sweep.study import from_dict, read
+from selflock import master
+from selflock.fmus.errors import SelflockError
+from selflock.sweep import SweepError, report, sweep
+from selflock.sweep.analysis import pareto, sensitivity
+from selflock.sweep.study import from_dict, read
 
 MOTOR = """
 [run]
@@ -249,7 +249,7 @@ def test_pareto_front_against_its_definition():
 
 @pytest.mark.parametrize("name", ["friction_chart", "motor_choice"])
 def test_the_examples_can_be_read(name):
-    from sweep.check import check
+    from selflock.sweep.check import check
 
     study = read(Path(__file__).parents[2] / "examples" / f"{name}.toml")
     study.settings, study.parameters = study.settings[:2], study.parameters[:2]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from master.vehicle import Robot
-from master.vehicle.tables import OUTPUTS
+from selflock.vehicle import Robot
+from selflock.vehicle.tables import OUTPUTS
 
 INPUTS = ("front_torque", "rear_torque", "front_sprocket_torque", "rear_sprocket_torque")
 

@@ -8,16 +8,16 @@ import sys
 import numpy as np
 import pytest
 
-from master.errors import DescriptionError, PartFailed
-from master.face import Part
-from master.vehicle import Robot, munk
-from master.vehicle.model import Model
-from master.vehicle.parameters import INPUTS, VARIABLES
-from master.vehicle.tables import OUTPUTS
+from selflock.master.errors import DescriptionError, PartFailed
+from selflock.master.face import Part
+from selflock.vehicle import Robot, munk
+from selflock.vehicle.model import Model
+from selflock.vehicle.parameters import INPUTS, VARIABLES
+from selflock.vehicle.tables import OUTPUTS
 
 PROGRAM = """
 import hashlib, numpy
-from master.vehicle import Robot
+from selflock.vehicle import Robot
 robot = Robot("r", track={track!r}, front_start_angle=0.3, ground="step:0.03,0.8")
 robot.bind(["rear_torque"], list(robot.variables)[-22:])
 robot.exit_initialization()

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from master.errors import DescriptionError
-from master.vehicle import ground, kernel
+from selflock.master.errors import DescriptionError
+from selflock.vehicle import ground, kernel
 
 RNG = np.random.default_rng()
 

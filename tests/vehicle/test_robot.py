@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from master.vehicle import Robot
-from master.vehicle.model import Model
-from master.vehicle.parameters import VARIABLES
-from master.vehicle.tables import SIDES
+from selflock.vehicle import Robot
+from selflock.vehicle.model import Model
+from selflock.vehicle.parameters import VARIABLES
+from selflock.vehicle.tables import SIDES
 
 TRACKS = ("segmented", "belt")
 G = 9.81

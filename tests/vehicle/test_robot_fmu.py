@@ -12,11 +12,11 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
-import master
-from fmus.errors import BuildError
-from master.vehicle import Robot
-from master.vehicle.robot_fmu import build
-from master.vehicle.tables import OUTPUTS
+from selflock import master
+from selflock.fmus.errors import BuildError
+from selflock.vehicle import Robot
+from selflock.vehicle.robot_fmu import build
+from selflock.vehicle.tables import OUTPUTS
 
 SYSTEM = """
 [run]
@@ -118,7 +118,7 @@ def test_it_goes_on_from_a_saved_and_from_a_serialised_state(fmu, tmp_path):
 @pytest.mark.parametrize("track", ["segmented", "belt"])
 def test_through_the_master_it_equals_the_part(fmu, track, tmp_path):
     tables = []
-    for name, robot in (("part", 'part = "master.vehicle:Robot"'), ("fmu", f'fmu = "{fmu}"')):
+    for name, robot in (("part", 'part = "selflock.vehicle:Robot"'), ("fmu", f'fmu = "{fmu}"')):
         system = tmp_path / f"{name}.toml"
         system.write_text(SYSTEM.format(robot=robot, track=track))
         tables.append(master.run(system).table)

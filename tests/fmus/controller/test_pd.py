@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.controller import pd
-from fmus.reducer.wedge import static_friction, tangent_force
+from selflock.fmus.controller import pd
+from selflock.fmus.reducer.wedge import static_friction, tangent_force
 
 small = st.floats(-0.2, 0.2)
 

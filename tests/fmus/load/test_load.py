@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fmus.load import load
+from selflock.fmus.load import load
 
 
 def run(p, torque, stop, h):

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fmus.motor import dc
+from selflock.fmus.motor import dc
 
 positive = st.floats(1e-3, 1e3)
 volts = st.floats(-50.0, 50.0)
@@ -127,7 +127,7 @@ def test_cogging_needs_no_current():
 
 @given(positive, st.floats(1e-6, 1.0), volts, st.floats(-100.0, 100.0))
 def test_effects_that_are_off_change_no_bit(r, l, u, w):
-    from fmus.effect import parameters_type
+    from selflock.fmus.effect import parameters_type
 
     p = dc.Parameters(resistance=r, inductance=l)
     s, out = dc.advance(p, dc.start(p)._replace(current=0.3), u, w, 1e-3)

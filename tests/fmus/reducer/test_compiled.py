@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from fmus.reducer import flow, shaft, wedge
-from master.compiled import compiled
+from selflock.fmus.reducer import flow, shaft, wedge
+from selflock.master.compiled import compiled
 
 EFFECTS = dict(
     friction_static=0.03,
@@ -26,7 +26,7 @@ EFFECTS = dict(
 
 @pytest.fixture(scope="module")
 def fast():
-    return compiled("fmus.reducer.shaft")
+    return compiled("selflock.fmus.reducer.shaft")
 
 
 def close(one, other):
@@ -54,7 +54,7 @@ def test_both_modes_step_by_step(fast, changes):
 
 
 def test_wedge_and_flow():
-    fast_wedge, fast_flow = compiled("fmus.reducer.wedge"), compiled("fmus.reducer.flow")
+    fast_wedge, fast_flow = compiled("selflock.fmus.reducer.wedge"), compiled("selflock.fmus.reducer.flow")
     for torque in (-3.0, 0.0, 0.2, 7.0):
         for mu in (0.0, 0.02, 0.4):
             arguments = (torque, mu, 0.3, 0.02, 50.0)
@@ -66,5 +66,5 @@ def test_wedge_and_flow():
 
 
 def test_the_plain_law_stays_plain():
-    compiled("fmus.reducer.shaft")
+    compiled("selflock.fmus.reducer.shaft")
     assert type(shaft.advance).__name__ == "function" and type(wedge.cone).__name__ == "function"

@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fmus.reducer import shaft, wedge
-from fmus.reducer.effects import EFFECTS
-from fmus.units import parse
+from selflock.fmus.reducer import shaft, wedge
+from selflock.fmus.reducer.effects import EFFECTS
+from selflock.fmus.units import parse
 
 P = shaft.Parameters
 NAMES = "stribeck viscous asymmetric load_dependent preload ripple backlash compliance warm_up wear".split()
 
 
 def effect(name):
-    return import_module(f"fmus.reducer.effects.{name}")
+    return import_module(f"selflock.fmus.reducer.effects.{name}")
 
 
 def wedge_torque(torque, s, mu, preload=0.0):

@@ -8,9 +8,9 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
-from fmus.build import build
-from fmus.reducer import shaft
-from fmus.reducer.fmu import Reducer
+from selflock.fmus.build import build
+from selflock.fmus.reducer import shaft
+from selflock.fmus.reducer.fmu import Reducer
 
 OUT = tuple(row.name for row in Reducer.outputs)
 ISSUE = {
@@ -133,7 +133,7 @@ from fmpy import simulate_fmu
 result = simulate_fmu(sys.argv[1], stop_time=0.05, step_size=1e-3, output_interval=1e-3, start_values={"initial_speed": 20.0})
 assert len(result) == 51 and result["input_speed"][-1] == 0.0 and result["stuck"][-1], result[-1]
 try:
-    import fmus
+    from selflock import fmus
 except ImportError:
     print("alone")
 """

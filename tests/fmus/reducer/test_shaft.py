@@ -8,9 +8,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fmus.reducer import shaft, wedge
-from fmus.reducer.law import plain
-from fmus.reducer.travel import travel
+from selflock.fmus.reducer import shaft, wedge
+from selflock.fmus.reducer.law import plain
+from selflock.fmus.reducer.travel import travel
 
 P = shaft.Parameters
 

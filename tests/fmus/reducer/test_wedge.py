@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.reducer import wedge
+from selflock.fmus.reducer import wedge
 
 ratios = st.floats(1.5, 300.0)
 shares = st.floats(0.0, 0.98)  # of the largest mu, 1 / t

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.sensor import sensor
+from selflock.fmus.sensor import sensor
 
 values = st.floats(-1e6, 1e6)
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from master.study.claims.check import Check, row
-from master.study.claims.curves import LIMIT, Curves, Runs, largest, least, least_step, pairs, rms
+from .check import Check, row
+from .curves import LIMIT, Curves, Runs, largest, least, least_step, pairs, rms
 
 ELECTRIC, MECHANICAL = "rear_motor.electric_power", "rear_motor.mechanical_power"
 LONG_HOLD = 600.0  # s, the hold of claim 19's duty cycle: the holders rarely turn

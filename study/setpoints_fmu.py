@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fmus.slave import Slave, Variable
-from master.study import turns
+from ..fmus.slave import Slave, Variable
+from . import turns
 
 
 class State(NamedTuple):
@@ -51,8 +51,8 @@ class Setpoints(Slave):
 
 def build(out: str | Path, **starts: Any) -> Path:
     """Build Setpoints.fmu into the folder `out`; `starts`: other start values."""
-    from fmus.build import ROOT, SHARED, pack
+    from ..fmus.build import ROOT, SHARED, pack
 
-    names = [*SHARED, "fmus/errors.py", "master/study/turns.py", "master/study/setpoints_fmu.py"]
+    names = [*SHARED, "fmus/errors.py", "study/turns.py", "study/setpoints_fmu.py"]
     files = {name: (ROOT / name).read_bytes() for name in names}
     return pack(Setpoints, files, Path(out) / "Setpoints.fmu", starts)

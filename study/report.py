@@ -13,12 +13,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
-from master.study.claims import Claim, Curves, Runs
-from master.study.figures import COLOURS, ENDS
-from master.study.manoeuvre import DURATION, WINDOWS
-from master.study.runs import POSTURE_EVERY, SYSTEM, Done
-from master.system import load
-from master.vehicle import Robot
+from .claims import Claim, Curves, Runs
+from .figures import COLOURS, ENDS
+from .manoeuvre import DURATION, WINDOWS
+from .runs import POSTURE_EVERY, SYSTEM, Done
+from selflock.master.system import load
+from selflock.vehicle import Robot
 
 SAMPLE = 0.01  # s, of the curves under the moving robot
 PHASES = [
@@ -46,7 +46,7 @@ LINES = {"chassis": {"fill": "#d5dce3", "colour": "#8b95a0", "width": 3}} | {
 def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[Path, str]], done: list[Done]) -> Path:
     """The report with everything inside: figures, claims, parameters, moving robot."""
     environment = Environment(
-        loader=PackageLoader("master.study", "."), undefined=StrictUndefined, autoescape=True, trim_blocks=True
+        loader=PackageLoader("selflock.study", "."), undefined=StrictUndefined, autoescape=True, trim_blocks=True
     )
     postures = next(one.postures for one in done if one.postures)
     html = environment.get_template("report.html.j2").render(

@@ -1,9 +1,9 @@
 """Robot.fmu: the vehicle behind the face of an FMU. The Python that runs it needs pymunk, numba and numpy.
 
-    from master.vehicle.robot_fmu import build
+    from .robot_fmu import build
     build("out/fmus")                                # Robot.fmu, or with other start values: build("out", track="belt")
 
-The FMU holds the vehicle's sources as they are here, so its numbers are those of the part `master.vehicle.Robot` bit for
+The FMU holds the vehicle's sources as they are here, so its numbers are those of the part `selflock.vehicle.Robot` bit for
 bit. Nothing but the standard library is imported before the start, so that a host whose Python lacks what is needed
 is told so in a sentence.
 """
@@ -17,8 +17,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from fmus.slave import Slave, Variable
-from master.vehicle import tables
+from ..fmus.slave import Slave, Variable
+from . import tables
 
 HERE = Path(__file__).parent
 NOMINAL = {"N": 100.0, "N.m": 10.0}  # by unit; 1 is FMI's own, which fits the rest
@@ -107,10 +107,10 @@ class Robot(Slave):
 def _vehicle(identity: str) -> type:
     """The class of the vehicle; in an FMU from a copy of its sources in the user's cache, where numba keeps what it compiles."""
     package = sys.modules[__package__]
-    if not __package__.startswith("master.") and hasattr(package, "__path__"):
+    if identity != Robot.identity and hasattr(package, "__path__"):
         package.__path__ = [str(_copied(identity))]
     try:
-        from master.vehicle.robot import Robot as part
+        from .robot import Robot as part
     except ImportError as error:
         raise ImportError(
             f"the Python that runs this FMU ({sys.executable or sys.version.split()[0]}) lacks {error.name or error}. "
@@ -141,22 +141,21 @@ def _copied(identity: str) -> Path:
 
 def sources() -> dict[str, bytes]:
     """The files that the FMU needs, by their path below the project."""
-    from fmus.build import ROOT, SHARED
+    from ..fmus.build import ROOT, SHARED
 
     names = [
         *SHARED,
         "fmus/errors.py",
         "master/errors.py",
         "master/face.py",
-        *(f"master/vehicle/{file.name}" for file in sorted(HERE.glob("*.py"))),
+        *(f"vehicle/{file.name}" for file in sorted(HERE.glob("[!_]*.py"))),
     ]
-    files = {name: (ROOT / name).read_bytes() for name in names}
-    return files | {"master/__init__.py": b"", "master/vehicle/__init__.py": b""}  # their re-exports would import the host's half
+    return {name: (ROOT / name).read_bytes() for name in names}
 
 
 def build(out: str | Path, **starts: Any) -> Path:
     """Build Robot.fmu into the folder `out`, or as the file `out` if that ends in .fmu; `starts`: other start values."""
-    from fmus.build import pack
+    from ..fmus.build import pack
 
     path = Path(out) if str(out).endswith(".fmu") else Path(out) / "Robot.fmu"
     return pack(Robot, sources(), path, starts)

@@ -4,9 +4,9 @@ Nothing here is fitted: windows, tolerances and definitions are those of the stu
 not hold says so.
 """
 
-from master.study.claims import drive, torque  # noqa: F401  (they fill ROWS)
-from master.study.claims.check import ROWS, Check, Claim
-from master.study.claims.curves import LIMIT, Curves, Facts, Runs
+from . import drive, torque  # noqa: F401  (they fill ROWS)
+from .check import ROWS, Check, Claim
+from .curves import LIMIT, Curves, Facts, Runs
 
 __all__ = ["LIMIT", "ROWS", "Check", "Claim", "Curves", "Facts", "Runs", "evaluate"]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable
 
-from fmus.build import built
-from master import PartFailed, load, read, run
-from master.study.claims import LIMIT, Curves, Facts, Runs
-from master.system import System
-from master.vehicle import Robot
+from selflock.fmus.build import built
+from selflock.master import PartFailed, load, read, run
+from .claims import LIMIT, Curves, Facts, Runs
+from selflock.master.system import System
+from selflock.vehicle import Robot
 
 SYSTEM = Path(__file__).with_name("robot.toml")
 FRICTION = (0.0, 0.01, 0.02, 0.03)

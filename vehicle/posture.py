@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from master.vehicle import kernel
-from master.vehicle.model import Model
+from . import kernel
+from .model import Model
 
 ROOF = 0.09  # m, upper side of the drawn chassis above the line of the hinges
 VIEW = 2.0  # m of ground to either side

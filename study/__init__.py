@@ -10,7 +10,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from master.study.claims import Claim, evaluate
+from selflock.rooms import called_as
+
+from .claims import Claim, evaluate
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class StudyResult:
 
 def study(out: Path | str, progress: bool = False, workers: int = 2) -> StudyResult:
     """Run everything, evaluate the claims, draw the figures, write the report. Tables of the runs go to out/runs."""
-    from master.study import figures, report, runs
+    from . import figures, report, runs
 
     out = Path(out)
     columns = (TextColumn("{task.description:<28}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
@@ -59,3 +61,6 @@ def study(out: Path | str, progress: bool = False, workers: int = 2) -> StudyRes
         path = report.write(out / "report.html", tables, claims, drawn, done)
         bar.update(finishing, advance=1, description="claims, figures, report")
     return StudyResult(path, claims)
+
+
+called_as(__name__)

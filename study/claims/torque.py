@@ -6,8 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from master.study.claims.check import Check, row
-from master.study.claims.curves import LIMIT, Curves, Runs, apart, largest, least, pairs, rms
+from .check import Check, row
+from .curves import LIMIT, Curves, Runs, apart, largest, least, pairs, rms
 
 HOLDS = ("hold A", "hold B", "hold C")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from master.errors import DescriptionError
-from master.face import Variable
-from master.vehicle import tables
+from ..master.errors import DescriptionError
+from ..master.face import Variable
+from . import tables
 
 
 def variables() -> dict[str, Variable]:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from master.errors import DescriptionError
+from ..master.errors import DescriptionError
 
 FAR = 1000.0  # m, how far the ends reach
 KINDS = """flat | slope:ANGLE[,X] | step:HEIGHT[,X] | stairs:RISE,RUN,COUNT[,X] | polyline:X,Y;X,Y;…

@@ -14,10 +14,10 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from master.study.claims import LIMIT, Curves, Runs
-from master.study.claims.drive import ELECTRIC, LONG_HOLD, MECHANICAL, duty
-from master.study.manoeuvre import DURATION, WINDOWS
-from master.study.turns import FRONT, REAR, motion
+from .claims import LIMIT, Curves, Runs
+from .claims.drive import ELECTRIC, LONG_HOLD, MECHANICAL, duty
+from .manoeuvre import DURATION, WINDOWS
+from .turns import FRONT, REAR, motion
 
 COLOURS = {0.0: "#2f6fae", 0.01: "#3c9a74", 0.02: "#d99a1c", 0.03: "#c2413a"}
 ENDS = {"front": "#7a5ea8", "rear": "#1f7f93"}

@@ -9,7 +9,7 @@ the side view (x forward, y up); 0 points forward, pi points backward.
     6-8 s   both holders press down and raise the platform      raise
     8-10 s  nothing turns                                       hold C
 
-The laws are in master.study.turns.
+The laws are in selflock.study.turns.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from master.face import Variable
-from master.study.turns import CHOICES, TOLD, Output, Parameters, setpoints
+from selflock.master.face import Variable
+from .turns import CHOICES, TOLD, Output, Parameters, setpoints
 
 DURATION = 10.0  # s
 
@@ -109,7 +109,7 @@ class Setpoints:
     @staticmethod
     def pack(out: str | Path, **starts: Any) -> Path:
         """Setpoints.fmu in the folder `out`: the same set-points for other hosts."""
-        from master.study.setpoints_fmu import build
+        from .setpoints_fmu import build
 
         return build(out, **starts)
 

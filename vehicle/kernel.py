@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from master.vehicle.munk import call_step, compiled, inlined, load, store
+from .munk import call_step, compiled, inlined, load, store
 
 CONSTANTS = np.dtype(
     [

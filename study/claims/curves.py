@@ -10,8 +10,8 @@ from typing import Iterable
 import numpy as np
 import pandas as pd
 
-from master.errors import ResultError
-from master.study.manoeuvre import WINDOWS
+from selflock.master.errors import ResultError
+from ..manoeuvre import WINDOWS
 
 LIMIT = 0.02  # the self-locking limit, tan alpha = 1/r at r = 50
 

@@ -10,9 +10,9 @@ import pymunk
 import pymunk.batch
 from pymunk._chipmunk_cffi import lib
 
-from master.errors import DescriptionError
-from master.vehicle import ground, kernel, munk
-from master.vehicle.tables import OUTPUTS, SIDES
+from ..master.errors import DescriptionError
+from . import ground, kernel, munk
+from .tables import OUTPUTS, SIDES
 
 _ALL = pymunk.batch.BodyFields
 _FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _ALL.FORCE | _ALL.TORQUE

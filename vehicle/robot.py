@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from master.errors import DescriptionError, PartFailed
-from master.face import Variable
-from master.vehicle import munk
-from master.vehicle.model import Geometry, Model
-from master.vehicle.parameters import INPUTS, VARIABLES, checked
-from master.vehicle.posture import posture
-from master.vehicle.tables import OUTPUTS
+from ..master.errors import DescriptionError, PartFailed
+from ..master.face import Variable
+from . import munk
+from .model import Geometry, Model
+from .parameters import INPUTS, VARIABLES, checked
+from .posture import posture
+from .tables import OUTPUTS
 
 
 class Robot:
@@ -148,7 +148,7 @@ class Robot:
     @staticmethod
     def pack(out: str | Path, **starts: Any) -> Path:
         """Robot.fmu in the folder `out`: the same vehicle for other hosts."""
-        from master.vehicle.robot_fmu import build
+        from .robot_fmu import build
 
         return build(out, **starts)
 

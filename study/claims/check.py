@@ -7,7 +7,7 @@ import operator
 from dataclasses import dataclass, field
 from typing import Callable
 
-from master.errors import SelflockError
+from selflock.master.errors import SelflockError
 
 RELATIONS = {"<=": operator.le, "<": operator.lt, ">=": operator.ge, ">": operator.gt}
 

@@ -25,7 +25,11 @@ def cases() -> list[tuple[str, tuple[str, ...], int]]:
     """Name, what is hidden, seed; the measured drives have neither."""
     from tests.diagnosis.plant.causes import DRAWS
 
-    pairs = (("reducer.stribeck", "motor.brush_drop"), ("load.tilt", "reducer.backlash"), ("motor.winding_heating", "controller.delay"))
+    pairs = (
+        ("reducer.stribeck", "motor.brush_drop"),
+        ("load.tilt", "reducer.backlash"),
+        ("motor.winding_heating", "controller.delay"),
+    )
     listed = [(name, (), -1) for name in reversed(MEASURED)]
     listed += [(f"none_{seed}", (), seed) for seed in (1, 2, 3, 4)]
     listed += [("+".join(pair), pair, 2) for pair in pairs]

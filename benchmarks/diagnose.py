@@ -55,8 +55,16 @@ def simulate(seconds: float, brush: float = 0.0):
     t = np.arange(n) * STEP
     setpoint = 1.2 * np.sin(0.9 * t) + 0.4 * np.sin(2.3 * t)
     speed = 1.08 * np.cos(0.9 * t) + 0.92 * np.cos(2.3 * t)
-    given = {"reducer.shaft_stiffness": 3000.0, "reducer.shaft_damping": 10.0, "load.inertia": 0.15, "load.mass": 1.0,
-             "controller.angle_gain": 100.0, "controller.speed_gain": 8.0, "controller.release_time": 1e9, "motor.brush_voltage": brush}
+    given = {
+        "reducer.shaft_stiffness": 3000.0,
+        "reducer.shaft_damping": 10.0,
+        "load.inertia": 0.15,
+        "load.mass": 1.0,
+        "controller.angle_gain": 100.0,
+        "controller.speed_gain": 8.0,
+        "controller.release_time": 1e9,
+        "motor.brush_voltage": brush,
+    }
     laws = [parameters(part, part, given) for part in ("controller", "motor", "reducer", "load")]
     zero, out = np.zeros(n), np.zeros((8, n))
     run = lambda: kernels().whole(*laws, 1.0, np.ones(n), zero, zero, setpoint, speed, np.full(n, STEP), 1, np.zeros(4), out)
@@ -74,9 +82,17 @@ def log(folder: Path, seconds: float) -> tuple[Path, Path]:
     t, setpoint, speed, out, _ = simulate(seconds, brush=0.6)
     rng = np.random.default_rng(0)
     noisy = lambda x, sigma: x + sigma * rng.standard_normal(len(x))
-    columns = {"time": t, "setpoint": setpoint, "setpoint_speed": speed, "voltage": out[0], "current": noisy(out[1], 0.05),
-               "input_angle": noisy(out[3], 2e-3), "input_speed": noisy(out[4], 0.2), "angle": noisy(out[6], 2e-4),
-               "speed": noisy(out[7], 5e-3)}
+    columns = {
+        "time": t,
+        "setpoint": setpoint,
+        "setpoint_speed": speed,
+        "voltage": out[0],
+        "current": noisy(out[1], 0.05),
+        "input_angle": noisy(out[3], 2e-3),
+        "input_speed": noisy(out[4], 0.2),
+        "angle": noisy(out[6], 2e-4),
+        "speed": noisy(out[7], 5e-3),
+    }
     rig, path = folder / "rig.toml", folder / f"log{seconds:g}.csv"
     pyarrow.csv.write_csv(pyarrow.table(columns), path)
     rig.write_text(RIG)
@@ -100,8 +116,11 @@ def main(lengths: list[float]) -> None:
             for seconds in lengths:
                 rig, path = alone.submit(log, Path(folder), seconds).result()
                 answer, busy, clock, memory = alone.submit(diagnose, rig, path, Path(folder) / "out").result()
-                print(f"diagnosis of {seconds:g} s at 1 kHz, full vocabulary, report and FMUs: {busy:.1f} s of processor, "
-                      f"{clock:.1f} s on the clock, {memory:.2f} GiB: {answer}", flush=True)
+                print(
+                    f"diagnosis of {seconds:g} s at 1 kHz, full vocabulary, report and FMUs: {busy:.1f} s of processor, "
+                    f"{clock:.1f} s on the clock, {memory:.2f} GiB: {answer}",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":

@@ -118,7 +118,12 @@ def fmpy_loop(ssp: Path, steps: int, count: int, given: str, taken: str) -> floa
         reference = {v.name: v.valueReference for v in described.modelVariables}
         slaves = []
         for k in range(count):
-            slave = FMU2Slave(guid=described.guid, unzipDirectory=unpacked, modelIdentifier=described.coSimulation.modelIdentifier, instanceName=f"i{k}")
+            slave = FMU2Slave(
+                guid=described.guid,
+                unzipDirectory=unpacked,
+                modelIdentifier=described.coSimulation.modelIdentifier,
+                instanceName=f"i{k}",
+            )
             slave.instantiate()
             slave.setupExperiment(startTime=0.0)
             slave.enterInitializationMode()

@@ -117,8 +117,10 @@ def start_stop(folder: Path, picture: Path | None) -> dict:
     law = bench.compare(gear, after)[0][0]
     error = lambda x: 1e3 * float(np.sqrt(np.mean((measured - x)[good] ** 2)))
     speed = bench.channels[0, ""].raw("reducer.input_speed")
-    sides = {side: [1e3 * float(np.mean(x[good & way])) for x in (measured, old, new) if (good & way).any()]
-             for side, way in (("forward", speed > 0), ("backward", speed < 0))}
+    sides = {
+        side: [1e3 * float(np.mean(x[good & way])) for x in (measured, old, new) if (good & way).any()]
+        for side, way in (("forward", speed > 0), ("backward", speed < 0))
+    }
     if picture:
         figure, axis = plt.subplots(figsize=(9, 3.6))
         hide = lambda x: np.where(good, 1e3 * x, np.nan)
@@ -130,8 +132,15 @@ def start_stop(folder: Path, picture: Path | None) -> dict:
         axis.set_ylim(low - 0.7 * (high - low), high + 0.7 * (high - low))
         axis.legend(loc="upper right", fontsize=8)
         save(figure, picture)
-    return {"before": error(old), "after": error(new), "law": error(law), "samples": int(good.sum()), "of": len(good),
-            "faults": len(faults), "means": sides}
+    return {
+        "before": error(old),
+        "after": error(new),
+        "law": error(law),
+        "samples": int(good.sum()),
+        "of": len(good),
+        "faults": len(faults),
+        "means": sides,
+    }
 
 
 def one(name: str) -> dict:
@@ -139,11 +148,19 @@ def one(name: str) -> dict:
     with TemporaryDirectory() as place:
         folder = Path(place)
         result = answer(name, folder, progress=True)
-        found = {"verdict": result.verdict, "causes": [
-            {"label": c.label, "parameters": c.parameters, "rivals": c.indistinguishable_from} for c in result.causes],
-            "before": 1e3 * result.gain.before, "after": 1e3 * result.gain.after, "low": 1e3 * result.gain.low, "high": 1e3 * result.gain.high,
-            "faults": result.faults, "remainder": result.remainder, "regimes": result.gain.regimes,
-            "promised": result.extension.get("promised"), "fmu": result.extension.get("fmu")}
+        found = {
+            "verdict": result.verdict,
+            "causes": [{"label": c.label, "parameters": c.parameters, "rivals": c.indistinguishable_from} for c in result.causes],
+            "before": 1e3 * result.gain.before,
+            "after": 1e3 * result.gain.after,
+            "low": 1e3 * result.gain.low,
+            "high": 1e3 * result.gain.high,
+            "faults": result.faults,
+            "remainder": result.remainder,
+            "regimes": result.gain.regimes,
+            "promised": result.extension.get("promised"),
+            "fmu": result.extension.get("fmu"),
+        }
         if result.causes:
             values = fitted(folder)
             if name == "emps":

@@ -202,9 +202,7 @@ def document(found: list[dict]) -> str:
         "",
         "False alarms named: " + (", ".join(f"{w} ({alarms.count(w)})" for w in sorted(set(alarms))) or "none") + ".",
     ]
-    errors = sorted(
-        {f"{row['hidden']}, seed {row['seed']}: {row['answers'][0]}" for row in found if row["verdict"] == "error"}
-    )
+    errors = sorted({f"{row['hidden']}, seed {row['seed']}: {row['answers'][0]}" for row in found if row["verdict"] == "error"})
     lines += ["", "Cases without an answer: " + ("; ".join(errors) or "none") + ".", ""]
     extra = DOCS / "power-notes.md"
     if extra.exists():
@@ -275,9 +273,7 @@ def draw(found: list[dict]) -> None:
             )
     axes.axvline(2.0, color="0.6", lw=1)
     axes.text(2.05, 0.03, "mending halves the error", color="0.4", fontsize=8)
-    axes.set(
-        xscale="log", ylim=(0, 1.03), xlabel="error without the true model / error with it", ylabel="right name first"
-    )
+    axes.set(xscale="log", ylim=(0, 1.03), xlabel="error without the true model / error with it", ylabel="right name first")
     axes.set_xticks([1, 1.5, 2, 3, 5, 10], ["1", "1.5", "2", "3", "5", "10"])
     axes.minorticks_off()
     axes.legend(frameon=False)

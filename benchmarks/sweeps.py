@@ -62,9 +62,7 @@ def workers_here(count: int):
     with (
         tempfile.TemporaryDirectory() as folder,
         dask.config.set(QUIET),
-        LocalCluster(
-            n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder
-        ) as cluster,
+        LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0", local_directory=folder) as cluster,
     ):
         yield cluster, Path(folder)
 
@@ -111,9 +109,7 @@ def speed_up() -> None:
     for workers in (1, 2):
         with workers_here(workers) as (cluster, folder):
             address = cluster.scheduler_address
-            map_runs(
-                run_one, made.items[: 2 * workers], context=bench, scheduler=address
-            )  # compiles the vehicle's kernel
+            map_runs(run_one, made.items[: 2 * workers], context=bench, scheduler=address)  # compiles the vehicle's kernel
             seconds[workers] = timed(
                 lambda: map_runs(run_one, made.items, context=bench, folder=folder / "out", scheduler=address)
             )
@@ -121,14 +117,7 @@ def speed_up() -> None:
           f"{seconds[1] / seconds[2]:.2f} x (target 1.9)")  # fmt: skip
     with workers_here(1) as (cluster, folder):
         count, engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 300, 0.0, 1e9  # each run a message of its own
-        whole = (
-            timed(
-                lambda: map_runs(
-                    nothing, range(count), folder=folder / "out", scheduler=cluster.scheduler_address
-                )
-            )
-            / count
-        )
+        whole = timed(lambda: map_runs(nothing, range(count), folder=folder / "out", scheduler=cluster.scheduler_address)) / count
         engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 1.0, 200
     print(f"a run that does nothing, sent by itself and written at once: {1e3 * whole:.1f} ms")
 

@@ -1,8 +1,8 @@
 """From measured data to the named cause, the extended model and its measured gain.
 
-    from selflock import diagnosis
-    result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
-    print(result.summary())
+from selflock import diagnosis
+result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
+print(result.summary())
 """
 
 from .errors import DataError

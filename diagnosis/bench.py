@@ -51,13 +51,9 @@ class Bench(Layout):
         self.smoothing = {prefix: 11 for prefix in rig.drives}
         self.samples = total = sum(len(run) for run in self.runs)
         for ch in self.channels.values():
-            ch.take = (
-                stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
-            )
+            ch.take = stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
         self.choosing = False  # the smoothing
-        self.cuts = [
-            cut for prefix in rig.drives for cut in cuts(self, prefix) if not rig.only or cut.components == (rig.only,)
-        ]
+        self.cuts = [cut for prefix in rig.drives for cut in cuts(self, prefix) if not rig.only or cut.components == (rig.only,)]
         if not self.cuts:
             have = sorted({name for run in self.runs for name in run.signals})
             raise DataError(
@@ -79,9 +75,7 @@ class Bench(Layout):
         if gear is None or self.steady:
             return
         if self.rig.smoothing > 0.0:
-            self.smoothing[prefix] = max(
-                5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1
-            )
+            self.smoothing[prefix] = max(5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
             return
         levels = {}
         self.choosing = True  # the balance is not smoothed meanwhile
@@ -95,9 +89,7 @@ class Bench(Layout):
                     steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
             levels[samples] = steps / max(count, 1)
         self.choosing = False
-        self.smoothing[prefix] = min(
-            samples for samples, level in levels.items() if level <= 1.15 * min(levels.values())
-        )
+        self.smoothing[prefix] = min(samples for samples, level in levels.items() if level <= 1.15 * min(levels.values()))
 
     def reach(self, cut: Cut) -> int:
         """Samples over which smoothing ties the residual of a cut together."""
@@ -210,9 +202,7 @@ class Bench(Layout):
         """A parameter's value: fitted, else nominal, else the law's default."""
         component, _, parameter = name.rpartition(".")
         base = split(component, self.rig.drives)[1]
-        return float(
-            values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter)))
-        )
+        return float(values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter))))
 
 
 def _sound(run: Run, cut: Cut) -> np.ndarray | None:

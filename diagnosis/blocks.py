@@ -28,14 +28,14 @@ def split(bench: Bench, runs: list[Run], held: list[bool]) -> tuple[np.ndarray, 
     elif bench.rig.hold_out == EVERY_SECOND:
         train = bench.owner % 2 == 0
         if bench.steady:  # every second point of each direction
-            backward = (
-                np.array([bench.runs[0].signals[n] for n in bench.runs[0].signals if n.endswith("speed")])[0] < 0.0
-            )
+            backward = np.array([bench.runs[0].signals[n] for n in bench.runs[0].signals if n.endswith("speed")])[0] < 0.0
             for side in (backward, ~backward):
                 train[np.flatnonzero(side)] = np.arange(side.sum()) % 2 == 0
         names = [f"run {runs[i].name or i}" for i in np.flatnonzero(~train)] if len(runs) == count else ["every second"]
         if train.all():
-            raise DataError(f"{bench.rig.path}: hold_out = {EVERY_SECOND!r} needs two runs, and there is one. Leave it out: blocks are held out then.")
+            raise DataError(
+                f"{bench.rig.path}: hold_out = {EVERY_SECOND!r} needs two runs, and there is one. Leave it out: blocks are held out then."
+            )
     else:
         train = np.arange(count) % 3 != 2
         names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]
@@ -82,11 +82,7 @@ def refuse_useless(rig: Rig, runs: list[Run], faults: list[Fault]) -> None:
                 f"{where}: column {column!r} ({name}) is faulty in {asked - len(values)} of {asked} samples. "
                 "Measure again, or leave the column out."
             )
-        if (
-            values.min() == values.max()
-            and bare not in GIVEN
-            and bare not in {"motor.supply_voltage", "motor.temperature"}
-        ):
+        if values.min() == values.max() and bare not in GIVEN and bare not in {"motor.supply_voltage", "motor.temperature"}:
             raise DataError(
                 f"{where}: column {column!r} ({name}) never changes from {values[0]:.6g}. Is it connected? "
                 f"Leave it out of {rig.path.name} if not."

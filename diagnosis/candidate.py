@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Sequence
 
 import numpy as np
 
@@ -81,8 +81,7 @@ def _ends(candidate: Candidate) -> bool:
     """Whether a number that the hypothesis sets free is at the end of its range."""
     at = candidate.fit.values
     return any(
-        at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < 1e-3 * (p.high - p.low)
-        for p in candidate.free
+        at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < 1e-3 * (p.high - p.low) for p in candidate.free
     )
 
 

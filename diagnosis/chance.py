@@ -17,9 +17,10 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -59,9 +60,7 @@ class Search:
     runs: list[Run]
     held: list[bool]
     seed: int
-    left: np.ndarray | None = (
-        None  # what the best model leaves on the measured log, in units of its noise (blocks, samples)
-    )
+    left: np.ndarray | None = None  # what the best model leaves on the measured log, in units of its noise (blocks, samples)
     contest: Simulated | None = None
     base: np.ndarray | None = None  # the residual of the base simulation on the measured log
 
@@ -158,9 +157,7 @@ class Chance:
             f"  The quick draws call the best of a log without effect significant in {100 * self.size:.1f} % of logs "
             f"(meant: {100 * SIGNIFICANT:.0f} %)."
         )
-        lines.append(
-            "  found by chance: " + ", ".join(f"{name} ({count})" for name, count in list(said["found"].items())[:6])
-        )
+        lines.append("  found by chance: " + ", ".join(f"{name} ({count})" for name, count in list(said["found"].items())[:6]))
         if self.failed:
             lines.append(f"  {self.failed} draws failed")
         return "\n".join(lines)

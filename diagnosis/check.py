@@ -55,7 +55,7 @@ def check(runs: list[Run], rig: Rig) -> list[Fault]:
     for run in runs:
         run.good = {name: np.isfinite(values) for name, values in run.signals.items()}
         faults += _clock(run, rig)
-        for name, values in run.signals.items():
+        for name in run.signals:
             faults += _spans(run, name, ~run.good[name], "non-finite")
             _, bare = split(name, rig.drives)
             if bare in COMMANDS or name == VALID:

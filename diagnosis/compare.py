@@ -108,9 +108,7 @@ def load(bench: Bench, prefix: str, values: dict, ch: Channels) -> Compared:
     """The torque that the load takes for its measured motion."""
     second = drive.shaft(bench, prefix, "load.", values, ch)
     out = np.empty(len(ch.dt))
-    bench.kernels.load_torque(
-        drive.law(bench, prefix, "load", values, ch), second.angle, second.speed, second.acceleration, out
-    )
+    bench.kernels.load_torque(drive.law(bench, prefix, "load", values, ch), second.angle, second.speed, second.acceleration, out)
     name = "reducer.output_torque"
     return drive.read(name, out, values, ch), ch.raw(name), everywhere(len(out))
 

@@ -16,8 +16,9 @@ A cut whose residual is noise proves its components; a cut that is off has the f
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable
+from typing import TYPE_CHECKING
 
 from . import compare, drive, forward
 from .compare import Compared
@@ -68,9 +69,7 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
     def add(kind, components, reads, output, compute):
         measure = unit("motor.torque" if kind == "gear" else output, linear)
         reads = tuple(prefix + r for r in reads if has(r))
-        found.append(
-            Cut(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
-        )
+        found.append(Cut(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix))
 
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]
@@ -80,37 +79,64 @@ def cuts(bench: Bench, prefix: str) -> list[Cut]:
         if closed and not has("controller.angle_setpoint"):
             raise DataError(f'{bench.rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')
         shown = next(m for m in forward.SHOWN if has(m))
-        read = ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage") if closed else \
-            ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")
-        add("drive", [*(["controller"] if closed else []), "motor", "reducer", "load"], (*read, *moves), shown,
-            lambda b, v, ch: forward.motion(b, prefix, shown, closed, v, ch))
+        read = (
+            ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage")
+            if closed
+            else ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")
+        )
+        add(
+            "drive",
+            [*(["controller"] if closed else []), "motor", "reducer", "load"],
+            (*read, *moves),
+            shown,
+            lambda b, v, ch: forward.motion(b, prefix, shown, closed, v, ch),
+        )
         return found
 
     volts = ("motor.duty", "motor.supply_voltage") if electric == "motor.duty" else (electric,) if electric else ()
     command = "controller.voltage" if has("controller.voltage") else "motor.voltage" if has("motor.voltage") else ""
     if command and has("controller.angle_setpoint") and moves and not bench.steady:
-        add("controller", ["controller"],
-            ("controller.angle_setpoint", "controller.speed_setpoint", *moves, *delivered), command,
-            lambda b, v, ch: compare.controller(b, prefix, command, v, ch))
+        add(
+            "controller",
+            ["controller"],
+            ("controller.angle_setpoint", "controller.speed_setpoint", *moves, *delivered),
+            command,
+            lambda b, v, ch: compare.controller(b, prefix, command, v, ch),
+        )
     if electric and moves and has("motor.current"):
-        add("motor", ["motor"], (*volts, *moves), "motor.current",
-            lambda b, v, ch: compare.motor(b, prefix, electric, v, ch))
+        add("motor", ["motor"], (*volts, *moves), "motor.current", lambda b, v, ch: compare.motor(b, prefix, electric, v, ch))
     torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
     if torque and moves:
         who = ["reducer"] if delivered else ["reducer", "load"]
         if torque not in ("motor.torque", "reducer.input_torque"):
             who = ["motor", *who]
-        add("gear", who, (*moves, *(volts if torque == electric else ()), *delivered), torque,
-            lambda b, v, ch: compare.gear(b, prefix, torque, electric, v, ch))
+        add(
+            "gear",
+            who,
+            (*moves, *(volts if torque == electric else ()), *delivered),
+            torque,
+            lambda b, v, ch: compare.gear(b, prefix, torque, electric, v, ch),
+        )
     described = {key.rpartition(".")[0] for key in bench.rig.parameters}
     if delivered and (has("load.angle") or has("load.speed")) and name["load"] in described:
-        add("load", ["load"], ("load.angle", "load.speed"), "reducer.output_torque",
-            lambda b, v, ch: compare.load(b, prefix, v, ch))
+        add(
+            "load",
+            ["load"],
+            ("load.angle", "load.speed"),
+            "reducer.output_torque",
+            lambda b, v, ch: compare.load(b, prefix, v, ch),
+        )
     for side, kind in (("reducer.input_", "input"), ("load.", "output")):
         if has(side + "angle", side + "speed") and not bench.steady:
-            add(kind, [], (side + "angle",), side + "speed",
-                lambda b, v, ch, side=side: compare.redundant(b, prefix, side, v, ch))
+            add(
+                kind, [], (side + "angle",), side + "speed", lambda b, v, ch, side=side: compare.redundant(b, prefix, side, v, ch)
+            )
     if has("reducer.input_angle", "load.angle") and not bench.steady:
-        add("twist", ["reducer", *([] if delivered else ["load"])], (*moves, *delivered), "load.angle",
-            lambda b, v, ch: compare.twist(b, prefix, v, ch))
+        add(
+            "twist",
+            ["reducer", *([] if delivered else ["load"])],
+            (*moves, *delivered),
+            "load.angle",
+            lambda b, v, ch: compare.twist(b, prefix, v, ch),
+        )
     return found

@@ -97,9 +97,7 @@ def _in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:
     return angles if travel < 2 * np.pi else [np.mod(a, 2 * np.pi) for a in angles]
 
 
-def depends(
-    bench: Bench, residual: np.ndarray, present: np.ndarray, values: dict, rng: np.random.Generator
-) -> list[Dependence]:
+def depends(bench: Bench, residual: np.ndarray, present: np.ndarray, values: dict, rng: np.random.Generator) -> list[Dependence]:
     """What the residual (blocks, bins of all cuts) depends on beyond chance and enough to matter, strongest first."""
     found: list[Dependence] = []
     blocks = bench.blocks
@@ -141,9 +139,7 @@ def _quiet(bench: Bench, cut: Cut, r: np.ndarray, here: np.ndarray) -> bool:
     """Whether a cut's residual is its noise: then nothing remains, whatever it goes with."""
     if bench.steady:
         return False
-    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(
-        r, here, False, 1 + bench.reach(cut) // bench.per_bin
-    )
+    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(r, here, False, 1 + bench.reach(cut) // bench.per_bin)
 
 
 def _means(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -181,16 +177,12 @@ def _functions(bench: Bench, parts: list[np.ndarray], here: np.ndarray) -> list[
     return found
 
 
-def _lines(
-    bench: Bench, residual: np.ndarray, present: np.ndarray, folds: np.ndarray, signs: np.ndarray
-) -> dict[str, tuple]:
+def _lines(bench: Bench, residual: np.ndarray, present: np.ndarray, folds: np.ndarray, signs: np.ndarray) -> dict[str, tuple]:
     """The strongest line of each cut's spectrum, each run with a phase of its own: (period, shares for each draw).
 
     A line of a run is learnt on some of its blocks and tried on the others, as all else.
     """
-    time, known = _means(
-        bench, [run.time - run.time[0] for run in bench.runs], np.ones((bench.blocks, bench.bins), bool)
-    )
+    time, known = _means(bench, [run.time - run.time[0] for run in bench.runs], np.ones((bench.blocks, bench.bins), bool))
     longest = max(run.time[-1] - run.time[0] for run in bench.runs)
     usual = np.median(np.concatenate([np.diff(t[k]) for t, k in zip(time, known)]))
     frequencies = np.arange(3.0 / longest, min(0.25 / usual, LINES / longest), 0.5 / longest)

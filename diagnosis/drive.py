@@ -70,9 +70,7 @@ def both(bench: Bench, prefix: str, values: dict, ch: Channels) -> tuple[Motion,
             second.noise * ratio,
         )
     if second is None:
-        second = Motion(
-            first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio
-        )
+        second = Motion(first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio)
     return first, second
 
 
@@ -111,9 +109,7 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
 
     x: at all samples, or at those that are taken.
     """
-    bias, factor, lag, step = (
-        ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution")
-    )
+    bias, factor, lag, step = (ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution"))
     if factor is not None:
         x = x * factor
     if bias is not None:

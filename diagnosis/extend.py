@@ -25,9 +25,7 @@ from .playback import write_system
 from .rig import split
 
 
-def extend(
-    bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, out: Path, causes: list[Hypothesis]
-) -> dict:
+def extend(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, out: Path, causes: list[Hypothesis]) -> dict:
     """Write the extended FMUs, parameters.toml and extended.toml; run the FMUs on held-out data."""
     values = {**bench.rig.parameters, **after}
     names = [prefix + part for prefix in bench.rig.drives for part in COMPONENTS]
@@ -100,9 +98,7 @@ class with_fmus:
         self.path = fmus.get(cut.prefix + part) if self.kind in ("gear", "motor", "controller", "drive") else None
         self.runs_fmus = self.path is not None
         theirs = {name for values in bench.rig.logs.values() for name in values}  # FMUs have the rig's own values
-        self.of_log = {
-            c: [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == cut.prefix + c] for c in COMPONENTS
-        }
+        self.of_log = {c: [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == cut.prefix + c] for c in COMPONENTS}
         self.part = part
         if self.kind == "drive":
             self.kind, self.chain = "whole", [fmus.get(cut.prefix + c) for c in COMPONENTS]
@@ -187,9 +183,7 @@ class _Fmu:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def _chain(
-    paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out
-) -> None:
+def _chain(paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out) -> None:
     """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of single logs."""
     own = [_starts_of_log(p, names) for p, names in zip((pc, pm, pr, pl), of_log)]
     angle, speed = float(start[2]), float(start[3])
@@ -211,9 +205,7 @@ def _chain(
         ("input_angle", "input_speed", "output_torque"),
         [0.0, angle, speed],
     )
-    load = _Fmu(
-        paths[3], {**own[3], "start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0]
-    )
+    load = _Fmu(paths[3], {**own[3], "start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0])
     fmus += [motor, gear, load]
     input_angle, input_speed, delivered, u, current, torque = float(start[0]), float(start[1]), 0.0, 0.0, 0.0, 0.0
     try:

@@ -122,9 +122,7 @@ def _worst(bench: Bench, compared, held: np.ndarray) -> tuple[int, slice]:
 
 
 @styled
-def where(
-    bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, changed: bool, noise: float, path: Path
-) -> Path:
+def where(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, changed: bool, noise: float, path: Path) -> Path:
     """Size of the error against what it may depend on, before and after, beside the noise floor."""
     old, trusted = samples(bench, cut, before, blocks)
     new, _ = samples(bench, cut, after, blocks)
@@ -134,11 +132,9 @@ def where(
         x = x[np.isfinite(x)]
         return len(x) > 0 and np.ptp(x) > 0.0
 
-    wanted = [
-        (label, parts)
-        for label, parts in variables(bench, cut, after).items()
-        if label != "direction" and varies(parts)
-    ][:8]
+    wanted = [(label, parts) for label, parts in variables(bench, cut, after).items() if label != "direction" and varies(parts)][
+        :8
+    ]
     rows = int(np.ceil(len(wanted) / 4))
     figure, axes = subplots(rows, 4, figsize=(11, 2.6 * rows), squeeze=False, sharey=True)
     for axis, (label, parts) in zip(axes.flat, wanted):
@@ -160,7 +156,7 @@ def where(
             )
         axis.axhline(noise, color="gray", ls=":", lw=1.0)
         axis.set_xlabel(axis_label(bench, label))
-    for axis in axes.flat[len(wanted):]:
+    for axis in axes.flat[len(wanted) :]:
         axis.set_visible(False)
     for row in axes:
         row[0].set_ylabel(f"error (rms), {cut.unit}")
@@ -348,7 +344,7 @@ def faults(bench_runs, found, path: Path, most: int = 6) -> Path | None:
         axis.plot(x[bad], y[bad], "x", color="#c00000", ms=7)
         axis.set_title(f"{fault.kind}: {fault.channel}, {fault.log} {fault.run}", fontsize=7)
         axis.set_xlabel("row", fontsize=8)
-    for axis in axes.flat[len(shown):]:
+    for axis in axes.flat[len(shown) :]:
         axis.set_visible(False)
     return save(figure, path)
 

@@ -7,8 +7,8 @@ wild samples cannot pull a fit (scipy's soft_l1).
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -50,8 +50,7 @@ class Fit:
             return {}
         spread = level * np.sqrt(np.maximum(np.diag(self.covariance(rows, blocks)), 0.0))
         return {
-            p.name: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s))
-            for p, s in zip(self.free, spread)
+            p.name: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s)) for p, s in zip(self.free, spread)
         }
 
 
@@ -148,9 +147,7 @@ def fit(
     return Fit(free, values, r, jacobian(residual, fixed, free, values, r), weight(r, c))
 
 
-def held_out(
-    fitted: Fit, rows: np.ndarray, folds: np.ndarray, residual: Residual | None = None, c: float = np.inf
-) -> np.ndarray:
+def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, residual: Residual | None = None, c: float = np.inf) -> np.ndarray:
     """Residual of each training fold under the fit to the other folds; other samples keep the fit's own residual.
 
     The fit to the other folds is one Gauss-Newton step away from the fit to all, which is exact where the

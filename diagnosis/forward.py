@@ -77,9 +77,7 @@ def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
     inertia = load.inertia + load.mass * load.arm**2
     behind = reducer.shaft_inertia * reducer.gear_ratio**2
     together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
-    parts = int(
-        np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS)
-    )
+    parts = int(np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS))
     stiffness = min(reducer.shaft_stiffness, together * (SOFTEST * parts / step) ** 2)
     damping = min(reducer.shaft_damping, 0.4 * np.sqrt(stiffness * together))
     return (stiffness, parts), max(damping, 0.2 * np.sqrt(stiffness * together))

@@ -25,9 +25,7 @@ class Gain:
     after: float
     low: float  # 95 % interval of `after`, over held-out blocks
     high: float
-    closed: (
-        float  # share of the error above the noise floor that is gone, of squares: independent errors add in squares
-    )
+    closed: float  # share of the error above the noise floor that is gone, of squares: independent errors add in squares
     noise_floor: float
     held_out: list[str]
     regimes: list[dict] = field(default_factory=list)  # {where, before, after}
@@ -71,15 +69,24 @@ def most_mended(bench: Bench, before: dict, after: dict, blocks: np.ndarray) -> 
     return max(bench.cuts, key=lambda cut: improvement(bench, cut, before, after, blocks))
 
 
-def levels(bench: Bench, cut: Cut, values: dict, old: list[np.ndarray], new: list[np.ndarray], trusted: list[np.ndarray]
-           ) -> tuple[float, float, float]:
+def levels(
+    bench: Bench, cut: Cut, values: dict, old: list[np.ndarray], new: list[np.ndarray], trusted: list[np.ndarray]
+) -> tuple[float, float, float]:
     """Error (root mean square) before and after, and the noise floor, which is no higher; `values`: those after."""
     was, now = (rms([e[t] for e, t in zip(errors, trusted)]) for errors in (old, new))
     return was, now, min(floor(bench, cut, values, new, trusted), now)
 
 
-def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarray, names: list[str],
-            rng: np.random.Generator, new: list[np.ndarray] | None = None) -> Gain:
+def measure(
+    bench: Bench,
+    cut: Cut,
+    before: dict,
+    after: dict,
+    blocks: np.ndarray,
+    names: list[str],
+    rng: np.random.Generator,
+    new: list[np.ndarray] | None = None,
+) -> Gain:
     """The gain of one cut over `blocks`, which are called `names`; `new`: errors after, where not those of `after`."""
     old, trusted = samples(bench, cut, before, blocks)
     if new is None:
@@ -96,9 +103,7 @@ def measure(bench: Bench, cut: Cut, before: dict, after: dict, blocks: np.ndarra
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
     was, now, noise = levels(bench, cut, after, old, new, trusted)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
-    what = (
-        f"the torque at the motor's shaft ({cut.name})" if cut.name.endswith("gear") else f"{cut.output} ({cut.name})"
-    )
+    what = f"the torque at the motor's shaft ({cut.name})" if cut.name.endswith("gear") else f"{cut.output} ({cut.name})"
     gain = Gain(f"root mean square error of {what}", cut.unit, was, now, float(low), float(high), closed, noise, names)
     gain.regimes = _regimes(bench, cut, after, old, new, trusted)
     return gain
@@ -160,13 +165,14 @@ def blame(bench: Bench, base: np.ndarray, present: np.ndarray, causes: list, by_
         for c in cut.components
     }
     shares: dict[str, float] = {}
-    named = [
-        c.hypothesis.component if c.hypothesis.component != "sensor" else f"sensor {c.hypothesis.channel}"
-        for c in causes
-    ]
+    named = [c.hypothesis.component if c.hypothesis.component != "sensor" else f"sensor {c.hypothesis.channel}" for c in causes]
     for cut in bench.cuts:
         touched = [n for n in named if n in cut.components or n.removeprefix("sensor ") in (*cut.reads, cut.output)]
-        bearers = ["simulation"] if cut.name == by_step else touched or [c for c in cut.components if c not in clean] or list(cut.components)
+        bearers = (
+            ["simulation"]
+            if cut.name == by_step
+            else touched or [c for c in cut.components if c not in clean] or list(cut.components)
+        )
         for name in bearers:
             shares[name] = shares.get(name, 0.0) + excess[cut.name] / len(bearers)
     total = sum(shares.values())

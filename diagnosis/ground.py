@@ -59,9 +59,7 @@ class Ground:
 
     def measure_noise(self) -> None:
         """Noise of each cut's bins from neighbouring differences, and where the robust loss turns."""
-        fitted = (
-            fit(self.residual, {}, self.base_free, self.nominal, self.rows, 1e30, effort=15) if self.base_free else None
-        )
+        fitted = fit(self.residual, {}, self.base_free, self.nominal, self.rows, 1e30, effort=15) if self.base_free else None
         values = fitted.values if fitted else {}
         for number, cut in enumerate(self.bench.cuts):
             r, count = self.bench.binned(cut, self.absolute(values))

@@ -61,7 +61,7 @@ class Hypothesis:
             return self.free[0].name
         return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
 
-    def same_cause(self, other: "Hypothesis") -> bool:
+    def same_cause(self, other: Hypothesis) -> bool:
         return self.label == other.label
 
 
@@ -93,9 +93,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], bench) -> list[Hypo
             if parameter.name in declared or f"{component}.{parameter.name}" in SAID_BY_EFFECTS:
                 continue
             if rig.questioned(full) and full not in rig.uncertain:
-                found.append(
-                    Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description)
-                )
+                found.append(Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description))
     for channel in sorted(channels):
         if rig.questioned(channel) and split(channel, rig.drives)[1] not in COMMANDS:
             for effect in effects("sensor"):
@@ -116,10 +114,7 @@ def _tried(hypothesis: Hypothesis, bench) -> Hypothesis:
             step = bench.step
             return tuple(n * step for n in range(2, 41) if p.low <= n * step <= p.high)
         if p.name.endswith("resolution"):
-            steps = [
-                np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)]))
-                for run in bench.runs
-            ]
+            steps = [np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)])) for run in bench.runs]
             return tuple({float(np.quantile(s, 0.05)) for s in steps if len(s)})
         return ()
 
@@ -160,9 +155,7 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
         if not rig.questioned(full) or (p.name in ON_REQUEST and full not in rig.uncertain):
             continue
         low, high = rig.uncertain.get(full, (p.low, p.high))
-        free.append(
-            Free(full, rig.parameters.get(full, p.off), low, high, p.unit, p.description, told=full in rig.parameters)
-        )
+        free.append(Free(full, rig.parameters.get(full, p.off), low, high, p.unit, p.description, told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)

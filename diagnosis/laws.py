@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
 from math import inf
-from typing import Iterable
 
 from selflock.fmus.slave import Variable, rows
 
@@ -59,7 +59,9 @@ def _check(rig: Rig, table: str, given: Iterable[tuple[str, float]], sensors: bo
     where = f"[{table}]"
     for name, value in given:
         if name.startswith("sensor.") and not sensors:
-            raise DataError(f"{rig.path}: {where} {name!r}: what a sensor is known to do belongs in [columns], as factor and offset.")
+            raise DataError(
+                f"{rig.path}: {where} {name!r}: what a sensor is known to do belongs in [columns], as factor and offset."
+            )
         row = _row(rig, where, name)
         low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
         if not low <= value <= high:

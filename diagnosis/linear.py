@@ -23,9 +23,7 @@ class Linear:
     def __init__(self, base_columns: np.ndarray, weights: np.ndarray, folds: np.ndarray):
         self.weights = weights.astype(np.float32)  # (blocks, samples), 0 for samples not trained on
         self.folds = folds  # (blocks,)
-        self.base, self.lengths = _normal(
-            (base_columns * weights[..., None]).astype(np.float32)
-        )  # (blocks, samples, k0)
+        self.base, self.lengths = _normal((base_columns * weights[..., None]).astype(np.float32))  # (blocks, samples, k0)
         self.gram = np.matmul(self.base.transpose(0, 2, 1), self.base).astype(float)
 
     def _energy(self, gram: np.ndarray, cross: np.ndarray, limits=None):
@@ -60,10 +58,7 @@ class Linear:
             lengths = np.concatenate([self.lengths, own_lengths])
             if not direction.phase:
                 least, most = zip(
-                    *(
-                        (direction.jump or p.low - p.nominal, direction.jump or p.high - p.nominal)
-                        for p in direction.amplitudes
-                    )
+                    *((direction.jump or p.low - p.nominal, direction.jump or p.high - p.nominal) for p in direction.amplitudes)
                 )
                 limits = (
                     np.concatenate([np.full(k0, -np.inf), least * own_lengths]),

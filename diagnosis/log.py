@@ -38,12 +38,8 @@ class Run:
     time: np.ndarray  # s, strictly increasing
     signals: dict[str, np.ndarray]
     good: dict[str, np.ndarray] = field(default_factory=dict)
-    repeated: np.ndarray = field(
-        default_factory=lambda: np.zeros(0, int)
-    )  # rows left out: no time, or the time before again
-    memory: dict = field(
-        default_factory=dict, init=False, repr=False
-    )  # what was derived from the signals, for all who look
+    repeated: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # rows left out: no time, or the time before again
+    memory: dict = field(default_factory=dict, init=False, repr=False)  # what was derived from the signals, for all who look
 
     def __len__(self) -> int:
         return len(self.time)
@@ -67,9 +63,7 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
     path = Path(path)
     table = _table(path)
     if table.empty or not len(table.columns):
-        raise DataError(
-            f"{path}: is empty. Export the log again; it needs a header line and at least {SHORTEST} samples."
-        )
+        raise DataError(f"{path}: is empty. Export the log again; it needs a header line and at least {SHORTEST} samples.")
     named = _named(table, rig) if rig.named else []
     columns = list(rig.columns) + named
     data: dict[str, np.ndarray] = {}
@@ -90,13 +84,10 @@ def read(path: str | Path, rig: Rig) -> list[Run]:
         rows = np.flatnonzero(names == name)
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
-        runs.append(
-            _ordered(path, Run(path.name, str(name), rows, time[rows], {k: v[rows] for k, v in data.items()}), rig)
-        )
+        runs.append(_ordered(path, Run(path.name, str(name), rows, time[rows], {k: v[rows] for k, v in data.items()}), rig))
     if sum(len(run) for run in runs) < SHORTEST:
         raise DataError(
-            f"{path}: has {len(table)} samples, too few to tell anything. "
-            f"Give a log of at least {SHORTEST}, better some seconds."
+            f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {SHORTEST}, better some seconds."
         )
     return runs
 
@@ -124,9 +115,7 @@ def _table(path: Path) -> pd.DataFrame:
     except pd.errors.EmptyDataError:
         raise DataError(f"{path}: has no columns. Export the log again, with a header line.") from None
     except Exception as error:
-        raise DataError(
-            f"{path}: cannot be read as {ending}: {error}. The file may be cut off; export it again."
-        ) from None
+        raise DataError(f"{path}: cannot be read as {ending}: {error}. The file may be cut off; export it again.") from None
     raise DataError(f"{path}: logs are .csv, .parquet or .mat, not {ending or 'without ending'}.")
 
 
@@ -138,8 +127,10 @@ def _csv(path: Path) -> pd.DataFrame:
     decimal = "," if separator != "," and re.search(r"\d,\d", first) else "."
     table = pd.read_csv(path, sep=separator, decimal=decimal, skipinitialspace=True)
     if not isinstance(table.index, pd.RangeIndex):  # pandas then takes the first column for names of the rows
-        raise DataError(f"{path}: its lines have more values than the header has names ({len(table.columns)}). "
-                        f"Name every column, or remove what stands behind the last {separator!r} of each line.")
+        raise DataError(
+            f"{path}: its lines have more values than the header has names ({len(table.columns)}). "
+            f"Name every column, or remove what stands behind the last {separator!r} of each line."
+        )
     return table
 
 
@@ -155,9 +146,7 @@ def _mat(path: Path) -> pd.DataFrame:
     vectors = {name: value for name, value in found.items() if value.ndim == 1}
     if not vectors:
         holds = f" It holds {', '.join(held)}." if held else ""
-        raise DataError(
-            f"{path}: holds no vectors.{holds} Save each channel as a vector of its own, all of the same length."
-        )
+        raise DataError(f"{path}: holds no vectors.{holds} Save each channel as a vector of its own, all of the same length.")
     longest = max(len(value) for value in vectors.values())
     table = pd.DataFrame({name: value.astype(float) for name, value in vectors.items() if len(value) == longest})
     table.attrs["left out"] = {name: len(value) for name, value in vectors.items() if len(value) < longest}
@@ -195,12 +184,16 @@ def _find(path: Path, table: pd.DataFrame, name: str, rig: Rig) -> str:
         return table.columns[headers.index(name)]
     found = [header for header in table.columns if _bare(header) == _bare(name)]
     if len(found) > 1:
-        raise DataError(f"{path}: {' and '.join(map(repr, found))} are both {name!r}. Write the one that is meant in {rig.path.name}, with its unit.")
+        raise DataError(
+            f"{path}: {' and '.join(map(repr, found))} are both {name!r}. Write the one that is meant in {rig.path.name}, with its unit."
+        )
     if found:
         return found[0]
     shorter = table.attrs.get("left out", {})
     if name in shorter:
-        raise DataError(f"{path}: {name!r} has {shorter[name]} samples where others have {len(table)}. Save vectors of one length.")
+        raise DataError(
+            f"{path}: {name!r} has {shorter[name]} samples where others have {len(table)}. Save vectors of one length."
+        )
     raise DataError(f"{path}: there is no column {name!r}, which {rig.path.name} asks for.{suggest(name, headers)}")
 
 
@@ -211,15 +204,13 @@ def _numbers(path: Path, table: pd.DataFrame, header: str) -> np.ndarray:
     if values.dtype.kind in "mM":
         raise DataError(f"{path}: column {header!r} holds dates or times ({values.dtype}), not numbers.")
     numbers = pd.to_numeric(values, errors="coerce")
-    wrong = (
-        numbers.isna()
-        & values.notna()
-        & ~values.astype(str).str.strip().str.lower().isin(["nan", "inf", "-inf", "", "none"])
-    )
+    wrong = numbers.isna() & values.notna() & ~values.astype(str).str.strip().str.lower().isin(["nan", "inf", "-inf", "", "none"])
     if wrong.any():
         row = int(np.flatnonzero(wrong.to_numpy())[0])
-        raise DataError(f"{path}: line {row + 2}, column {header!r}: {values.iloc[row]!r} is not a number. "
-                        "Mend or remove that line; a decimal point is '.'.")
+        raise DataError(
+            f"{path}: line {row + 2}, column {header!r}: {values.iloc[row]!r} is not a number. "
+            "Mend or remove that line; a decimal point is '.'."
+        )
     return numbers.to_numpy(float)
 
 
@@ -236,16 +227,16 @@ def _conversion(path: Path, header: str, column: Column, wanted: str, rig: Rig) 
     try:
         factor, offset = conversion(column.unit or said, wanted)
     except ValueError as error:
-        raise DataError(
-            f"{path}: column {column.column!r}: {error}. Write the unit of the values in {rig.path.name}."
-        ) from None
+        raise DataError(f"{path}: column {column.column!r}: {error}. Write the unit of the values in {rig.path.name}.") from None
     if column.unit and is_unit(said):
         try:
             agree = conversion(said, wanted) == (factor, offset)
         except ValueError:
             agree = False
         if not agree:
-            raise DataError(f"{path}: the header {header!r} contradicts the unit {column.unit!r} in {rig.path.name}. Mend one of them.")
+            raise DataError(
+                f"{path}: the header {header!r} contradicts the unit {column.unit!r} in {rig.path.name}. Mend one of them."
+            )
     return factor, offset
 
 
@@ -266,19 +257,19 @@ def _ordered(path: Path, run: Run, rig: Rig) -> Run:
     where = f"{path}: run {run.name!r}, " if run.name else f"{path}: "
     finite = np.isfinite(run.time)
     if finite.sum() < 2 and rig.kind != "steady":
-        raise DataError(f"{where}column {rig.time.column!r} has fewer than two times. "
-                        'Rows that are points of steady state belong to a rig of kind = "steady".')
+        raise DataError(
+            f"{where}column {rig.time.column!r} has fewer than two times. "
+            'Rows that are points of steady state belong to a rig of kind = "steady".'
+        )
     steps = np.diff(run.time[finite])
     if rig.kind != "steady" and np.mean(steps == 0.0) > SAME:
-        raise DataError(f"{where}column {rig.time.column!r} has only {len(np.unique(run.time[finite]))} different times in "
-                        f"{len(run)} rows. Export it with more digits.")
+        raise DataError(
+            f"{where}column {rig.time.column!r} has only {len(np.unique(run.time[finite]))} different times in "
+            f"{len(run)} rows. Export it with more digits."
+        )
     if np.any(steps < 0):
         row = int(run.rows[finite][np.flatnonzero(steps < 0)[0] + 1])
-        hint = (
-            ""
-            if rig.run
-            else ' If the file holds several runs, name the column that tells them apart: [rig] run = "...".'
-        )
+        hint = "" if rig.run else ' If the file holds several runs, name the column that tells them apart: [rig] run = "...".'
         raise DataError(f"{where}line {row + 2}: time runs backward in column {rig.time.column!r}.{hint}")
     keep = finite.copy()
     keep[np.flatnonzero(finite)[1:][steps == 0]] = False

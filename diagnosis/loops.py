@@ -78,9 +78,7 @@ def controller(p, angle_setpoint, speed_setpoint, angle, speed, motor_speed, out
     s = pd.start(p, angle_setpoint[0], speed_setpoint[0], angle[0], speed[0], motor_speed[0], output_torque[0])
     for i in range(len(dt)):
         h = dt[i] if i > 0 else 0.0  # the first sample is at the start
-        s, out = pd.advance(
-            p, s, angle_setpoint[i], speed_setpoint[i], angle[i], speed[i], motor_speed[i], output_torque[i], h
-        )
+        s, out = pd.advance(p, s, angle_setpoint[i], speed_setpoint[i], angle[i], speed[i], motor_speed[i], output_torque[i], h)
         voltage[i] = out.voltage
 
 
@@ -109,9 +107,7 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
             out[2, i] = mo.torque
         u = voltage[i]
         if closed > 0.0:
-            c, co = pd.advance(
-                pc, c, angle_setpoint[i], speed_setpoint[i], l.angle, l.speed, g.speed, delivered, dt[i]
-            )
+            c, co = pd.advance(pc, c, angle_setpoint[i], speed_setpoint[i], l.angle, l.speed, g.speed, delivered, dt[i])
             u = co.voltage
             if supply[i] > 0.0:  # the controller commands a duty
                 u *= supply[i]

@@ -18,7 +18,7 @@ from .signals import SIGNALS, canonical, unit
 
 def kind(parts: Parts, component: str) -> str:
     """controller, motor, reducer or load; "" for an FMU that is none of ours."""
-    known = {name[len(component) + 1:] for name in parts.variables if parts.owner(name) == component}
+    known = {name[len(component) + 1 :] for name in parts.variables if parts.owner(name) == component}
     for part in COMPONENTS:
         wanted = {p.name for p in base(part)} | {p.name for effect in effects(part) for p in effect.parameters}
         if wanted <= known:
@@ -39,12 +39,7 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
         signal = canonical(f"{part}.{variable.name}")
         link = parts.links.get(name)
         source = name if name in logged or not link else f"{link.source}.{link.output}"
-        if (
-            signal not in SIGNALS
-            or signal in columns
-            or source not in logged
-            or parts.variables[source].unit != unit(signal)
-        ):
+        if signal not in SIGNALS or signal in columns or source not in logged or parts.variables[source].unit != unit(signal):
             continue
         factor, offset, late = 1.0, 0.0, False
         if source != name:
@@ -59,11 +54,11 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
             late and signal in HELD,
         )
     sheet = LAWS[part].Parameters()
-    given = {name: parts.variables[f"{component}.{name}"].start for name in sheet._fields if f"{component}.{name}" in parts.variables}
+    given = {
+        name: parts.variables[f"{component}.{name}"].start for name in sheet._fields if f"{component}.{name}" in parts.variables
+    }
     given |= parts.values.get(component, {})  # what the system says goes over what the FMU was built with
-    others = tuple(
-        Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables
-    )
+    others = tuple(Column(c.column, c.signal, c.unit, c.factor, c.offset) for c in rig.columns if c.signal not in parts.variables)
     renamed = lambda name: prefix + part + name.removeprefix(component)  # as a parameter of the drive
     mine = lambda table: {renamed(name): value for name, value in table.items() if name.startswith(component + ".")}
     return replace(

@@ -64,9 +64,7 @@ class Parts:
         self.rig, self.system = rig, load(rig.system)
         wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
         try:
-            self.variables = {
-                f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()
-            }
+            self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
             self.continuous = {name for name, part in wiring.parts.items() if hasattr(part, "at")}
             self.values = wiring.values
             self.links = {f"{link.target}.{link.input}": link for link in wiring.links}
@@ -88,14 +86,10 @@ class Parts:
             if name in self.variables:
                 causality = self.variables[name].causality
                 if causality not in ("input", "output", "local"):
-                    raise DataError(
-                        f"{self.rig.path}: [columns] {name!r} is a {causality}: put its value under [parameters]."
-                    )
+                    raise DataError(f"{self.rig.path}: [columns] {name!r} is a {causality}: put its value under [parameters].")
             elif name.split(".")[0] in self.system.components:
                 near = did_you_mean(name, self.variables)
-                raise DataError(
-                    f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{near}"
-                )
+                raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{near}")
 
     def group(self, wanted: list[str], measured: set[str]) -> Group:
         """The components in `wanted` with all that the log must be helped out with."""
@@ -118,8 +112,11 @@ class Parts:
 
     def ahead(self, source: str, target: str) -> bool:
         """Whether a component is given the source's value of the end of its step."""
-        return (self.system.run.algorithm == "gauss-seidel" and source not in self.continuous
-                and self.order.index(source) < self.order.index(target))
+        return (
+            self.system.run.algorithm == "gauss-seidel"
+            and source not in self.continuous
+            and self.order.index(source) < self.order.index(target)
+        )
 
     def replay(self, group: Group, run: Run, wanted: list[str]) -> dict[str, np.ndarray]:
         """The variables `wanted` of a group at the times of a run."""
@@ -130,7 +127,9 @@ class Parts:
         for feed in group.feeds:
             good = run.usable(feed.channel)
             if not good.any():
-                raise DataError(f"{run.log}: column of {feed.channel!r} has no sound sample, and {feed.target} needs it. Leave it out.")
+                raise DataError(
+                    f"{run.log}: column of {feed.channel!r} has no sound sample, and {feed.target} needs it. Leave it out."
+                )
             values = np.interp(time + (step if feed.ahead else 0.0), time[good], run.signals[feed.channel][good])
             columns[feed.target] = feed.factor * values + feed.offset
         components = {name: self.system.components[name] for name in group.members}
@@ -142,8 +141,13 @@ class Parts:
             components = {LOG: Component(part="selflock.diagnosis.parts:Signals", options=options), **components}
             connections |= {name: Connection(f"{LOG}.{name}", convert=False) for name in columns}
         order = [LOG] * bool(columns) + [name for name in self.order if name in group.members]
-        part = System(self.system.name, folder=self.system.folder, components=components, connections=connections,
-                      run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0))
+        part = System(
+            self.system.name,
+            folder=self.system.folder,
+            components=components,
+            connections=connections,
+            run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0),
+        )
         given = self.rig.parameters | self.rig.of_log(run.log)
         given = {name: value for name, value in given.items() if self.owner(name) in group.members}
         table = run_system(part, settings=given).table

@@ -116,8 +116,10 @@ def _command(name, ch, components: list[str], play, values: dict) -> list[str]:
     stage = name("stage")
     components.append(f'[components.{stage}]\npart = "selflock.diagnosis.playback:PowerStage"\n')
     play("supply_voltage", ch.true("motor.supply_voltage", values), f"{stage}.supply_voltage")
-    return [f'"{stage}.duty" = {{ from = "{name("controller")}.voltage", convert = false }}',
-            f'"{name("motor")}.voltage" = {{ from = "{stage}.voltage", convert = false }}']
+    return [
+        f'"{stage}.duty" = {{ from = "{name("controller")}.voltage", convert = false }}',
+        f'"{name("motor")}.voltage" = {{ from = "{stage}.voltage", convert = false }}',
+    ]
 
 
 def write_system(bench: Bench, values: dict, fmus: dict[str, Path], out: Path) -> Path | None:

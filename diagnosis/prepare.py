@@ -9,7 +9,6 @@ from scipy.ndimage import gaussian_filter1d
 
 from .log import Run
 
-
 PIECE = 100_000
 """Samples that are differentiated at a time."""
 
@@ -50,8 +49,11 @@ class Channels:
         if full not in memory:
             values, good = self.run.signals[full], self.good(name)
             places = np.flatnonzero(good)
-            memory[full] = values if good.all() else (
-                np.interp(np.arange(len(values)), places, values[good]) if len(places) else np.zeros(len(values)))
+            memory[full] = (
+                values
+                if good.all()
+                else (np.interp(np.arange(len(values)), places, values[good]) if len(places) else np.zeros(len(values)))
+            )
         return memory[full]
 
     def good(self, name: str) -> np.ndarray:

@@ -53,16 +53,18 @@ class Replay:
 
     def summary(self) -> str:
         """Error of each channel, faults, and what to open, as text."""
-        lines = [f"{c.output} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
-                 + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "") for c in self.comparisons]
+        lines = [
+            f"{c.output} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
+            + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "")
+            for c in self.comparisons
+        ]
         if self.points is not None:
             lines.append(self.points.to_string(index=False, float_format=lambda v: f"{v:.4g}"))
         if self.faults:
             lines.append(
                 f"{len(self.faults)} faults in the data, left out: "
                 + "; ".join(
-                    f"{f['kind']} {f['channel']} rows {f['first']} to {f['last']}"
-                    + (f" of run {f['run']}" if f["run"] else "")
+                    f"{f['kind']} {f['channel']} rows {f['first']} to {f['last']}" + (f" of run {f['run']}" if f["run"] else "")
                     for f in self.faults[:6]
                 )
             )
@@ -83,8 +85,7 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
     faults = check(runs, rig)
     if not any(run.usable(*run.signals).any() for run in runs):
         raise DataError(
-            f"{log}: no sample has all its channels sound. The faults: "
-            + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5])
+            f"{log}: no sample has all its channels sound. The faults: " + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5])
         )
     bench = Bench(rig, runs)
     values: dict[str, float] = {}
@@ -99,9 +100,7 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
         e = rms([x[t] for x, t in zip(errors, trusted)])
         size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
         noise = floor(bench, cut, values, errors, trusted)
-        comparisons.append(
-            Comparison(cut.name, cut.output, cut.unit, e, e / size if size else 0.0, noise, list(cut.components))
-        )
+        comparisons.append(Comparison(cut.name, cut.output, cut.unit, e, e / size if size else 0.0, noise, list(cut.components)))
         if cut.name.endswith("gear") and bench.steady:
             points = _points(bench, cut, compared[0])
         if folder:
@@ -109,9 +108,7 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
                 f", {100 * e / size:.1f} % of the measured" if size else ""
             )
             everywhere = np.ones(bench.blocks, bool)
-            path = figures.traces(
-                bench, cut, values, values, everywhere, False, folder / f"{cut.name}.png", compared, title
-            )
+            path = figures.traces(bench, cut, values, values, everywhere, False, folder / f"{cut.name}.png", compared, title)
             drawn.append(path.name)
             write_csv(_table(bench, compared), folder / f"{cut.name}.csv")
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)
@@ -126,15 +123,13 @@ def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out
 
 def _by_fmu(bench: Bench, cut: Cut, values: dict, folder: Path | None):
     """A comparison with the component's FMU in the law's place."""
-    part = {"gear": "reducer", "motor": "motor", "controller": "controller"}.get(cut.name[len(cut.prefix):])
+    part = {"gear": "reducer", "motor": "motor", "controller": "controller"}.get(cut.name[len(cut.prefix) :])
     if part is None or folder is None:
         return bench.compare(cut, values)
     name = cut.prefix + part
     _, base = split(name, bench.rig.drives)
     given = starts(base, name, {**bench.rig.parameters, **values})
-    path = build(
-        base.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if base == "reducer" else {})
-    )
+    path = build(base.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if base == "reducer" else {}))
     with with_fmus(bench, {name: path}, cut):
         return bench.compare(cut, values)
 
@@ -149,6 +144,8 @@ def _points(bench: Bench, cut: Cut, compared) -> pd.DataFrame:
 
 
 def _table(bench: Bench, compared) -> pd.DataFrame:
-    parts = [pd.DataFrame({"run": run.name, "time": run.time, "measured": m, "simulated": s, "trusted": good})
-             for run, (s, m, good) in zip(bench.runs, compared)]
+    parts = [
+        pd.DataFrame({"run": run.name, "time": run.time, "measured": m, "simulated": s, "trusted": good})
+        for run, (s, m, good) in zip(bench.runs, compared)
+    ]
     return pd.concat(parts)

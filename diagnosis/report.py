@@ -44,9 +44,7 @@ def write(
         "traces": figures.traces(bench, cut, before, after, held, changed, out / "traces.png"),
         "where": figures.where(bench, cut, before, after, held, changed, result.gain.noise_floor, out / "where.png"),
         "contest": figures.contest(outcome, out / "contest.png"),
-        "missing": figures.missing(bench, cut, before, after, contest, outcome, out / "missing.png", rng)
-        if changed
-        else None,
+        "missing": figures.missing(bench, cut, before, after, contest, outcome, out / "missing.png", rng) if changed else None,
         "faults": figures.faults(bench.original, faults, out / "faults.png"),
     }
     stages = [

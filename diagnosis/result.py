@@ -100,9 +100,7 @@ class Diagnosis:
             f"(noise floor {g.noise_floor:.3g}, closed {100 * g.closed:.0f} %)"
         )
         if self.remainder["significant"]:
-            lines.append(
-                f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}"
-            )
+            lines.append(f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}")
         if self.step:
             lines.append(f"  {self.step}")
         if self.faults:

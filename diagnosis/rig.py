@@ -22,7 +22,7 @@ _RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str
         "named": bool, "hold_out": str, "simulate": str, "valid": str, "smoothing": float}  # fmt: skip
 _TIME = {"column": str, "unit": str, "factor": float}
 _COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
-_TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: "a list of texts, such as [\"a\", \"b\"]"}
+_TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
 _CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed")}
 
 LIKE = 0.85
@@ -61,9 +61,7 @@ class Rig:
     valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
     simulate: str = ""  # forward rigs: the whole drive, "open" | "closed"; "": each component on its measured inputs
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
-    logs: dict[str, dict[str, float]] = field(
-        default_factory=dict
-    )  # other parameters for logs whose name fits a pattern
+    logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
@@ -91,9 +89,7 @@ def load(path: str | Path) -> Rig:
             f"{path}: cannot be read ({error.strerror}). Give the path of a rig file (.toml); docs/rig.md shows one."
         ) from None
     except UnicodeDecodeError:
-        raise DataError(
-            f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG."
-        ) from None
+        raise DataError(f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG.") from None
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -111,27 +107,30 @@ def _rig(path: Path, data: dict) -> Rig:
     system = head.get("system")
     kind = head.get("kind", "forward" if system else None)
     if kind not in KINDS:
-        raise DataError(f"{path}: [rig] kind = {kind!r}: write \"inverse\" (motion imposed, torque measured), "
-                        "\"forward\" (voltage or duty in, motion or current out) or \"steady\" (steady-state points).")
+        raise DataError(
+            f'{path}: [rig] kind = {kind!r}: write "inverse" (motion imposed, torque measured), '
+            '"forward" (voltage or duty in, motion or current out) or "steady" (steady-state points).'
+        )
     for key, allowed in _CHOICES.items():
         if head.get(key, "") not in allowed:
-            raise DataError(f"{path}: [rig] {key} = {head[key]!r}: write {' or '.join(repr(a) for a in allowed if a)}, or leave it out.")
+            raise DataError(
+                f"{path}: [rig] {key} = {head[key]!r}: write {' or '.join(repr(a) for a in allowed if a)}, or leave it out."
+            )
     linear, drives = head.get("linear", False), tuple(head.get("drives", [""]))
-    columns = tuple(
-        _column(path, name, entry, drives, linear, bool(system)) for name, entry in data.get("columns", {}).items()
-    )
+    columns = tuple(_column(path, name, entry, drives, linear, bool(system)) for name, entry in data.get("columns", {}).items())
     taken: dict[str, str] = {}
     for column in columns:
         if column.signal in taken:
             raise DataError(
-                f"{path}: columns {taken[column.signal]!r} and {column.column!r} are both {column.signal}. "
-                "Keep one of them."
+                f"{path}: columns {taken[column.signal]!r} and {column.column!r} are both {column.signal}. Keep one of them."
             )
         taken[column.signal] = column.column
     named = head.get("named", False)
     if not columns and not named:
-        raise DataError(f"{path}: [columns] is empty. Say which column is which variable, such as "
-                        '"reducer.input_speed" = { column = "speed", unit = "rpm" }.')
+        raise DataError(
+            f"{path}: [columns] is empty. Say which column is which variable, such as "
+            '"reducer.input_speed" = { column = "speed", unit = "rpm" }.'
+        )
     for pattern, table in data.get("logs", {}).items():
         if not isinstance(table, dict):
             raise DataError(f'{path}: [logs] {pattern!r} = {table!r}: write [logs."{pattern}"], and parameters below.')
@@ -185,7 +184,7 @@ def split(name: str, drives: tuple[str, ...]) -> tuple[str, str]:
     """'rear_motor.current' as ('rear_', 'motor.current')."""
     for prefix in sorted(drives, key=len, reverse=True):
         if name.startswith(prefix):
-            return prefix, name[len(prefix):]
+            return prefix, name[len(prefix) :]
     return "", name
 
 
@@ -215,8 +214,10 @@ def _signal(path: Path, name: str, bare: str) -> str:
     if bare.split(".")[0] in {"controller", "motor", "reducer", "load"}:
         raise DataError(f"{path}: [columns] {name!r} is not a variable that a log can hold.{suggest(bare, SIGNALS)}")
     if difflib.get_close_matches(bare.lower(), [*SIGNALS, *ALIASES], n=1, cutoff=LIKE):
-        raise DataError(f"{path}: [columns] {name!r} is no variable of the drive.{suggest(bare.lower(), [*SIGNALS, *ALIASES])} "
-                        "If it is another quantity, give it another name.")
+        raise DataError(
+            f"{path}: [columns] {name!r} is no variable of the drive.{suggest(bare.lower(), [*SIGNALS, *ALIASES])} "
+            "If it is another quantity, give it another name."
+        )
     return signal
 
 

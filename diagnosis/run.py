@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Callable, Sequence
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -58,7 +58,9 @@ def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[Run], list[Fa
     given = [Path(path).resolve() for path in (*logs, *test)]
     for path in given:
         if given.count(path) > 1:
-            raise DataError(f"{path}: is given twice. What judges must not have taught: give each log once, to learn from or as --test.")
+            raise DataError(
+                f"{path}: is given twice. What judges must not have taught: give each log once, to learn from or as --test."
+            )
     runs: list[Run] = []
     faults: list[Fault] = []
     held: list[bool] = []
@@ -78,7 +80,9 @@ def _refuse_unlike(runs: list[Run]) -> None:
     for run in runs[1:]:
         for name in sorted(set(first.signals) ^ set(run.signals)):
             having, lacking = (first, run) if name in first.signals else (run, first)
-            raise DataError(f"{lacking.log}: there is no column {name!r}, which {having.log} has. Give logs with the same columns.")
+            raise DataError(
+                f"{lacking.log}: there is no column {name!r}, which {having.log} has. Give logs with the same columns."
+            )
 
 
 def diagnose_runs(

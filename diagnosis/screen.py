@@ -6,9 +6,9 @@ taken as linear: the residual under a hypothesis is r + X d, X the base fit's co
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Callable
 
 import numpy as np
 
@@ -67,9 +67,7 @@ class Direction:
         return {p.name: float(np.clip(values.get(p.name, p.nominal), p.low, p.high)) for p in self.free}
 
 
-def directions(
-    residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis
-) -> list[Direction]:
+def directions(residual: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis) -> list[Direction]:
     """All ways of acting that change the residual at all.
 
     A parameter whose change alone changes the residual, and in proportion, is an amplitude; one that matters only
@@ -83,18 +81,14 @@ def directions(
     if not [p for p in amplitudes if not p.companion]:
         switched = {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
         amplitudes += [
-            p
-            for p in inside
-            if p not in amplitudes and _proportional(residual, base, {**switched, p.name: p.nominal}, p, at)
+            p for p in inside if p not in amplitudes and _proportional(residual, base, {**switched, p.name: p.nominal}, p, at)
         ]
     leading = [p for p in amplitudes if not p.companion]
     companions = tuple(p for p in amplitudes if p.companion)
     found: list[Direction] = []
     for leader in leading:
         on = {**switched, **{p.name: p.nominal for p in amplitudes}}
-        on[leader.name] = leader.nominal + _step(leader) * (
-            10.0 if leader.nominal + 10.0 * _step(leader) <= leader.high else 1.0
-        )
+        on[leader.name] = leader.nominal + _step(leader) * (10.0 if leader.nominal + 10.0 * _step(leader) <= leader.high else 1.0)
         there = residual({**base, **on})
         shapes = [p for p in inside if p not in amplitudes and _shapes(residual, base, on, p, there)]
         found += _ways(residual, base, off, at, hypothesis, (leader, *companions), shapes)
@@ -104,9 +98,7 @@ def directions(
         if p.companion or p.told or p.above or p.name.endswith("_phase") or _is_order(p):
             continue
         if p not in amplitudes or _bends(residual, base, off, at, p):
-            found += _jumps(
-                residual, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes]
-            )
+            found += _jumps(residual, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes])
     return found
 
 
@@ -160,9 +152,7 @@ def _ways(residual, base, off, at, hypothesis, amplitudes, shapes) -> list[Direc
         shape = {p.name: v for p, v in zip(shapes, values)}
         here = {**off, **shape}
         if phase is not None:
-            columns = [
-                _column(residual, base, {**here, phase.name: angle}, amplitudes[0], at) for angle in (0.0, 0.5 * np.pi)
-            ]
+            columns = [_column(residual, base, {**here, phase.name: angle}, amplitudes[0], at) for angle in (0.0, 0.5 * np.pi)]
         else:
             columns = [_column(residual, base, here, p, at) for p in amplitudes]
         stacked = np.stack(columns, -1)

@@ -8,8 +8,8 @@ numbers wins, and rivals that cannot be told from it are named with it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Callable
 
 import numpy as np
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import Callable, Sequence
 
 import numba
 import numpy as np
@@ -168,9 +168,7 @@ class Round:
         def judge(ways: list[Direction]) -> Candidate:
             return self._judge(ways) if ways[0].gain > 0.0 else self._unfitted(ways[0])
 
-        candidates = self._each("fits", judge, groups[:FULL_FITS]) + [
-            self._unfitted(ways[0]) for ways in groups[FULL_FITS:]
-        ]
+        candidates = self._each("fits", judge, groups[:FULL_FITS]) + [self._unfitted(ways[0]) for ways in groups[FULL_FITS:]]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 
     def _unfitted(self, way: Direction) -> Candidate:

@@ -96,8 +96,9 @@ def finest(bench: Bench, before: dict, after: dict, blocks: np.ndarray) -> Step 
     return max(found, key=lambda step: step.ratio)
 
 
-def to_blame(step: Step, whole: Bench, found: Judgement, blocks: np.ndarray, names: list[str],
-             rng: np.random.Generator) -> tuple[Judgement, Cause]:
+def to_blame(
+    step: Step, whole: Bench, found: Judgement, blocks: np.ndarray, names: list[str], rng: np.random.Generator
+) -> tuple[Judgement, Cause]:
     """The step in the place of causes that were found where it acts, and what is left of these; they keep their fit.
 
     The gain is the step's own where it is the only cause.
@@ -140,8 +141,9 @@ def refined(bench: Bench, held: bool) -> Bench:
     fine.runs = [_between(run, bench.rig.drives, held) for run in bench.runs]
     fine.channels = {(i, prefix): Channels(fine.runs[i], prefix, False) for i, prefix in bench.channels}
     fine.smoothing = {prefix: (samples * PARTS) | 1 for prefix, samples in bench.smoothing.items()}
-    fine.place, fine.block_of = ([np.repeat(x, PARTS)[: len(run)] for x, run in zip(of, fine.runs)]
-                                 for of in (bench.place, bench.block_of))
+    fine.place, fine.block_of = (
+        [np.repeat(x, PARTS)[: len(run)] for x, run in zip(of, fine.runs)] for of in (bench.place, bench.block_of)
+    )
     fine._memory = {}
     return fine
 

@@ -6,11 +6,11 @@ Nothing here knows what the FMUs are. Where the one to blame is of this package 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from threading import Lock
 from types import SimpleNamespace
-from typing import Callable, Sequence
 
 import numpy as np
 
@@ -76,8 +76,9 @@ class SystemBench(Bench):
         wanted: dict[Group, list[str]] = {}
         for cut in self.cuts:
             wanted.setdefault(cut.group, []).append(cut.output)
-        self.simulated = {(group, i): self.parts.replay(group, run, names)
-                          for group, names in wanted.items() for i, run in enumerate(self.runs)}
+        self.simulated = {
+            (group, i): self.parts.replay(group, run, names) for group, names in wanted.items() for i, run in enumerate(self.runs)
+        }
 
     def reach(self, cut: Cut) -> int:
         """Nothing is smoothed."""
@@ -96,11 +97,7 @@ def _groups(rig: Rig, parts: Parts, logged: set[str], whole: bool) -> dict[str, 
     """For each measured output the components that must run for it: from set-points alone, or on all measurements."""
     sources = {c for c, names in parts.inputs.items() if not names}
     causality = {name: variable.causality for name, variable in parts.variables.items()}
-    given = {
-        name
-        for name in logged
-        if parts.owner(name) in sources or (causality[name] == "input" and name not in parts.links)
-    }
+    given = {name for name in logged if parts.owner(name) in sources or (causality[name] == "input" and name not in parts.links)}
     outputs = [name for name in parts.variables if name in logged - given and causality[name] == "output"]
     if not outputs:
         raise DataError(
@@ -142,9 +139,7 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
             name = f"whole {cut.output}" if whole else cut.output
             relative = error / size if size else 0.0
             noise_floor = floor(bench, cut, {}, errors, trusted)
-            comparisons.append(
-                Comparison(name, cut.output, cut.unit, error, relative, noise_floor, list(cut.components))
-            )
+            comparisons.append(Comparison(name, cut.output, cut.unit, error, relative, noise_floor, list(cut.components)))
             if folder:
                 path = folder / f"{name.replace(' ', '_')}.png"
                 figures.traces(bench, cut, {}, {}, np.ones(bench.blocks, bool), False, path)
@@ -156,9 +151,7 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     return result
 
 
-def _name(
-    rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int
-) -> Diagnosis | None:
+def _name(rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int) -> Diagnosis | None:
     """The diagnosis of the component most to blame, where it is one of ours and a cause explains it."""
     from .run import diagnose_runs, gather
 

@@ -1,7 +1,7 @@
 """Examples to start from, wherever the package is installed: `selflock example` lists them and copies one.
 
-    from selflock import examples
-    examples.copy("bench", "here")      # here/bench.toml
+from selflock import examples
+examples.copy("bench", "here")      # here/bench.toml
 """
 
 from __future__ import annotations

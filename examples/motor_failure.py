@@ -28,11 +28,15 @@ def run(friction: float, track: str = "segmented", observe=None) -> master.Resul
 
 def main(picture: str = "motor_failure.png") -> None:
     plt.rcParams.update(STYLE)
-    figure, grid = plt.subplot_mosaic([["curve", 0.0], ["curve", 0.03]], figsize=(8, 3.2), width_ratios=(2, 1), layout="constrained")
+    figure, grid = plt.subplot_mosaic(
+        [["curve", 0.0], ["curve", 0.03]], figsize=(8, 3.2), width_ratios=(2, 1), layout="constrained"
+    )
     axes = grid["curve"]
     for friction, label in ((0.0, "μ = 0: the gear can be driven back"), (0.03, "μ = 0.03: the gear locks itself")):
         last = {}
-        table = run(friction, observe=lambda time, parts: last.update(posture=parts["robot"].posture()) if time > 9.9985 else None).table
+        table = run(
+            friction, observe=lambda time, parts: last.update(posture=parts["robot"].posture()) if time > 9.9985 else None
+        ).table
         axes.plot(table["time"], 1e3 * table["robot.chassis_y"], color=COLOURS[friction], label=label)
         sketch(grid[friction], last["posture"])
         grid[friction].set_title(f"μ = {friction:g} at 10 s", fontsize=9, color=COLOURS[friction])

@@ -20,10 +20,11 @@ import hashlib
 import os
 import tempfile
 import zipfile
+from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Iterable
+from typing import Any
 from xml.etree.ElementTree import indent, tostring
 
 import pythonfmu

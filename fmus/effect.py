@@ -17,9 +17,10 @@ so that numba can compile it like the rest of a law.
 
 import sys
 from collections import namedtuple
+from collections.abc import Mapping
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Callable, Mapping, NamedTuple
+from typing import Callable, NamedTuple
 
 
 class Parameter(NamedTuple):

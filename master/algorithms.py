@@ -16,7 +16,7 @@ t_n+1 = t_n + H every part gets its inputs and steps:
 from __future__ import annotations
 
 import math
-from typing import Callable
+from collections.abc import Callable
 
 from .errors import DescriptionError
 from .wiring import Link, Wiring

@@ -151,7 +151,14 @@ class Program:
             for i, k in block.copies:
                 self.add(seat, TO_INT, address(seat.u, i), address(block.own, k))
             self._exchange(seat, block)
-        self.add(seat, STEP, ctypes.cast(part._do_step, ctypes.c_void_p).value, part._instance.value, part._free.value, name="fmi2DoStep")
+        self.add(
+            seat,
+            STEP,
+            ctypes.cast(part._do_step, ctypes.c_void_p).value,
+            part._instance.value,
+            part._free.value,
+            name="fmi2DoStep",
+        )
         for block in part._reads:
             self._exchange(seat, block)
             for i, k in block.copies:
@@ -258,12 +265,24 @@ def sail(simulation, convoy: Convoy, count: int, every: int) -> None:
     program = convoy.whole(simulation.system.run.algorithm)
     start, size = simulation.system.run.start, simulation.system.run.step
     recorder, sink = simulation.recorder, simulation.sink
-    sources = np.array([address(values, k) for first, last, values in recorder.pieces for k in range(last - first)], dtype=np.int64)
+    sources = np.array(
+        [address(values, k) for first, last, values in recorder.pieces for k in range(last - first)], dtype=np.int64
+    )
     while simulation.index < count:
         room = (len(sink.block) - sink.fill) * every - simulation.index % every
         stretch = min(count - simulation.index, room, STRETCH)
         done, sink.fill, failed, status = _sail(
-            program.kinds, program.where, program.numbers, start, simulation.index, stretch, size, every, sources, sink.block, sink.fill
+            program.kinds,
+            program.where,
+            program.numbers,
+            start,
+            simulation.index,
+            stretch,
+            size,
+            every,
+            sources,
+            sink.block,
+            sink.fill,
         )
         simulation.index += done
         simulation.time = start + simulation.index * size
@@ -277,5 +296,3 @@ def sail(simulation, convoy: Convoy, count: int, every: int) -> None:
                 recorder.row(simulation.time)
         if simulation.tell is not None:
             simulation.tell(simulation.time)
-
-

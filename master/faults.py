@@ -9,7 +9,8 @@ from __future__ import annotations
 import random
 from bisect import bisect_right
 from collections import deque
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 from .algorithms import Seat
 from .errors import DescriptionError

@@ -5,15 +5,16 @@ from __future__ import annotations
 import ctypes
 import math
 import time as clock
+from collections.abc import Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any
 
 import numpy as np
-
 from fmpy import fmi2
 from fmpy.model_description import ModelVariable
+
 from . import binary
 from .errors import DescriptionError, PartFailed
 from .face import Variable

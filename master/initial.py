@@ -57,7 +57,7 @@ def _evaluate(wiring: Wiring, order: list[Node], loops: list[list[str]]) -> None
     parts = wiring.parts
     for attempt in range(ROUNDS if loops else 1):
         change = 0.0
-        for component, output in order:
+        for component, _ in order:
             part = parts[component]
             feed(wiring, component)
             old = part.y.copy()

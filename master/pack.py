@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
-from typing import Iterable
 
 from selflock.fmus import build
 from selflock.fmus.errors import BuildError

@@ -12,14 +12,16 @@ import struct
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any
 
 import numpy as np
 
 from selflock.fmus.errors import SelflockError
+
 from .errors import PartFailed
 
 PATIENCE = 10.0  # s that a process gets to end by itself

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -31,7 +31,9 @@ def _overrides(pairs: list[str]) -> dict[str, str]:
     for pair in pairs:
         name, equals, value = pair.partition("=")
         if not equals or "." not in name:
-            raise SelflockError(f"--set {pair}: write it as component.variable=value, such as rear_reducer.friction_kinetic=0.02.")
+            raise SelflockError(
+                f"--set {pair}: write it as component.variable=value, such as rear_reducer.friction_kinetic=0.02."
+            )
         settings[name.strip()] = value.strip()
     return settings
 
@@ -39,7 +41,9 @@ def _overrides(pairs: list[str]) -> dict[str, str]:
 @app.command()
 def build(
     out: Out = Path("out/fmus"),
-    only: Annotated[Optional[list[str]], typer.Argument(help="Names of FMUs, such as Reducer Motor; all when none is given.")] = None,
+    only: Annotated[
+        list[str] | None, typer.Argument(help="Names of FMUs, such as Reducer Motor; all when none is given.")
+    ] = None,
 ) -> None:
     """Pack the components as FMUs that run alone in any FMI 2.0 tool."""
     from selflock.master.pack import build_all
@@ -52,10 +56,10 @@ def build(
 def run(
     system: Annotated[Path, typer.Argument(help="A system file (.toml) or a system structure (.ssp).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Result file, .csv or .parquet.")],
-    set_: Annotated[Optional[list[str]], typer.Option("--set", help="component.variable=value; may be repeated.")] = None,
-    stop: Annotated[Optional[float], typer.Option(help="Stop time in s.")] = None,
-    step: Annotated[Optional[float], typer.Option(help="Communication step in s; the system's own when not given.")] = None,
-    algorithm: Annotated[Optional[str], typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", help="component.variable=value; may be repeated.")] = None,
+    stop: Annotated[float | None, typer.Option(help="Stop time in s.")] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step in s; the system's own when not given.")] = None,
+    algorithm: Annotated[str | None, typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
 ) -> None:
     """Run a coupled system and write its table of results."""
     from selflock.master import run as run_system
@@ -88,9 +92,13 @@ def replay(
 
 @app.command()
 def diagnose(
-    rig: Annotated[Path, typer.Argument(help="Rig file (.toml): what the columns of the logs are, and what is known of the drive.")],
+    rig: Annotated[
+        Path, typer.Argument(help="Rig file (.toml): what the columns of the logs are, and what is known of the drive.")
+    ],
     logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
-    test: Annotated[Optional[list[Path]], typer.Option("--test", help="A log to hold out for measuring the gain; may be repeated.")] = None,
+    test: Annotated[
+        list[Path] | None, typer.Option("--test", help="A log to hold out for measuring the gain; may be repeated.")
+    ] = None,
     out: Out = Path("out/diagnosis"),
 ) -> None:
     """Name what the simulation gets wrong, extend the model, measure the gain.
@@ -108,12 +116,12 @@ def diagnose(
 def chance(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],
     logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
-    test: Annotated[Optional[list[Path]], typer.Option("--test", help="A log that diagnose holds out; may be repeated.")] = None,
+    test: Annotated[list[Path] | None, typer.Option("--test", help="A log that diagnose holds out; may be repeated.")] = None,
     draws: Annotated[int, typer.Option(help="Simulated logs; more may be asked for later.")] = 100,
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 0,
     out: Out = Path("out/chance"),
-    workers: Annotated[Optional[int], typer.Option(help="Processes on this machine; all cores when not given.")] = None,
-    scheduler: Annotated[Optional[str], typer.Option(help="Address of an existing Dask scheduler.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine; all cores when not given.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Address of an existing Dask scheduler.")] = None,
 ) -> None:
     """Measure what the search of diagnose finds in simulated logs without effect; go on where an interrupted one stopped."""
     from functools import partial
@@ -121,13 +129,20 @@ def chance(
     from selflock.diagnosis.chance import chance as measure_chance
     from selflock.sweep import map_runs
 
-    spread = partial(map_runs, sources=("selflock.diagnosis", "selflock.fmus"), growing=True, workers=workers, scheduler=scheduler, progress=True)
+    spread = partial(
+        map_runs,
+        sources=("selflock.diagnosis", "selflock.fmus"),
+        growing=True,
+        workers=workers,
+        scheduler=scheduler,
+        progress=True,
+    )
     console.print(measure_chance(rig, logs, test or [], draws, seed, out, spread).summary(), markup=False)
 
 
 @app.command()
 def example(
-    name: Annotated[Optional[str], typer.Argument(help="Which one, such as bench; all are listed when none is given.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Which one, such as bench; all are listed when none is given.")] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to copy it to.")] = Path("."),
 ) -> None:
     """List the examples, or copy one to begin with."""
@@ -156,8 +171,8 @@ def export(
 def sweep(
     study_file: Annotated[Path, typer.Argument(metavar="STUDY", help="A sweep description (.toml).")],
     out: Out = Path("out/sweep"),
-    workers: Annotated[Optional[int], typer.Option(help="Processes on this machine; all cores when not given.")] = None,
-    scheduler: Annotated[Optional[str], typer.Option(help="Address of an existing Dask scheduler.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine; all cores when not given.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Address of an existing Dask scheduler.")] = None,
 ) -> None:
     """Run a system over many parameter values; go on where an interrupted sweep stopped."""
     from selflock.sweep import sweep as run_sweep

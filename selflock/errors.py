@@ -14,7 +14,13 @@ if TYPE_CHECKING:
 
 __all__ = ["BuildError", "DataError", "DescriptionError", "PartFailed", "ResultError", "SelflockError", "SweepError"]
 
-_FROM = {"DataError": "diagnosis", "DescriptionError": "master", "PartFailed": "master", "ResultError": "master", "SweepError": "sweep"}
+_FROM = {
+    "DataError": "diagnosis",
+    "DescriptionError": "master",
+    "PartFailed": "master",
+    "ResultError": "master",
+    "SweepError": "sweep",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -6,8 +6,8 @@ One friction coefficient has one colour in every figure; the windows in which th
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Callable
 
 import numpy as np
 from matplotlib import rc_context
@@ -70,7 +70,7 @@ def _canvas(ylabel: str, height: float = 3.0) -> tuple[Figure, Axes]:
             color="#6a737d",
         )
     axes.axhline(0, color="#7b8490", lw=0.7, zorder=1)
-    axes.set(xlim=(0, DURATION), xlabel="time in s", ylabel=ylabel, xticks=range(0, 11))
+    axes.set(xlim=(0, DURATION), xlabel="time in s", ylabel=ylabel, xticks=range(11))
     return figure, axes
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from selflock.master.face import Variable
+
 from .turns import CHOICES, TOLD, Output, Parameters, setpoints
 
 DURATION = 10.0  # s

@@ -13,12 +13,13 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
+from selflock.master.system import load
+from selflock.vehicle import Robot
+
 from .claims import Claim, Curves, Runs
 from .figures import COLOURS, ENDS
 from .manoeuvre import DURATION, WINDOWS
 from .runs import POSTURE_EVERY, SYSTEM, Done
-from selflock.master.system import load
-from selflock.vehicle import Robot
 
 SAMPLE = 0.01  # s, of the curves under the moving robot
 PHASES = [

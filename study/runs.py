@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any
 
 from selflock.fmus.build import built
 from selflock.master import PartFailed, load, read, run
-from .claims import LIMIT, Curves, Facts, Runs
 from selflock.master.system import System
 from selflock.vehicle import Robot
+
+from .claims import LIMIT, Curves, Facts, Runs
 
 SYSTEM = Path(__file__).with_name("robot.toml")
 FRICTION = (0.0, 0.01, 0.02, 0.03)

@@ -38,12 +38,8 @@ def sensitivity(study: Study, table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
         return _rows([]), "Indices are computed for samples alone, not for samples at each point of a grid."
     if study.data["sample"]["method"] == "saltelli":
         if len(good) < len(table):
-            return _rows(
-                []
-            ), f"Sobol indices need every run of their design; {len(table) - len(good)} failed or are missing."
-        return _rows(
-            _sobol(good, one.name, ranges) for one in study.record
-        ), "Sobol indices (SALib, design of Saltelli)."
+            return _rows([]), f"Sobol indices need every run of their design; {len(table) - len(good)} failed or are missing."
+        return _rows(_sobol(good, one.name, ranges) for one in study.record), "Sobol indices (SALib, design of Saltelli)."
     return (
         _rows(_balance(good, one.name, ranges) for one in study.record),
         "First-order Sobol indices by random balance designs (SALib). The method saltelli gives total ones too.",

@@ -9,8 +9,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from selflock import master
 import pandas as pd
+
+from selflock import master
 
 from .check import check
 from .engine import map_runs
@@ -33,9 +34,7 @@ class SweepResult:
         return self.table[self.table["status"] == "failed"]
 
     def summary(self) -> str:
-        lines = [
-            f"{self.study.name}: {len(self.table)} runs, {len(self.failed)} failed; {self.folder / 'runs.parquet'}"
-        ]
+        lines = [f"{self.study.name}: {len(self.table)} runs, {len(self.failed)} failed; {self.folder / 'runs.parquet'}"]
         for reason, count in Counter(cause(reason) for reason in self.failed["reason"]).most_common():
             lines.append(f"  {count} failed: {reason}")
         good = self.table[self.table["status"] == "ok"]

@@ -50,9 +50,7 @@ def duty(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
         )
         axes.grid(alpha=0.3)
     plot.axes[0].legend(title="dotted: self-locking limit\nμ = 1/r; dot: least energy", fontsize=8, title_fontsize=8)
-    return plot, pd.DataFrame(
-        best, columns=["ratio", "holding [s]", "self-locking limit", "best friction", "energy [J]"]
-    )
+    return plot, pd.DataFrame(best, columns=["ratio", "holding [s]", "self-locking limit", "best friction", "energy [J]"])
 
 
 def chart(study: Study, good: pd.DataFrame) -> Plot | None:
@@ -75,9 +73,7 @@ def chart(study: Study, good: pd.DataFrame) -> Plot | None:
         axes.plot(1.0 / r, r, color="black", linewidth=2, label="self-locking limit μ = 1/r")
         lowest = grid.columns.to_numpy()[np.nanargmin(grid.to_numpy(), axis=1)]
         axes.plot(lowest, grid.index, "o", color="tab:blue", label="least energy")
-        axes.set(
-            title=f"holding {time:g} s after each manoeuvre", xlabel=label(study, friction), ylabel=label(study, ratio)
-        )
+        axes.set(title=f"holding {time:g} s after each manoeuvre", xlabel=label(study, friction), ylabel=label(study, ratio))
         axes.set_xlim(grid.columns.min(), grid.columns.max())
     plot.axes[0].legend(fontsize=8)
     return plot

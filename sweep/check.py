@@ -25,9 +25,7 @@ def check(study: Study, system: System) -> None:
             for column in one.columns:
                 _, variable = wiring.variable(column, f"[record] {one.name}")
                 if variable.causality not in ("output", "input", "local"):
-                    raise SweepError(
-                        f"[record] {one.name}: {column} is a {variable.causality}; it does not change in a run."
-                    )
+                    raise SweepError(f"[record] {one.name}: {column} is a {variable.causality}; it does not change in a run.")
         settings = [adapt(system, run)[1] for run in study.settings]
         variables = {name: wiring.variable(name, "[set] or [vary]") for name in {n for run in settings for n in run}}
         _combinations(study, settings, wiring, variables)
@@ -47,9 +45,7 @@ def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, 
         for component, values in mine.items():
             key = canonical([component, values])
             if key not in seen:
-                seen[key] = _objection(
-                    wiring.parts[component], {**wiring.values.get(component, {}), **values}, study.stop
-                )
+                seen[key] = _objection(wiring.parts[component], {**wiring.values.get(component, {}), **values}, study.stop)
             if seen[key] is not None:
                 refused.append((number, seen[key]))
                 break

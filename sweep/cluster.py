@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import logging
 import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Callable, Iterator
+from typing import Any
 
 import dask
 from distributed import Client, Future, LocalCluster, WorkerPlugin, get_worker
@@ -126,18 +127,12 @@ def _same_everywhere(client: Client, address: str, packages: tuple[str, ...]) ->
         theirs = client.run(fingerprint, *packages)
     except Exception as error:
         raise SweepError(
-            f"A worker of {address} cannot use selflock ({type(error).__name__}: {error}). "
-            "Install the same version there."
+            f"A worker of {address} cannot use selflock ({type(error).__name__}: {error}). Install the same version there."
         ) from error
     if not theirs:
-        raise SweepError(
-            f"The scheduler at {address} has no workers. Start some with `dask worker {address} --nthreads 1`."
-        )
+        raise SweepError(f"The scheduler at {address} has no workers. Start some with `dask worker {address} --nthreads 1`.")
     for worker, other in theirs.items():
-        if differs := [
-            f"{name} ({mine[name]} here, {other.get(name)} there)" for name in mine if mine[name] != other.get(name)
-        ]:
+        if differs := [f"{name} ({mine[name]} here, {other.get(name)} there)" for name in mine if mine[name] != other.get(name)]:
             raise SweepError(
-                f"Worker {worker} would not give the same bits: it differs in {', '.join(differs)}. "
-                "Install the same there."
+                f"Worker {worker} would not give the same bits: it differs in {', '.join(differs)}. Install the same there."
             )

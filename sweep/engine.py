@@ -13,10 +13,11 @@ import queue
 import shutil
 import tempfile
 from collections import Counter, deque
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Callable, Mapping, Sequence
+from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -131,9 +132,7 @@ def _on_pool(pool, items: list, todo: deque, take: Take) -> None:
     killers = _round(pool, items, deque(n for batch, _ in suspects for n in batch), take, single=True)
     deaths = Counter(worker for _, worker in killers)
     unclear = deque(n for batch, worker in killers if deaths[worker] > 1 for n in batch)  # shared a worker with another
-    killers = [death for death in killers if deaths[death[1]] == 1] + _round(
-        pool, items, unclear, take, single=True, at_once=1
-    )
+    killers = [death for death in killers if deaths[death[1]] == 1] + _round(pool, items, unclear, take, single=True, at_once=1)
     for batch, _ in killers:
         take(batch, [Outcome("it killed its worker, twice (a crash of an FMU, or no memory left)", {}, {})])
 
@@ -153,9 +152,7 @@ def _round(
         while todo and len(flying) < (at_once or slots):
             size = 1 if single else _batch(seconds, slots, len(todo))
             batch = [todo.popleft() for _ in range(size)]
-            future = pool.send(
-                [items[n] for n in batch], key=f"run-{batch[0]}-{'again' if single else size}-{id(done)}"
-            )
+            future = pool.send([items[n] for n in batch], key=f"run-{batch[0]}-{'again' if single else size}-{id(done)}")
             flying[future] = batch
             future.add_done_callback(done.put)
         came = _come(done)

@@ -76,8 +76,7 @@ def read_folder(folder: Path) -> tuple[Study, pd.DataFrame, dict]:
     rows = rows_in(folder)
     empty = {one.name: None for one in study.record}
     found = [
-        rows.get(digest(item)) or {**item["parameters"], **empty, "status": "missing", "reason": None}
-        for item in study.items
+        rows.get(digest(item)) or {**item["parameters"], **empty, "status": "missing", "reason": None} for item in study.items
     ]
     return study, pd.DataFrame(found), about
 

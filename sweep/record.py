@@ -8,8 +8,9 @@ pandas evaluates it, with its functions (abs, sqrt, exp, log, sin, cos, ...).
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -66,14 +67,11 @@ def figure(name: str, table: Any) -> Figure:
     """A figure from its table in the study file."""
     where = f"[record] {name}"
     if not isinstance(table, Mapping):
-        raise SweepError(
-            f'{where}: write {name} = {{ max = "abs(component.variable)" }}; instead of max: {", ".join(KINDS)}.'
-        )
+        raise SweepError(f'{where}: write {name} = {{ max = "abs(component.variable)" }}; instead of max: {", ".join(KINDS)}.')
     kinds = [key for key in table if key in KINDS]
     if len(kinds) != 1 or set(table) - {*kinds, "from", "to", "unit"}:
         raise SweepError(
-            f"{where}: one of {', '.join(KINDS)} is wanted, beside from, to and unit; "
-            f"there is {', '.join(table) or 'nothing'}."
+            f"{where}: one of {', '.join(KINDS)} is wanted, beside from, to and unit; there is {', '.join(table) or 'nothing'}."
         )
     made = Figure(
         name, kinds[0], str(table[kinds[0]]), table.get("from", -np.inf), table.get("to", np.inf), table.get("unit", "")

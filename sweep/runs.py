@@ -10,9 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from selflock import master
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from selflock import master
 from selflock.master.face import Part
 from selflock.master.system import System
 from selflock.master.wiring import fmu_path
@@ -69,13 +70,9 @@ def adapt(system: System, settings: dict[str, Any]) -> tuple[System, dict[str, A
     for name, value in wires.items():
         target, _, key = name.removeprefix("connections.").rpartition(".")
         if target not in connections or key not in ("factor", "offset"):
-            raise SweepError(
-                f"{name}: there is no such connection; write connections.component.input.factor, or .offset."
-            )
+            raise SweepError(f"{name}: there is no such connection; write connections.component.input.factor, or .offset.")
         connections[target] = replace(connections[target], **{key: float(value)})
-    return replace(system, connections=connections), {
-        name: value for name, value in settings.items() if name not in wires
-    }
+    return replace(system, connections=connections), {name: value for name, value in settings.items() if name not in wires}
 
 
 def run_one(bench: Bench, item: dict[str, Any]) -> tuple[dict[str, Any], dict[str, bytes]]:

@@ -16,8 +16,9 @@ import hashlib
 import json
 import os
 import shutil
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Iterable, Mapping
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -92,9 +93,7 @@ class Store:
         file = self.folder / "study.json"
         if file.exists():
             known = json.loads(file.read_text(encoding="utf-8"))
-            changed = sorted(
-                key for key in (known.keys() | about.keys()) - {"notes"} if known.get(key) != about.get(key)
-            )
+            changed = sorted(key for key in (known.keys() | about.keys()) - {"notes"} if known.get(key) != about.get(key))
             if changed:
                 self.close()
                 raise SweepError(
@@ -105,9 +104,7 @@ class Store:
                 return
         elif strange := sorted(p.name for p in self.folder.iterdir() if p.name not in ("parts", "lock")):
             self.close()
-            raise SweepError(
-                f"{self.folder} is not the folder of a sweep (it holds {strange[0]}). Give an empty or a new one."
-            )
+            raise SweepError(f"{self.folder} is not the folder of a sweep (it holds {strange[0]}). Give an empty or a new one.")
         self._write(file, lambda to: to.write_text(json.dumps(about, indent=1), encoding="utf-8"))
 
     def _hold(self) -> int | None:

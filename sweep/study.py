@@ -26,9 +26,10 @@ from __future__ import annotations
 import itertools
 import tomllib
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -63,9 +64,7 @@ class Study:
     @property
     def about(self) -> dict[str, Any]:
         """What makes a study this study: all but its words and how its report looks."""
-        return {
-            key: value for key, value in self.data.items() if key not in ("name", "description", "report", "system")
-        }
+        return {key: value for key, value in self.data.items() if key not in ("name", "description", "report", "system")}
 
     @property
     def items(self) -> list[dict[str, Any]]:
@@ -123,8 +122,7 @@ def _check_vary(name: str, table: Any) -> None:
             raise SweepError(f"{where}: {way} is empty.")
     if "grid" in table and (set(table["grid"]) - {"spacing"} != {"from", "to", "count"} or table["grid"]["count"] < 1):
         raise SweepError(
-            f'{where}: write grid = {{ from = 0.0, to = 1.0, count = 11, spacing = "linear" }}; '
-            "the count is at least 1."
+            f'{where}: write grid = {{ from = 0.0, to = 1.0, count = 11, spacing = "linear" }}; the count is at least 1.'
         )
     if "range" in table and not (len(table["range"]) == 2 and table["range"][0] < table["range"][1]):
         raise SweepError(f"{where}: range = {table['range']} is empty; write range = [low, high].")
@@ -148,9 +146,7 @@ def _lay_out(vary: Mapping[str, dict], listed: Any, sample: dict) -> pd.DataFram
         axes.append(_samples(ranges, sample))
     elif sample:
         raise SweepError("[sample] is for ranges, and there is none: give a parameter range = [low, high].")
-    rows = [
-        {name: value for row in combination for name, value in row.items()} for combination in itertools.product(*axes)
-    ]
+    rows = [{name: value for row in combination for name, value in row.items()} for combination in itertools.product(*axes)]
     return pd.DataFrame(rows)
 
 
@@ -183,9 +179,7 @@ def _samples(ranges: dict[str, list[float]], sample: dict) -> list[dict[str, flo
 
         sampler = {"lhs": qmc.LatinHypercube, "sobol": qmc.Sobol}[method](len(ranges), rng=seed)
         with warnings.catch_warnings():
-            warnings.filterwarnings(
-                "ignore", "The balance properties of Sobol", UserWarning
-            )  # its count is the person's
+            warnings.filterwarnings("ignore", "The balance properties of Sobol", UserWarning)  # its count is the person's
             points = qmc.scale(sampler.random(count), low, high)
     return [dict(zip(ranges, map(float, point))) for point in points]
 
@@ -209,18 +203,13 @@ def _check_names(record: list[Figure], parameters: pd.DataFrame, stop: float | N
         if one.name in known:
             raise SweepError(f"[record] {one.name}: something else has this name already.")
         if unknown := one.names - known:
-            raise SweepError(
-                f"[record] {one.name}: {sorted(unknown)[0]} is no varied parameter and no figure above it."
-            )
+            raise SweepError(f"[record] {one.name}: {sorted(unknown)[0]} is no varied parameter and no figure above it.")
         if one.kind == "value" and one.columns:
             raise SweepError(
-                f"[record] {one.name}: a value cannot contain {sorted(one.columns)[0]}; "
-                "take its final, max or mean first."
+                f"[record] {one.name}: a value cannot contain {sorted(one.columns)[0]}; take its final, max or mean first."
             )
         if stop is not None and one.begin > stop:
-            raise SweepError(
-                f"[record] {one.name}: its window begins at {one.begin} s, after the end of the run at {stop} s."
-            )
+            raise SweepError(f"[record] {one.name}: its window begins at {one.begin} s, after the end of the run at {stop} s.")
         known.add(one.name)
 
 

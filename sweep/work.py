@@ -14,9 +14,10 @@ import pickle
 import platform
 import threading
 import time
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, Callable, NamedTuple
+from typing import Any, NamedTuple
 
 from selflock.fmus.errors import SelflockError
 
@@ -85,9 +86,7 @@ def _one(function: Callable, context: Any, item: Any) -> Outcome:
             ) from error
         return Outcome(f"{type(error).__name__}: {error}", {}, {})
     figures, files = result if isinstance(result, tuple) else (result, {})
-    return Outcome(
-        None, {name: value.item() if hasattr(value, "item") else value for name, value in figures.items()}, files
-    )
+    return Outcome(None, {name: value.item() if hasattr(value, "item") else value for name, value in figures.items()}, files)
 
 
 @cache

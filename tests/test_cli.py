@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from selflock.master import read
 from selflock import cli
+from selflock.master import read
 
 BENCH = str(Path(__file__).parents[1] / "examples" / "bench.toml")
 

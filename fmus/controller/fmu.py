@@ -3,7 +3,10 @@
 from ..slave import Slave, Variable, rows
 from . import pd
 
-LAW = tuple(row._replace(start=True, minimum=None, maximum=None) if row.name == "irreversible" else row for row in rows(pd.BASE, pd.EFFECTS))
+LAW = tuple(
+    row._replace(start=True, minimum=None, maximum=None) if row.name == "irreversible" else row
+    for row in rows(pd.BASE, pd.EFFECTS)
+)
 
 
 class Controller(Slave):
@@ -19,7 +22,9 @@ class Controller(Slave):
         Variable("motor_speed", "rad/s", 0.0, "speed of the motor (the reducer's input_speed): is it stopped?", nominal=100.0),
         Variable("output_torque", "N.m", 0.0, "load torque (the reducer's output_torque), for the hold voltage"),
     )
-    outputs = (Variable("voltage", "V", 0.0, "voltage U for the motor", nominal=24.0, depends_on=tuple(row.name for row in inputs)),)
+    outputs = (
+        Variable("voltage", "V", 0.0, "voltage U for the motor", nominal=24.0, depends_on=tuple(row.name for row in inputs)),
+    )
     parameters = LAW
 
     def begin(self, p, *inputs):

@@ -148,7 +148,9 @@ def advance(p, s, angle_setpoint, speed_setpoint, angle, speed, motor_speed, out
     if s.effects > 0.0:
         return acted(p, s, command, resting, dt)
     if resting != s.resting:
-        s = State(command, resting, 0.0, s.since, s.age, s.past0, s.past1, s.past2, s.past3, s.past4, s.past5, s.past6, s.past7, s.past8)
+        s = State(
+            command, resting, 0.0, s.since, s.age, s.past0, s.past1, s.past2, s.past3, s.past4, s.past5, s.past6, s.past7, s.past8
+        )
     return s, Output(command)
 
 

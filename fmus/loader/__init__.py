@@ -22,7 +22,17 @@ import pythonfmu
 HERE = Path(__file__).parent
 PYTHONFMU = Path(pythonfmu.__file__).parent / "resources" / "binaries"
 SOURCES = ("forward.c", "python.c")
-OPTIONS = ("-std=gnu11", "-O2", "-Wall", "-fPIC", "-shared", "-fvisibility=hidden", "-Wl,-z,nodelete", "-Wl,--build-id=none", "-Wl,-z,relro")
+OPTIONS = (
+    "-std=gnu11",
+    "-O2",
+    "-Wall",
+    "-fPIC",
+    "-shared",
+    "-fvisibility=hidden",
+    "-Wl,-z,nodelete",
+    "-Wl,--build-id=none",
+    "-Wl,-z,relro",
+)
 
 LET_GO = '''\
 """pythonfmu's library ends its hold on Python twice at the end of a process, the second time through freed memory.
@@ -76,5 +86,8 @@ def binaries(name: str, package: str) -> dict[str, bytes]:
     files = {f"binaries/win64/{name}.dll": (PYTHONFMU / "win64" / "pythonfmu-export.dll").read_bytes()}
     own = loader()
     if own is None:
-        return files | {f"binaries/linux64/{name}.so": linux, f"resources/{package}/__init__.py": LET_GO.format(name=name).encode()}
+        return files | {
+            f"binaries/linux64/{name}.so": linux,
+            f"resources/{package}/__init__.py": LET_GO.format(name=name).encode(),
+        }
     return files | {f"binaries/linux64/{name}.so": own, "binaries/linux64/libpythonfmu-export.so": linux}

@@ -8,9 +8,9 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from ..system import Connection, System, from_dict
 from .read import read
 from .write import export
-from ..system import Connection, System, from_dict
 
 __all__ = ["export", "load", "read"]
 
@@ -37,7 +37,9 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd") -> System:
     if sorted(system.run.order) != sorted(system.components):  # another tool changed the file
         system.run.order = []
     for (component, variable), ((source, output), change) in flat.connections.items():
-        system.connections[f"{component}.{variable}"] = Connection(f"{source}.{output}", change.factor, change.offset, convert=False)
+        system.connections[f"{component}.{variable}"] = Connection(
+            f"{source}.{output}", change.factor, change.offset, convert=False
+        )
     return system
 
 

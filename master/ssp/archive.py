@@ -39,7 +39,7 @@ def _schema(name: str) -> etree.XMLSchema:
 
 def check(root: etree._Element, what: str) -> None:
     """Hold a document (ssd, ssv or ssm root) to its schema; DescriptionError names the line and what is wrong."""
-    schema = _schema(root.tag[len("{" + BASE):].partition("}")[0])
+    schema = _schema(root.tag[len("{" + BASE) :].partition("}")[0])
     if not schema.validate(root):
         first = schema.error_log[0]
         raise DescriptionError(f"{what}, line {first.line}: not valid SSP 1.0: {first.message}")

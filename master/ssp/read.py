@@ -92,7 +92,9 @@ class _Reader:
         if kind in (SSD, SSP):
             source, _, fragment = source.partition("#")
             if not source:
-                raise DescriptionError(f"{path}: a reference to a system inside the same document (#{fragment}) is not supported.")
+                raise DescriptionError(
+                    f"{path}: a reference to a system inside the same document (#{fragment}) is not supported."
+                )
             file = inside(source, base, self.root, path)
             if kind == SSP:
                 inner = unpack(file, file.with_name(file.name + ".unpacked"))
@@ -142,7 +144,9 @@ class _Reader:
                     raise DescriptionError(f"{path}: connector {name!r} is not a variable of its FMU.")
                 own = self.units[path, name]
                 if unit and own and unit.to(own, f"{path}.{name}, connector and FMU") != Affine():
-                    raise DescriptionError(f"{path}: connector {name!r} is in {text}, its FMU says {own.name}; that is not supported.")
+                    raise DescriptionError(
+                        f"{path}: connector {name!r} is in {text}, its FMU says {own.name}; that is not supported."
+                    )
                 self.units[path, name] = own or unit  # values cross the face of an FMU in its own unit
                 continue
             self.kinds[path, name] = connector.get("kind")
@@ -156,9 +160,13 @@ class _Reader:
                 raise DescriptionError(f"{path or 'the system'}: a connection names {element!r}, which is not an element of it.")
             port = (path if element is None else children[element], connector)
             if connector not in self.ports[port[0]]:
-                raise DescriptionError(f"{path or 'the system'}: a connection names {'.'.join(port)!r}, which is not a connector.")
+                raise DescriptionError(
+                    f"{path or 'the system'}: a connection names {'.'.join(port)!r}, which is not a connector."
+                )
             ends.append(port)
-        self.links.append(Link(*ends, _transform(node, ".".join(ends[1])), node.get("suppressUnitConversion") not in ("true", "1")))
+        self.links.append(
+            Link(*ends, _transform(node, ".".join(ends[1])), node.get("suppressUnitConversion") not in ("true", "1"))
+        )
 
     def _parameters(self, node: etree._Element, path: str, base: Path, component_base: Path, depth: int) -> None:
         """Collect what the bindings of one element say, as (depth, order, port, value, unit)."""
@@ -234,8 +242,10 @@ class _Reader:
         """SSP connections run from start to end; a connection written backwards to an FMU's input is refused."""
         for port, wrong in ((link.start, ("input", "parameter")), (link.end, ("output",))):
             if port[0] in self.flat.fmus and self.kinds.get(port) in wrong:
-                raise DescriptionError(f"the connection {'.'.join(link.start)} → {'.'.join(link.end)} runs the wrong way: "
-                                       f"{'.'.join(port)} is {'an ' + self.kinds[port] if self.kinds[port] != 'parameter' else 'a parameter'}.")
+                raise DescriptionError(
+                    f"the connection {'.'.join(link.start)} → {'.'.join(link.end)} runs the wrong way: "
+                    f"{'.'.join(port)} is {'an ' + self.kinds[port] if self.kinds[port] != 'parameter' else 'a parameter'}."
+                )
         return link.start, link.end
 
     def _through(self, link: Link) -> Affine:
@@ -254,7 +264,9 @@ class _Reader:
             port = (below, ".".join(elements[cut:]))
             if port in self.kinds:
                 return port
-        raise DescriptionError(f"a parameter set of {path or 'the system'} names {name!r}, which is neither a variable nor a connector of it.")
+        raise DescriptionError(
+            f"a parameter set of {path or 'the system'} names {name!r}, which is neither a variable nor a connector of it."
+        )
 
     def _down(self, port: Port, value, outof: dict[Port, list[Link]]):
         """The FMU variables that a value given at a port reaches, each with the value in its unit."""

@@ -19,10 +19,10 @@ from lxml import etree
 
 from ..errors import DescriptionError
 from ..face import Part, Variable
-from .archive import ANNOTATION, NAMESPACES, check, tag
 from ..system import Component, Run, System, load
 from ..units import unit as known_unit
 from ..wiring import Wiring, fmu_path, wire
+from .archive import ANNOTATION, NAMESPACES, check, tag
 
 DATE = (2020, 1, 1, 0, 0, 0)  # of every file in the archive: the same system gives the same bytes
 SET = "parameters"  # of every parameter set: some tools (Ecos) apply the sets of one name over all components
@@ -83,32 +83,47 @@ def _fmus(system: System) -> dict[str, tuple[str, bytes]]:
                 module, _, attribute = component.part.partition(":")
                 pack = getattr(getattr(import_module(module), attribute), "pack", None)
                 if pack is None:
-                    raise DescriptionError(f"{name}: {component.part} runs inside our master only; it cannot be packed as an FMU.")
+                    raise DescriptionError(
+                        f"{name}: {component.part} runs inside our master only; it cannot be packed as an FMU."
+                    )
                 path = pack(Path(folder), **component.options)
             else:
                 path = fmu_path(component, system)
             data = Path(path).read_bytes()
             content, stem = hashlib.sha256(data).hexdigest(), _plain(Path(path).stem)
-            taken = names.setdefault(content, f"{stem}.fmu" if f"{stem}.fmu" not in names.values() else f"{stem}_{content[:8]}.fmu")
+            taken = names.setdefault(
+                content, f"{stem}.fmu" if f"{stem}.fmu" not in names.values() else f"{stem}_{content[:8]}.fmu"
+            )
             found[name] = taken, data
     return found
 
 
 def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> etree._Element:
     system = wiring.system
-    root = etree.Element(tag("ssd:SystemStructureDescription"), version="1.0", name=system.name, nsmap=NAMESPACES, generationTool="selflock")
+    root = etree.Element(
+        tag("ssd:SystemStructureDescription"), version="1.0", name=system.name, nsmap=NAMESPACES, generationTool="selflock"
+    )
     if system.description:
         root.set("description", system.description)
     top = etree.SubElement(root, tag("ssd:System"), name=_plain(system.name))
     elements = etree.SubElement(top, tag("ssd:Elements"))
     for place, (name, part) in enumerate(wiring.parts.items()):
-        element = etree.SubElement(elements, tag("ssd:Component"), name=name, source=f"resources/{files[name][0]}", implementation="CoSimulation")
+        element = etree.SubElement(
+            elements, tag("ssd:Component"), name=name, source=f"resources/{files[name][0]}", implementation="CoSimulation"
+        )
         connectors = etree.SubElement(element, tag("ssd:Connectors"))
         for variable in part.variables.values():
             if variable.causality in CONNECTORS:
                 connectors.append(_connector(variable))
         column, row = place % 4, place // 4
-        etree.SubElement(element, tag("ssd:ElementGeometry"), x1=str(column * 40.0), y1=str(-row * 30.0), x2=str(column * 40.0 + 30), y2=str(20 - row * 30.0))
+        etree.SubElement(
+            element,
+            tag("ssd:ElementGeometry"),
+            x1=str(column * 40.0),
+            y1=str(-row * 30.0),
+            x2=str(column * 40.0 + 30),
+            y2=str(20 - row * 30.0),
+        )
         if wiring.values.get(name):
             bindings = etree.SubElement(element, tag("ssd:ParameterBindings"))
             etree.SubElement(bindings, tag("ssd:ParameterBinding"), source=_set_file(system, name))
@@ -127,9 +142,17 @@ def _ours(system: System) -> dict:
         return {name: getattr(thing, name) for name in names if getattr(thing, name) != getattr(plain, name)}
 
     run, names = system.run, [f.name for f in fields(Run) if f.name not in ("start", "stop", "open_inputs")]
-    said = differing(run, Run(), names) | {"step": run.step, "algorithm": run.algorithm, "order": run.order or list(system.components)}
+    said = differing(run, Run(), names) | {
+        "step": run.step,
+        "algorithm": run.algorithm,
+        "order": run.order or list(system.components),
+    }
     components = {name: differing(c, Component(), ("step", "process")) for name, c in system.components.items()}
-    return {"run": said, "components": {name: c for name, c in components.items() if c}, "bonds": [asdict(b) for b in system.bonds]}
+    return {
+        "run": said,
+        "components": {name: c for name, c in components.items() if c},
+        "bonds": [asdict(b) for b in system.bonds],
+    }
 
 
 def _connector(variable: Variable) -> etree._Element:
@@ -192,7 +215,9 @@ def _units(root: etree._Element, units: dict[str, tuple], prefix: str) -> None:
     for name, (exponents, factor, offset) in sorted(units.items()):
         unit = etree.SubElement(element, tag("ssc:Unit"), name=name)
         attributes = {base: str(exponent) for base, exponent in exponents.items()}
-        attributes |= {key: repr(value) for key, value, plain in (("factor", factor, 1.0), ("offset", offset, 0.0)) if value != plain}
+        attributes |= {
+            key: repr(value) for key, value, plain in (("factor", factor, 1.0), ("offset", offset, 0.0)) if value != plain
+        }
         etree.SubElement(unit, tag("ssc:BaseUnit"), **attributes)
 
 
@@ -200,11 +225,17 @@ def _documentation(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> str:
     system = wiring.system
     rows = "".join(
         f"<tr><td>{escape(name)}</td><td>{escape(files[name][0])}</td><td>"
-        + ", ".join(f"{escape(key)} = {escape(str(value))} {escape(wiring.parts[name].variables[key].unit)}" for key, value in wiring.values.get(name, {}).items())
+        + ", ".join(
+            f"{escape(key)} = {escape(str(value))} {escape(wiring.parts[name].variables[key].unit)}"
+            for key, value in wiring.values.get(name, {}).items()
+        )
         + "</td></tr>"
         for name in system.components
     )
-    links = "".join(f"<tr><td>{escape(f'{link.source}.{link.output}')}</td><td>{escape(f'{link.target}.{link.input}')}</td></tr>" for link in wiring.links)
+    links = "".join(
+        f"<tr><td>{escape(f'{link.source}.{link.output}')}</td><td>{escape(f'{link.target}.{link.input}')}</td></tr>"
+        for link in wiring.links
+    )
     run = system.run
     return (
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(system.name)}</title>"

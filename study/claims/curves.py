@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Iterable
 
 import numpy as np
 import pandas as pd
 
 from selflock.master.errors import ResultError
+
 from ..manoeuvre import WINDOWS
 
 LIMIT = 0.02  # the self-locking limit, tan alpha = 1/r at r = 50

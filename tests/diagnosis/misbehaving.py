@@ -67,8 +67,21 @@ class Gear(Part):
 
     def advance(self, motor_torque, output_angle, output_speed, _angle, _speed, size):
         s = self.sheet
-        return _gear(self.state, motor_torque, output_angle, output_speed, size, 50.0, s.get("friction", 0.01), 2e-5, 2e4, 3.0,
-                     s.get("viscous", 0.0), s.get("asymmetry", 0.0), s.get("stribeck", 0.0))
+        return _gear(
+            self.state,
+            motor_torque,
+            output_angle,
+            output_speed,
+            size,
+            50.0,
+            s.get("friction", 0.01),
+            2e-5,
+            2e4,
+            3.0,
+            s.get("viscous", 0.0),
+            s.get("asymmetry", 0.0),
+            s.get("stribeck", 0.0),
+        )
 
 
 @njit(cache=True)
@@ -103,8 +116,19 @@ class Motor(Part):
 
     def advance(self, voltage, speed, size):
         s = self.sheet
-        return _motor(self.state, voltage, speed, size, s.get("resistance", 0.299), 8.23e-5, 0.0302,
-                      s.get("brush_drop", 0.0), s.get("half_current", 1e9), s.get("heating", 0.0), s.get("heating_time", 4.0))
+        return _motor(
+            self.state,
+            voltage,
+            speed,
+            size,
+            s.get("resistance", 0.299),
+            8.23e-5,
+            0.0302,
+            s.get("brush_drop", 0.0),
+            s.get("half_current", 1e9),
+            s.get("heating", 0.0),
+            s.get("heating_time", 4.0),
+        )
 
 
 @njit(cache=True)

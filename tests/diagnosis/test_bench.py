@@ -79,9 +79,13 @@ def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path):
     np.testing.assert_allclose(bench.compare(gear, {"sensor.motor.torque.bias": 0.1})[0][0], nominal + 0.1, atol=1e-12)
     np.testing.assert_allclose(bench.compare(gear, {"sensor.motor.torque.scale_factor": 2.0})[0][0], 2.0 * nominal, atol=1e-12)
     ch = bench.channels[0, ""]
-    np.testing.assert_allclose(ch.true("reducer.input_speed", {"sensor.reducer.input_speed.scale_factor": 0.5}), 2.0 * ch.raw("reducer.input_speed"))
+    np.testing.assert_allclose(
+        ch.true("reducer.input_speed", {"sensor.reducer.input_speed.scale_factor": 0.5}), 2.0 * ch.raw("reducer.input_speed")
+    )
     slow = ch.true("reducer.input_speed", {"sensor.reducer.input_speed.lag_time": 0.02})
-    np.testing.assert_allclose(slow[100:-100], 60.0 * np.sin(1.3 * (np.arange(6000) * STEP + 0.02))[100:-100], atol=0.05)  # earlier by the lag
+    np.testing.assert_allclose(
+        slow[100:-100], 60.0 * np.sin(1.3 * (np.arange(6000) * STEP + 0.02))[100:-100], atol=0.05
+    )  # earlier by the lag
 
 
 def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path):
@@ -140,7 +144,7 @@ def test_kernels_agree_with_the_plain_laws(name):
     for function, second in ((plain, False), (compiled, True)):
         given = []
         for law in LAWS_OF[name]:
-            part = law.__name__.split(".")[1]
+            part = law.__name__.split(".")[-2]
             p = parameters(part, part, on)
             given.append(p if second else law.Parameters(*p))
         mine = {key: np.copy(value) if isinstance(value, np.ndarray) else value for key, value in arrays.items()}
@@ -207,12 +211,18 @@ def test_what_the_rig_says_of_one_log_acts_in_every_comparison(drive_bench):
     """Its parameters stand over the nominal ones there, and nowhere else."""
     (run,) = drive_bench.runs
     drive_bench = Bench(replace(drive_bench.rig, smoothing=0.02), [run])
-    for cut, name, value in (("controller", "controller.angle_gain", 7.0), ("motor", "motor.resistance", 3.0), ("gear", "load.mass", 9.0)):
+    for cut, name, value in (
+        ("controller", "controller.angle_gain", 7.0),
+        ("motor", "motor.resistance", 3.0),
+        ("gear", "load.mass", 9.0),
+    ):
         for log in ("this.csv", "other.csv"):
             bench = Bench(replace(drive_bench.rig, logs={"this*": {name: value}}), [replace(run, log=log)])
             mine = next(c for c in bench.cuts if c.name == cut)
             simulated = bench.compare(mine, {})[0][0]
-            wanted = drive_bench.compare(next(c for c in drive_bench.cuts if c.name == cut), {name: value} if log == "this.csv" else {})[0][0]
+            wanted = drive_bench.compare(
+                next(c for c in drive_bench.cuts if c.name == cut), {name: value} if log == "this.csv" else {}
+            )[0][0]
             np.testing.assert_array_equal(simulated, wanted)
 
 

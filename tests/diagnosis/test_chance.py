@@ -54,9 +54,7 @@ def test_a_draw_is_the_base_simulation_and_the_errors_in_another_order(tmp_path)
     base = contest.fit(contest.base_free, contest.nominal).values
     errors = drawn.residual(base).reshape(contest.shape)
     match = [[np.allclose(abs(e), abs(block)) for block in search.left[train]] for e in errors[train]]
-    assert np.array_equal(np.sum(match, 0), np.ones(train.sum())) and np.array_equal(
-        np.sum(match, 1), np.ones(train.sum())
-    )
+    assert np.array_equal(np.sum(match, 0), np.ones(train.sum())) and np.array_equal(np.sum(match, 1), np.ones(train.sum()))
     assert not np.allclose(errors[train], search.left[train])
     other = {**base, "reducer.viscous_damping": 2e-5}
     assert not np.allclose(contest.residual(other), contest.residual(base))

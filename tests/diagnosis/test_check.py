@@ -22,8 +22,11 @@ def run():
     time = np.arange(N) * 1e-3
     speed = 40.0 * np.sin(3.0 * time)
     torque = 0.1 * np.sign(speed) + 0.05 * np.sin(3.0 * time) + 2e-3 * rng.standard_normal(N)
-    signals = {"reducer.input_speed": speed + 0.05 * rng.standard_normal(N), "motor.torque": torque,
-               "reducer.input_angle": np.cumsum(speed) * 1e-3 + 1e-4 * rng.standard_normal(N)}
+    signals = {
+        "reducer.input_speed": speed + 0.05 * rng.standard_normal(N),
+        "motor.torque": torque,
+        "reducer.input_angle": np.cumsum(speed) * 1e-3 + 1e-4 * rng.standard_normal(N),
+    }
     return Run("log.csv", "", np.arange(N), time, signals)
 
 
@@ -39,7 +42,10 @@ def test_a_sound_log_has_no_faults(rig, run):
 def test_corrupted_samples_are_found_one_by_one(rig, run):
     run.signals["motor.torque"][[500, 2000, 2001]] = [1.4, -2.0, -2.1]
     faults = check([run], rig)
-    assert [(f.kind, f.channel, f.first, f.last) for f in faults] == [("corrupted", "motor.torque", 500, 500), ("corrupted", "motor.torque", 2000, 2001)]
+    assert [(f.kind, f.channel, f.first, f.last) for f in faults] == [
+        ("corrupted", "motor.torque", 500, 500),
+        ("corrupted", "motor.torque", 2000, 2001),
+    ]
     assert (~run.good["motor.torque"]).sum() == 3 and run.good["reducer.input_speed"].all()
 
 
@@ -78,8 +84,13 @@ def test_a_steady_state_point_that_may_be_at_rest(rig, speed, rests):
     """Noise of 2 rad/s over 4000 samples leaves a mean uncertain by 0.03 rad/s."""
     rng = np.random.default_rng()
     steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time, run="run")
-    noisy = Run("log.csv", "7", np.arange(N), np.arange(N) * 1e-3, {
-        "reducer.input_speed": speed + 2.0 * rng.standard_normal(N), "motor.torque": 0.1 + 0.01 * rng.standard_normal(N)})
+    noisy = Run(
+        "log.csv",
+        "7",
+        np.arange(N),
+        np.arange(N) * 1e-3,
+        {"reducer.input_speed": speed + 2.0 * rng.standard_normal(N), "motor.torque": 0.1 + 0.01 * rng.standard_normal(N)},
+    )
     other = Run("log.csv", "8", np.arange(N), np.arange(N) * 1e-3, {"reducer.input_speed": 9.0 + rng.standard_normal(N)})
     if rests:  # once in a few thousand seeds chance alone looks like motion
         noisy.signals["reducer.input_speed"] -= noisy.signals["reducer.input_speed"].mean()

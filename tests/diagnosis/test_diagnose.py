@@ -6,13 +6,12 @@ import numpy as np
 import pandas as pd
 from typer.testing import CliRunner
 
-from selflock import diagnosis
-from selflock import master
+from selflock import diagnosis, master
+from selflock.cli import app
 from selflock.diagnosis import ground
 from selflock.diagnosis.kernels import kernels
 from selflock.diagnosis.laws import parameters
 from selflock.diagnosis.rig import load
-from selflock.cli import app
 
 from .test_bench import inverse
 
@@ -24,14 +23,24 @@ def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_pat
     data = json.loads((out / "diagnosis.json").read_text())
     assert result.exit_code == 0 and data["verdict"] in ("explained", "ambiguous")
     assert set(data) >= {"verdict", "faults", "blame", "causes", "gain", "remainder"}
-    named = {f"{c['component']}.{c['effect']}" for c in data["causes"]} | {r for c in data["causes"] for r in c["indistinguishable_from"]}
-    assert named & {"reducer.parameter", "reducer.load_dependent", "reducer.friction_kinetic", "reducer.wedge_angle", "reducer load_dependent"}
+    named = {f"{c['component']}.{c['effect']}" for c in data["causes"]} | {
+        r for c in data["causes"] for r in c["indistinguishable_from"]
+    }
+    assert named & {
+        "reducer.parameter",
+        "reducer.load_dependent",
+        "reducer.friction_kinetic",
+        "reducer.wedge_angle",
+        "reducer load_dependent",
+    }
     assert data["gain"]["after"] < 0.6 * data["gain"]["before"] and data["gain"]["closed"] > 0.8
     promised, found = data["extension"]["promised"], data["extension"]["fmu"]
     assert abs(found - promised) < 0.01 * promised
     page = (out / "report.html").read_text()
     assert "<img" in page and "http://" not in page and "https://" not in page
-    assert {"traces.png", "where.png", "contest.png", "missing.png", "parameters.toml", "extended.toml", "reducer.fmu"} <= {p.name for p in out.iterdir()}
+    assert {"traces.png", "where.png", "contest.png", "missing.png", "parameters.toml", "extended.toml", "reducer.fmu"} <= {
+        p.name for p in out.iterdir()
+    }
     table = master.run(out / "extended.toml", stop=0.2).table
     assert len(table) > 100
 
@@ -57,7 +66,9 @@ simulate = "closed"
 def test_a_whole_drive_in_closed_loop_has_its_report(tmp_path, monkeypatch):
     """Two hypotheses alone, for each fit simulates the drive."""
     every = ground.vocabulary
-    monkeypatch.setattr(ground, "vocabulary", lambda *given: [h for h in every(*given) if h.label in ("motor brush_drop", "load tilt")])
+    monkeypatch.setattr(
+        ground, "vocabulary", lambda *given: [h for h in every(*given) if h.label in ("motor brush_drop", "load tilt")]
+    )
     (tmp_path / "rig.toml").write_text(CLOSED)
     n, step = 3000, 4e-3
     time = np.arange(n) * step
@@ -65,9 +76,13 @@ def test_a_whole_drive_in_closed_loop_has_its_report(tmp_path, monkeypatch):
     nature = load(tmp_path / "rig.toml").parameters | {"motor.brush_voltage": 3.0}
     laws = [parameters(part, part, nature) for part in ("controller", "motor", "reducer", "load")]
     nothing, out = np.zeros(n), np.zeros((8, n))
-    kernels().whole(*laws, 1.0, np.ones(n), nothing, nothing, setpoint, np.gradient(setpoint, step), np.full(n, step), 8, np.zeros(4), out)
+    kernels().whole(
+        *laws, 1.0, np.ones(n), nothing, nothing, setpoint, np.gradient(setpoint, step), np.full(n, step), 8, np.zeros(4), out
+    )
     angle = out[6] + 2e-4 * np.random.default_rng(3).standard_normal(n)
-    pd.DataFrame({"time": time, "setpoint": setpoint, "voltage": out[0], "angle": angle}).to_csv(tmp_path / "log.csv", index=False)
+    pd.DataFrame({"time": time, "setpoint": setpoint, "voltage": out[0], "angle": angle}).to_csv(
+        tmp_path / "log.csv", index=False
+    )
     result = diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out", seed=1)
     assert [cause.label for cause in result.causes] == ["motor brush_drop"], result.summary()
     assert result.gain.after < 0.5 * result.gain.before

@@ -17,7 +17,11 @@ from .plant.causes import DRAWS, OUTSIDE, VOCABULARY
 
 RATES = {"one": 0.95, "none": 0.95, "pair": 0.80, "outside": 0.90}  # the targets
 BATCH = 4
-SIZED = {"motor.brush_drop", "reducer.compliance", "sensor.scale"}  # whose amount is held to the hidden one; all: benchmarks.parameters
+SIZED = {
+    "motor.brush_drop",
+    "reducer.compliance",
+    "sensor.scale",
+}  # whose amount is held to the hidden one; all: benchmarks.parameters
 
 
 def _ask(case, folder):
@@ -27,8 +31,10 @@ def _ask(case, folder):
 
 def _told(result, case):
     hidden = [score.expected(c) for c in case.causes]
-    return (f"seed {case.seed}: hidden {hidden} at {[round(r, 1) for r in case.ratios]} times the error, "
-            f"answered {result['verdict']} {score.answers(result)}, remainder on {result['remainder']['depends_on']}")
+    return (
+        f"seed {case.seed}: hidden {hidden} at {[round(r, 1) for r in case.ratios]} times the error, "
+        f"answered {result['verdict']} {score.answers(result)}, remainder on {result['remainder']['depends_on']}"
+    )
 
 
 @pytest.mark.parametrize("name", [name for name in DRAWS if name not in OUTSIDE])
@@ -42,8 +48,11 @@ def test_each_cause_is_named(name, tmp_path):
         assert amounts and all(amount.near for amount in amounts), [*map(str, amounts)]
 
 
-@pytest.mark.parametrize("names", [("reducer.stribeck", "motor.brush_drop"), ("load.tilt", "reducer.backlash"),
-                                   ("motor.winding_heating", "controller.delay")], ids="+".join)
+@pytest.mark.parametrize(
+    "names",
+    [("reducer.stribeck", "motor.brush_drop"), ("load.tilt", "reducer.backlash"), ("motor.winding_heating", "controller.delay")],
+    ids="+".join,
+)
 def test_two_causes_are_both_named(names, tmp_path):
     case = bench.hide(list(names), seed=2, target=6.0)
     result = _ask(case, tmp_path)
@@ -87,8 +96,12 @@ def test_a_batch_of_the_day(tmp_path):
     right, rates, told = [], [], [f"SELFLOCK_SEED={day}"]
     for number in range(BATCH):
         kind = str(rng.choice(list(RATES), p=(0.65, 0.15, 0.1, 0.1)))
-        names = {"one": [str(rng.choice([*VOCABULARY, "parameter"]))], "none": [], "outside": [str(rng.choice(OUTSIDE))],
-                 "pair": [str(name) for name in rng.choice(VOCABULARY, 2, replace=False)]}[kind]
+        names = {
+            "one": [str(rng.choice([*VOCABULARY, "parameter"]))],
+            "none": [],
+            "outside": [str(rng.choice(OUTSIDE))],
+            "pair": [str(name) for name in rng.choice(VOCABULARY, 2, replace=False)],
+        }[kind]
         case = bench.hide(names, seed=int(rng.integers(10**6)))
         result = _ask(case, tmp_path / str(number))
         right.append(score.both(result, case) if kind == "pair" else score.right_first(result, case))
@@ -116,7 +129,9 @@ def test_amounts_are_counted_from_where_an_effect_is_off():
     case = bench.hide(["sensor.scale"], seed=1, target=3.0)
     (value,) = case.parameters.values()
     channel = score.signal(case.causes[0].what)
-    said = {"causes": [{"parameters": {f"sensor.{channel}.scale_factor": {"value": 1.0 + 1.05 * value, "low": 0.9, "high": 0.9}}}]}
+    said = {
+        "causes": [{"parameters": {f"sensor.{channel}.scale_factor": {"value": 1.0 + 1.05 * value, "low": 0.9, "high": 0.9}}}]
+    }
     (amount,) = score.amounts(said, case)
     assert np.isclose(amount.hidden, value) and np.isclose(amount.found, 1.05 * value) and amount.near
     said["causes"][0]["parameters"][f"sensor.{channel}.scale_factor"]["value"] = 1.0 + 1.2 * value

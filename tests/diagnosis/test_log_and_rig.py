@@ -62,30 +62,48 @@ def test_units_in_headers_and_runs_in_a_column(tmp_path):
     assert first.signals["motor.torque"][0] == pytest.approx(6e-3)
 
 
-@pytest.mark.parametrize(("change", "says"), [
-    ({"unit": "count"}, "'count' is not known"), ({"head": 'known = "load.*"'}, "known = 'load.\\*' is not a list"),
-    ({"head": 'known = ["reducer.gear_ration"]'}, "gear_ratio"), ({"head": 'hold_out = "every 2nd run"'}, "every second run"),
-    ({"head": 'simulate = "close"'}, "'open' or 'closed'"), ({"head": 'linear = "false"'}, "not true or false"),
-    ({"head": "smoothing = \"0.04 s\""}, "not a number"), ({"head": '[time]\nunits = "ms"'}, "unknown key of .time. 'units'"),
-    ({"head": '[logs."a*"]\n"reducer.frction_kinetic" = 1.0'}, "friction_kinetic"), ({"head": "[logs]\na = 3"}, "write .logs.\"a\"."),
-    ({"head": '[uncertain]\n"reducer.drag_torque" = [-2.0, -1.0]'}, "outside the range of drag_torque, .0, inf. N.m"),
-    ({"head": '[uncertain]\n"reducer.drag_torque" = [0.0, inf]'}, "inf is not a number"),
-    ({"head": '[uncertain]\n"sensor.motor.torqe.bias" = [0.0, 1.0]'}, "motor.torque"),
-    ({"head": '[uncertain]\n"sensor.motor.torque.bais" = [0.0, 1.0]'}, "bias"),
-    ({"parameter": "sensor.motor.torque.bias"}, "belongs in .columns."), ({"head": 'drives = ["front_"]'}, "no such component. The drives are front_"),
-    ({"unit": "kg"}, "cannot be 'N.m'"), ({"unit": "furlong"}, "motor.torque"), ({"parameter": "reducer.frction_kinetic"}, "friction_kinetic"),
-    ({"parameter": "reducr.friction_kinetic"}, "reducer"), ({"head": 'colour = "red"'}, "colour"),
-])
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"unit": "count"}, "'count' is not known"),
+        ({"head": 'known = "load.*"'}, "known = 'load.\\*' is not a list"),
+        ({"head": 'known = ["reducer.gear_ration"]'}, "gear_ratio"),
+        ({"head": 'hold_out = "every 2nd run"'}, "every second run"),
+        ({"head": 'simulate = "close"'}, "'open' or 'closed'"),
+        ({"head": 'linear = "false"'}, "not true or false"),
+        ({"head": 'smoothing = "0.04 s"'}, "not a number"),
+        ({"head": '[time]\nunits = "ms"'}, "unknown key of .time. 'units'"),
+        ({"head": '[logs."a*"]\n"reducer.frction_kinetic" = 1.0'}, "friction_kinetic"),
+        ({"head": "[logs]\na = 3"}, 'write .logs."a".'),
+        ({"head": '[uncertain]\n"reducer.drag_torque" = [-2.0, -1.0]'}, "outside the range of drag_torque, .0, inf. N.m"),
+        ({"head": '[uncertain]\n"reducer.drag_torque" = [0.0, inf]'}, "inf is not a number"),
+        ({"head": '[uncertain]\n"sensor.motor.torqe.bias" = [0.0, 1.0]'}, "motor.torque"),
+        ({"head": '[uncertain]\n"sensor.motor.torque.bais" = [0.0, 1.0]'}, "bias"),
+        ({"parameter": "sensor.motor.torque.bias"}, "belongs in .columns."),
+        ({"head": 'drives = ["front_"]'}, "no such component. The drives are front_"),
+        ({"unit": "kg"}, "cannot be 'N.m'"),
+        ({"unit": "furlong"}, "motor.torque"),
+        ({"parameter": "reducer.frction_kinetic"}, "friction_kinetic"),
+        ({"parameter": "reducr.friction_kinetic"}, "reducer"),
+        ({"head": 'colour = "red"'}, "colour"),
+    ],
+)
 def test_a_wrong_rig_is_told_in_one_message(tmp_path, change, says):
     with pytest.raises(diagnosis.DataError, match=says) as caught:
         check_names(rigs.load(write(tmp_path, **change)))
     assert "rig.toml" in str(caught.value)
 
 
-@pytest.mark.parametrize(("parameter", "value", "says"), [
-    ("reducer.wedge_angle", "2.8625", r"2.8625 rad is outside the range of wedge_angle, \[0, 1.5\] rad"), ("motor.resistance", "-0.3", "outside the range"),
-    ("load.inertia", "nan", "nan is not a number"), ("load.inertia", '"1"', "'1' is not a number"), ("motor.resistance.x", "1.0", "no 'resistance.x'"),
-])
+@pytest.mark.parametrize(
+    ("parameter", "value", "says"),
+    [
+        ("reducer.wedge_angle", "2.8625", r"2.8625 rad is outside the range of wedge_angle, \[0, 1.5\] rad"),
+        ("motor.resistance", "-0.3", "outside the range"),
+        ("load.inertia", "nan", "nan is not a number"),
+        ("load.inertia", '"1"', "'1' is not a number"),
+        ("motor.resistance.x", "1.0", "no 'resistance.x'"),
+    ],
+)
 def test_a_value_that_its_fmu_would_refuse_is_told_before_the_work(tmp_path, parameter, value, says):
     path = write(tmp_path, parameter=parameter)
     path.write_text(path.read_text().replace("= 0.02", f"= {value}"))
@@ -94,11 +112,18 @@ def test_a_value_that_its_fmu_would_refuse_is_told_before_the_work(tmp_path, par
     assert parameter in str(caught.value)
 
 
-@pytest.mark.parametrize(("columns", "says"), [
-    ('"load.angle" = 3', "say which column"), ('load.speed = "n"', "stands in quotes"), ('"laod.angle" = "n"', "Did you mean 'load.angle'"),
-    ('"Load.speed" = "n"', "Did you mean 'load.speed'"), ('"load.angle" = { column = "n", factor = "1/50" }', "factor = '1/50' is not a number"),
-    ('"load.speed" = { column = "n", unit = "Hz" }', "names no angle"), ('"load.speed" = { column = "n", unit = "1/min" }', "rpm"),
-])
+@pytest.mark.parametrize(
+    ("columns", "says"),
+    [
+        ('"load.angle" = 3', "say which column"),
+        ('load.speed = "n"', "stands in quotes"),
+        ('"laod.angle" = "n"', "Did you mean 'load.angle'"),
+        ('"Load.speed" = "n"', "Did you mean 'load.speed'"),
+        ('"load.angle" = { column = "n", factor = "1/50" }', "factor = '1/50' is not a number"),
+        ('"load.speed" = { column = "n", unit = "Hz" }', "names no angle"),
+        ('"load.speed" = { column = "n", unit = "1/min" }', "rpm"),
+    ],
+)
 def test_a_wrong_column_is_told(tmp_path, columns, says):
     path = write(tmp_path)
     path.write_text(path.read_text().replace("[columns]", "[columns]\n" + columns))
@@ -120,10 +145,18 @@ def _spoil(data: pd.DataFrame, how: str) -> str:
     return "" if how == "empty" else "time,n,m\n"
 
 
-@pytest.mark.parametrize(("how", "says"), [
-    ("column", "no column 'm'"), ("text", "line 8.*'5,3' is not a number"), ("backward", "line 52: time runs backward"), ("short", "too few"),
-    ("ragged", "damaged"), ("empty", "empty"), ("header", "empty"),
-])
+@pytest.mark.parametrize(
+    ("how", "says"),
+    [
+        ("column", "no column 'm'"),
+        ("text", "line 8.*'5,3' is not a number"),
+        ("backward", "line 52: time runs backward"),
+        ("short", "too few"),
+        ("ragged", "damaged"),
+        ("empty", "empty"),
+        ("header", "empty"),
+    ],
+)
 def test_a_bad_log_is_told_in_one_message(tmp_path, how, says):
     rig = rigs.load(write(tmp_path))
     (tmp_path / "log.csv").write_text(_spoil(table(), how))
@@ -164,11 +197,18 @@ def _written(data: pd.DataFrame, how: str, path):
         scipy.io.savemat(path, {"s": {k: v.to_numpy() for k, v in data.items()}})
 
 
-@pytest.mark.parametrize(("how", "says"), [
-    ("trailing", "more values than the header has names"), ("latin", "UTF-8"), ("coarse", "different times in 100 rows. Export it with more digits"),
-    ("twice", "'m .mN.m.' and 'm .N.m.' are both 'm'"), ("contradicts", "contradicts the unit 'mN.m'"),
-    ("short.mat", "'m' has 99 samples where others have 100"), ("struct.mat", "holds s"),
-])
+@pytest.mark.parametrize(
+    ("how", "says"),
+    [
+        ("trailing", "more values than the header has names"),
+        ("latin", "UTF-8"),
+        ("coarse", "different times in 100 rows. Export it with more digits"),
+        ("twice", "'m .mN.m.' and 'm .N.m.' are both 'm'"),
+        ("contradicts", "contradicts the unit 'mN.m'"),
+        ("short.mat", "'m' has 99 samples where others have 100"),
+        ("struct.mat", "holds s"),
+    ],
+)
 def test_an_export_that_would_be_misread_is_told(tmp_path, how, says):
     rig = rigs.load(write(tmp_path))
     path = tmp_path / (how if "." in how else "log.csv")
@@ -189,13 +229,17 @@ def test_what_teaches_does_not_judge(tmp_path):
 
 def test_a_log_at_rest_carries_no_diagnosis(tmp_path):
     rng = np.random.default_rng()
-    still = pd.DataFrame({"time": np.arange(3000) * 1e-3, "n": 0.1 * rng.standard_normal(3000), "m": 20.0 + rng.standard_normal(3000)})
+    still = pd.DataFrame(
+        {"time": np.arange(3000) * 1e-3, "n": 0.1 * rng.standard_normal(3000), "m": 20.0 + rng.standard_normal(3000)}
+    )
     still.to_csv(tmp_path / "rest.csv", index=False)
     moving = table(3000).assign(n=lambda d: 60.0 * np.sin(5.0 * d.time), m=lambda d: 5.0 + rng.standard_normal(3000))
     moving.to_csv(tmp_path / "moving.csv", index=False)
     for logs, test in ((["rest.csv"], []), (["moving.csv"], ["rest.csv"])):
         with pytest.raises(diagnosis.DataError, match="rest.csv: .*record a motion"):
-            diagnosis.diagnose(write(tmp_path), [tmp_path / name for name in logs], test=[tmp_path / name for name in test], out=None)
+            diagnosis.diagnose(
+                write(tmp_path), [tmp_path / name for name in logs], test=[tmp_path / name for name in test], out=None
+            )
 
 
 def test_logs_of_named_columns_must_be_alike(tmp_path):
@@ -228,7 +272,9 @@ def test_steady_rows_of_all_logs_are_points_and_a_single_run_is_one(tmp_path, fi
     assert bench.blocks == 40 * files and (np.bincount(bench.owner) == 40).all()
     with_runs = replace(rig, run="run")
     one = Bench(with_runs, gather(with_runs, paths[:1], [])[0])
-    assert one.blocks == 1 and one.runs[0].signals["motor.torque"] == pytest.approx(one.original[0].signals["motor.torque"].mean())
+    assert one.blocks == 1 and one.runs[0].signals["motor.torque"] == pytest.approx(
+        one.original[0].signals["motor.torque"].mean()
+    )
     with pytest.raises(diagnosis.DataError, match="1 blocks to learn from"):
         split(one, one.original, [False])
 

@@ -16,7 +16,9 @@ from selflock.diagnosis.select import Contest
 ROOT = Path(__file__).resolve().parents[2]
 DATA, RIGS = ROOT.parent / "shared" / "data", ROOT / "examples" / "rigs"
 RIVALS = {"reducer load_dependent", "reducer stribeck", "motor torque_constant"}
-pytestmark = pytest.mark.skipif(not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)")
+pytestmark = pytest.mark.skipif(
+    not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)"
+)
 
 
 def named(result) -> list[str]:
@@ -32,8 +34,14 @@ def test_the_lead_screws_friction_falls_with_speed():
 
 def test_the_worm_drives_start_transients_are_found_then_its_friction_falls_with_speed(tmp_path):
     result = diagnose(RIGS / "worm_drive.toml", [DATA / "worm_drive" / "steady_state.csv"], out=tmp_path)
-    assert {(fault["run"], fault["kind"]) for fault in result.faults} == {("1", "corrupted"), ("2", "corrupted"), ("n1", "corrupted")}
-    assert all(fault["channel"] == "motor.torque" and fault["first"] % 500 == 0 for fault in result.faults)  # the first sample of a run
+    assert {(fault["run"], fault["kind"]) for fault in result.faults} == {
+        ("1", "corrupted"),
+        ("2", "corrupted"),
+        ("n1", "corrupted"),
+    }
+    assert all(
+        fault["channel"] == "motor.torque" and fault["first"] % 500 == 0 for fault in result.faults
+    )  # the first sample of a run
     assert result.verdict == "explained" and named(result) == ["reducer stribeck"], result.summary()
     assert result.gain.after <= 0.040e-3 < 0.065e-3 < result.gain.before, result.summary()
     assert result.extension["fmu"] == pytest.approx(result.extension["promised"], rel=0.01)
@@ -67,7 +75,9 @@ def test_the_servos_friction_differs_between_lifting_and_lowering():
     assert winner.hypothesis.label == "reducer load_dependent"
     unseen = gather(rig, sorted((DATA / "xl330").glob("kp200_*.csv")), ())[0]
     judge = Bench(rig, unseen)
-    before, after = (np.mean([np.mean(abs(m - s)[good]) for s, m, good in judge.compare(judge.cuts[0], contest.absolute(fit.values))])
-                     for fit in (base, winner.fit))
+    before, after = (
+        np.mean([np.mean(abs(m - s)[good]) for s, m, good in judge.compare(judge.cuts[0], contest.absolute(fit.values))])
+        for fit in (base, winner.fit)
+    )
     assert before > 0.055  # rad
     assert after < min(0.0315, 0.5 * before)

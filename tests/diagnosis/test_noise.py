@@ -104,8 +104,14 @@ def test_points_that_are_runs_have_the_standard_error_of_their_mean(tmp_path, rn
     speed = np.repeat(np.concatenate([-np.linspace(1.0, 80.0, 30), np.linspace(1.0, 80.0, 30)]), samples)
     drift = np.tile(np.linspace(-SIGMA, SIGMA, samples), points)
     torque = np.sign(speed) * (0.1 + np.sin(speed)) + drift + SIGMA * rng.standard_normal(points * samples)
-    table = pd.DataFrame({"time": np.tile(np.arange(samples) * 1e-3, points), "speed": speed, "torque": torque,
-                          "run": np.repeat(np.arange(points), samples)})
+    table = pd.DataFrame(
+        {
+            "time": np.tile(np.arange(samples) * 1e-3, points),
+            "speed": speed,
+            "torque": torque,
+            "run": np.repeat(np.arange(points), samples),
+        }
+    )
     drifting = 2.0 * SIGMA / 8.0 / 2.0  # between the halves, by the stretches a drift is one stretch earlier in one
     expected = np.hypot(SIGMA / np.sqrt(samples), drifting)
     assert steady(tmp_path, table, 'run = "run"') == pytest.approx(expected, rel=0.25)

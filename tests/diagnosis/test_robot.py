@@ -17,8 +17,11 @@ from selflock.master.system import Component
 
 ROBOT = Path(study.__file__).parent / "robot.toml"
 RECORDER = {  # column: noise, step of rounding
-    "controller.voltage": (0.015, 0.01), "motor.current": (0.15, 0.01), "reducer.input_angle": (1e-4, 1e-4),
-    "reducer.input_speed": (0.05, 0.0), "reducer.output_torque": (0.02, 0.005),
+    "controller.voltage": (0.015, 0.01),
+    "motor.current": (0.15, 0.01),
+    "reducer.input_angle": (1e-4, 1e-4),
+    "reducer.input_speed": (0.05, 0.0),
+    "reducer.output_torque": (0.02, 0.005),
 }
 
 

@@ -38,7 +38,9 @@ def test_a_fit_gives_the_least_squares_line_and_an_interval_that_holds_it(rng):
 def test_a_few_wild_samples_do_not_pull_a_fit(rng):
     x, y, free, _ = line(rng)
     y[:10] += 50.0
-    found = fit(lambda v: (y - v["slope"] * x - v["level"]) / 0.1, {}, free, {"slope": 0.0, "level": 0.0}, np.ones(len(x), bool), 3.0)
+    found = fit(
+        lambda v: (y - v["slope"] * x - v["level"]) / 0.1, {}, free, {"slope": 0.0, "level": 0.0}, np.ones(len(x), bool), 3.0
+    )
     assert found.values["slope"] == pytest.approx(0.7, abs=0.06)
 
 
@@ -102,7 +104,11 @@ def test_amplitudes_shapes_and_phases_are_told_apart_by_trying(rng):
     for way in ways:
         linear.look(way, draws)
     start = max(ways, key=lambda w: w.gain).start()
-    assert start["a.wave_order"] == 7.0 and start["a.size"] == pytest.approx(0.4, abs=0.02) and start["a.wave_phase"] == pytest.approx(1.1, abs=0.05)
+    assert (
+        start["a.wave_order"] == 7.0
+        and start["a.size"] == pytest.approx(0.4, abs=0.02)
+        and start["a.wave_phase"] == pytest.approx(1.1, abs=0.05)
+    )
 
 
 def test_a_parameter_without_influence_drops_out():

@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from selflock import master
-from selflock.diagnosis import DataError, diagnose, replay
 from selflock.cli import app
+from selflock.diagnosis import DataError, diagnose, replay
 
 sys.path.append(str(Path(__file__).parents[1] / "foreign_fmus"))
 
@@ -197,5 +197,7 @@ def test_an_fmu_of_ours_is_fitted_from_what_it_was_built_with(tmp_path):
     drive = as_drive(Parts(rig), rig, "winder", {"winder.voltage", "winder.speed", "winder.current"})
     assert drive.parameters["winder_motor.resistance"] == 0.4 and drive.parameters["winder_motor.brush_voltage"] == 0.3
     assert drive.parameters["winder_motor.inductance"] == 8.23e-5
-    assert drive.uncertain == {"winder_motor.torque_constant": (0.02, 0.04)} and drive.of_log("a.csv") == {"winder_motor.resistance": 0.5}
+    assert drive.uncertain == {"winder_motor.torque_constant": (0.02, 0.04)} and drive.of_log("a.csv") == {
+        "winder_motor.resistance": 0.5
+    }
     assert not drive.questioned("winder_motor.inductance") and not drive.questioned("winder_motor.resistance")

@@ -72,7 +72,10 @@ def test_the_library_for_windows_is_pythonfmu_s_own(fmu):
     with zipfile.ZipFile(fmu("Motor")) as archive:
         assert archive.read("binaries/win64/Motor.dll") == (loader.PYTHONFMU / "win64" / "pythonfmu-export.dll").read_bytes()
         if loader.compiler():
-            assert archive.read("binaries/linux64/Motor.so") != (loader.PYTHONFMU / "linux64" / "libpythonfmu-export.so").read_bytes()
+            assert (
+                archive.read("binaries/linux64/Motor.so")
+                != (loader.PYTHONFMU / "linux64" / "libpythonfmu-export.so").read_bytes()
+            )
 
 
 def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkeypatch, fmu):
@@ -120,8 +123,6 @@ def run_alone(tmp_path, *paths):
     done = subprocess.run([sys.executable, "-I", "-S", "-c", code], **options)  # freed memory is overwritten
     assert done.returncode == 0 and not done.stderr, done.stderr
     return json.loads(done.stdout)
-
-
 
 
 def test_runs_alone_and_two_builds_beside_each_other(fmu, tmp_path):

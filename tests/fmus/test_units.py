@@ -18,7 +18,9 @@ def test_base_units(text):
     registry = pint.UnitRegistry()
     first, *below = text.replace("Ohm", "ohm").split("/")
     factors = [part for part in first.split(".")]
-    spelled = "*".join(_power(part) for part in factors) + "".join("/(" + "*".join(map(_power, part.split("."))) + ")" for part in below)
+    spelled = "*".join(_power(part) for part in factors) + "".join(
+        "/(" + "*".join(map(_power, part.split("."))) + ")" for part in below
+    )
     base = registry.Quantity(1.0, spelled).to_base_units()
     unit = units.parse(text)
     assert base.magnitude == pytest.approx(unit.factor)
@@ -29,7 +31,7 @@ def test_base_units(text):
 
 def _power(part):
     name = part.rstrip("-0123456789")
-    return f"{name}**{part[len(name):]}" if name and name != part else part
+    return f"{name}**{part[len(name) :]}" if name and name != part else part
 
 
 def test_unknown_symbol_is_named():

@@ -25,7 +25,9 @@ def host(tmp_path_factory):
     if not sysconfig.get_config_var("Py_ENABLE_SHARED"):
         pytest.skip("this Python has no shared library, which a host other than Python needs")
     program = tmp_path_factory.mktemp("host") / "host"
-    subprocess.run([loader.compiler(), "-O1", "-Wall", "-Werror", "-o", program, HERE / "host.c", "-ldl", "-lpthread"], check=True)
+    subprocess.run(
+        [loader.compiler(), "-O1", "-Wall", "-Werror", "-o", program, HERE / "host.c", "-ldl", "-lpthread"], check=True
+    )
 
     def run(commands, **environment):
         lines = "".join("\t".join(map(str, command)) + "\n" for command in commands)

@@ -26,7 +26,14 @@ class Extracted:
 def born(fmu, i=0, letter="A", parameters=(), uri=None):
     """Commands from loading to the end of initialization."""
     sets = [("real", i, fmu.vr[name], value) for name, value in dict(parameters).items()]
-    return [("load", letter, fmu.library), ("new", i, letter, f"it{i}", uri or fmu.uri), ("setup", i), *sets, ("enter", i), ("exit", i)]
+    return [
+        ("load", letter, fmu.library),
+        ("new", i, letter, f"it{i}", uri or fmu.uri),
+        ("setup", i),
+        *sets,
+        ("enter", i),
+        ("exit", i),
+    ]
 
 
 def steps(fmu, inputs, first, last, i=0):
@@ -41,8 +48,12 @@ def steps(fmu, inputs, first, last, i=0):
 def numbers(commands, answers):
     """The values behind every get, each call having answered fmi2OK."""
     assert len(commands) == len(answers), answers[-3:]
-    assert all(answer.split()[0] == "0" for answer in answers), [pair for pair in zip(commands, answers) if pair[1].split()[0] != "0"][:3]
-    return [[float.fromhex(word) for word in answer.split()[1:]] for command, answer in zip(commands, answers) if command[0] == "get"]
+    assert all(answer.split()[0] == "0" for answer in answers), [
+        pair for pair in zip(commands, answers) if pair[1].split()[0] != "0"
+    ][:3]
+    return [
+        [float.fromhex(word) for word in answer.split()[1:]] for command, answer in zip(commands, answers) if command[0] == "get"
+    ]
 
 
 def by_fmpy(fmu, parameters, inputs, count):

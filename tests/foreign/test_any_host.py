@@ -64,7 +64,9 @@ def test_two_fmus_and_two_instances_at_once(host, extracted):
 
 def test_two_threads_at_once(host, extracted):
     motor, load = extracted("Motor"), extracted("Load")
-    answers, said = host([("load", "A", motor.library), ("load", "B", load.library), ("together", "A", motor.uri, "B", load.uri, 2000)])
+    answers, said = host(
+        [("load", "A", motor.library), ("load", "B", load.library), ("together", "A", motor.uri, "B", load.uri, 2000)]
+    )
     assert answers == ["0", "0", "0 0"] and said == []
 
 
@@ -112,7 +114,9 @@ def test_bad_parameters_fail_the_end_of_initialization(host, extracted):
     assert answers[-1] == "3" and "nothing limits the current" in said[0]
 
 
-@pytest.mark.parametrize("folder", ["with space", "accént ü", "hash#tag", "per%cent%20", "bra(ck)[et]s {x}", "plus+and&;,='quote", "日本"])
+@pytest.mark.parametrize(
+    "folder", ["with space", "accént ü", "hash#tag", "per%cent%20", "bra(ck)[et]s {x}", "plus+and&;,='quote", "日本"]
+)
 def test_paths_of_any_kind(host, extracted, folder):
     fmu = extracted("Motor", folder)
     raw = f"file://{fmu.folder}/resources"

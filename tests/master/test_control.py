@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from test_algorithms import error, two_masses
 
 from selflock import master
-from test_algorithms import error, two_masses
 
 
 @pytest.mark.parametrize("control", ["power", "doubling"])

@@ -26,7 +26,9 @@ def ring(native, algorithm, count=3, **run):
     return {
         "run": {"step": 0.01, "stop": 2.0, "algorithm": algorithm, **run},
         "components": {f"i{k}": {"fmu": native("relaxation"), "start": {"rate": 1.0 + k}} for k in range(count)},
-        "connections": {f"i{k}.u": {"from": f"i{(k + 1) % count}.x", "factor": 1.0 - 0.1 * k, "offset": 0.1} for k in range(count)},
+        "connections": {
+            f"i{k}.u": {"from": f"i{(k + 1) % count}.x", "factor": 1.0 - 0.1 * k, "offset": 0.1} for k in range(count)
+        },
     }
 
 
@@ -47,7 +49,9 @@ def test_rows_at_an_interval_and_more_rows_than_are_kept_at_once(monkeypatch, na
     same(slow, fast)
     assert len(fast.table) == 10001
     monkeypatch.setattr(simulation, "WORTH", 0)
-    written = master.run(master.from_dict(ring(native, algorithm, step=0.001, stop=30.0, interval=0.003)), out=tmp_path / "r.parquet")
+    written = master.run(
+        master.from_dict(ring(native, algorithm, step=0.001, stop=30.0, interval=0.003)), out=tmp_path / "r.parquet"
+    )
     table, _ = master.read(written.path)
     assert table.equals(slow.table)
 
@@ -59,7 +63,10 @@ def test_bonds_booleans_and_parts_in_between(monkeypatch, algorithm):
         "components": {
             "load": {"part": "small_parts:Mass", "start": {"mass": 0.2}},
             "motor": {"fmu": "selflock:Motor", "start": {"voltage": 6.0}},
-            "reducer": {"fmu": "selflock:Reducer", "start": {"friction_kinetic": 0.01, "friction_static": 0.01, "shaft_stiffness": 2000.0}},
+            "reducer": {
+                "fmu": "selflock:Reducer",
+                "start": {"friction_kinetic": 0.01, "friction_static": 0.01, "shaft_stiffness": 2000.0},
+            },
         },
         "connections": {
             "motor.speed": "reducer.input_speed",
@@ -86,7 +93,10 @@ def test_a_discarded_step_is_finished_and_the_run_goes_on(monkeypatch, native, a
 
 def test_a_failure_keeps_the_rows_before_it(monkeypatch, native, algorithm):
     description = ring(native, algorithm)
-    description["components"]["t"] = {"fmu": native("teller"), "start": {"ends_at": 0.5, "end": 4, "count_in": 1, "flag_in": True, "word_in": "a"}}
+    description["components"]["t"] = {
+        "fmu": native("teller"),
+        "start": {"ends_at": 0.5, "end": 4, "count_in": 1, "flag_in": True, "word_in": "a"},
+    }
     tables = []
     for worth in (math.inf, 0):
         monkeypatch.setattr(simulation, "WORTH", worth)

@@ -168,7 +168,12 @@ def test_not_a_number_from_an_fmu(system, native):
 
 
 def test_types_convert_from_one_native_fmu_to_another(system, native, refused):
-    parts = {"a": (native("teller"), {"count_in": 4}), "b": native("teller"), "x": native("relaxation"), "z": native("relaxation")}
+    parts = {
+        "a": (native("teller"), {"count_in": 4}),
+        "b": native("teller"),
+        "x": native("relaxation"),
+        "z": native("relaxation"),
+    }
     ends = {
         "b.count_in": {"from": "a.flag_out", "factor": 3.0, "offset": 1.0},
         "b.flag_in": "a.flag_out",

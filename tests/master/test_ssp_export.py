@@ -127,7 +127,9 @@ def test_it_runs_as_the_system_it_was_made_of(counter, native, tmp_path, algorit
 
 
 def test_step_control_comes_back(system, native, tmp_path):
-    made = system({"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6)
+    made = system(
+        {"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6
+    )
     assert master.run(export(made, tmp_path / "r.ssp")).table.equals(master.run(made).table)
 
 

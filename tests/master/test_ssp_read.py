@@ -48,7 +48,10 @@ SINK = fmu(u=("input", "rad"), v=("input", "K"), p=("parameter", "rad"))
 
 def archive(path, system, *, units=UNITS, extra=None, tail='<ssd:DefaultExperiment startTime="1" stopTime="4"/>'):
     with zipfile.ZipFile(path, "w") as out:
-        out.writestr("SystemStructure.ssd", f'<ssd:SystemStructureDescription {HEAD} version="1.0" name="hand">{system}{units}{tail}</ssd:SystemStructureDescription>')
+        out.writestr(
+            "SystemStructure.ssd",
+            f'<ssd:SystemStructureDescription {HEAD} version="1.0" name="hand">{system}{units}{tail}</ssd:SystemStructureDescription>',
+        )
         for name, text in (extra or {}).items():
             if name.endswith(".fmu"):
                 inner = path.parent / "inner.fmu"
@@ -119,7 +122,9 @@ def nested():
 
 
 def test_a_nested_system_becomes_one_connection_with_everything_multiplied_out(tmp_path):
-    flat = read_system(tmp_path, flat_pair(connection("In.out", "B.u", '<ssc:LinearTransformation factor="2"/>'), inner_a=nested()))
+    flat = read_system(
+        tmp_path, flat_pair(connection("In.out", "B.u", '<ssc:LinearTransformation factor="2"/>'), inner_a=nested())
+    )
     port, change = flat.connections["B", "u"]
     assert port == ("In/A", "y")
     for degrees in (0.0, 90.0, -30.0):
@@ -159,7 +164,9 @@ def test_prefix_and_mapping_rename_and_change(tmp_path):
         '<ssd:ParameterMapping><ssm:ParameterMapping version="1.0"><ssm:MappingEntry source="angle" target="B.p">'
         '<ssc:LinearTransformation factor="10"/></ssm:MappingEntry></ssm:ParameterMapping></ssd:ParameterMapping>'
     )
-    mapped = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), bindings=binding(real("angle", 3) + real("other", 1), mapping=mapping)))
+    mapped = read_system(
+        tmp_path, flat_pair(connection("A.y", "B.u"), bindings=binding(real("angle", 3) + real("other", 1), mapping=mapping))
+    )
     assert mapped.start == {("B", "p"): 30.0}
 
 
@@ -171,15 +178,26 @@ def mapped(entry, parameters):
 def test_a_mapping_converts_first_and_transforms_then_or_does_not_convert(tmp_path):
     change = '<ssc:LinearTransformation factor="2" offset="1"/>'
     for attribute, expected in (("", 2.0 * math.pi + 1.0), (' suppressUnitConversion="true"', 2.0 * 180.0 + 1.0)):
-        flat = read_system(tmp_path, mapped(f'<ssm:MappingEntry source="x" target="B.p"{attribute}>{change}</ssm:MappingEntry>', real("x", 180, "deg")))
+        flat = read_system(
+            tmp_path,
+            mapped(f'<ssm:MappingEntry source="x" target="B.p"{attribute}>{change}</ssm:MappingEntry>', real("x", 180, "deg")),
+        )
         assert flat.start["B", "p"] == pytest.approx(expected)
-    whole = read_system(tmp_path, mapped(f'<ssm:MappingEntry source="x" target="B.p">{change}</ssm:MappingEntry>', '<ssv:Parameter name="x"><ssv:Integer value="3"/></ssv:Parameter>'))
+    whole = read_system(
+        tmp_path,
+        mapped(
+            f'<ssm:MappingEntry source="x" target="B.p">{change}</ssm:MappingEntry>',
+            '<ssv:Parameter name="x"><ssv:Integer value="3"/></ssv:Parameter>',
+        ),
+    )
     assert whole.start["B", "p"] == 7.0
 
 
 def test_a_connector_says_the_unit_where_the_fmu_says_none(tmp_path):
     silent = SOURCE.replace(' unit="deg"', "", 1)
-    said = A.replace('<ssd:Connector name="y" kind="output"/>', '<ssd:Connector name="y" kind="output"><ssc:Real unit="deg"/></ssd:Connector>')
+    said = A.replace(
+        '<ssd:Connector name="y" kind="output"/>', '<ssd:Connector name="y" kind="output"><ssc:Real unit="deg"/></ssd:Connector>'
+    )
     extra = {"resources/source.fmu": silent, "resources/sink.fmu": SINK}
     for inner, factor in ((said, math.pi / 180), (A, 1.0)):
         flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), inner_a=inner), extra=extra)
@@ -188,7 +206,12 @@ def test_a_connector_says_the_unit_where_the_fmu_says_none(tmp_path):
 
 def test_values_from_a_file_of_their_own(tmp_path):
     ssv = f'<ssv:ParameterSet {HEAD} version="1.0" name="p"><ssv:Parameters>{real("p", 180, "deg")}</ssv:Parameters>{UNITS.replace("ssd:", "ssv:")}</ssv:ParameterSet>'
-    bound = component("B", "sink", [("u", "input")], '<ssd:ParameterBindings><ssd:ParameterBinding source="resources/b.ssv"/></ssd:ParameterBindings>')
+    bound = component(
+        "B",
+        "sink",
+        [("u", "input")],
+        '<ssd:ParameterBindings><ssd:ParameterBinding source="resources/b.ssv"/></ssd:ParameterBindings>',
+    )
     extra = {"resources/source.fmu": SOURCE, "resources/sink.fmu": SINK, "resources/b.ssv": ssv}
     flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), inner_b=bound), extra=extra)
     assert flat.start == {("B", "p"): pytest.approx(math.pi)}

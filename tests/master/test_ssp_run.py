@@ -7,8 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from selflock import master
-from selflock.fmus.build import built
 from selflock.cli import app
+from selflock.fmus.build import built
 
 HEAD = (
     'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
@@ -128,7 +128,9 @@ def as_toml():
 def test_a_nested_system_of_others_runs_as_the_same_system_in_our_words(hoist):
     ours, theirs = master.run(as_toml()).table, master.run(hoist).table
     assert list(theirs) == list(ours) and len(theirs) == 1001 and theirs["time"].iloc[0] == 0.5
-    assert ours["Drum.angle"].iloc[-1] > 0.5 and ours["Eye.reading"].iloc[-1] == pytest.approx(np.degrees(ours["Drum.angle"].iloc[-1]))
+    assert ours["Drum.angle"].iloc[-1] > 0.5 and ours["Eye.reading"].iloc[-1] == pytest.approx(
+        np.degrees(ours["Drum.angle"].iloc[-1])
+    )
     for name in ours:
         np.testing.assert_allclose(theirs[name], ours[name], rtol=1e-10, atol=1e-12, err_msg=name)
 
@@ -137,7 +139,9 @@ def test_from_the_command_line_with_other_values(hoist, tmp_path):
     """The names of nested components contain a slash."""
     runner = CliRunner()
     out = tmp_path / "r.csv"
-    done = runner.invoke(app, ["run", str(hoist), "--set", "Drive/M.resistance=0.8", "--set", "Drive/M.voltage=6", "--stop", "0.7", "-o", str(out)])
+    done = runner.invoke(
+        app, ["run", str(hoist), "--set", "Drive/M.resistance=0.8", "--set", "Drive/M.voltage=6", "--stop", "0.7", "-o", str(out)]
+    )
     assert done.exit_code == 0, (done.output, done.exception)
     table, units = master.read(out)
     expected = master.run(as_toml(), settings={"Drive/M.resistance": 0.8, "Drive/M.voltage": 6.0}, stop=0.7).table

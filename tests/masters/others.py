@@ -14,7 +14,11 @@ def outputs_of(ssp):
     with tempfile.TemporaryDirectory() as folder:
         flat = read(ssp, folder_path(folder))
         return {
-            name: [v.name for v in fmpy.read_model_description(str(fmu), validate=False).modelVariables if v.causality == "output" and v.type == "Real"]
+            name: [
+                v.name
+                for v in fmpy.read_model_description(str(fmu), validate=False).modelVariables
+                if v.causality == "output" and v.type == "Real"
+            ]
             for name, fmu in flat.fmus.items()
         }
 
@@ -26,7 +30,7 @@ def folder_path(folder):
 
 
 def libcosim(ssp, step, count):
-    """"component.variable" -> count + 1 values. libcosim steps in whole nanoseconds."""
+    """ "component.variable" -> count + 1 values. libcosim steps in whole nanoseconds."""
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimObserver import CosimObserver
@@ -57,7 +61,7 @@ def libcosim(ssp, step, count):
 
 
 def ecos(ssp, step, count):
-    """"component.variable" -> count + 1 values."""
+    """ "component.variable" -> count + 1 values."""
     from ecospy import EcosSimulation
 
     names = outputs_of(ssp)

@@ -91,9 +91,7 @@ def interrupted(tmp_path, workers, stop):
     finally:
         running.kill()
         said = running.communicate()[1]
-    finished = {
-        row["item"] for file in (out / "parts").glob("*.parquet") for row in pd.read_parquet(file).to_dict("records")
-    }
+    finished = {row["item"] for file in (out / "parts").glob("*.parquet") for row in pd.read_parquet(file).to_dict("records")}
     assert 3 <= len(finished) < 30
     rows = map_runs(jobs.note, list(range(30)), context=str(marks), folder=out, workers=0)
     assert [row["item"] for row in rows] == list(range(30))
@@ -248,11 +246,7 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
         cluster.wait()
         cluster.stdin.close()
         cluster.stdout.close()
-    done = {
-        row["item"]
-        for file in (tmp_path / "out" / "parts").iterdir()
-        for row in pd.read_parquet(file).to_dict("records")
-    }
+    done = {row["item"] for file in (tmp_path / "out" / "parts").iterdir() for row in pd.read_parquet(file).to_dict("records")}
     assert {0, 1, 2, 3, 4} <= done and len(done) < 20
     assert [row["item"] for row in command(scheduler)] == list(range(20))
     assert all((tmp_path / f"{item}.mark").read_text() == "x" for item in done)

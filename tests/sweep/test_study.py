@@ -43,9 +43,7 @@ def test_a_sobol_sequence_fills_dyadic_boxes_evenly():
 
 
 def test_samples_are_taken_at_each_point_of_a_grid():
-    made = study(
-        vary={"a": {"values": [1, 2, 3]}, "b": {"range": [0.0, 1.0]}}, sample={"method": "lhs", "count": 5, "seed": 0}
-    )
+    made = study(vary={"a": {"values": [1, 2, 3]}, "b": {"range": [0.0, 1.0]}}, sample={"method": "lhs", "count": 5, "seed": 0})
     assert len(made.parameters) == 15
 
 

@@ -86,9 +86,7 @@ def test_the_order_of_runs_changes_no_bit(tmp_path):
     for name, order in (("there", ohms), ("back", ohms[::-1])):
         study = STUDY.replace("grid = { from = 0.5, to = 2.0, count = 5 }", f"values = {order}")
         table = sweep(write(tmp_path / name, MOTOR, study), tmp_path / f"out_{name}", workers=0).table
-        tables.append(
-            table.sort_values(["ohm", "km"])[["ohm", "km", "current", "torque", "energy"]].reset_index(drop=True)
-        )
+        tables.append(table.sort_values(["ohm", "km"])[["ohm", "km", "current", "torque", "energy"]].reset_index(drop=True))
     assert tables[0].equals(tables[1])
 
 
@@ -176,9 +174,7 @@ def test_another_study_does_not_get_into_a_folder(tmp_path):
         sweep(file, tmp_path / "out", workers=0)
     with pytest.raises(SweepError, match="differs in runs, study"):
         sweep(write(tmp_path / "in", MOTOR, STUDY.replace("0.03", "0.04")), tmp_path / "out", workers=0)
-    sweep(
-        write(tmp_path / "in", MOTOR, STUDY + "\n[report]\nhold_times = [1]\n"), tmp_path / "out", workers=0
-    )  # its words may
+    sweep(write(tmp_path / "in", MOTOR, STUDY + "\n[report]\nhold_times = [1]\n"), tmp_path / "out", workers=0)  # its words may
 
 
 def test_the_report_draws_what_a_designer_looks_at(tmp_path):

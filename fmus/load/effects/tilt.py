@@ -11,7 +11,9 @@ EFFECT = Effect(
     component="load",
     name="tilt",
     summary="M_g = m g d cos(angle + tilt)",
-    parameters=(Parameter("tilt_error", "rad", 0.0, -0.8, 0.8, "angle by which the bench leans in the direction of positive angle"),),
+    parameters=(
+        Parameter("tilt_error", "rad", 0.0, -0.8, 0.8, "angle by which the bench leans in the direction of positive angle"),
+    ),
     source="rigid body on an axis; any textbook of mechanics",
     hooks={"tilt": tilt},
 )

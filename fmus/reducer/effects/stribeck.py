@@ -28,7 +28,14 @@ EFFECT = Effect(
     parameters=(
         Parameter("stribeck_speed", "rad/s", 0.0, 0.0, 1e3, "w_s, speed over which friction falls from mu_s to mu_k; 0: at once"),
         Parameter("stribeck_exponent", "", 1.0, 0.2, 4.0, "delta, shape of the fall"),
-        Parameter("stribeck_asymmetry", "", 0.0, -4.0, 4.0, "a of the factor 1 + a s on the fall in direction s: flanks that run in differently"),
+        Parameter(
+            "stribeck_asymmetry",
+            "",
+            0.0,
+            -4.0,
+            4.0,
+            "a of the factor 1 + a s on the fall in direction s: flanks that run in differently",
+        ),
     ),
     source="Stribeck 1902; Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994",
     hooks={"active": active, "kinetic": kinetic},

@@ -1,7 +1,7 @@
 """Hidden drives on a bench: what is hidden, the runs, the logs and the rig file that the product is given.
 
-    case = bench.hide(["motor.brush_drop"], seed=7)      what, how strongly and which drive: the seed decides
-    files = case.write(folder)                           rig.toml, train.csv, test.csv
+case = bench.hide(["motor.brush_drop"], seed=7)      what, how strongly and which drive: the seed decides
+files = case.write(folder)                           rig.toml, train.csv, test.csv
 """
 
 from __future__ import annotations
@@ -19,8 +19,15 @@ from .rig import SEEN, rig
 
 STEP = 0.002  # s between rows
 FINE = 40  # the plant's steps between two rows: 50 µs
-NOISE = {"current": 0.05, "motor_angle": 2e-3, "motor_speed": 0.2, "angle": 2e-4, "speed": 5e-3,
-         "ambient": 0.05, "motor_torque": 2e-3}
+NOISE = {
+    "current": 0.05,
+    "motor_angle": 2e-3,
+    "motor_speed": 0.2,
+    "angle": 2e-4,
+    "speed": 5e-3,
+    "ambient": 0.05,
+    "motor_torque": 2e-3,
+}
 QUANTUM = {"voltage": 1e-3, "current": 5e-3, "motor_angle": 1.5e-3, "angle": 1e-4}  # of the recorder
 
 
@@ -45,12 +52,12 @@ def motion(rng: np.random.Generator, duration: float) -> Motion:
         distance = abs(target - position)
         acceleration = np.exp(rng.uniform(np.log(4.0), np.log(60.0)))
         top = min(np.exp(rng.uniform(np.log(0.06), np.log(4.0))), np.sqrt(distance * acceleration))
-        distance = min(distance, top * rng.uniform(0.3, 0.9) + top ** 2 / acceleration)
+        distance = min(distance, top * rng.uniform(0.3, 0.9) + top**2 / acceleration)
         total = distance / top + top / acceleration
         t = np.arange(0.0, total, STEP)
         profile = np.sign(target - position) * np.clip(np.minimum(t, total - t) * acceleration, 0.0, top)
         m = min(len(profile), n - k)
-        speed[k:k + m] = profile[:m]
+        speed[k : k + m] = profile[:m]
         position += profile.sum() * STEP
         k += m + (int(rng.uniform(0.05, 0.5) / STEP) if rng.random() < 0.4 else 0)
     width = int(0.03 / STEP)
@@ -97,7 +104,9 @@ def _seen(drive: Drive, plan: Motion) -> np.ndarray:
     return rows
 
 
-def ratio(before: Drive, after: Drive, plans: list[Motion], sensed: bool = False, without: list[np.ndarray] | None = None) -> float:
+def ratio(
+    before: Drive, after: Drive, plans: list[Motion], sensed: bool = False, without: list[np.ndarray] | None = None
+) -> float:
     """Error without the true model over the error with it, in the channel where it shows best: 2 is halving.
 
     Looked at: the current (motor, gear and load), the command (controller and all before it) and the twist of the
@@ -113,11 +122,14 @@ def ratio(before: Drive, after: Drive, plans: list[Motion], sensed: bool = False
             return np.inf
         difference = dict(zip(CHANNELS, (with_it - unchanged).T))
         twist = difference["motor_angle"] / before.gear_ratio - difference["angle"]
-        seen = [difference["current"] / NOISE["current"], difference["voltage"] / voltage_noise,
-                (twist - np.median(twist)) / NOISE["angle"]]  # the encoders' zeros are not known
+        seen = [
+            difference["current"] / NOISE["current"],
+            difference["voltage"] / voltage_noise,
+            (twist - np.median(twist)) / NOISE["angle"],
+        ]  # the encoders' zeros are not known
         if sensed:
             seen.append(difference["motor_speed"] / NOISE["motor_speed"])
-        shown.append(max(np.sqrt(1.0 + np.mean(d ** 2)) for d in seen))
+        shown.append(max(np.sqrt(1.0 + np.mean(d**2)) for d in seen))
     return float(min(shown))
 
 
@@ -174,8 +186,9 @@ def _steady(drive: Drive, rng: np.random.Generator) -> pd.DataFrame:
     return pd.concat(parts)
 
 
-def hide(names: list[str], seed: int, duration: float = 12.0, target: float | None = None, faulty: bool = False,
-         kind: str = "forward") -> Case:
+def hide(
+    names: list[str], seed: int, duration: float = 12.0, target: float | None = None, faulty: bool = False, kind: str = "forward"
+) -> Case:
     """Hide causes by name (see causes.DRAWS; [] is none) so strongly that each raises the error `target` times.
 
     Without a target the seed decides: 3 to 10 times, so that mending it much more than halves the error.

@@ -7,8 +7,8 @@ both is given as `parameters` to be found again.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Callable
 
 import numpy as np
 
@@ -56,13 +56,15 @@ def _load_dependent(rng, d):
     more, less = rng.uniform(0.4, 0.8), rng.uniform(-0.4, 0.1)
     if rng.random() < 0.5:
         more, less = less, more
-    return Cause("reducer", "load_dependent", lambda s: dict(load_driving=more * s, load_backdriving=less * s),
-                 extent=(0.02, 2.0))
+    return Cause(
+        "reducer", "load_dependent", lambda s: dict(load_driving=more * s, load_backdriving=less * s), extent=(0.02, 2.0)
+    )
 
 
 def _preload(rng, d):
-    return Cause("reducer", "preload", lambda s: dict(preload=1.5 * s), extent=(0.1, 3.0),
-                 parameters=lambda s: dict(preload=1.5 * s))
+    return Cause(
+        "reducer", "preload", lambda s: dict(preload=1.5 * s), extent=(0.1, 3.0), parameters=lambda s: dict(preload=1.5 * s)
+    )
 
 
 def _ripple(rng, d):
@@ -72,13 +74,23 @@ def _ripple(rng, d):
 
 
 def _backlash(rng, d):
-    return Cause("reducer", "backlash", lambda s: dict(backlash=0.015 * s), extent=(0.02, 4.0),
-                 parameters=lambda s: dict(backlash=0.015 * s))
+    return Cause(
+        "reducer",
+        "backlash",
+        lambda s: dict(backlash=0.015 * s),
+        extent=(0.02, 4.0),
+        parameters=lambda s: dict(backlash=0.015 * s),
+    )
 
 
 def _compliance(rng, d):
-    return Cause("reducer", "compliance", lambda s: dict(compliance=1e-3 * s), extent=(0.05, 6.0),
-                 parameters=lambda s: dict(compliance=1e-3 * s))
+    return Cause(
+        "reducer",
+        "compliance",
+        lambda s: dict(compliance=1e-3 * s),
+        extent=(0.05, 6.0),
+        parameters=lambda s: dict(compliance=1e-3 * s),
+    )
 
 
 def _warm_up(rng, d):
@@ -88,8 +100,9 @@ def _warm_up(rng, d):
 
 def _wear(rng, d):
     sign = _sign(rng)
-    return Cause("reducer", "wear", lambda s: dict(wear=0.4 * sign * s, wear_distance=400.0),
-                 extent=(0.02, 1.2 if sign < 0 else 4.0))
+    return Cause(
+        "reducer", "wear", lambda s: dict(wear=0.4 * sign * s, wear_distance=400.0), extent=(0.02, 1.2 if sign < 0 else 4.0)
+    )
 
 
 def _winding_heating(rng, d):
@@ -102,8 +115,13 @@ def _torque_constant(rng, d):
 
 
 def _brush_drop(rng, d):
-    return Cause("motor", "brush_drop", lambda s: dict(brush_drop=0.6 * s), extent=(0.02, 3.0),
-                 parameters=lambda s: dict(brush_drop=0.6 * s))
+    return Cause(
+        "motor",
+        "brush_drop",
+        lambda s: dict(brush_drop=0.6 * s),
+        extent=(0.02, 3.0),
+        parameters=lambda s: dict(brush_drop=0.6 * s),
+    )
 
 
 def _cogging(rng, d):
@@ -116,26 +134,34 @@ def _supply_sag(rng, d):
 
 
 def _delay(rng, d):
-    return Cause("controller", "delay", lambda s: dict(delay=0.008 * s), extent=(0.1, 1.6),
-                 parameters=lambda s: dict(delay=0.008 * s))
+    return Cause(
+        "controller", "delay", lambda s: dict(delay=0.008 * s), extent=(0.1, 1.6), parameters=lambda s: dict(delay=0.008 * s)
+    )
 
 
 def _dead_zone(rng, d):
-    return Cause("controller", "dead_zone", lambda s: dict(dead_zone=0.6 * s), extent=(0.05, 3.0),
-                 parameters=lambda s: dict(dead_zone=0.6 * s))
+    return Cause(
+        "controller",
+        "dead_zone",
+        lambda s: dict(dead_zone=0.6 * s),
+        extent=(0.05, 3.0),
+        parameters=lambda s: dict(dead_zone=0.6 * s),
+    )
 
 
 def _saturation(rng, d):
     def change(s):
         limit = 14.0 / (1.0 + s)
         return dict(voltage_max=limit, voltage_min=-limit)
+
     return Cause("controller", "saturation", change, extent=(0.3, 1.6))
 
 
 def _sampling(rng, d):
     period = rng.choice((8, 12, 16, 20)) * 1e-3
-    return Cause("controller", "sampling", lambda s: dict(sampling=period), extent=(1.0, 1.0),
-                 parameters=lambda s: dict(sampling=period))
+    return Cause(
+        "controller", "sampling", lambda s: dict(sampling=period), extent=(1.0, 1.0), parameters=lambda s: dict(sampling=period)
+    )
 
 
 def _at(channel, value):
@@ -149,8 +175,15 @@ def _sensor(effect, typical, extent, both=True):
         channel = rng.choice(list(typical))
         sign = _sign(rng) if both else 1.0
         field_name = "step" if effect == "quantisation" else effect
-        return Cause("sensor", effect, lambda s: {field_name: _at(channel, sign * s * typical[channel])}, what=str(channel),
-                     extent=extent, parameters=lambda s: {effect: sign * s * typical[channel]})
+        return Cause(
+            "sensor",
+            effect,
+            lambda s: {field_name: _at(channel, sign * s * typical[channel])},
+            what=str(channel),
+            extent=extent,
+            parameters=lambda s: {effect: sign * s * typical[channel]},
+        )
+
     return draw
 
 
@@ -164,6 +197,7 @@ def _load(effect, fields, extent=(0.02, 3.0)):
     def draw(rng, d):
         sign = _sign(rng)
         return Cause("load", effect, lambda s: fields(d, sign * s), extent=extent)
+
     return draw
 
 
@@ -175,44 +209,94 @@ _tilt = _load("tilt", lambda d, s: dict(tilt=0.08 * s))
 
 def _parameter(rng, d):
     """A data sheet's value that is just not so; the names are those of the product's components."""
-    component, name = (("motor", "resistance"), ("motor", "voltage_constant"), ("reducer", "friction_kinetic"),
-                       ("reducer", "shaft_inertia"), ("controller", "angle_gain"), ("controller", "speed_gain"))[rng.integers(6)]
+    component, name = (
+        ("motor", "resistance"),
+        ("motor", "voltage_constant"),
+        ("reducer", "friction_kinetic"),
+        ("reducer", "shaft_inertia"),
+        ("controller", "angle_gain"),
+        ("controller", "speed_gain"),
+    )[rng.integers(6)]
     field_name = {"friction_kinetic": "friction"}.get(name, name)
     size = _sign(rng) * {"shaft_inertia": 0.5}.get(name, 0.2)
     value = getattr(d, field_name)
-    return Cause(component, "parameter", lambda s: {field_name: value * (1.0 + size * s)}, what=name, extent=(0.02, 3.0),
-                 parameters=lambda s: {name: value * (1.0 + size * s)})
+    return Cause(
+        component,
+        "parameter",
+        lambda s: {field_name: value * (1.0 + size * s)},
+        what=name,
+        extent=(0.02, 3.0),
+        parameters=lambda s: {name: value * (1.0 + size * s)},
+    )
 
 
 def _ambient(rng, d):
     sign = _sign(rng)
-    return Cause("-", "unknown", lambda s: dict(ambient_friction=0.8 * sign * s), what="ambient",
-                 depends_on=("room.temperature",), extent=(0.02, 1.2))
+    return Cause(
+        "-",
+        "unknown",
+        lambda s: dict(ambient_friction=0.8 * sign * s),
+        what="ambient",
+        depends_on=("room.temperature",),
+        extent=(0.02, 1.2),
+    )
 
 
 def _disturbance(rng, d):
     frequency = rng.uniform(1.0, 6.0)
-    return Cause("-", "unknown", lambda s: dict(disturbance=0.5 * s, disturbance_frequency=frequency), what="disturbance",
-                 depends_on=("time", "frequency"), extent=(0.02, 4.0))
+    return Cause(
+        "-",
+        "unknown",
+        lambda s: dict(disturbance=0.5 * s, disturbance_frequency=frequency),
+        what="disturbance",
+        depends_on=("time", "frequency"),
+        extent=(0.02, 4.0),
+    )
 
 
 def _end_stop(rng, d):
-    return Cause("-", "unknown", lambda s: dict(end_stop=0.6, end_stop_stiffness=3.0 * s), what="end_stop",
-                 depends_on=("angle", "position"), extent=(0.02, 4.0))
+    return Cause(
+        "-",
+        "unknown",
+        lambda s: dict(end_stop=0.6, end_stop_stiffness=3.0 * s),
+        what="end_stop",
+        depends_on=("angle", "position"),
+        extent=(0.02, 4.0),
+    )
 
 
 DRAWS: dict[str, Draw] = {
-    "reducer.stribeck": _stribeck, "reducer.viscous": _viscous, "reducer.asymmetric": _asymmetric,
-    "reducer.load_dependent": _load_dependent, "reducer.preload": _preload, "reducer.ripple": _ripple,
-    "reducer.backlash": _backlash, "reducer.compliance": _compliance, "reducer.warm_up": _warm_up, "reducer.wear": _wear,
-    "motor.winding_heating": _winding_heating, "motor.torque_constant": _torque_constant, "motor.brush_drop": _brush_drop,
-    "motor.cogging": _cogging, "motor.supply_sag": _supply_sag,
-    "controller.delay": _delay, "controller.dead_zone": _dead_zone, "controller.saturation": _saturation,
+    "reducer.stribeck": _stribeck,
+    "reducer.viscous": _viscous,
+    "reducer.asymmetric": _asymmetric,
+    "reducer.load_dependent": _load_dependent,
+    "reducer.preload": _preload,
+    "reducer.ripple": _ripple,
+    "reducer.backlash": _backlash,
+    "reducer.compliance": _compliance,
+    "reducer.warm_up": _warm_up,
+    "reducer.wear": _wear,
+    "motor.winding_heating": _winding_heating,
+    "motor.torque_constant": _torque_constant,
+    "motor.brush_drop": _brush_drop,
+    "motor.cogging": _cogging,
+    "motor.supply_sag": _supply_sag,
+    "controller.delay": _delay,
+    "controller.dead_zone": _dead_zone,
+    "controller.saturation": _saturation,
     "controller.sampling": _sampling,
-    "sensor.bias": _bias, "sensor.scale": _scale, "sensor.lag": _lag, "sensor.quantisation": _quantisation,
-    "load.mass": _mass, "load.centre_of_mass": _centre_of_mass, "load.inertia": _inertia, "load.tilt": _tilt,
+    "sensor.bias": _bias,
+    "sensor.scale": _scale,
+    "sensor.lag": _lag,
+    "sensor.quantisation": _quantisation,
+    "load.mass": _mass,
+    "load.centre_of_mass": _centre_of_mass,
+    "load.inertia": _inertia,
+    "load.tilt": _tilt,
     "parameter": _parameter,
-    "unknown.ambient": _ambient, "unknown.disturbance": _disturbance, "unknown.end_stop": _end_stop,
+    "unknown.ambient": _ambient,
+    "unknown.disturbance": _disturbance,
+    "unknown.end_stop": _end_stop,
 }
 VOCABULARY = tuple(name for name in DRAWS if not name.startswith(("unknown", "parameter")))
 OUTSIDE = tuple(name for name in DRAWS if name.startswith("unknown"))

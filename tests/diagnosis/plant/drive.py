@@ -12,8 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-CHANNELS = ("setpoint_angle", "setpoint_speed", "voltage", "current", "motor_angle", "motor_speed",
-            "angle", "speed", "ambient", "motor_torque")
+CHANNELS = (
+    "setpoint_angle",
+    "setpoint_speed",
+    "voltage",
+    "current",
+    "motor_angle",
+    "motor_speed",
+    "angle",
+    "speed",
+    "ambient",
+    "motor_torque",
+)
 SENSED = ("current", "motor_angle", "motor_speed", "angle", "speed")  # channels that can carry a sensor's error
 GRAVITY = 9.81
 
@@ -117,7 +127,7 @@ def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start):
     dt = h / fine
     tan, sin, cos = math.tan(d.wedge_angle), math.sin(d.wedge_angle), math.cos(d.wedge_angle)
     stiffness = 1.0 / (1.0 / d.shaft_stiffness + d.compliance)
-    inertia = d.load_inertia + d.mass * d.arm ** 2
+    inertia = d.load_inertia + d.mass * d.arm**2
     weight = d.mass * GRAVITY * d.arm
     hung = weight * math.sin(start + d.tilt) + d.constant_torque
     q, qd, omega, z, current = start, 0.0, 0.0, 0.0, 0.0
@@ -154,9 +164,9 @@ def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start):
             if i == 0:
                 out[k, 2] = voltage  # what acts, not what was computed
             # supply, brushes, winding (two thermal masses), armature
-            voltage *= 1.0 - d.supply_resistance * max(voltage * current, 0.0) / d.supply_voltage ** 2
+            voltage *= 1.0 - d.supply_resistance * max(voltage * current, 0.0) / d.supply_voltage**2
             voltage -= d.brush_drop * math.tanh(current / 0.03)
-            heat = d.resistance * current ** 2 * d.heating
+            heat = d.resistance * current**2 * d.heating
             winding += dt * (0.8 * heat - winding) / d.heating_time
             housing += dt * (0.2 * heat - housing) / (6.0 * d.heating_time)
             resistance = d.resistance * (1.0 + 0.0039 * (winding + housing))
@@ -177,7 +187,7 @@ def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start):
             z = bent
             grip = mu * min(max(z + 4e-4 * rate, -1.0), 1.0)
             normal = torque / (cos - grip * math.copysign(sin, torque))
-            press = abs(normal) if d.preload == 0.0 else (normal ** 6 + d.preload ** 6) ** (1.0 / 6.0)
+            press = abs(normal) if d.preload == 0.0 else (normal**6 + d.preload**6) ** (1.0 / 6.0)
             load = torque * tan + grip * press / cos
             load += d.viscous * omega * (1.0 + (omega / 40.0) ** 2) ** -0.05
             omega += dt / d.shaft_inertia * (drive - load)
@@ -187,10 +197,10 @@ def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start):
             outside = d.disturbance * math.sin(2.0 * math.pi * d.disturbance_frequency * time)
             over = abs(q) - d.end_stop
             if over > 0.0:
-                outside -= math.copysign(d.end_stop_stiffness * over ** 1.2, q)
+                outside -= math.copysign(d.end_stop_stiffness * over**1.2, q)
             qd += dt / inertia * (torque + outside - d.constant_torque - weight * math.sin(q + d.tilt))
             q += dt * qd
         if not abs(q) < 50.0:
-            out[k + 1:] = np.nan
+            out[k + 1 :] = np.nan
             return out
     return out

@@ -26,7 +26,7 @@ def spoil(table: pd.DataFrame, kind: str, rng: np.random.Generator, after: float
     if kind == "frozen":
         # where something moves: a sensor that stands still beside a resting drive shows nothing
         moving = np.abs(table["motor_speed"].to_numpy()) > 10.0
-        starts = [k for k in range(first, int((before + 0.08) * n)) if moving[k:k + 300].mean() > 0.9]
+        starts = [k for k in range(first, int((before + 0.08) * n)) if moving[k : k + 300].mean() > 0.9]
         first = starts[0] if starts else first
         last = first + 300
         table.loc[first:last, channel] = table.loc[first, channel]

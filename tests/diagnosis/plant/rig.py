@@ -7,27 +7,55 @@ import math
 from .drive import Drive
 
 COLUMNS = {
-    "setpoint_angle": ("controller.angle_setpoint", "rad"), "setpoint_speed": ("controller.speed_setpoint", "rad/s"),
-    "voltage": ("controller.voltage", "V"), "current": ("motor.current", "A"),
+    "setpoint_angle": ("controller.angle_setpoint", "rad"),
+    "setpoint_speed": ("controller.speed_setpoint", "rad/s"),
+    "voltage": ("controller.voltage", "V"),
+    "current": ("motor.current", "A"),
     "motor_torque": ("motor.torque", "N.m"),
-    "motor_angle": ("reducer.input_angle", "rad"), "motor_speed": ("reducer.input_speed", "rad/s"),
-    "angle": ("load.angle", "rad"), "speed": ("load.speed", "rad/s"), "ambient": ("room.temperature", ""),
+    "motor_angle": ("reducer.input_angle", "rad"),
+    "motor_speed": ("reducer.input_speed", "rad/s"),
+    "angle": ("load.angle", "rad"),
+    "speed": ("load.speed", "rad/s"),
+    "ambient": ("room.temperature", ""),
 }
 SEEN = {
-    "forward": ("setpoint_angle", "setpoint_speed", "voltage", "current",
-                "motor_angle", "motor_speed", "angle", "speed", "ambient"),
+    "forward": (
+        "setpoint_angle",
+        "setpoint_speed",
+        "voltage",
+        "current",
+        "motor_angle",
+        "motor_speed",
+        "angle",
+        "speed",
+        "ambient",
+    ),
     "inverse": ("motor_torque", "motor_angle", "motor_speed", "angle", "speed", "ambient"),
     "steady": ("motor_torque", "motor_speed"),
 }
 SHEETS = {  # the product's parameters for the plant's fields
-    "motor": {"resistance": "resistance", "inductance": "inductance", "voltage_constant": "voltage_constant",
-              "torque_constant": "torque_constant"},
-    "reducer": {"gear_ratio": "gear_ratio", "wedge_angle": "wedge_angle", "friction_kinetic": "friction",
-                "friction_static": "friction",
-                "shaft_inertia": "shaft_inertia", "shaft_stiffness": "shaft_stiffness", "shaft_damping": "shaft_damping"},
+    "motor": {
+        "resistance": "resistance",
+        "inductance": "inductance",
+        "voltage_constant": "voltage_constant",
+        "torque_constant": "torque_constant",
+    },
+    "reducer": {
+        "gear_ratio": "gear_ratio",
+        "wedge_angle": "wedge_angle",
+        "friction_kinetic": "friction",
+        "friction_static": "friction",
+        "shaft_inertia": "shaft_inertia",
+        "shaft_stiffness": "shaft_stiffness",
+        "shaft_damping": "shaft_damping",
+    },
     "load": {"mass": "mass", "arm": "arm", "inertia": "load_inertia", "constant_torque": "constant_torque"},
-    "controller": {"angle_gain": "angle_gain", "speed_gain": "speed_gain",
-                   "voltage_min": "voltage_min", "voltage_max": "voltage_max"},
+    "controller": {
+        "angle_gain": "angle_gain",
+        "speed_gain": "speed_gain",
+        "voltage_min": "voltage_min",
+        "voltage_max": "voltage_max",
+    },
 }
 
 

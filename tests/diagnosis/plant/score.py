@@ -65,18 +65,29 @@ def fault_found(result: dict, placed: dict, reach: int = 3) -> bool:
     """The fault that was put into the log is reported by kind and channel, in the right rows."""
     channel = placed["channel"] if placed["channel"] == "time" else signal(placed["channel"])
     return any(
-        fault["kind"] == placed["kind"] and fault["channel"] == channel
-        and abs(fault["first"] - placed["first"]) <= reach and abs(fault["last"] - placed["last"]) <= reach
+        fault["kind"] == placed["kind"]
+        and fault["channel"] == channel
+        and abs(fault["first"] - placed["first"]) <= reach
+        and abs(fault["last"] - placed["last"]) <= reach
         for fault in result["faults"]
     )
 
 
 PRODUCTS = {  # the product's name of what the plant hides, for what has the same meaning in both
-    "brush_drop": "motor.brush_voltage", "dead_zone": "controller.dead_zone", "delay": "controller.command_delay",
-    "sampling": "controller.sample_period", "backlash": "reducer.backlash", "compliance": "reducer.compliance",
+    "brush_drop": "motor.brush_voltage",
+    "dead_zone": "controller.dead_zone",
+    "delay": "controller.command_delay",
+    "sampling": "controller.sample_period",
+    "backlash": "reducer.backlash",
+    "compliance": "reducer.compliance",
     "preload": "reducer.preload",
 }
-OF_SENSORS = {"bias": ("bias", 0.0), "scale": ("scale_factor", 1.0), "lag": ("lag_time", 0.0), "quantisation": ("resolution", 0.0)}
+OF_SENSORS = {
+    "bias": ("bias", 0.0),
+    "scale": ("scale_factor", 1.0),
+    "lag": ("lag_time", 0.0),
+    "quantisation": ("resolution", 0.0),
+}
 
 
 @dataclass(frozen=True)

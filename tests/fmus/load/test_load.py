@@ -12,7 +12,7 @@ from selflock.fmus.load import load
 
 def run(p, torque, stop, h):
     s = load.start(p)
-    for n in range(round(stop / h)):
+    for _ in range(round(stop / h)):
         s, out = load.advance(p, s, torque, h)
     return s, out
 
@@ -27,7 +27,9 @@ def test_without_gravity_a_held_torque_gives_a_parabola(torque, inertia):
 
 @pytest.mark.parametrize("h", [1e-3, 1e-2, 0.1])
 def test_pendulum_against_a_fine_integration(h):
-    p = load.Parameters(mass=2.0, damping=0.3, constant_torque=0.4, tilt_error=0.1, arm_error=0.02, mass_error=0.1, inertia_error=0.05)
+    p = load.Parameters(
+        mass=2.0, damping=0.3, constant_torque=0.4, tilt_error=0.1, arm_error=0.02, mass_error=0.1, inertia_error=0.05
+    )
     inertia = 0.15 + 2.1 * 0.22**2
 
     def motion(t, y):

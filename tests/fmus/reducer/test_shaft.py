@@ -70,7 +70,7 @@ class Reference:
             if y[1] == 0.0:
                 excess, s = self.slips(t, y)
                 if excess <= 1e-13:
-                    stick = lambda t, y: self.slips(t, y)[0]  # noqa: E731
+                    stick = lambda t, y: self.slips(t, y)[0]
                     stick.terminal, stick.direction = True, 1.0
                     out = solve_ivp(lambda t, y: [0.0, 0.0], (t, dt), y, events=stick, max_step=dt / 50, rtol=1e-12, atol=1e-14)
                     t, y = out.t[-1], out.y[:, -1]
@@ -79,11 +79,11 @@ class Reference:
                     s = self.slips(t, y)[1]
             else:
                 s = math.copysign(1.0, y[1])
-            stop = lambda t, y, s=s: s * y[1] + (1e-30 if y[1] == 0.0 else 0.0)  # noqa: E731
+            stop = lambda t, y, s=s: s * y[1] + (1e-30 if y[1] == 0.0 else 0.0)
             stop.terminal, stop.direction = True, -1.0
-            kink = lambda t, y: self.load(t, y)  # noqa: E731  no jump of slope within a step of the integrator
+            kink = lambda t, y: self.load(t, y)
             kink.terminal = True
-            slide = lambda t, y, s=s: [y[1], (self.motor - self.force(self.load(t, y), s)) / p.shaft_inertia]  # noqa: E731
+            slide = lambda t, y, s=s: [y[1], (self.motor - self.force(self.load(t, y), s)) / p.shaft_inertia]
             out = solve_ivp(slide, (t, dt), y, "DOP853", events=[stop, kink], rtol=1e-11, atol=1e-13, max_step=dt / 40)
             t, y = out.t[-1], out.y[:, -1].copy()
             if len(out.t_events[0]):
@@ -143,7 +143,7 @@ def test_one_step_is_as_many(case):
 def test_converges_with_the_communication_step():
     """Inputs that vary are held over a step: first order, whatever stops and turns on the way."""
     p = P(friction_kinetic=0.01, shaft_damping=20.0)
-    inputs = lambda t: (0.1 * math.sin(30 * t), 0.01 * math.sin(20 * t), 0.2 * math.cos(20 * t))  # noqa: E731
+    inputs = lambda t: (0.1 * math.sin(30 * t), 0.01 * math.sin(20 * t), 0.2 * math.cos(20 * t))
     ends = [run(p, relaxed(p, 0.0, 0.2), inputs, 0.2 / count, count)[0].angle for count in (400, 800, 1600, 12800)]
     errors = [abs(end - ends[-1]) for end in ends[:-1]]
     assert errors[0] > 1.6 * errors[1] > 2.5 * errors[2] and errors[2] < 1e-3
@@ -206,7 +206,7 @@ def test_energy_balance(mu):
     """What the motor gives goes out, is stored in inertia and spring, or is lost: integrated over a run with stops."""
     p = P(friction_kinetic=mu, shaft_damping=5.0)
     state, dt, given, gone, lost = relaxed(p), 1e-5, 0.0, 0.0, 0.0
-    inputs = lambda t: (0.08 * math.sin(60 * t), 0.02 * math.sin(25 * t), 0.5 * math.cos(25 * t))  # noqa: E731
+    inputs = lambda t: (0.08 * math.sin(60 * t), 0.02 * math.sin(25 * t), 0.5 * math.cos(25 * t))
     before = None
     for i in range(20000):
         motor_torque, angle, speed = inputs(i * dt)
@@ -282,7 +282,7 @@ def test_jam_is_a_normal_computation(stiffness):
     """A self-locking gear overrun by its load (kappa |eta_2| > 1 with a rigid one): it locks within milliseconds."""
     p = P(friction_kinetic=0.06, shaft_stiffness=stiffness, shaft_damping=0.0)
     state = relaxed(p, 0.0, 0.0, 50.0, -0.5)
-    inputs = lambda t: (0.0, 3.0 * t, 3.0)  # noqa: E731  the output runs ahead of 50 / 50 rad/s
+    inputs = lambda t: (0.0, 3.0 * t, 3.0)
     coarse, _ = shaft.advance(p, state, *inputs(0.0), 0.1)
     fine, _ = run(p, state, inputs, 1e-5, 300)
     assert coarse.speed == fine.speed == 0.0 and coarse.angle == pytest.approx(fine.angle, rel=1e-9)
@@ -291,7 +291,7 @@ def test_jam_is_a_normal_computation(stiffness):
 @pytest.mark.parametrize("mu", [0.0, 0.01, 0.03])
 def test_results_do_not_depend_on_a_stiff_spring(mu):
     """The default 2e4 N.m/rad winds up by 0.014 degrees at 5 N.m; stiffer ones give the same torque and speed."""
-    wanted = lambda t: 3.0 - 2.0 * math.cos(20.0 * t)  # noqa: E731
+    wanted = lambda t: 3.0 - 2.0 * math.cos(20.0 * t)
     for stiffness in (2e4, 2e5, 2e6):
         p = P(friction_kinetic=mu, shaft_stiffness=stiffness, shaft_damping=2.0 * math.sqrt(stiffness / 2e4))
         state = relaxed(p, 0.0, 0.5, 25.0, 1.0)
@@ -366,7 +366,7 @@ def test_imposed_motion_through_standstill_is_bounded_by_the_cone():
 def test_dynamic_resembles_kinematic():
     """Driven by a motor torque, the sliding reducer needs what the same motion imposed on it needs."""
     p = P(friction_kinetic=0.01)
-    inputs = lambda t: (0.02 + 0.01 * math.sin(9 * t), 0.4 * t, 0.4)  # noqa: E731
+    inputs = lambda t: (0.02 + 0.01 * math.sin(9 * t), 0.4 * t, 0.4)
     state = relaxed(p, 0.0, 0.4, 20.0, 1.0)
     imposed = shaft.start(p, state.angle, 20.0, 0.0, 0.4)
     for i in range(500):

@@ -21,8 +21,8 @@ import pyarrow
 import pyarrow.csv
 
 from selflock import diagnosis
-from selflock.diagnosis.kernels import kernels
-from selflock.diagnosis.laws import parameters
+from selflock.diagnosis.residuals.kernels import kernels
+from selflock.diagnosis.residuals.laws import parameters
 
 STEP = 1e-3
 RIG = """

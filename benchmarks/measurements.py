@@ -20,12 +20,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from selflock.diagnosis import diagnose
-from selflock.diagnosis.bench import Bench
-from selflock.diagnosis.check import check
-from selflock.diagnosis.extend import with_fmus
-from selflock.diagnosis.log import read
-from selflock.diagnosis.rig import load
-from selflock.diagnosis.run import gather
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import read
+from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.output.extend import with_fmus
+from selflock.diagnosis.pipeline.run import gather
+from selflock.diagnosis.residuals.experiment import Experiment
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
@@ -69,15 +69,15 @@ def fitted(folder: Path) -> tuple[dict, dict]:
 
 def relative(name: str, before: dict, after: dict) -> dict:
     """Norm of the force's error over the norm of the force, in %: on the held-out blocks, and on all samples."""
-    from selflock.diagnosis.blocks import split
+    from selflock.diagnosis.pipeline.hold_out import split
 
     given = load(rig(name))
     runs, _, held = gather(given, *logs(name))
-    bench = Bench(given, runs)
+    bench = Experiment(given, runs)
     train, _ = split(bench, runs, held)
     found = {}
     for key, values in (("before", before), ("after", after)):
-        simulated, measured, good = bench.compare(bench.cuts[0], values)[0]
+        simulated, measured, good = bench.compare(bench.residuals[0], values)[0]
         unseen = good & ~train[bench.block_of[0]]
         for where, mask in (("", unseen), ("_all", good)):
             found[key + where] = 100.0 * float(np.linalg.norm((measured - simulated)[mask]) / np.linalg.norm(measured[mask]))
@@ -89,10 +89,10 @@ def angles(name: str, before: dict, after: dict) -> dict:
     given = load(rig(name))
     _, tests = logs(name)
     runs, _, _ = gather(given, tests, ())
-    bench = Bench(given, runs)
+    bench = Experiment(given, runs)
     found: dict = {"each": {run.log: [] for run in runs}}
     for key, values in (("before", before), ("after", after)):
-        errors = [float(np.mean(abs(m - s)[good])) for s, m, good in bench.compare(bench.cuts[0], values)]
+        errors = [float(np.mean(abs(m - s)[good])) for s, m, good in bench.compare(bench.residuals[0], values)]
         found[key] = float(np.mean(errors))
         for run, error in zip(runs, errors):
             found["each"][run.log].append(error)
@@ -103,13 +103,13 @@ def start_stop(folder: Path, picture: Path | None) -> dict:
     """The worm drive started and stopped at 10 rpm: its extended reducer FMU on that motion, fitted to steady points alone."""
     import matplotlib.pyplot as plt
 
-    from selflock.diagnosis.figures import AFTER, BEFORE, MEASURED, save
+    from selflock.diagnosis.output.figures import AFTER, BEFORE, MEASURED, save
 
     given = replace(load(rig("worm_drive")), kind="inverse", run="", hold_out="")
     runs = read(DATA / "worm_drive/start_stop.csv", given)
     faults = check(runs, given)
-    bench = Bench(given, runs)
-    gear = next(cut for cut in bench.cuts if cut.name == "gear")
+    bench = Experiment(given, runs)
+    gear = next(cut for cut in bench.residuals if cut.name == "gear")
     before, after = fitted(folder)
     old, measured, good = bench.compare(gear, before)[0]
     with with_fmus(bench, {"reducer": folder / "reducer.fmu"}, gear) as extended:
@@ -169,7 +169,7 @@ def one(name: str) -> dict:
                 found |= angles(name, *values)
             if name == "worm_drive":
                 found["start_stop"] = start_stop(folder, DOCS / "measurements" / "start_stop.png")
-        for picture in ("missing", "traces", "faults", "contest"):
+        for picture in ("missing", "traces", "faults", "search"):
             if (folder / f"{picture}.png").exists():
                 shutil.copy(folder / f"{picture}.png", DOCS / "measurements" / f"{name}_{picture}.png")
     return found

@@ -1,13 +1,15 @@
 """From measured data to the named cause, the extended model and its measured gain.
 
-from selflock import diagnosis
-result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
-print(result.summary())
+    from selflock import diagnosis
+    result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
+    print(result.summary())
+
+Rooms, each standing on those before it: data, residuals, search, judge, output, pipeline, systems; calls joins them.
 """
 
+from .calls import diagnose, replay
 from .errors import DataError
-from .replay import Comparison, Replay, replay
-from .result import Cause, Diagnosis
-from .run import diagnose
+from .judge.result import Cause, Diagnosis
+from .pipeline.replay import Comparison, Replay
 
 __all__ = ["Cause", "Comparison", "DataError", "Diagnosis", "Replay", "diagnose", "replay"]

@@ -51,7 +51,7 @@ def compiled_loops(path: Path) -> dict[str, object]:
     name = f"{PREFIX}{path.parent.name}_{path.stem}"
     if name not in sys.modules:
         laws = Path(_second().__file__).parent.name
-        _load(name, _copied({Path(path.name): path.read_bytes()}, laws) / path.name)
+        _load(name, _copied({Path(path.name): path.read_bytes()}, f"{laws} {name}") / path.name)
         for key, value in list(vars(sys.modules[name]).items()):
             if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
                 setattr(sys.modules[name], key, compiled(value.__name__))
@@ -73,7 +73,7 @@ def _second() -> ModuleType:
 def _copied(sources: dict[Path, bytes], beside: str = "") -> Path:
     """The folder of a copy of these sources, made if it is not there yet, safe beside others that make it.
 
-    It is named by their content, and by the name of the copy that they stand `beside`.
+    It is named by their content, and by what they stand `beside`: the copy of the laws, under which name they are loaded.
     """
     digest = hashlib.sha256(beside.encode())
     for path, content in sources.items():

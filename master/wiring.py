@@ -115,7 +115,7 @@ def make(name: str, component: Component, system: System) -> Part:
 RENAMED = {
     "master.vehicle": "selflock.vehicle",
     "master.study": "selflock.study",
-    "diagnosis.playback": "selflock.diagnosis.playback",
+    "diagnosis.playback": "selflock.diagnosis.output.playback",
 }
 """Modules of parts as system files of earlier versions have them, and what they are called now."""
 

@@ -126,7 +126,7 @@ def chance(
     """Measure what the search of diagnose finds in simulated logs without effect; go on where an interrupted one stopped."""
     from functools import partial
 
-    from selflock.diagnosis.chance import chance as measure_chance
+    from selflock.diagnosis.pipeline.chance import chance as measure_chance
     from selflock.sweep import map_runs
 
     spread = partial(

@@ -1,4 +1,4 @@
-"""The comparisons of a drive: residuals vanish for the law that made the log, and show in the cut that is wrong."""
+"""The comparisons of a drive: residuals vanish for the law that made the log, and show in the residual that is wrong."""
 
 from dataclasses import replace
 from inspect import signature
@@ -7,17 +7,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from selflock.diagnosis import drive, loops
-from selflock.diagnosis import rig as rigs
-from selflock.diagnosis.bench import Bench
-from selflock.diagnosis.check import check
-from selflock.diagnosis.gain import measure
-from selflock.diagnosis.ground import Ground
-from selflock.diagnosis.hypotheses import vocabulary
-from selflock.diagnosis.kernels import kernels
-from selflock.diagnosis.laws import parameters
-from selflock.diagnosis.layout import Layout
-from selflock.diagnosis.log import Run, read
+from selflock.diagnosis.data import rig as rigs
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import MeasuredRun, read
+from selflock.diagnosis.judge.gain import measure
+from selflock.diagnosis.residuals import drive, loops
+from selflock.diagnosis.residuals.blocks import Blocks
+from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.residuals.kernels import kernels
+from selflock.diagnosis.residuals.laws import parameters
+from selflock.diagnosis.search.hypotheses import vocabulary
+from selflock.diagnosis.search.problem import Problem
 
 RIG = """
 [rig]
@@ -49,17 +49,17 @@ def inverse(folder, friction=0.03, n=6000, noise=1e-5):
     rig = rigs.load(folder / "rig.toml")
     runs = read(folder / "log.csv", rig)
     check(runs, rig)
-    return Bench(rig, runs)
+    return Experiment(rig, runs)
 
 
-def error(bench, cut, values):
-    parts = [(measured - simulated)[good] for simulated, measured, good in bench.compare(cut, values)]
+def error(bench, residual, values):
+    parts = [(measured - simulated)[good] for simulated, measured, good in bench.compare(residual, values)]
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def test_the_closed_form_of_the_wedge_leaves_only_noise(tmp_path):
     bench = inverse(tmp_path)
-    (gear,) = bench.cuts
+    (gear,) = bench.residuals
     assert gear.components == ("reducer", "load")
     assert error(bench, gear, {}) < 3e-5
     assert error(bench, gear, {"reducer.friction_kinetic": 0.025}) > 5e-3
@@ -68,13 +68,13 @@ def test_the_closed_form_of_the_wedge_leaves_only_noise(tmp_path):
 def test_residuals_are_binned_by_block_and_absent_where_the_shaft_turns_round(tmp_path):
     bench = inverse(tmp_path)
     present = bench.present({})
-    assert bench.residual({}).shape == present.shape and present.shape[0] == bench.blocks
+    assert bench.misfit({}).shape == present.shape and present.shape[0] == bench.blocks
     assert 0.8 < present.mean() < 1.0
 
 
 def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path):
     bench = inverse(tmp_path)
-    (gear,) = bench.cuts
+    (gear,) = bench.residuals
     nominal = bench.compare(gear, {})[0][0]
     np.testing.assert_allclose(bench.compare(gear, {"sensor.motor.torque.bias": 0.1})[0][0], nominal + 0.1, atol=1e-12)
     np.testing.assert_allclose(bench.compare(gear, {"sensor.motor.torque.scale_factor": 2.0})[0][0], 2.0 * nominal, atol=1e-12)
@@ -90,7 +90,7 @@ def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path):
 
 def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path):
     bench = inverse(tmp_path, friction=0.04)
-    (gear,) = bench.cuts
+    (gear,) = bench.residuals
     held = np.arange(bench.blocks) % 3 == 2
     gain = measure(bench, gear, {}, {"reducer.friction_kinetic": 0.04}, held, ["block"], np.random.default_rng(0))
     assert gain.before > 50 * gain.after and gain.closed > 0.99 and gain.low <= gain.after <= gain.high
@@ -157,7 +157,7 @@ def test_kernels_agree_with_the_plain_laws(name):
 
 def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
     bench = inverse(tmp_path)
-    (gear,) = bench.cuts
+    (gear,) = bench.residuals
     whole, short = bench.compare(gear, {})[0], bench.head([2000]).compare(gear, {})[0]
     edge = 2000 - 2 * bench.reach(gear)  # smoothing ends there
     for a, b in zip(whole, short):
@@ -166,22 +166,25 @@ def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
 
 
 def test_a_comparison_names_all_that_it_uses(tmp_path):
-    """What a cut does not use may change without changing it: else a remembered residual would be another's."""
+    """What a residual does not use may change without changing it: else a remembered residual would be another's."""
     from .plant import bench as plant
 
     rig, log, _ = plant.hide([], seed=int(np.random.default_rng().integers(1000)), duration=4.0).write(tmp_path)
     rig = rigs.load(rig)
     runs = read(log, rig)
     check(runs, rig)
-    bench = Bench(rig, runs)
+    bench = Experiment(rig, runs)
     asked = 0
     for hypothesis in vocabulary(rig, bench.components, bench.measured, bench):
         for p in hypothesis.free:
             value = p.nominal + 0.3 * (p.high - p.nominal if p.high > p.nominal else p.low - p.nominal)
-            for cut in bench.cuts:
-                if not cut.uses(p.name):
+            for residual in bench.residuals:
+                if not residual.uses(p.name):
                     asked += 1
-                    assert np.array_equal(bench.binned(cut, {p.name: value})[0], bench.binned(cut, {})[0]), (cut.name, p.name)
+                    assert np.array_equal(bench.binned(residual, {p.name: value})[0], bench.binned(residual, {})[0]), (
+                        residual.name,
+                        p.name,
+                    )
     assert asked > 50
 
 
@@ -194,34 +197,34 @@ def drive_bench(tmp_path):
     rig = rigs.load(rig)
     runs = read(log, rig)
     check(runs, rig)
-    return Bench(rig, runs)
+    return Experiment(rig, runs)
 
 
 def test_no_comparison_trusts_a_sample_whose_inputs_are_faulty(drive_bench):
     (run,) = drive_bench.runs
-    for cut in drive_bench.cuts:
-        for channel in (*cut.reads, cut.output):
+    for residual in drive_bench.residuals:
+        for channel in (*residual.reads, residual.output):
             other = replace(run, good={**run.good, channel: np.arange(len(run)) % 100 >= 10})
-            bench = Bench(drive_bench.rig, [other])
-            ((_, _, good),) = bench.compare(next(c for c in bench.cuts if c.name == cut.name), {})
-            assert good.any() and not good[~other.good[channel]].any(), (cut.name, channel)
+            bench = Experiment(drive_bench.rig, [other])
+            ((_, _, good),) = bench.compare(next(c for c in bench.residuals if c.name == residual.name), {})
+            assert good.any() and not good[~other.good[channel]].any(), (residual.name, channel)
 
 
 def test_what_the_rig_says_of_one_log_acts_in_every_comparison(drive_bench):
     """Its parameters stand over the nominal ones there, and nowhere else."""
     (run,) = drive_bench.runs
-    drive_bench = Bench(replace(drive_bench.rig, smoothing=0.02), [run])
-    for cut, name, value in (
+    drive_bench = Experiment(replace(drive_bench.rig, smoothing=0.02), [run])
+    for residual, name, value in (
         ("controller", "controller.angle_gain", 7.0),
         ("motor", "motor.resistance", 3.0),
         ("gear", "load.mass", 9.0),
     ):
         for log in ("this.csv", "other.csv"):
-            bench = Bench(replace(drive_bench.rig, logs={"this*": {name: value}}), [replace(run, log=log)])
-            mine = next(c for c in bench.cuts if c.name == cut)
+            bench = Experiment(replace(drive_bench.rig, logs={"this*": {name: value}}), [replace(run, log=log)])
+            mine = next(c for c in bench.residuals if c.name == residual)
             simulated = bench.compare(mine, {})[0][0]
             wanted = drive_bench.compare(
-                next(c for c in drive_bench.cuts if c.name == cut), {name: value} if log == "this.csv" else {}
+                next(c for c in drive_bench.residuals if c.name == residual), {name: value} if log == "this.csv" else {}
             )[0][0]
             np.testing.assert_array_equal(simulated, wanted)
 
@@ -230,16 +233,16 @@ def test_a_controller_acts_on_what_its_encoder_says(drive_bench):
     """Right or wrong: that the encoder of the motor's shaft is thought wrong changes nothing of what the controller was told."""
     (run,) = drive_bench.runs
     signals = {name: x for name, x in run.signals.items() if not name.startswith("load.")}
-    bench = Bench(drive_bench.rig, [replace(run, signals=signals, good={name: run.good[name] for name in signals})])
-    cut = next(c for c in bench.cuts if c.name == "controller")
-    right, wrong = (bench.compare(cut, {"sensor.reducer.input_angle.scale_factor": factor})[0][0] for factor in (1.0, 1.05))
+    bench = Experiment(drive_bench.rig, [replace(run, signals=signals, good={name: run.good[name] for name in signals})])
+    residual = next(c for c in bench.residuals if c.name == "controller")
+    right, wrong = (bench.compare(residual, {"sensor.reducer.input_angle.scale_factor": factor})[0][0] for factor in (1.0, 1.05))
     np.testing.assert_array_equal(right, wrong)
 
 
 def test_every_sample_lies_in_a_block_of_its_own_run():
     for lengths in ((441, 200), (437,), (20, 700, 33), (980, 981, 21)):
-        runs = [Run("log", str(i), np.arange(n), np.arange(n) * 1e-3, {}) for i, n in enumerate(lengths)]
-        layout = Layout(runs, False)
+        runs = [MeasuredRun("log", str(i), np.arange(n), np.arange(n) * 1e-3, {}) for i, n in enumerate(lengths)]
+        layout = Blocks(runs, False)
         assert len(layout.block_run) == layout.blocks == 1 + max(int(p.max()) for p in layout.place) // layout.bins
         for i, place in enumerate(layout.place):
             assert (layout.block_run[place // layout.bins] == i).all()
@@ -263,22 +266,22 @@ def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path):
     for more, wanted in (("", 0.03 + 0.4), ('[uncertain]\n"reducer.friction_static" = [0.2, 0.7]\n', 0.4)):
         (tmp_path / "more.toml").write_text(path.read_text() + more)
         rig = rigs.load(tmp_path / "more.toml")
-        bench = Bench(rig, read(tmp_path / "log.csv", rig))
-        ground = Ground(bench, np.ones(bench.blocks, bool))
+        bench = Experiment(rig, read(tmp_path / "log.csv", rig))
+        ground = Problem(bench, np.ones(bench.blocks, bool))
         assert ground.absolute({"reducer.friction_static": 0.4})["reducer.friction_static"] == pytest.approx(wanted)
         free = [p for h in ground.hypotheses for p in h.free if p.name == "reducer.friction_static"]
         assert all(p.nominal == pytest.approx(0.02) for p in free) and bool(free) == (not more)
 
 
 def test_the_fmu_of_a_sampling_controller_samples_where_the_law_does(drive_bench, tmp_path):
-    from selflock.diagnosis.extend import starts, with_fmus
+    from selflock.diagnosis.output.extend import starts, with_fmus
     from selflock.fmus.build import build
 
-    cut = next(c for c in drive_bench.cuts if c.name == "controller")
+    residual = next(c for c in drive_bench.residuals if c.name == "controller")
     values = {"controller.sample_period": 5 * drive_bench.step}
     short = drive_bench.head([300])
     path = build("Controller", tmp_path / "c.fmu", **starts("controller", "controller", {**short.rig.parameters, **values}))
-    promised = short.compare(cut, values)[0][0]
-    with with_fmus(short, {"controller": path}, cut) as theirs:
-        np.testing.assert_allclose(theirs.compare(cut, values)[0][0], promised, rtol=1e-9, atol=1e-9)
+    promised = short.compare(residual, values)[0][0]
+    with with_fmus(short, {"controller": path}, residual) as theirs:
+        np.testing.assert_allclose(theirs.compare(residual, values)[0][0], promised, rtol=1e-9, atol=1e-9)
     assert np.ptp(np.flatnonzero(np.diff(promised))[1:] % 5) == 0  # it holds over five samples

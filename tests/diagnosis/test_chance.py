@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from selflock.diagnosis import DataError
-from selflock.diagnosis import rig as rigs
-from selflock.diagnosis.chance import Search, chance
-from selflock.diagnosis.log import read
+from selflock.diagnosis.data import rig as rigs
+from selflock.diagnosis.data.log import read
+from selflock.diagnosis.pipeline.chance import ChanceStudy, chance
 from selflock.sweep import SweepError, map_runs
 
 RIG = """
@@ -47,20 +47,18 @@ def write(folder, viscous=0.0):
 def test_a_draw_is_the_base_simulation_and_the_errors_in_another_order(tmp_path):
     rig, logs = write(tmp_path, viscous=1e-5)
     rig = rigs.load(rig)
-    search = Search(rig, read(logs[0], rig), [False], 0).open()
-    search.measured()
-    drawn = search.without_effect(np.random.default_rng(3))
-    contest, train = search.contest, search.contest.train
-    base = contest.fit(contest.base_free, contest.nominal).values
-    errors = drawn.residual(base).reshape(contest.shape)
-    match = [[np.allclose(abs(e), abs(block)) for block in search.left[train]] for e in errors[train]]
+    study = ChanceStudy(rig, read(logs[0], rig), [False], 0).open()
+    study.measured()
+    drawn = study.without_effect(np.random.default_rng(3))
+    search, train = study.search, study.search.train
+    base = search.fit(search.base_free, search.nominal).values
+    errors = drawn.misfit(base).reshape(search.shape)
+    match = [[np.allclose(abs(e), abs(block)) for block in study.left[train]] for e in errors[train]]
     assert np.array_equal(np.sum(match, 0), np.ones(train.sum())) and np.array_equal(np.sum(match, 1), np.ones(train.sum()))
-    assert not np.allclose(errors[train], search.left[train])
+    assert not np.allclose(errors[train], study.left[train])
     other = {**base, "reducer.viscous_damping": 2e-5}
-    assert not np.allclose(contest.residual(other), contest.residual(base))
-    np.testing.assert_allclose(
-        drawn.residual(other) - drawn.residual(base), contest.residual(other) - contest.residual(base), atol=1e-9
-    )
+    assert not np.allclose(search.misfit(other), search.misfit(base))
+    np.testing.assert_allclose(drawn.misfit(other) - drawn.misfit(base), search.misfit(other) - search.misfit(base), atol=1e-9)
 
 
 def test_what_is_hidden_beats_chance_and_noise_does_not(tmp_path):
@@ -86,5 +84,5 @@ def test_the_same_draws_wherever_they_are_made_and_more_of_them_later(tmp_path):
 def test_a_system_of_fmus_has_no_contest(tmp_path):
     (tmp_path / "rig.toml").write_text('[rig]\nsystem = "chain.toml"\nnamed = true\n')
     (tmp_path / "chain.toml").write_text('[components.motor]\nfmu = "selflock:Motor"\n')
-    with pytest.raises(DataError, match="no contest of hypotheses"):
+    with pytest.raises(DataError, match="no search of hypotheses"):
         chance(tmp_path / "rig.toml", [tmp_path / "log.csv"])

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from selflock.diagnosis.check import check
-from selflock.diagnosis.log import Run
-from selflock.diagnosis.rig import Column, Rig
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.data.rig import LogColumn, Rig
 
 N = 4000
 
 
 @pytest.fixture
 def rig(tmp_path):
-    columns = tuple(Column(name, name) for name in ("reducer.input_speed", "motor.torque", "reducer.input_angle"))
-    return Rig(tmp_path / "rig.toml", "bench", "inverse", columns, {}, time=Column("time", "time"))
+    columns = tuple(LogColumn(name, name) for name in ("reducer.input_speed", "motor.torque", "reducer.input_angle"))
+    return Rig(tmp_path / "rig.toml", "bench", "inverse", columns, {}, time=LogColumn("time", "time"))
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def run():
         "motor.torque": torque,
         "reducer.input_angle": np.cumsum(speed) * 1e-3 + 1e-4 * rng.standard_normal(N),
     }
-    return Run("log.csv", "", np.arange(N), time, signals)
+    return MeasuredRun("log.csv", "", np.arange(N), time, signals)
 
 
 def kinds(faults):
@@ -84,14 +84,14 @@ def test_a_steady_state_point_that_may_be_at_rest(rig, speed, rests):
     """Noise of 2 rad/s over 4000 samples leaves a mean uncertain by 0.03 rad/s."""
     rng = np.random.default_rng()
     steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time, run="run")
-    noisy = Run(
+    noisy = MeasuredRun(
         "log.csv",
         "7",
         np.arange(N),
         np.arange(N) * 1e-3,
         {"reducer.input_speed": speed + 2.0 * rng.standard_normal(N), "motor.torque": 0.1 + 0.01 * rng.standard_normal(N)},
     )
-    other = Run("log.csv", "8", np.arange(N), np.arange(N) * 1e-3, {"reducer.input_speed": 9.0 + rng.standard_normal(N)})
+    other = MeasuredRun("log.csv", "8", np.arange(N), np.arange(N) * 1e-3, {"reducer.input_speed": 9.0 + rng.standard_normal(N)})
     if rests:  # once in a few thousand seeds chance alone looks like motion
         noisy.signals["reducer.input_speed"] -= noisy.signals["reducer.input_speed"].mean()
     faults = check([noisy, other], steady)
@@ -101,7 +101,7 @@ def test_a_steady_state_point_that_may_be_at_rest(rig, speed, rests):
 
 def test_rows_that_are_points_already_may_turn_both_ways(rig):
     steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time)
-    points = Run("log.csv", "", np.arange(80), np.arange(80.0), {"reducer.input_speed": np.tile([-5.0, 5.0], 40)})
+    points = MeasuredRun("log.csv", "", np.arange(80), np.arange(80.0), {"reducer.input_speed": np.tile([-5.0, 5.0], 40)})
     assert check([points], steady) == []
 
 

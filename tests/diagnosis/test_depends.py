@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from selflock.diagnosis.depends import _functions, _in_turn, _shares
-from selflock.diagnosis.layout import Layout
-from selflock.diagnosis.log import Run
+from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.judge.depends import _functions, _in_turn, _shares
+from selflock.diagnosis.residuals.blocks import Blocks
 
 BLOCKS, BINS = 36, 100
 
@@ -17,7 +17,7 @@ def rng():
 
 def shares(x, r, beside=None, draws=0, rng=None):
     """Of r (blocks, bins) by a free function of x, alone or with a second one that goes with `beside`; first as it is, then drawn."""
-    layout = Layout([Run("log", "", np.arange(x.size), np.arange(x.size) * 1e-3, {})], steady=False)
+    layout = Blocks([MeasuredRun("log", "", np.arange(x.size), np.arange(x.size) * 1e-3, {})], steady=False)
     assert (layout.blocks, layout.bins) == (BLOCKS, BINS)
     ways = _functions(layout, [x.ravel()], np.ones(x.shape, bool))
     if beside is not None:

@@ -8,10 +8,10 @@ from typer.testing import CliRunner
 
 from selflock import diagnosis, master
 from selflock.cli import app
-from selflock.diagnosis import ground
-from selflock.diagnosis.kernels import kernels
-from selflock.diagnosis.laws import parameters
-from selflock.diagnosis.rig import load
+from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.residuals.kernels import kernels
+from selflock.diagnosis.residuals.laws import parameters
+from selflock.diagnosis.search import problem as ground
 
 from .test_bench import inverse
 
@@ -38,7 +38,7 @@ def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_pat
     assert abs(found - promised) < 0.01 * promised
     page = (out / "report.html").read_text()
     assert "<img" in page and "http://" not in page and "https://" not in page
-    assert {"traces.png", "where.png", "contest.png", "missing.png", "parameters.toml", "extended.toml", "reducer.fmu"} <= {
+    assert {"traces.png", "where.png", "search.png", "missing.png", "parameters.toml", "extended.toml", "reducer.fmu"} <= {
         p.name for p in out.iterdir()
     }
     table = master.run(out / "extended.toml", stop=0.2).table

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis import diagnose
-from selflock.diagnosis.bench import Bench
-from selflock.diagnosis.rig import load
-from selflock.diagnosis.run import gather
-from selflock.diagnosis.select import Contest
+from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.pipeline.run import gather
+from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.search.selection import ForwardSelection
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA, RIGS = ROOT.parent / "shared" / "data", ROOT / "examples" / "rigs"
@@ -60,23 +60,23 @@ def test_the_linear_drives_friction_differs_by_direction():
 def test_the_servos_friction_differs_between_lifting_and_lowering():
     """Duclusaud et al. 2025: load-dependent friction with a direction halves the closed loop's error, Stribeck changes next to nothing.
 
-    One round between three rivals alone: the whole contest takes minutes and is in docs/measurements.md.
+    One round between three rivals alone: the whole search takes minutes and is in docs/measurements.md.
     """
     rig = load(RIGS / "xl330.toml")
     paths = [path for gain in (100, 800) for path in sorted((DATA / "xl330").glob(f"kp{gain}_*.csv"))]
     runs, _, _ = gather(rig, paths, ())
-    bench = Bench(rig, runs, sampled=True)
-    contest = Contest(bench, np.ones(bench.blocks, bool), np.random.default_rng(1))
-    contest.hypotheses = [h for h in contest.hypotheses if h.label in RIVALS]
-    assert len(contest.hypotheses) == len(RIVALS)
-    contest.measure_noise()
-    base = contest.fit(contest.base_free, contest.nominal)
-    winner = contest.round(base, []).winner
+    bench = Experiment(rig, runs, sampled=True)
+    search = ForwardSelection(bench, np.ones(bench.blocks, bool), np.random.default_rng(1))
+    search.hypotheses = [h for h in search.hypotheses if h.label in RIVALS]
+    assert len(search.hypotheses) == len(RIVALS)
+    search.measure_noise()
+    base = search.fit(search.base_free, search.nominal)
+    winner = search.step(base, []).winner
     assert winner.hypothesis.label == "reducer load_dependent"
     unseen = gather(rig, sorted((DATA / "xl330").glob("kp200_*.csv")), ())[0]
-    judge = Bench(rig, unseen)
+    judge = Experiment(rig, unseen)
     before, after = (
-        np.mean([np.mean(abs(m - s)[good]) for s, m, good in judge.compare(judge.cuts[0], contest.absolute(fit.values))])
+        np.mean([np.mean(abs(m - s)[good]) for s, m, good in judge.compare(judge.residuals[0], search.absolute(fit.values))])
         for fit in (base, winner.fit)
     )
     assert before > 0.055  # rad

@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from selflock.diagnosis import rig as rigs
-from selflock.diagnosis.bench import Bench
-from selflock.diagnosis.check import check
-from selflock.diagnosis.log import read
-from selflock.diagnosis.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
-from selflock.diagnosis.prepare import smooth
+from selflock.diagnosis.data import rig as rigs
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import read
+from selflock.diagnosis.residuals.channels import smooth
+from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.residuals.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
 
 N = 20_000
 SIGMA = 0.03
@@ -94,8 +94,8 @@ def steady(folder, table, run=""):
     rig = rigs.load(folder / "rig.toml")
     runs = read(folder / "log.csv", rig)
     check(runs, rig)
-    bench = Bench(rig, runs)
-    return floor(bench, bench.cuts[0], {}, [], [])
+    bench = Experiment(rig, runs)
+    return floor(bench, bench.residuals[0], {}, [], [])
 
 
 def test_points_that_are_runs_have_the_standard_error_of_their_mean(tmp_path, rng):

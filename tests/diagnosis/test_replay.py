@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from selflock.diagnosis import extend, replay
+from selflock.diagnosis import replay
 from selflock.diagnosis.errors import DataError
+from selflock.diagnosis.output import extend
 
 ROOT = Path(__file__).parents[2]
 WORM = ROOT.parent / "shared" / "data" / "worm_drive" / "steady_state.csv"

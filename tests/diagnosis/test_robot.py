@@ -94,8 +94,8 @@ def test_nothing_is_missing_in_a_sound_robot(tmp_path):
 
 
 def test_in_a_table_of_a_run_the_command_stands_beside_what_it_was_computed_from(tmp_path):
-    from selflock.diagnosis.log import read
-    from selflock.diagnosis.rig import load
+    from selflock.diagnosis.data.log import read
+    from selflock.diagnosis.data.rig import load
 
     time = np.arange(100) * 0.001
     command = np.concatenate([[0.0], np.cos(time[:-1])])  # of the row before

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from selflock.diagnosis.fit import fit, held_out, rho, weight
-from selflock.diagnosis.hypotheses import Free, Hypothesis
-from selflock.diagnosis.linear import Linear
-from selflock.diagnosis.screen import Direction, directions
+from selflock.diagnosis.search.fit import fit, held_out, rho, weight
+from selflock.diagnosis.search.hypotheses import Free, Hypothesis
+from selflock.diagnosis.search.linear import Linear
+from selflock.diagnosis.search.screen import Direction, directions
 
 BLOCKS, SAMPLES = 20, 50
 
@@ -63,7 +63,7 @@ def test_held_out_residuals_are_those_of_fits_without_the_fold(rng):
     left_out = held_out(found, rows, folds)
     for fold in range(4):
         alone = fit(residual, {}, free, found.values, folds != fold, 1e6)
-        np.testing.assert_allclose(left_out[folds == fold], alone.residual[folds == fold], atol=1e-3)
+        np.testing.assert_allclose(left_out[folds == fold], alone.misfit[folds == fold], atol=1e-3)
 
 
 def _linear(rng):

@@ -22,7 +22,7 @@ def test_a_log_every_10_ms_is_too_coarse_for_the_winding_and_nothing_else_is_bla
     (cause,) = result.causes
     assert cause.label == "simulation step" and result.verdict == "explained" and not result.remainder["significant"]
     assert cause.parameters["step"]["value"] == pytest.approx(0.01) and cause.confidence > 0.99
-    assert result.step.cut == "motor" and not result.step.held  # commands between the rows were left out
+    assert result.step.residual == "motor" and not result.step.held  # commands between the rows were left out
     assert result.gain.after < 1.3 * bench.NOISE["current"] < 0.5 * result.gain.before
     assert result.blame[0]["component"] == "simulation" and not list((tmp_path / "out").glob("*.fmu"))
     assert "coarse" in result.report.read_text() and "Log more rows a second" in result.summary()

@@ -60,7 +60,7 @@ class Wanted:
     """A staircase with a sine, asked for at any time."""
 
     def __new__(cls, name="wanted"):
-        from selflock.diagnosis.parts import Signals
+        from selflock.diagnosis.systems.parts import Signals
 
         time = np.arange(0.0, 20.001, 0.01)
         column = np.sin(1.3 * time) + np.floor(time / 3.0) % 2
@@ -181,9 +181,9 @@ def test_a_cause_is_named_where_the_fmu_to_blame_is_ours(tmp_path):
 
 def test_an_fmu_of_ours_is_fitted_from_what_it_was_built_with(tmp_path):
     """Start values in the FMU, over them those of the system; what the rig leaves open or knows keeps its meaning."""
-    from selflock.diagnosis.ours import as_drive
-    from selflock.diagnosis.parts import Parts
-    from selflock.diagnosis.rig import load
+    from selflock.diagnosis.data.rig import load
+    from selflock.diagnosis.systems.ours import as_drive
+    from selflock.diagnosis.systems.parts import Parts
     from selflock.fmus.build import build
 
     build("Motor", tmp_path / "own.fmu", resistance=0.4, brush_voltage=0.3)

@@ -1,0 +1,71 @@
+"""The two calls of a user: a rig says whether it is a drive that is asked about, or a system of FMUs."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from .data.rig import Rig, load
+from .judge.result import Diagnosis
+from .pipeline.replay import Replay, replay_drive
+from .pipeline.run import diagnose_runs, gather
+from .residuals.laws import check_names
+from .systems.system import diagnose_system, replay_system
+
+
+def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out/replay") -> Replay:
+    """Simulate a measured log with nominal parameters and compare; figures, tables and replay.json go to `out`."""
+    rig = rig if isinstance(rig, Rig) else load(rig)
+    return (replay_drive if rig.system is None else replay_system)(rig, log, out)
+
+
+@threadpool_limits.wrap(limits=1)  # the search has threads of its own: BLAS's beside them only cost
+def diagnose(
+    rig: str | Path | Rig,
+    logs: Sequence[str | Path],
+    test: Sequence[str | Path] = (),
+    out: str | Path | None = "out/diagnosis",
+    progress: bool | Callable[[str, float], None] = False,
+    seed: int | None = None,
+) -> Diagnosis:
+    """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or held-out blocks.
+
+    out: folder for diagnosis.json, report.html, figures and the extended FMUs; None writes nothing.
+    progress: True draws a bar; a function is called with what is being done and how much of it is.
+    seed: of the draws that measure chance; drawn when not given, and kept in the result.
+    """
+    rig = rig if isinstance(rig, Rig) else load(rig)
+    out = Path(out) if out else None
+    seed = secrets.randbits(32) if seed is None else seed
+    with _teller(progress) as tell:
+        if rig.system is not None:
+            return diagnose_system(rig, logs, test, out, tell, seed)
+        check_names(rig)
+        tell("reading", 0.0)
+        return diagnose_runs(rig, *gather(rig, logs, test), out, tell, seed)
+
+
+class _teller:
+    """Progress: nothing, a function of the caller's, or a bar."""
+
+    def __init__(self, progress):
+        self.progress = progress
+
+    def __enter__(self):
+        if callable(self.progress):
+            return self.progress
+        if not self.progress:
+            return lambda *_: None
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self.bar = Progress(TextColumn("{task.description:32}"), BarColumn(), TimeElapsedColumn(), transient=True)
+        self.bar.start()
+        task = self.bar.add_task("", total=1.0)
+        return lambda what, share: self.bar.update(task, description=what, completed=share)
+
+    def __exit__(self, *_):
+        if hasattr(self, "bar"):
+            self.bar.stop()

@@ -1,0 +1,1 @@
+"""The rig, the logs, their signals and faults."""

@@ -1,0 +1,201 @@
+"""Faults in the data: found, named and masked, never dropped silently.
+
+Each check marks samples of one channel as not to be trusted and adds a row to the list of faults. The checks know
+nothing of the drive: they look for what no drive does. What a drive may do (rest, saturate, jump on command) passes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from .log import VALID, MeasuredRun
+from .rig import Rig, split
+from .signals import COMMANDS, GIVEN, SIGNALS
+
+CORRUPTED = 12.0
+"""A sample this many robust deviations from its neighbours is corrupted: chance gives one in 1e32 for a normal law."""
+
+SPIKE = 3
+"""Longest corrupted stretch in samples; what lasts longer may be real."""
+
+
+SURE = 4.0
+"""A steady-state point moves whose mean speed is this many times its uncertainty; one at rest has no direction."""
+
+PARTS = 8
+"""Parts of a run whose means tell that uncertainty."""
+
+_MAY_REST = {"reducer.input_angle", "load.angle", "motor.supply_voltage", "motor.temperature"}
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """A place in the data not to be trusted. first and last are rows of the log, 0 the first after the header."""
+
+    log: str
+    channel: str
+    first: int
+    last: int
+    kind: str  # non-finite | repeated | missing | irregular | frozen | clipped | corrupted | at rest
+    run: str = ""
+    detail: str = ""
+
+    def row(self) -> dict:
+        """As diagnosis.json has it."""
+        return asdict(self)
+
+
+def check(runs: list[MeasuredRun], rig: Rig) -> list[DataFault]:
+    """Find the faults of a log's runs and mask them in `run.good`."""
+    faults: list[DataFault] = []
+    for run in runs:
+        run.good = {name: np.isfinite(values) for name, values in run.signals.items()}
+        faults += _clock(run, rig)
+        for name in run.signals:
+            faults += _spans(run, name, ~run.good[name], "non-finite")
+            _, bare = split(name, rig.drives)
+            if bare in COMMANDS or name == VALID:
+                continue
+            moves = bare in SIGNALS and bare not in GIVEN  # what else may rest or repeat a value nobody knows
+            for kind, test in (("corrupted", _corrupted), ("clipped", _clipped), ("frozen", _frozen)):
+                if not (moves or kind == "corrupted"):
+                    continue
+                bad = test(run, name, bare) & run.good[name]
+                faults += _spans(run, name, bad, kind)
+                run.good[name] = run.good[name] & ~bad
+        if rig.kind == "steady" and rig.run:  # else rows are points already
+            faults += _at_rest(run, rig)
+        if VALID in run.signals:  # as the rig says, and no fault
+            for name in run.good:
+                run.good[name] &= run.signals[VALID] > 0.0
+    return faults
+
+
+def _spans(run: MeasuredRun, name: str, bad: np.ndarray, kind: str, detail: str = "") -> list[DataFault]:
+    """One fault for each stretch of bad samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(np.int8), [0]])))
+    return [
+        DataFault(run.log, name, int(run.rows[a]), int(run.rows[b - 1]), kind, run.name, detail)
+        for a, b in zip(edges[::2], edges[1::2])
+    ]
+
+
+def _clock(run: MeasuredRun, rig: Rig) -> list[DataFault]:
+    """Repeated times, gaps, and steps that vary by more than half."""
+    faults = [DataFault(run.log, "time", int(row), int(row), "repeated", run.name) for row in run.repeated]
+    if len(run) < 3 or rig.kind == "steady":
+        return faults
+    steps = np.diff(run.time)
+    usual = float(np.median(steps))
+    for place in np.flatnonzero(steps > 4 * usual):
+        detail = f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual"
+        rows = int(run.rows[place]), int(run.rows[place + 1])
+        faults.append(DataFault(run.log, "time", *rows, "missing", run.name, detail))
+    uneven = np.mean(abs(steps - usual) > 0.5 * usual)
+    if uneven > 0.05:
+        detail = f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"
+        faults += _spans(run, "time", np.ones(len(run), bool), "irregular", detail)
+    return faults
+
+
+def _at_rest(run: MeasuredRun, rig: Rig) -> list[DataFault]:
+    """A steady-state point whose mean speed may as well be zero: which way friction acts there is not known."""
+    faults = []
+    for name, x in run.signals.items():
+        good = run.good[name]
+        if not split(name, rig.drives)[1].endswith(("input_speed", "load.speed")) or good.sum() < 5 * PARTS:
+            continue
+        means = np.array([part.mean() for part in np.array_split(x[good], PARTS)])
+        if abs(means.mean()) < SURE * means.std(ddof=1) / np.sqrt(PARTS):
+            detail = f"a mean of {means.mean():.3g} that may be zero: the direction of friction is not known"
+            faults += _spans(run, name, np.ones(len(run), bool), "at rest", detail)
+            run.good[name] = np.zeros(len(x), bool)
+    return faults
+
+
+def _corrupted(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
+    """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %."""
+    x, n = run.signals[name], len(run)
+    bad = np.zeros(n, bool)
+    good = run.good[name]
+    if good.sum() < 20:
+        return bad
+    filled = np.interp(np.arange(n), np.flatnonzero(good), x[good])
+    away = abs(filled - median_filter(filled, size=2 * SPIKE + 1, mode="reflect"))
+    scale = max(1.4826 * float(np.median(away)), float(np.quantile(away, 0.98)) / 3.0, resolution(filled))
+    spread = float(np.subtract(*np.quantile(filled, [0.98, 0.02])))
+    suspect = (away > CORRUPTED * scale) & (away > 0.25 * spread)
+    ends = np.ones(n, bool)
+    ends[SPIKE:-SPIKE] = False  # there a step looks like a spike: it must be larger than the signal itself
+    suspect &= ~ends | (away > 1.5 * spread)
+    starts, lengths = _stretches(suspect)
+    short = suspect[starts] & (lengths <= SPIKE)
+    return np.repeat(short, lengths)
+
+
+def _stretches(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and lengths of stretches of one value."""
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(x) != 0]))
+    return starts, np.diff(np.concatenate([starts, [len(x)]]))
+
+
+def _clipped(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
+    """The same extreme value again and again in a finely resolved channel that otherwise hardly repeats a value."""
+    x = run.signals[name]
+    bad = np.zeros(len(x), bool)
+    finite = x[np.isfinite(x)]
+    levels = len(np.unique(finite))
+    if bare in _MAY_REST or levels < 100:
+        return bad
+    starts, lengths = _stretches(x)
+    for extreme in (finite.max(), finite.min()):
+        at = x == extreme
+        long = (lengths >= 3) & at[starts]
+        if extreme != 0.0 and long.sum() >= 2 and at.sum() > max(10, 10 * len(finite) / levels):
+            bad |= at
+    return bad
+
+
+def _frozen(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
+    """One value for much longer than this channel's own noise allows, while others say that the drive moved."""
+    x = run.signals[name]
+    bad = np.zeros(len(x), bool)
+    if len(x) < 100 or bare in {"motor.supply_voltage", "motor.temperature"}:
+        return bad
+    same = np.diff(x) == 0
+    usual = np.clip(np.median([np.mean(part) for part in np.array_split(same, 20)]), 1e-3, 0.95)
+    limit = max(20.0, np.log(1e-9 / len(x)) / np.log(usual))
+    starts, lengths = _stretches(x)
+    for start, length in zip(starts[lengths >= limit], lengths[lengths >= limit]):
+        if _others_move(run, name, bare, slice(start, start + length)):
+            bad[start + 1 : start + length] = True  # the first value was measured
+    return bad
+
+
+def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice) -> bool:
+    """Whether another channel shows that this one should have moved: a speed for an angle, anything for a torque."""
+    prefix = name[: len(name) - len(bare)]
+    if bare.endswith("angle"):
+        witnesses = [bare.replace("angle", "speed")]
+    elif bare.endswith("speed"):
+        witnesses = [bare.replace("speed", "angle")]
+    else:
+        witnesses = ["reducer.input_speed", "load.speed", "motor.voltage", "motor.current", "motor.torque"]
+    for witness in witnesses:
+        values = run.signals.get(prefix + witness)
+        if values is None or prefix + witness == name or not np.all(np.isfinite(values[stretch])):
+            continue
+        part, spread = values[stretch], np.ptp(np.quantile(values[np.isfinite(values)], [0.02, 0.98]))
+        moved = np.ptp(np.quantile(part, [0.05, 0.95])) if not bare.endswith("angle") else np.median(abs(part))
+        if spread > 0 and moved > 0.1 * spread:
+            return True
+    return False
+
+
+def resolution(values: np.ndarray) -> float:
+    """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
+    steps = np.diff(np.unique(values[np.isfinite(values)]))
+    return float(np.quantile(steps, 0.05)) if len(steps) else 0.0

@@ -1,0 +1,244 @@
+"""The rig: what the columns of a log are, and what is known of the drive that made it (docs/rig.md)."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from ..errors import DataError
+from .signals import ALIASES, SIGNALS, canonical, unit
+from .units import conversion
+
+KINDS = ("inverse", "forward", "steady")
+EVERY_SECOND = "every second run"
+
+_TABLES = ("rig", "time", "columns", "parameters", "uncertain", "logs")
+_RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
+        "named": bool, "hold_out": str, "simulate": str, "valid": str, "smoothing": float}  # fmt: skip
+_TIME = {"column": str, "unit": str, "factor": float}
+_COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
+_TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
+_CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed")}
+
+LIKE = 0.85
+"""Similarity from which on a name of no signal is taken for a misspelt one."""
+
+
+@dataclass(frozen=True)
+class LogColumn:
+    """One column of a log: signal = factor · (value in its unit, as SI) + offset."""
+
+    column: str
+    signal: str  # drive prefix + canonical name, such as "rear_motor.current"
+    unit: str = ""  # of the values in the log; "" takes the header's or SI
+    factor: float = 1.0
+    offset: float = 0.0
+    late: bool = False  # a row has the command of the step that ends there
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A measurement and its nominal simulation, as plain data."""
+
+    path: Path
+    name: str
+    kind: str  # inverse | forward | steady
+    columns: tuple[LogColumn, ...]
+    parameters: dict[str, float]  # nominal, "component.parameter"
+    uncertain: dict[str, tuple[float, float]] = field(default_factory=dict)  # refitted in every search
+    known: frozenset[str] = frozenset()  # never questioned
+    time: LogColumn | None = None
+    run: str = ""  # column that tells runs apart
+    linear: bool = False
+    drives: tuple[str, ...] = ("",)  # prefixes of the drives, such as "front_", "rear_"
+    named: bool = False  # columns named component.variable stand for themselves
+    hold_out: str = ""  # EVERY_SECOND | "" (blocks)
+    valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
+    simulate: str = ""  # forward rigs: the whole drive, "open" | "closed"; "": each component on its measured inputs
+    smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
+    logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
+    system: Path | None = None  # an FMU system to replay instead of a drive
+    only: str = ""  # the one component that is compared
+    units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
+
+    def of_log(self, name: str) -> dict[str, float]:
+        """Parameters that belong to this log alone."""
+        found: dict[str, float] = {}
+        for pattern, values in self.logs.items():
+            if fnmatch(name, pattern):
+                found |= values
+        return found
+
+    def questioned(self, parameter: str) -> bool:
+        """Whether a diagnosis may doubt this nominal value."""
+        return parameter not in self.known and parameter.split(".")[0] + ".*" not in self.known
+
+
+def load(path: str | Path) -> Rig:
+    """Read a rig file; DataError tells what is wrong in it."""
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise DataError(
+            f"{path}: cannot be read ({error.strerror}). Give the path of a rig file (.toml); docs/rig.md shows one."
+        ) from None
+    except UnicodeDecodeError:
+        raise DataError(f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG.") from None
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise DataError(f"{path}: is not TOML: {error}. docs/rig.md shows a rig file.") from None
+    return _rig(path, data)
+
+
+def _rig(path: Path, data: dict) -> Rig:
+    _only(path, "table", data, _TABLES)
+    for table in data:
+        if not isinstance(data[table], dict):
+            raise DataError(f"{path}: {table!r} is a table: write [{table}], and its keys below.")
+    head = _typed(path, "[rig]", data.get("rig", {}), _RIG)
+    clock = _typed(path, "[time]", data.get("time", {}), _TIME)
+    system = head.get("system")
+    kind = head.get("kind", "forward" if system else None)
+    if kind not in KINDS:
+        raise DataError(
+            f'{path}: [rig] kind = {kind!r}: write "inverse" (motion imposed, torque measured), '
+            '"forward" (voltage or duty in, motion or current out) or "steady" (steady-state points).'
+        )
+    for key, allowed in _CHOICES.items():
+        if head.get(key, "") not in allowed:
+            raise DataError(
+                f"{path}: [rig] {key} = {head[key]!r}: write {' or '.join(repr(a) for a in allowed if a)}, or leave it out."
+            )
+    linear, drives = head.get("linear", False), tuple(head.get("drives", [""]))
+    columns = tuple(_column(path, name, entry, drives, linear, bool(system)) for name, entry in data.get("columns", {}).items())
+    taken: dict[str, str] = {}
+    for column in columns:
+        if column.signal in taken:
+            raise DataError(
+                f"{path}: columns {taken[column.signal]!r} and {column.column!r} are both {column.signal}. Keep one of them."
+            )
+        taken[column.signal] = column.column
+    named = head.get("named", False)
+    if not columns and not named:
+        raise DataError(
+            f"{path}: [columns] is empty. Say which column is which variable, such as "
+            '"reducer.input_speed" = { column = "speed", unit = "rpm" }.'
+        )
+    for pattern, table in data.get("logs", {}).items():
+        if not isinstance(table, dict):
+            raise DataError(f'{path}: [logs] {pattern!r} = {table!r}: write [logs."{pattern}"], and parameters below.')
+    return Rig(
+        path=path, name=head.get("name", path.stem), kind=kind, columns=columns,
+        time=LogColumn(clock.get("column", "time"), "time", clock.get("unit", ""), clock.get("factor", 1.0)),
+        parameters=_numbers(path, "parameters", data.get("parameters", {})),
+        uncertain=_ranges(path, data.get("uncertain", {})),
+        logs={pattern: _numbers(path, f'logs."{pattern}"', table) for pattern, table in data.get("logs", {}).items()},
+        known=frozenset(head.get("known", [])), run=head.get("run", ""), linear=linear, drives=drives, named=named,
+        hold_out=head.get("hold_out", ""), simulate=head.get("simulate", ""), valid=head.get("valid", ""),
+        smoothing=head.get("smoothing", 0.0),
+        system=(path.parent / system) if system else None,
+    )  # fmt: skip
+
+
+def _typed(path: Path, where: str, given: dict, types: dict[str, type]) -> dict[str, Any]:
+    """The keys of a table, each known and of its type; numbers as finite floats."""
+    _only(path, f"key of {where}", given, types)
+    found = {}
+    for key, value in given.items():
+        kind = types[key]
+        if kind is float:
+            found[key] = _number(path, f"{where} {key}", value)
+        elif type(value) is kind and (kind is not list or all(isinstance(item, str) for item in value)):
+            found[key] = value
+        else:
+            raise DataError(f"{path}: {where} {key} = {value!r} is not {_TYPES[kind]}.")
+    return found
+
+
+def _number(path: Path, where: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+        raise DataError(f"{path}: {where} = {value!r} is not a number.")
+    return float(value)
+
+
+def _only(path: Path, what: str, given: dict, allowed) -> None:
+    for key in given:
+        if key not in allowed:
+            raise DataError(f"{path}: unknown {what} {key!r}.{suggest(key, allowed)}")
+
+
+def suggest(name: str, among) -> str:
+    """' Did you mean …?' or the names that exist."""
+    close = difflib.get_close_matches(name, list(among), n=1)
+    return f" Did you mean {close[0]!r}?" if close else f" There are: {', '.join(sorted(among))}."
+
+
+def split(name: str, drives: tuple[str, ...]) -> tuple[str, str]:
+    """'rear_motor.current' as ('rear_', 'motor.current')."""
+    for prefix in sorted(drives, key=len, reverse=True):
+        if name.startswith(prefix):
+            return prefix, name[len(prefix) :]
+    return "", name
+
+
+def _column(path: Path, name: str, entry: Any, drives: tuple[str, ...], linear: bool, plain: bool) -> LogColumn:
+    if isinstance(entry, str):
+        entry = {"column": entry}
+    if not isinstance(entry, dict) or "column" not in entry:
+        quotes = " A name with a dot stands in quotes." if "." not in name else ""
+        raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.{quotes}')
+    entry = _typed(path, f'[columns] "{name}"', entry, _COLUMN)
+    given, signal = entry.get("unit", ""), name
+    if not plain:  # else a variable of an FMU system, whatever its name
+        prefix, bare = split(name, drives)
+        signal = prefix + _signal(path, name, bare)
+        try:
+            conversion(given, unit(canonical(bare), linear))
+        except ValueError as error:
+            raise DataError(f"{path}: [columns] {name!r}: {error}.") from None
+    return LogColumn(entry["column"], signal, given, entry.get("factor", 1.0), entry.get("offset", 0.0))
+
+
+def _signal(path: Path, name: str, bare: str) -> str:
+    """The one name of a signal; any other name is a variable beside the drive, unless it looks like a slip of the pen."""
+    signal = canonical(bare)
+    if signal in SIGNALS:
+        return signal
+    if bare.split(".")[0] in {"controller", "motor", "reducer", "load"}:
+        raise DataError(f"{path}: [columns] {name!r} is not a variable that a log can hold.{suggest(bare, SIGNALS)}")
+    if difflib.get_close_matches(bare.lower(), [*SIGNALS, *ALIASES], n=1, cutoff=LIKE):
+        raise DataError(
+            f"{path}: [columns] {name!r} is no variable of the drive.{suggest(bare.lower(), [*SIGNALS, *ALIASES])} "
+            "If it is another quantity, give it another name."
+        )
+    return signal
+
+
+def _numbers(path: Path, table: str, given: dict) -> dict[str, float]:
+    for name, value in given.items():
+        if isinstance(value, dict):
+            raise DataError(f'{path}: [{table}] {name}: write it as "component.parameter" = number, with the name in quotes.')
+    return {  # true and false are 1 and 0 to a law
+        name: float(value) if isinstance(value, bool) else _number(path, f'[{table}] "{name}"', value)
+        for name, value in given.items()
+    }
+
+
+def _ranges(path: Path, given: dict) -> dict[str, tuple[float, float]]:
+    ranges = {}
+    for name, value in given.items():
+        where = f'[uncertain] "{name}"'
+        if not (isinstance(value, list) and len(value) == 2):
+            raise DataError(f"{path}: {where} = {value!r}: write the lowest and the highest value, as [low, high].")
+        low, high = (_number(path, where, end) for end in value)
+        if low >= high:
+            raise DataError(f"{path}: {where} = {value!r}: the lowest value comes first, and the highest is above it.")
+        ranges[name] = (low, high)
+    return ranges

@@ -1,0 +1,1 @@
+"""What a selection is worth on data that it did not see: dependences, gain, verdict, the time step."""

@@ -1,0 +1,241 @@
+"""On what a remainder depends: speed, direction, load, position in the turn, current, temperature, time, set-points.
+
+For each variable a free function of it, straight between knots that lie evenly, or closer at the ends of its range
+where stops and limits are, is learnt on some blocks and tried on the others; the share of the misfit's variance that this
+predicts is compared with what chance predicts: blocks of the misfit permuted and their signs flipped, the best over
+all variables in each draw. Friction changes its sign with the direction and grows with the load, so the same is asked
+with a second function beside the first that goes with the direction, or with direction and load: a variable counts
+there by what it predicts beyond their mere proportion. Last, a line in the spectrum over time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data.rig import split
+from ..data.signals import SIGNALS
+from ..residuals.channels import derivative
+from ..residuals.drive import both as _both
+from ..residuals.drive import delivered as _delivered
+from ..residuals.experiment import Experiment
+from ..residuals.noise import of_bins
+from ..residuals.residual import MOVES, Residual
+
+_TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
+KNOTS = tuple(np.linspace(0.0, 1.0, 11)), (*_TAIL, 0.5, *(1.0 - q for q in reversed(_TAIL)))
+"""Quantiles of a variable between which a free function of it is straight, in two ways; what predicts more counts.
+
+Few knots are learnt from few blocks; many at the ends see what is touched seldom.
+"""
+
+DRAWS = 99
+SIGNIFICANT = 0.02
+RIDGE = 1e-3
+"""Share of a free function's own weight that holds it back where little is known of it."""
+
+LINES = 400
+"""Lines of a spectrum are looked for up to so many periods in the longest run."""
+
+QUIET = 1.15
+"""A remainder no more than this many times the noise is none."""
+
+RELEVANT = 0.06
+"""Share of the variance that a variable must explain to be named."""
+
+
+@dataclass(frozen=True)
+class Dependence:
+    variable: str
+    residual: str
+    share: float  # of the misfit's variance on blocks that were not learnt from
+    chance: float
+
+
+def variables(experiment: Experiment, residual: Residual, values: dict) -> dict[str, list[np.ndarray]]:
+    """Variables of a residual's drive, one array for each run."""
+    if experiment.rig.system is not None:
+        return experiment.variables(residual)
+    found: dict[str, list[np.ndarray]] = {}
+    compared = (
+        experiment.compare(residual, values) if residual.reading == "current" else []
+    )  # the one of these that residuals compare
+    for i, run in enumerate(experiment.runs):
+        ch = experiment.channels[i, residual.prefix]
+        here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
+        if any(ch.has(m) for m in MOVES):
+            first, second = _both(experiment, residual.prefix, values, ch)
+            here |= {"speed": first.speed, "direction": np.sign(first.speed)}
+            here["load"] = _delivered(experiment, residual.prefix, values, ch, second)
+            if not experiment.steady:
+                here |= {"acceleration": first.acceleration, "position": first.angle, "output position": second.angle}
+        for name, label in (
+            ("motor.current", "current"),
+            ("motor.temperature", "temperature"),
+            ("motor.supply_voltage", "supply voltage"),
+        ):
+            if label == residual.reading:  # as simulated: what is measured goes with its own noise
+                here[label] = compared[i][0]
+            elif ch.has(name):
+                here[label] = ch.raw(name)
+        if ch.has("controller.angle_setpoint") and not experiment.steady:
+            here["set-point change"] = derivative(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
+        for name in run.signals:
+            prefix, bare = split(name, experiment.rig.drives)
+            if bare not in SIGNALS:
+                here[name] = run.signals[name]
+        if experiment.steady:
+            here.pop("time")
+        for label, x in here.items():
+            found.setdefault(label, []).append(x)
+    known = {label: parts for label, parts in found.items() if len(parts) == len(experiment.runs)}
+    return known | {label: _in_turn(known[label]) for label in ("position", "output position") if label in known}
+
+
+def _in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:
+    """Angles within a turn, where they go beyond one; else as they are, so that the ends of a travel remain its ends."""
+    travel = max(np.nanmax(a) for a in angles) - min(np.nanmin(a) for a in angles)
+    return angles if travel < 2 * np.pi else [np.mod(a, 2 * np.pi) for a in angles]
+
+
+def depends(
+    experiment: Experiment, misfit: np.ndarray, present: np.ndarray, values: dict, rng: np.random.Generator
+) -> list[Dependence]:
+    """What the misfit (blocks, bins of all residuals) depends on beyond chance and enough to matter, strongest first."""
+    found: list[Dependence] = []
+    blocks = experiment.blocks
+    if blocks < 6:
+        return []
+    folds = np.arange(blocks) % 5
+    orders = np.stack([np.arange(blocks), *(rng.permutation(blocks) for _ in range(DRAWS))])
+    signs = np.concatenate([np.ones((1, blocks)), rng.choice([-1.0, 1.0], (DRAWS, blocks))])
+    lines = {} if experiment.steady else _lines(experiment, misfit, present, folds, signs)
+    for residual in experiment.residuals:
+        part = experiment.slice(residual)
+        r, here = misfit[:, part] * present[:, part], present[:, part]
+        if here.sum() < 12 or _quiet(experiment, residual, r, here):
+            continue
+        r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
+        shares: dict[str, np.ndarray] = {}
+        known = variables(experiment, residual, values)
+        free = [(label, found) for label, parts in known.items() for found in _functions(experiment, parts, here)]
+        for along in _regressors(experiment, known, here):
+            mere = 0.0 if along is None else _shares(r, along, folds, orders, signs)
+            for label, functions in free:
+                both = functions if along is None else np.concatenate([functions, functions * along], -1)
+                shares[label] = np.maximum(_shares(r, both, folds, orders, signs) - mere, shares.get(label, -np.inf))
+        if residual.name in lines:
+            period, share = lines[residual.name]
+            shares[f"time, period {period:.3g} s"] = share
+        if not shares:
+            continue
+        best_by_chance = np.max([s[1:] for s in shares.values()], axis=0)
+        for label, s in shares.items():
+            chance = (1 + int((best_by_chance >= s[0]).sum())) / (1 + DRAWS)
+            if chance <= SIGNIFICANT and s[0] >= RELEVANT:
+                found.append(Dependence(label, residual.name, float(s[0]), chance))
+    found.sort(key=lambda d: -d.share)
+    return found
+
+
+def _quiet(experiment: Experiment, residual: Residual, r: np.ndarray, here: np.ndarray) -> bool:
+    """Whether a residual's misfit is its noise: then nothing remains, whatever it goes with."""
+    if experiment.steady:
+        return False
+    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(
+        r, here, False, 1 + experiment.reach(residual) // experiment.per_bin
+    )
+
+
+def _means(experiment: Experiment, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A variable's mean in each bin, and where there is one."""
+    total, count = 0.0, 0
+    for i, x in enumerate(parts):
+        sums, counts = experiment.bin(experiment.place[i], x, np.isfinite(x))
+        total, count = total + sums, count + counts
+    return (total / np.maximum(count, 1)).reshape(here.shape), here & (np.asarray(count).reshape(here.shape) > 0)
+
+
+def _regressors(experiment: Experiment, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray | None]:
+    """What the misfit may go with, (blocks, bins, 1): nothing, the direction, direction and load."""
+    found: list[np.ndarray | None] = [None]
+    if "direction" in known:
+        direction = (np.sign(_means(experiment, known["direction"], here)[0]) * here)[..., None]
+        found.append(direction)
+        if "load" in known:
+            load = abs(_means(experiment, known["load"], here)[0])[..., None]
+            if (load[here] > 0.0).any():
+                found.append(direction * load / load[here].max())
+    return found
+
+
+def _functions(experiment: Experiment, parts: list[np.ndarray], here: np.ndarray) -> list[np.ndarray]:
+    """Free functions of a variable, (blocks, bins, knots): 1 at a knot, 0 from its neighbours on; none of a constant."""
+    x, known = _means(experiment, parts, here)
+    if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
+        return []
+    most = int(known.sum() // 4)
+    found = []
+    for quantiles in [q for q in KNOTS if len(q) <= most] or [np.linspace(0.0, 1.0, max(2, most))]:
+        knots = np.unique(np.quantile(x[known], quantiles))
+        found.append(np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None])
+    return found
+
+
+def _lines(
+    experiment: Experiment, misfit: np.ndarray, present: np.ndarray, folds: np.ndarray, signs: np.ndarray
+) -> dict[str, tuple]:
+    """The strongest line of each residual's spectrum, each run with a phase of its own: (period, shares for each draw).
+
+    A line of a run is learnt on some of its blocks and tried on the others, as all else.
+    """
+    time, known = _means(
+        experiment, [run.time - run.time[0] for run in experiment.runs], np.ones((experiment.blocks, experiment.bins), bool)
+    )
+    longest = max(run.time[-1] - run.time[0] for run in experiment.runs)
+    usual = np.median(np.concatenate([np.diff(t[k]) for t, k in zip(time, known)]))
+    frequencies = np.arange(3.0 / longest, min(0.25 / usual, LINES / longest), 0.5 / longest)
+    if len(frequencies) < 2:
+        return {}
+    kept = (misfit * present).reshape(experiment.blocks, len(experiment.residuals), experiment.bins)
+    sums = np.empty((len(experiment.residuals), experiment.blocks, len(frequencies)), complex)  # of r exp(-i w t) over each block
+    for block in range(experiment.blocks):
+        waves = np.exp(-2j * np.pi * np.outer(time[block, known[block]], frequencies))
+        sums[:, block] = kept[block][:, known[block]] @ waves
+    found = {}
+    for number, residual in enumerate(experiment.residuals):
+        energy, counts = float((kept[:, number] ** 2).sum()), present[:, experiment.slice(residual)].sum(1).astype(float)
+        if energy == 0.0:
+            continue
+        gain = np.zeros((len(signs), len(frequencies)))  # drop of the squared misfit
+        for run in np.unique(experiment.block_run):
+            own = experiment.block_run == run
+            total = signs[:, own] @ sums[number, own]
+            for fold in np.unique(folds[own]):
+                unseen = own & (folds == fold)
+                there = signs[:, unseen] @ sums[number, unseen]
+                amplitude = 2.0 * (total - there) / max(counts[own & ~unseen].sum(), 1.0)
+                gain += 2.0 * (amplitude.conj() * there).real - 0.5 * abs(amplitude) ** 2 * counts[unseen].sum()
+        found[residual.name] = 1.0 / frequencies[int(gain[0].argmax())], gain.max(1) / energy
+    return found
+
+
+def _shares(r: np.ndarray, columns: np.ndarray, folds: np.ndarray, orders: np.ndarray, signs: np.ndarray) -> np.ndarray:
+    """Share of the variance of r (blocks, bins) that columns (blocks, bins, k) predict on unseen blocks.
+
+    For each draw of blocks and signs, in which the misfit moves and the columns stay in place.
+    """
+    turned = columns.transpose(0, 2, 1)
+    gram = turned @ columns
+    inside = columns.any(-1)
+    pairs = (turned @ r.T).transpose(0, 2, 1)  # of block c's misfit with block b's columns
+    energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has columns
+    sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
+    energy, left = energies[orders, np.arange(len(r))].sum(1), 0.0
+    for fold in np.unique(folds):
+        seen, unseen = folds != fold, folds == fold
+        known = gram[seen].sum(0)
+        amount = np.linalg.solve(known + np.diag(1.0 + RIDGE * np.diag(known)), sums[:, seen].sum(1).T).T
+        left = left + ((amount @ gram[unseen].sum(0) - 2.0 * sums[:, unseen].sum(1)) * amount).sum(1)
+    return -left / np.maximum(energy, 1e-300)

@@ -1,0 +1,144 @@
+"""What mending brings, measured on blocks or runs that no fit has seen: before, after, noise floor, regimes, blame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..residuals import drive
+from ..residuals.experiment import Experiment
+from ..residuals.residual import Residual
+from ..residuals.sizes import levels, rms, samples
+
+DRAWS = 400
+
+
+@dataclass
+class Gain:
+    """Error (root mean square) of one residual on held-out data before and after the extension; all in `unit`."""
+
+    metric: str
+    unit: str
+    before: float
+    after: float
+    low: float  # 95 % interval of `after`, over held-out blocks
+    high: float
+    closed: float  # share of the error above the noise floor that is gone, of squares: independent errors add in squares
+    noise_floor: float
+    held_out: list[str]
+    regimes: list[dict] = field(default_factory=list)  # {where, before, after}
+
+
+def measure(
+    experiment: Experiment,
+    residual: Residual,
+    before: dict,
+    after: dict,
+    blocks: np.ndarray,
+    names: list[str],
+    rng: np.random.Generator,
+    new: list[np.ndarray] | None = None,
+) -> Gain:
+    """The gain of one residual over `blocks`, which are called `names`; `new`: errors after, where not those of `after`."""
+    old, trusted = samples(experiment, residual, before, blocks)
+    if new is None:
+        new, _ = samples(experiment, residual, after, blocks)
+    first = [int(np.flatnonzero(experiment.block_run == i)[0]) for i in range(len(experiment.runs))]
+    sums = np.zeros(experiment.blocks)
+    counts = np.zeros(experiment.blocks)
+    for i, (e, t) in enumerate(zip(new, trusted)):
+        block = first[i] + experiment.block_of[i]
+        sums += np.bincount(block[t], e[t] ** 2, experiment.blocks)
+        counts += np.bincount(block[t], minlength=experiment.blocks)
+    there = np.flatnonzero(counts)
+    picks = rng.choice(there, (DRAWS, len(there)))
+    low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
+    was, now, noise = levels(experiment, residual, after, old, new, trusted)
+    closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
+    what = (
+        f"the torque at the motor's shaft ({residual.name})"
+        if residual.name.endswith("gear")
+        else f"{residual.output} ({residual.name})"
+    )
+    gain = Gain(f"root mean square error of {what}", residual.unit, was, now, float(low), float(high), closed, noise, names)
+    gain.regimes = _regimes(experiment, residual, after, old, new, trusted)
+    return gain
+
+
+def _regimes(experiment, residual, values, old, new, trusted) -> list[dict]:
+    """Where it got better, and where worse: by speed, direction and load."""
+    parts: dict[str, list[np.ndarray]] = {}
+    speeds, loads = [], []
+    for i in range(len(experiment.runs)):
+        ch = experiment.channels[i, residual.prefix]
+        try:
+            first, second = drive.both(experiment, residual.prefix, values, ch)
+        except AttributeError:  # no motion in this log
+            return []
+        speeds.append(first.speed)
+        loads.append(drive.delivered(experiment, residual.prefix, values, ch, second) * np.sign(first.speed))
+    known = abs(np.concatenate([s[t] for s, t in zip(speeds, trusted)]))
+    if not len(known):
+        return []
+    edges = np.unique(np.round(np.quantile(known, [0.0, 0.33, 0.67, 1.0]), 12))
+    word = "m/s" if experiment.rig.linear else "rad/s"
+    for low, high in zip(edges[:-1], edges[1:]):
+        parts[f"speed {low:.3g} to {high:.3g} {word}"] = [(abs(s) >= low) & (abs(s) <= high) for s in speeds]
+    parts["forward"] = [s > 0 for s in speeds]
+    parts["backward"] = [s < 0 for s in speeds]
+    parts["load resists"] = [p > 0 for p in loads]
+    parts["load helps"] = [p < 0 for p in loads]
+    rows = []
+    for where, masks in parts.items():
+        inside = [t & m for t, m in zip(trusted, masks)]
+        if sum(int(m.sum()) for m in inside) >= 3:
+            rows.append(
+                {
+                    "where": where,
+                    "before": rms([e[m] for e, m in zip(old, inside)]),
+                    "after": rms([e[m] for e, m in zip(new, inside)]),
+                }
+            )
+    return rows
+
+
+def blame(experiment: Experiment, base: np.ndarray, present: np.ndarray, causes: list, by_step: str = "") -> list[dict]:
+    """Share of the error above the noise floor that each component bears.
+
+    A residual's excess belongs to the components that a cause was found in, in proportion to nothing finer than the residual;
+    without one, to those of its components that no clean residual of their own acquits; in the residual `by_step` to the step.
+    """
+    excess = {}
+    for residual in experiment.residuals:
+        part = experiment.slice(residual)
+        here = present[:, part]
+        r = base[:, part][here]
+        excess[residual.name] = max(0.0, float(np.mean(r**2)) - 1.0) * here.sum() if len(r) else 0.0
+    clean = {
+        c
+        for residual in experiment.residuals
+        if len(residual.components) == 1 and excess[residual.name] < 0.2 * present[:, experiment.slice(residual)].sum()
+        for c in residual.components
+    }
+    shares: dict[str, float] = {}
+    named = [c.hypothesis.component if c.hypothesis.component != "sensor" else f"sensor {c.hypothesis.channel}" for c in causes]
+    for residual in experiment.residuals:
+        touched = [
+            n for n in named if n in residual.components or n.removeprefix("sensor ") in (*residual.reads, residual.output)
+        ]
+        bearers = (
+            ["simulation"]
+            if residual.name == by_step
+            else touched or [c for c in residual.components if c not in clean] or list(residual.components)
+        )
+        for name in bearers:
+            shares[name] = shares.get(name, 0.0) + excess[residual.name] / len(bearers)
+    total = sum(shares.values())
+    if total <= 0.0:
+        return []
+    return [
+        {"component": name, "share": round(float(share / total), 4)}
+        for name, share in sorted(shares.items(), key=lambda x: -x[1])
+        if share > 0.005 * total
+    ]

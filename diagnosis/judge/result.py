@@ -1,0 +1,124 @@
+"""The answer of a diagnosis, as diagnosis.json holds it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .gain import Gain
+
+if TYPE_CHECKING:
+    from .time_step import TimeStep
+
+EXIT = {"explained": 0, "ambiguous": 0, "none": 3, "unknown": 4}
+
+
+@dataclass
+class Cause:
+    """One named cause."""
+
+    component: str
+    effect: str
+    parameters: dict[str, dict]  # name: {value, low, high, unit, determined}
+    confidence: float
+    indistinguishable_from: list[str] = field(default_factory=list)
+    separate_by: str = ""
+    channel: str = ""  # of a sensor
+
+    @property
+    def label(self) -> str:
+        """The cause's name in reports: component and effect, with the parameter or channel that it is about."""
+        if self.effect == "parameter":
+            return f"parameter {next(iter(self.parameters))}"
+        return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
+
+
+@dataclass
+class Diagnosis:
+    """What `diagnose` returns. `folder` holds the report, the extended FMUs and everything else that was written."""
+
+    verdict: str  # explained | ambiguous | unknown | none
+    faults: list[dict]
+    blame: list[dict]
+    causes: list[Cause]
+    gain: Gain
+    remainder: dict
+    folder: Path | None = None
+    extension: dict = field(default_factory=dict)
+    step: TimeStep | None = None  # what a finer step would change
+
+    @property
+    def exit_code(self) -> int:
+        """Of `selflock diagnose`: 0 a cause, 3 nothing missing, 4 unknown."""
+        return EXIT[self.verdict]
+
+    @property
+    def report(self) -> Path | None:
+        """The page that was written, if any."""
+        return self.folder / "report.html" if self.folder else None
+
+    def data(self) -> dict:
+        """What diagnosis.json holds: plain numbers, texts and lists."""
+        found = {
+            "verdict": self.verdict,
+            "faults": self.faults,
+            "blame": self.blame,
+            "causes": [asdict(c) for c in self.causes],
+            "gain": asdict(self.gain),
+            "remainder": self.remainder,
+        }
+        for cause in found["causes"]:
+            if not cause["channel"]:
+                cause.pop("channel")
+        if self.step:
+            found["step"] = self.step.row()
+        if self.extension:
+            found["extension"] = self.extension
+        return _finite(found)
+
+    def write(self, folder: Path) -> None:
+        """Write diagnosis.json."""
+        (folder / "diagnosis.json").write_text(json.dumps(self.data(), indent=2) + "\n")
+
+    def summary(self) -> str:
+        """The answer in a few lines of text."""
+        lines = [f"Verdict: {self.verdict}"]
+        for cause in self.causes:
+            values = ", ".join(
+                f"{name} = {p['value']:.4g} [{p['low']:.4g}, {p['high']:.4g}] {p['unit']}".rstrip()
+                for name, p in cause.parameters.items()
+            )
+            lines.append(f"  cause: {cause.label}: {values}")
+            if cause.indistinguishable_from:
+                lines.append(f"    cannot be told from: {', '.join(cause.indistinguishable_from)}. {cause.separate_by}")
+        g = self.gain
+        lines.append(
+            f"  {g.metric}, held out: {g.before:.4g} -> {g.after:.4g} {g.unit} "
+            f"(noise floor {g.noise_floor:.3g}, closed {100 * g.closed:.0f} %)"
+        )
+        if self.remainder["significant"]:
+            lines.append(f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}")
+        if self.step:
+            lines.append(f"  {self.step}")
+        if self.faults:
+            kinds = sorted({fault["kind"] for fault in self.faults})
+            lines.append(f"  {len(self.faults)} faults in the data ({', '.join(kinds)}), left out of every fit")
+        if self.report:
+            lines.append(f"  open {self.report}")
+        return "\n".join(lines)
+
+
+def _finite(value):
+    """JSON has no infinities."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    if isinstance(value, float) and not isfinite(value):
+        return None
+    if hasattr(value, "item"):
+        return value.item()
+    return value

@@ -1,0 +1,163 @@
+"""Is the step fine enough? A replay steps from row to row of a log; here it is run with parts of these steps.
+
+Between two rows nothing is known. Measured inputs go straight from one to the next; a command is held over the step, as
+the replay has it, or was followed by others that the log left out, and then a straight line is nearer: the better one
+counts. Where it moves the simulation less than the noise, a finer step would say nothing else. Where it takes the error
+away, with nothing fitted, the step is the cause, before any law.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from ..data.log import VALID, MeasuredRun
+from ..data.rig import split
+from ..data.signals import GIVEN
+from ..residuals.channels import Channels
+from ..residuals.experiment import Experiment
+from ..residuals.noise import floor
+from ..residuals.residual import Residual
+from ..residuals.sizes import most_mended, rms, samples
+from .gain import measure
+from .result import Cause
+from .verdict import Judgement
+
+PARTS = 4
+"""Parts of a step: of an error that grows with the step, three quarters go."""
+
+ENOUGH = 0.5
+"""Share of the error above the noise floor (of squares) that a finer step must take away to be the cause."""
+
+
+@dataclass(frozen=True)
+class TimeStep:
+    """What parts of a step change in the comparison that they change most, without any cause mended."""
+
+    residual: str
+    unit: str
+    size: float  # s, of the log
+    held: bool  # commands over the step; else straight lines
+    moved: float  # the simulation, root mean square, in `unit`
+    noise: float
+    before: float  # error (root mean square) with the log's step
+    after: float  # with parts of it
+    left: float  # with the log's step, the causes found mended
+
+    @property
+    def ratio(self) -> float:
+        """Change of the simulation in units of the noise."""
+        return self.moved / self.noise if self.noise else 0.0
+
+    @property
+    def explains(self) -> bool:
+        """Whether a finer step alone closes the error, and as well as the causes found."""
+        above = self.before**2 - self.noise**2
+        return self.ratio > 1.0 and self.before**2 - self.after**2 > ENOUGH * above and self.after < 1.05 * self.left
+
+    def row(self) -> dict:
+        """As diagnosis.json has it."""
+        return asdict(self) | {"ratio": self.ratio, "explains": self.explains}
+
+    def __str__(self) -> str:
+        moves = f"{PARTS} parts of a step move the simulation ({self.residual}) by {100 * self.ratio:.0f} % of its noise"
+        if self.ratio < 1.0:
+            return f"the step of {self.size:.3g} s is fine enough: {moves}"
+        if self.after > 0.9 * self.before:
+            share = 100 * self.moved / self.before
+            return f"the step of {self.size:.3g} s is not what is wrong: {moves}, {share:.1f} % of its error"
+        return (
+            f"the step of {self.size:.3g} s is coarse: {moves}, its error from {self.before:.3g} to {self.after:.3g} "
+            f"{self.unit}. Log more rows a second"
+        )
+
+
+def finest(experiment: Experiment, before: dict, after: dict, blocks: np.ndarray) -> TimeStep | None:
+    """The comparison that a finer step changes most on these blocks; steady-state points have no step.
+
+    before, after: values without the causes found and with them.
+    """
+    if experiment.steady:
+        return None
+    experiment, found = experiment.head(experiment.enough(blocks)), []
+    size = experiment.step
+    ways = {held: refined(experiment, held) for held in (True, False)}
+    for residual in experiment.residuals:
+        errors, trusted = samples(experiment, residual, before, blocks)
+        left, _ = samples(experiment, residual, after, blocks)
+        pick = lambda parts: rms([x[t] for x, t in zip(parts, trusted)])
+        finer = {held: errors_of(fine, residual, before, errors) for held, fine in ways.items()}
+        held = min(ways, key=lambda way: pick(finer[way]))
+        moved = pick([f - e for f, e in zip(finer[held], errors)])
+        noise = floor(experiment, residual, after, left, trusted)
+        found.append(
+            TimeStep(residual.name, residual.unit, size, held, moved, noise, pick(errors), pick(finer[held]), pick(left))
+        )
+    return max(found, key=lambda step: step.ratio)
+
+
+def to_blame(
+    step: TimeStep, whole: Experiment, found: Judgement, blocks: np.ndarray, names: list[str], rng: np.random.Generator
+) -> tuple[Judgement, Cause]:
+    """The step in the place of causes that were found where it acts, and what is left of these; they keep their fit.
+
+    The gain is the step's own where it is the only cause.
+    """
+    before, outcome = found.before, found.outcome
+    experiment = whole.head(whole.enough(blocks))
+    residual = next(residual for residual in experiment.residuals if residual.name == step.residual)
+    errors, trusted = samples(experiment, residual, before, blocks)
+    finer = errors_of(refined(experiment, step.held), residual, before, errors)
+    drops = np.zeros(experiment.blocks)
+    for i, (e, f, t) in enumerate(zip(errors, finer, trusted)):
+        block = int(np.flatnonzero(experiment.block_run == i)[0]) + experiment.block_of[i]
+        drops += np.bincount(block[t], (e**2 - f**2)[t], experiment.blocks)
+    drops = drops[drops != 0.0]
+    spread = drops.std(ddof=1) / np.sqrt(len(drops)) if len(drops) > 1 else np.inf
+    size = {"value": step.size, "low": step.size, "high": step.size, "unit": "s", "determined": True}
+    cause = Cause("simulation", "step", {"step": size}, round(float(norm.cdf(drops.mean() / max(spread, 1e-300))), 4))
+    acts = lambda h: h.component in residual.components or h.channel in (*residual.reads, residual.output)
+    kept = [(c, stage) for c, stage in zip(outcome.causes, outcome.kept) if not acts(c.hypothesis)]
+    gone = {p.name for c in outcome.causes if acts(c.hypothesis) for p in c.free} - {p.name for c, _ in kept for p in c.free}
+    after = {name: value for name, value in found.after.items() if name not in gone}
+    after |= {name: value for name, value in before.items() if name in gone}
+    outcome = replace(outcome, causes=[c for c, _ in kept], kept=[stage for _, stage in kept])
+    if not kept:
+        gain = measure(experiment, residual, before, before, blocks, names, rng, finer)
+        return Judgement(outcome, before, before, residual, gain, []), cause
+    told = most_mended(whole, before, after, blocks)
+    return Judgement(outcome, before, after, told, measure(whole, told, before, after, blocks, names, rng), []), cause
+
+
+def errors_of(fine: Experiment, residual: Residual, values: dict, errors: list[np.ndarray]) -> list[np.ndarray]:
+    """Errors of a refined experiment at the rows of the log; what cannot be simulated there stays as it was."""
+    found = [(measured - simulated)[::PARTS] for simulated, measured, _ in fine.compare(residual, values)]
+    return [np.where(np.isfinite(f), f, e) for f, e in zip(found, errors)]
+
+
+def refined(experiment: Experiment, held: bool) -> Experiment:
+    """The same comparisons in parts of steps; row i of the log is sample i · PARTS."""
+    fine = copy(experiment)
+    fine.runs = [_between(run, experiment.rig.drives, held) for run in experiment.runs]
+    fine.channels = {(i, prefix): Channels(fine.runs[i], prefix, False) for i, prefix in experiment.channels}
+    fine.smoothing = {prefix: (samples * PARTS) | 1 for prefix, samples in experiment.smoothing.items()}
+    fine.place, fine.block_of = (
+        [np.repeat(x, PARTS)[: len(run)] for x, run in zip(of, fine.runs)] for of in (experiment.place, experiment.block_of)
+    )
+    fine._memory = {}
+    return fine
+
+
+def _between(run: MeasuredRun, drives: tuple[str, ...], held: bool) -> MeasuredRun:
+    """A run with rows between its rows; one is good where both its neighbours are."""
+    rows = np.arange((len(run) - 1) * PARTS + 1)
+    before = rows // PARTS
+    after = np.minimum(before + (rows % PARTS > 0), len(run) - 1)
+    line = lambda x: np.interp(rows / PARTS, np.arange(len(run)), x)
+    still = {name for name in run.signals if name == VALID or (held and split(name, drives)[1] in GIVEN)}
+    signals = {name: x[before] if name in still else line(x) for name, x in run.signals.items()}
+    good = {name: g[before] & g[after] for name, g in run.good.items()}
+    return MeasuredRun(run.log, run.name, run.rows[before], line(run.time), signals, good)

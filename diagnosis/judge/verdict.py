@@ -1,0 +1,232 @@
+"""What the outcome of a search is worth on data that it did not see: believed, or dropped for what else is missing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from ..residuals.experiment import Experiment
+from ..residuals.residual import Residual
+from ..residuals.sizes import levels, most_mended, samples, sizes
+from ..search.candidate import Candidate
+from ..search.fit import Fit
+from ..search.selection import ForwardSelection, Selection
+from ..search.step import LATE, SHOWS
+from . import advice
+from .depends import QUIET, Dependence, depends
+from .gain import Gain, measure
+from .result import Cause
+
+ENOUGH = 0.55
+"""Share of the error above the noise floor that causes must close while something significant remains."""
+
+MANY, MUCH = 3, 0.35
+"""So many causes, none of which takes this share of the error, nor the first as much as those after it: guesses."""
+
+AHEAD = 0.05
+"""Share of the error by which a free function of one variable, which may bend as it likes, must outdo causes."""
+
+HALF = 0.5
+"""... and from which on many causes are guesses, whatever they explain."""
+
+STILL = 0.2
+"""Share of what causes leave that goes with a variable as strongly as if they had not touched it."""
+
+NEARLY = 0.9
+"""Share of the error that causes must close where it goes most with a place, and what they leave still does."""
+
+HELP = 0.05
+"""Share of the held-out error that causes must take away."""
+
+EXCESS = 1.6
+"""Error in units of the noise from which on something is missing, whether or not anything is seen to go with it."""
+
+OFF = 1.3
+"""... and of a residual, for its error to be the one to tell of."""
+
+
+@dataclass
+class Judgement:
+    """An outcome, without its causes where they were dropped, and what it brings."""
+
+    outcome: Selection
+    before: dict  # values of the nominal drive, what is uncertain refitted
+    after: dict  # with the causes
+    residual: Residual  # in which the gain is told
+    gain: Gain
+    left: list[Dependence]  # with what the remainder goes
+
+
+class Judge:
+    """The data that judge: `judged` blocks, called `names`, of the whole `experiment`; `train` are those of the search."""
+
+    def __init__(
+        self, experiment: Experiment, search: ForwardSelection, train: np.ndarray, judged: np.ndarray, names: list[str], rng
+    ):
+        self.experiment, self.search, self.rng = experiment, search, rng
+        self.train, self.judged, self.names = train, judged, names
+
+    def judge(self, outcome: Selection) -> Judgement:
+        """Causes that do not help, that leave too much, or that a free function of one variable outdoes are dropped.
+
+        What comes after the first is dropped one by one, the last first; else all are guesses.
+        """
+        search, base = self.search, outcome.base
+        self.experiment.forget()
+        while len(outcome.causes) > 1 and (fewer := self._refuted(outcome)):
+            outcome = fewer
+        before = search.absolute(base.values) | {k: v for k, v in search.nominal.items() if k not in base.values}
+        nothing = replace(outcome, causes=[], kept=[], final=base)
+        found = self._gained(outcome, before)
+        # held-out data without the error can refute nothing
+        silent = found.gain.before < QUIET * found.gain.noise_floor
+        if outcome.causes and not silent and found.gain.after > (1.0 - HELP) * found.gain.before:
+            found = self._gained(nothing, before)
+        found.left = self._dependences(found.after)
+        if found.outcome.causes and found.left:
+            missing = self._dependences(before)
+            little = found.gain.closed < ENOUGH and not silent
+            if little or _guesses(outcome) or self._stands_there(found, missing) or self._outdone(found, missing):
+                left = missing or found.left
+                found = self._gained(nothing, before)
+                found.left = left
+        return found
+
+    def _refuted(self, outcome: Selection) -> Selection | None:
+        """The outcome without the cause found last, where that lowers no error of the data that judge."""
+        experiment, rest = self.experiment, outcome.causes[:-1]
+        without = self.search.with_these(rest, outcome.final)
+        old, new = self.search.absolute(without.values), self.search.absolute(outcome.final.values)
+        residual = most_mended(experiment, old, new, self.train)
+        errors, trusted = samples(experiment, residual, old, self.judged)
+        was, now, noise = levels(experiment, residual, new, errors, samples(experiment, residual, new, self.judged)[0], trusted)
+        if was < QUIET * noise or now <= (1.0 - SHOWS) * was:  # data without the error can refute nothing
+            return None
+        return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
+
+    def _gained(self, outcome: Selection, before: dict) -> Judgement:
+        experiment, after = self.experiment, before
+        if outcome.causes:
+            after = self.search.absolute(outcome.final.values)
+            residual = most_mended(experiment, before, after, self.train)
+        else:
+            residual = self._most_off(outcome)
+        gain = measure(experiment, residual, before, after, self.judged, self.names, self.rng)
+        return Judgement(outcome, before, after, residual, gain, [])
+
+    def _dependences(self, values: dict) -> list[Dependence]:
+        return depends(self.experiment, self.experiment.misfit(values), self.experiment.present(values), values, self.rng)
+
+    def _most_off(self, outcome: Selection) -> Residual:
+        """The residual that is off most; the gear's where none is."""
+        off = {name: size if size > OFF else 0.0 for name, size in _sizes(self.search, outcome.base).items()}
+        return max(self.experiment.residuals, key=lambda c: (off[c.name], c.name.endswith("gear")))
+
+    def _residual(self, dependence: Dependence) -> Residual:
+        return next(residual for residual in self.experiment.residuals if residual.name == dependence.residual)
+
+    def _stands_there(self, found: Judgement, missing: list[Dependence]) -> bool:
+        """Whether the error goes most with a place, and what causes leave of it still does: a stop, or an obstacle.
+
+        The error of an angle says nothing of it: where a loop holds an angle under a load, it goes with itself.
+        """
+        most = lambda dependences: [(d.variable, d.residual) for d in dependences[:1]]
+        return (
+            found.gain.closed < NEARLY
+            and most(missing) == most(found.left)
+            and missing[0].variable in ("position", "output position")
+            and "angle" not in self._residual(missing[0]).reading
+        )
+
+    def _outdone(self, found: Judgement, missing: list[Dependence]) -> bool:
+        """Whether a free function of a variable explains more than all causes, and what these leave still goes with it.
+
+        Of many causes half of the error is enough: they have bent to it with as many numbers as a free function has.
+        Not asked of steady-state points, which are too few to tell a law from a free function.
+        """
+        experiment = self.experiment
+        if experiment.steady:
+            return False
+        r, left = experiment.misfit(found.before), experiment.misfit(found.after)
+        energies = np.stack([(x**2).sum(0) for x in (r, left, left - r)])
+        many = len(found.outcome.causes) >= MANY
+        for d in missing:
+            residual = self._residual(d)
+            if d.variable == residual.reading:  # it goes with itself, as a coarse one does
+                continue
+            was, now, moved = energies[:, experiment.slice(residual)].sum(1)
+            still = any((e.variable, e.residual) == (d.variable, d.residual) and e.share >= STILL for e in found.left)
+            closed = 1.0 - now / max(was, 1e-300)
+            claimed = moved > AHEAD * was  # of a residual that the causes leave alone they say nothing
+            if claimed and still and d.share > (min(closed, HALF) if many else closed + AHEAD):
+                return True
+        return False
+
+
+def _guesses(outcome: Selection) -> bool:
+    """Whether many causes take a little of the error each, as guesses at something that is none of them do."""
+    drops = [c.drop for c in outcome.causes]
+    return len(drops) >= MANY and max(drops) < MUCH and drops[0] < sum(drops[1:])
+
+
+def verdict(causes: list[Cause], left: list[Dependence], search: ForwardSelection, outcome: Selection) -> str:
+    """Nothing is missing only where what is left is noise."""
+    if causes:
+        return "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"
+    return "unknown" if left or max(_sizes(search, outcome.final).values()) > EXCESS else "none"
+
+
+def _sizes(search: ForwardSelection, fit: Fit) -> dict[str, float]:
+    return sizes(search.experiment, fit.misfit.reshape(search.shape), search.present)
+
+
+def named(search: ForwardSelection, outcome: Selection) -> list[Cause]:
+    """Named causes with the values of the final fit of all of them."""
+    if not outcome.causes:
+        return []
+    intervals = outcome.final.intervals(search.rows, search.blocks)
+    values = search.absolute(outcome.final.values)
+    step = search.experiment.step
+    found = []
+    for candidate, stage in zip(outcome.causes, outcome.kept):
+        parameters = {}
+        for p in candidate.free:
+            low, high = intervals[p.name]
+            fitted = outcome.final.values[p.name]
+            if p.name.endswith(LATE):  # where within a sample something happened no log tells
+                low, high = max(p.low, min(low, fitted - step)), min(p.high, max(high, fitted + step))
+            shift = values[p.name] - fitted
+            parameters[p.name] = {
+                "value": values[p.name],
+                "low": low + shift,
+                "high": high + shift,
+                "unit": p.unit,
+                "determined": bool(high - low < min(0.9 * (p.high - p.low), 4.0 * max(abs(fitted), 1e-300))),
+            }
+        h, rivals = candidate.hypothesis, [c.hypothesis for c in stage.tied]
+        found.append(
+            Cause(
+                h.component,
+                h.effect,
+                parameters,
+                _confidence(candidate, stage.candidates, stage.tied),
+                [rival.label for rival in rivals],
+                advice.separate(h, rivals),
+                h.channel,
+            )
+        )
+    return found
+
+
+def _confidence(winner: Candidate, candidates: list[Candidate], tied: list[Candidate]) -> float:
+    """That chance is not it, and that no rival but those named with it is better: over training blocks."""
+    confidence = 1.0 - winner.chance
+    for rival in candidates:
+        if rival.fit is None or rival is winner or any(rival is t for t in tied) or len(rival.free) > len(winner.free):
+            continue
+        difference = rival.errors - winner.errors
+        spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 1.0
+        confidence = min(confidence, float(norm.cdf(difference.mean() / max(spread, 1e-300))))
+    return round(confidence / (1 + len(tied)), 4)

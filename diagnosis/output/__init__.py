@@ -1,0 +1,1 @@
+"""Figures, report, extended FMUs and the system that plays a log with them."""

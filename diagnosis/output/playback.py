@@ -1,0 +1,228 @@
+"""A log as a part of a system: its outputs are the measured signals at each time; and the system file that uses it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from selflock.master.face import Part, Variable
+
+from ..data.log import write_csv
+from ..residuals import drive
+from ..residuals.compare import gear_inputs
+from ..residuals.experiment import Experiment
+
+
+class Playback(Part):
+    """Signals from a table with a column "time"; between rows straight lines, or the row before with `held`."""
+
+    can_roll_back = True
+
+    def __init__(self, name: str, log: str, folder: str = ".", held: list[str] = ()):
+        self.name, self.log = name, []
+        table = pd.read_csv(Path(folder) / log)
+        self._time = table["time"].to_numpy(float)
+        self._columns = {column: table[column].to_numpy(float) for column in table.columns if column != "time"}
+        self._held = set(held)
+        self.variables = {c: Variable(c, "output", start=float(v[0]), depends_on=()) for c, v in self._columns.items()}
+        self.u = self.y = np.zeros(0)
+        self._names: list[str] = []
+        self._now = 0.0
+
+    def bind(self, inputs, outputs) -> None:
+        self.u, self.y, self._names = np.zeros(len(inputs)), np.zeros(len(outputs)), list(outputs)
+
+    def get(self, name: str):
+        return self._at(name, self._now)
+
+    def set(self, name: str, value) -> None:
+        raise KeyError(name)
+
+    def _at(self, name: str, time: float) -> float:
+        if name in self._held:
+            row = int(np.searchsorted(self._time, time + 1e-9, side="right")) - 1
+            return float(self._columns[name][max(row, 0)])
+        return float(np.interp(time, self._time, self._columns[name]))
+
+    def at(self, time: float) -> None:
+        """Fill y for this time without a step."""
+        for place, name in enumerate(self._names):
+            self.y[place] = self._at(name, time)
+
+    def enter_initialization(self, start: float, stop: float | None) -> None:
+        self._now = start
+
+    def read(self) -> None:
+        self.at(self._now)
+
+    def step(self, time: float, size: float) -> None:
+        self._now = time + size
+
+    def save(self):
+        return self._now
+
+    def restore(self, state) -> None:
+        self._now = state
+
+    def reset(self) -> None:
+        self._now = 0.0
+
+
+class PowerStage(Part):
+    """A duty times the supply's voltage."""
+
+    can_roll_back = True
+
+    def __init__(self, name: str, folder: str = "."):
+        self.name, self.log = name, []
+        given = ("duty", "supply_voltage")
+        self.variables = {n: Variable(n, "input", start=0.0) for n in given} | {
+            "voltage": Variable("voltage", "output", start=0.0, depends_on=given)
+        }
+        self.reset()
+
+    def bind(self, inputs, outputs) -> None:
+        self.u, self.y, self._names = np.zeros(len(inputs)), np.zeros(len(outputs)), list(inputs)
+
+    def get(self, name: str):
+        return self.values["duty"] * self.values["supply_voltage"] if name == "voltage" else self.values[name]
+
+    def set(self, name: str, value) -> None:
+        self.values[name] = float(value)
+
+    def write(self) -> None:
+        self.values.update(zip(self._names, self.u.tolist()))
+
+    def read(self) -> None:
+        self.y[:] = self.get("voltage")
+
+    def save(self):
+        return dict(self.values)
+
+    def restore(self, state) -> None:
+        self.values = dict(state)
+
+    def reset(self) -> None:
+        self.values = {"duty": 0.0, "supply_voltage": 0.0}
+
+
+def _command(name, ch, components: list[str], play, values: dict) -> list[str]:
+    """The connection from the controller to the motor: a voltage, or a duty of the measured supply."""
+    if not ch.has("motor.duty", "motor.supply_voltage"):
+        return [f'"{name("motor")}.voltage" = "{name("controller")}.voltage"']
+    stage = name("stage")
+    components.append(f'[components.{stage}]\npart = "selflock.diagnosis.output.playback:PowerStage"\n')
+    play("supply_voltage", ch.true("motor.supply_voltage", values), f"{stage}.supply_voltage")
+    return [
+        f'"{stage}.duty" = {{ from = "{name("controller")}.voltage", convert = false }}',
+        f'"{name("motor")}.voltage" = {{ from = "{stage}.voltage", convert = false }}',
+    ]
+
+
+def write_system(experiment: Experiment, values: dict, fmus: dict[str, Path], out: Path) -> Path | None:
+    """extended.toml and the log that drives it: the last run, each drive from its first measured input on.
+
+    With set-points and a voltage the loop is closed over the load; with a voltage alone it is open; with a motion
+    alone the motion is imposed on the reducer. Steady-state points are no motion: they get no system. What the rig says
+    of that log alone is in it; that a log's power is switched off is not.
+    """
+    if experiment.steady:
+        return None
+    i = len(experiment.runs) - 1
+    run = experiment.runs[i]
+    columns: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
+    components, connections = [], []
+    for prefix in experiment.rig.drives:
+        ch = experiment.channels[i, prefix]
+        name = lambda part: prefix + part
+        first, second = drive.both(experiment, prefix, values, ch)
+
+        def component(part: str, more: str = "") -> None:
+            components.append(
+                f'[components.{name(part)}]\nfmu = "{fmus[name(part)].name}"\n'
+                + (f"[components.{name(part)}.start]\n{more}\n" if more else "")
+            )
+
+        def play(column: str, x: np.ndarray, target: str) -> None:
+            columns[prefix + column] = x
+            connections.append(f'"{target}" = {{ from = "log.{prefix}{column}", convert = false }}')
+
+        whole = name("motor") in fmus and name("load") in fmus
+        if not whole and name("reducer") in fmus:
+            component("reducer")
+            (angle, speed, output_angle, output_speed), _ = gear_inputs(experiment, prefix, values, ch)
+            for column, x in (
+                ("imposed_angle", angle),
+                ("imposed_speed", speed),
+                ("output_angle", output_angle),
+                ("output_speed", output_speed),
+            ):
+                play(column, x, f"{name('reducer')}.{column}")
+            continue
+        if not whole:
+            continue
+        electric = drive.electric(ch)
+        if name("controller") in fmus and ch.has("controller.angle_setpoint"):
+            own = {
+                key.rpartition(".")[2]: value
+                for key, value in experiment.rig.of_log(run.log).items()
+                if key.startswith(name("controller") + ".")
+            }
+            component("controller", "\n".join(f"{key} = {value!r}" for key, value in own.items()))
+            wanted = ch.raw("controller.angle_setpoint")
+            play("angle_setpoint", wanted, f"{name('controller')}.angle_setpoint")
+            play("speed_setpoint", drive.speed_setpoint(wanted, {}, ch), f"{name('controller')}.speed_setpoint")
+            connections += [
+                f'"{name("controller")}.angle" = "{name("load")}.angle"',
+                f'"{name("controller")}.speed" = "{name("load")}.speed"',
+                f'"{name("controller")}.motor_speed" = "{name("reducer")}.input_speed"',
+                f'"{name("controller")}.output_torque" = "{name("reducer")}.output_torque"',
+                *_command(name, ch, components, play, values),
+            ]
+        elif electric:
+            play("voltage", drive.voltage(electric, values, ch), f"{name('motor')}.voltage")
+        component("motor")
+        component("reducer", f"kinematic = false\ninitial_speed = {float(first.speed[0])!r}")
+        component("load", f"start_angle = {float(second.angle[0])!r}\nstart_speed = {float(second.speed[0])!r}")
+        connections += [
+            f'"{name("motor")}.speed" = "{name("reducer")}.input_speed"',
+            f'"{name("reducer")}.motor_torque" = "{name("motor")}.torque"',
+            f'"{name("load")}.torque" = "{name("reducer")}.output_torque"',
+            f'"{name("reducer")}.output_angle" = "{name("load")}.angle"',
+            f'"{name("reducer")}.output_speed" = "{name("load")}.speed"',
+        ]
+    if not components:
+        return None
+    write_csv(pd.DataFrame(columns), out / "inputs.csv")
+    step = float(np.median(run.time[1:] - run.time[:-1]))
+    step = min(step, 5e-4) if any("initial_speed" in c for c in components) else step
+    stop = np.floor(columns["time"][-1] / step) * step
+    held = [c for c in columns if c.endswith("voltage")]
+    text = [
+        "# The extended simulation on the last log: selflock run extended.toml -o result.csv",
+        "",
+        "[system]",
+        f"name = {json.dumps(experiment.rig.name + ', extended', ensure_ascii=False)}",
+        "",
+        "[run]",
+        f"stop = {stop:.9g}",
+        f"step = {step:.9g}",
+        "open_inputs = true",
+        "",
+        "[components.log]",
+        'part = "selflock.diagnosis.output.playback:Playback"',
+        "[components.log.options]",
+        f"log = {str((out / 'inputs.csv').resolve())!r}",
+        f"held = {held!r}",
+        "",
+        *components,
+        "[connections]",
+        *connections,
+        "",
+    ]
+    path = out / "extended.toml"
+    path.write_text("\n".join(text))
+    return path

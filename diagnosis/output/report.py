@@ -1,0 +1,87 @@
+"""report.html: one self-contained page that says within a minute what is wrong, why, and what mending brings."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, select_autoescape
+
+from ..data.faults import DataFault
+from ..judge.result import Diagnosis
+from ..residuals.experiment import Experiment
+from ..residuals.residual import Residual
+from ..search.selection import ForwardSelection, Selection
+from . import figures
+
+SAYS = {
+    "explained": "A cause was found.",
+    "ambiguous": "A cause was found, but this log cannot tell it from another.",
+    "unknown": "Something is missing in the simulation, but none of the known causes explains it.",
+    "none": "Nothing is missing: what remains is noise.",
+}
+
+
+def write(
+    result: Diagnosis,
+    experiment: Experiment,
+    search: ForwardSelection,
+    outcome: Selection,
+    residual: Residual,
+    before: dict,
+    after: dict,
+    train: np.ndarray,
+    left: list,
+    faults: list[DataFault],
+    out: Path,
+) -> Path:
+    """Draw the figures as PNG files and write the page that holds them."""
+    held = ~train
+    changed = bool(outcome.causes)
+    rng = np.random.default_rng(1)
+    pictures = {
+        "traces": figures.traces(experiment, residual, before, after, held, changed, out / "traces.png"),
+        "where": figures.where(experiment, residual, before, after, held, changed, result.gain.noise_floor, out / "where.png"),
+        "search": figures.search(outcome, out / "search.png"),
+        "missing": figures.missing(experiment, residual, before, after, search, outcome, out / "missing.png", rng)
+        if changed
+        else None,
+        "faults": figures.faults(experiment.original, faults, out / "faults.png"),
+    }
+    stages = [
+        {
+            "winner": stage.winner.hypothesis.label if stage.winner else "",
+            "rows": [
+                {
+                    "label": c.hypothesis.label,
+                    "summary": c.hypothesis.summary,
+                    "loss": c.errors.mean() / stage.base.errors.mean(),
+                    "drop": c.drop,
+                    "chance": c.chance,
+                    "free": len(c.free),
+                    "role": figures.role(outcome, stage, c),
+                }
+                for c in stage.candidates
+                if c.fit
+            ],
+            "others": [c.hypothesis.label for c in stage.candidates if not c.fit],
+        }
+        for stage in outcome.stages
+    ]
+    environment = Environment(loader=PackageLoader("selflock.diagnosis.output"), autoescape=select_autoescape())
+    environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
+    page = environment.get_template("report.html.j2").render(
+        rig=experiment.rig,
+        result=result,
+        says=SAYS[result.verdict],
+        gain=result.gain,
+        stages=stages,
+        left=left,
+        faults=faults,
+        pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},
+        sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in outcome.causes},
+    )
+    path = out / "report.html"
+    path.write_text(page)
+    return path

@@ -1,0 +1,91 @@
+"""Which blocks teach and which judge; and which logs cannot carry a diagnosis at all."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..data.faults import DataFault
+from ..data.log import VALID, MeasuredRun
+from ..data.rig import EVERY_SECOND, Rig
+from ..data.rig import split as split_name
+from ..data.signals import GIVEN, SIGNALS
+from ..errors import DataError
+from ..residuals.experiment import Experiment
+
+FEWEST = 8
+"""Training blocks without which nothing can be told from chance."""
+
+MOST_BAD = 0.5
+"""Share of a channel's samples that may be faulty before the log is refused."""
+
+
+def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> tuple[np.ndarray, list[str]]:
+    """True for blocks to train on, and names of what is held out, which is never nothing."""
+    count = experiment.blocks
+    if any(held):
+        train = ~np.array(held)[experiment.owner]
+        names = sorted({run.log for run, h in zip(runs, held) if h})
+    elif experiment.rig.hold_out == EVERY_SECOND:
+        train = experiment.owner % 2 == 0
+        if experiment.steady:  # every second point of each direction
+            backward = (
+                np.array([experiment.runs[0].signals[n] for n in experiment.runs[0].signals if n.endswith("speed")])[0] < 0.0
+            )
+            for side in (backward, ~backward):
+                train[np.flatnonzero(side)] = np.arange(side.sum()) % 2 == 0
+        names = [f"run {runs[i].name or i}" for i in np.flatnonzero(~train)] if len(runs) == count else ["every second"]
+        if train.all():
+            raise DataError(
+                f"{experiment.rig.path}: hold_out = {EVERY_SECOND!r} needs two runs, and there is one. Leave it out: blocks are held out then."
+            )
+    else:
+        train = np.arange(count) % 3 != 2
+        names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]
+    if train.sum() < FEWEST:
+        raise DataError(
+            f"{experiment.rig.path}: the logs make {int(train.sum())} blocks to learn from, too few to tell a cause from "
+            f"chance. Give a longer log or more runs (at least {FEWEST} points or about {FEWEST * 20 * 2} samples)."
+        )
+    _refuse_rest(experiment, runs, train)
+    return train, names
+
+
+def _refuse_rest(experiment: Experiment, runs: list[MeasuredRun], train: np.ndarray) -> None:
+    """Data in which nothing can be compared: friction is told only where a shaft moves one way for sure."""
+    compared = experiment.present({}).any(axis=1)
+    for blocks, what, least in ((train, "to learn from", FEWEST), (~train, "to judge by", 1)):
+        found = int((compared & blocks).sum())
+        if found < least:
+            logs = ", ".join(sorted({runs[i].log for i in experiment.owner[blocks]}))
+            raise DataError(
+                f"{logs}: in {found} of {int(blocks.sum())} blocks {what} something can be compared, {least} are needed. "
+                "A torque tells of friction only where the shaft moves one way for sure and all channels are sound: record a motion."
+            )
+
+
+def refuse_useless(rig: Rig, runs: list[MeasuredRun], faults: list[DataFault]) -> None:
+    """Data that cannot carry a diagnosis: channels that never change, or are mostly faulty. A point at rest is left out."""
+    rest = {(fault.log, fault.run) for fault in faults if fault.kind == "at rest"}
+    runs = [run for run in runs if (run.log, run.name) not in rest]
+    names = {name for run in runs for name in run.signals}
+    for name in sorted(names):
+        _, bare = split_name(name, rig.drives)
+        if bare not in SIGNALS:
+            continue
+        having = [run for run in runs if name in run.signals]
+        values = np.concatenate([run.signals[name][run.usable(name)] for run in having])
+        asked = sum(int(run.signals[VALID].sum()) if VALID in run.signals else len(run) for run in having)
+        column = next((c.column for c in rig.columns if c.signal == name), name)
+        where = having[0].log
+        if asked == 0:
+            raise DataError(f"{where}: column {rig.valid!r} is 0 in every row, so no sample counts. Is it the right one?")
+        if len(values) < (1.0 - MOST_BAD) * asked:
+            raise DataError(
+                f"{where}: column {column!r} ({name}) is faulty in {asked - len(values)} of {asked} samples. "
+                "Measure again, or leave the column out."
+            )
+        if values.min() == values.max() and bare not in GIVEN and bare not in {"motor.supply_voltage", "motor.temperature"}:
+            raise DataError(
+                f"{where}: column {column!r} ({name}) never changes from {values[0]:.6g}. Is it connected? "
+                f"Leave it out of {rig.path.name} if not."
+            )

@@ -1,0 +1,152 @@
+"""Replay: the nominal simulation on a measured log, each component on its measured inputs; no fit, no judgement.
+
+The reducer is the FMU itself, in kinematic mode: the measured motion is imposed on its input shaft, and on its output
+shaft the angle at which its spring carries the known load. What it computes is drawn over what was measured.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from selflock.fmus.build import build
+
+from ..data.faults import check
+from ..data.log import read, write_csv
+from ..data.rig import Rig, split
+from ..errors import DataError
+from ..output import figures
+from ..output.extend import starts, with_fmus
+from ..residuals.experiment import Experiment
+from ..residuals.laws import check_names
+from ..residuals.noise import floor
+from ..residuals.residual import Residual
+from ..residuals.sizes import rms
+
+
+@dataclass
+class Comparison:
+    """One channel, measured and simulated."""
+
+    name: str  # of the residual
+    output: str
+    unit: str
+    error: float  # root mean square
+    relative: float  # to the root mean square of the measured values
+    noise_floor: float
+    components: list[str]
+
+
+@dataclass
+class Replay:
+    """What `replay` returns. `points` has the error speed by speed where the log is one of steady-state points."""
+
+    comparisons: list[Comparison]
+    faults: list[dict]
+    folder: Path | None
+    figures: list[str] = field(default_factory=list)
+    points: pd.DataFrame | None = None
+
+    def summary(self) -> str:
+        """Error of each channel, faults, and what to open, as text."""
+        lines = [
+            f"{c.output} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
+            + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "")
+            for c in self.comparisons
+        ]
+        if self.points is not None:
+            lines.append(self.points.to_string(index=False, float_format=lambda v: f"{v:.4g}"))
+        if self.faults:
+            lines.append(
+                f"{len(self.faults)} faults in the data, left out: "
+                + "; ".join(
+                    f"{f['kind']} {f['channel']} rows {f['first']} to {f['last']}" + (f" of run {f['run']}" if f["run"] else "")
+                    for f in self.faults[:6]
+                )
+            )
+        if self.folder:
+            lines.append(f"Open {self.folder / self.figures[0]}" if self.figures else f"Written to {self.folder}")
+        return "\n".join(lines)
+
+
+def replay_drive(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
+    """Each comparison of a drive with nominal parameters; the FMU files take the laws' places where there are any."""
+    check_names(rig)
+    runs = read(log, rig)
+    faults = check(runs, rig)
+    if not any(run.usable(*run.signals).any() for run in runs):
+        raise DataError(
+            f"{log}: no sample has all its channels sound. The faults: " + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5])
+        )
+    experiment = Experiment(rig, runs)
+    values: dict[str, float] = {}
+    folder = Path(out) if out else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    comparisons, drawn, points = [], [], None
+    for residual in experiment.residuals:
+        compared = _by_fmu(experiment, residual, values, folder)
+        errors = [m - s for s, m, _ in compared]
+        trusted = [good & np.isfinite(s) for s, _, good in compared]
+        e = rms([x[t] for x, t in zip(errors, trusted)])
+        size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
+        noise = floor(experiment, residual, values, errors, trusted)
+        comparisons.append(
+            Comparison(
+                residual.name, residual.output, residual.unit, e, e / size if size else 0.0, noise, list(residual.components)
+            )
+        )
+        if residual.name.endswith("gear") and experiment.steady:
+            points = _points(experiment, residual, compared[0])
+        if folder:
+            title = f"{rig.name}: {residual.output}, error {e:.3g} {residual.unit} rms" + (
+                f", {100 * e / size:.1f} % of the measured" if size else ""
+            )
+            everywhere = np.ones(experiment.blocks, bool)
+            path = figures.traces(
+                experiment, residual, values, values, everywhere, False, folder / f"{residual.name}.png", compared, title
+            )
+            drawn.append(path.name)
+            write_csv(_table(experiment, compared), folder / f"{residual.name}.csv")
+    result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)
+    if folder:
+        if points is not None:
+            points.to_csv(folder / "points.csv", index=False, float_format="%.9g")
+        (folder / "replay.json").write_text(
+            json.dumps({"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2) + "\n"
+        )
+    return result
+
+
+def _by_fmu(experiment: Experiment, residual: Residual, values: dict, folder: Path | None):
+    """A comparison with the component's FMU in the law's place."""
+    part = {"gear": "reducer", "motor": "motor", "controller": "controller"}.get(residual.name[len(residual.prefix) :])
+    if part is None or folder is None:
+        return experiment.compare(residual, values)
+    name = residual.prefix + part
+    _, base = split(name, experiment.rig.drives)
+    given = starts(base, name, {**experiment.rig.parameters, **values})
+    path = build(base.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if base == "reducer" else {}))
+    with with_fmus(experiment, {name: path}, residual):
+        return experiment.compare(residual, values)
+
+
+def _points(experiment: Experiment, residual: Residual, compared) -> pd.DataFrame:
+    simulated, measured, good = compared
+    speed = experiment.channels[0, residual.prefix].raw(
+        "reducer.input_speed" if experiment.channels[0, residual.prefix].has("reducer.input_speed") else "load.speed"
+    )
+    table = pd.DataFrame({"speed": speed, "measured": measured, "simulated": simulated, "error": measured - simulated})
+    return table[good].sort_values("speed").reset_index(drop=True)
+
+
+def _table(experiment: Experiment, compared) -> pd.DataFrame:
+    parts = [
+        pd.DataFrame({"run": run.name, "time": run.time, "measured": m, "simulated": s, "trusted": good})
+        for run, (s, m, good) in zip(experiment.runs, compared)
+    ]
+    return pd.concat(parts)

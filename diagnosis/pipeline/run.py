@@ -1,0 +1,116 @@
+"""From logs and a rig to the named cause: the whole way, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..data.faults import DataFault, check
+from ..data.log import MeasuredRun, read
+from ..data.rig import Rig
+from ..errors import DataError
+from ..judge.gain import blame
+from ..judge.result import Diagnosis
+from ..judge.time_step import finest, to_blame
+from ..judge.verdict import Judge, named, verdict
+from ..residuals.experiment import Experiment
+from ..search.selection import ForwardSelection
+from . import hold_out as division
+
+
+def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[MeasuredRun], list[DataFault], list[bool]]:
+    """All runs, their faults, and which runs are held out."""
+    if not logs:
+        raise DataError("give at least one log: selflock diagnose RIG LOG.")
+    given = [Path(path).resolve() for path in (*logs, *test)]
+    for path in given:
+        if given.count(path) > 1:
+            raise DataError(
+                f"{path}: is given twice. What judges must not have taught: give each log once, to learn from or as --test."
+            )
+    runs: list[MeasuredRun] = []
+    faults: list[DataFault] = []
+    held: list[bool] = []
+    for path, is_test in [*((p, False) for p in logs), *((p, True) for p in test)]:
+        found = read(path, rig)
+        faults += check(found, rig)
+        runs += found
+        held += [is_test] * len(found)
+    _refuse_unlike(runs)
+    division.refuse_useless(rig, runs, faults)
+    return runs, faults, held
+
+
+def _refuse_unlike(runs: list[MeasuredRun]) -> None:
+    """Logs of which one has a channel that another has not: then other comparisons would be made of each."""
+    first = runs[0]
+    for run in runs[1:]:
+        for name in sorted(set(first.signals) ^ set(run.signals)):
+            having, lacking = (first, run) if name in first.signals else (run, first)
+            raise DataError(
+                f"{lacking.log}: there is no column {name!r}, which {having.log} has. Give logs with the same columns."
+            )
+
+
+def diagnose_runs(
+    rig: Rig, runs: list[MeasuredRun], faults: list[DataFault], held: list[bool], out: Path | None, tell: Callable, seed: int,
+    blamed: list[dict] | None = None,
+) -> Diagnosis:  # fmt: skip
+    """The diagnosis of runs that are read and checked. held: which of them judge.
+
+    blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
+    """
+    rng = np.random.default_rng(seed)
+    experiment = Experiment(rig, runs)
+    train, names = division.split(experiment, runs, held)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
+    judged = ~train
+    search = search_over(experiment, runs, held, train, rng, tell)
+    outcome = search.run()
+    tell("gain", 0.0)
+    found = Judge(experiment, search, train, judged, names, rng).judge(outcome)
+    step, coarse, by_step = finest(experiment, found.before, found.after, judged), [], ""
+    if step and step.explains and all(d.residual == step.residual for d in found.left):
+        found, cause = to_blame(step, experiment, found, judged, names, rng)
+        coarse, by_step = [cause], step.residual
+    before, after, left = found.before, found.after, found.left
+    causes = named(search, found.outcome) + coarse
+    answer = verdict(causes, left, search, found.outcome)
+    shares = blamed
+    if shares is None:
+        base = found.outcome.base.misfit.reshape(search.shape)
+        shares = [] if answer == "none" else blame(search.experiment, base, search.present, found.outcome.causes, by_step)
+    remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
+    result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
+    result.extension["seed"] = seed
+    if out is not None and (causes or blamed is None):
+        from ..output.extend import extend
+        from ..output.report import write
+
+        result.folder = out
+        if answer in ("explained", "ambiguous") and found.outcome.causes:
+            tell("extended FMUs", 0.0)
+            effects = [c.hypothesis for c in found.outcome.causes]
+            result.extension |= extend(experiment, found.residual, before, after, judged, out, effects)
+        result.write(out)
+        tell("report", 0.0)
+        write(result, experiment, search, found.outcome, found.residual, before, after, train, left, faults, out)
+    return result
+
+
+def search_over(
+    experiment: Experiment,
+    runs: list[MeasuredRun],
+    held: list[bool],
+    train: np.ndarray,
+    rng,
+    tell=lambda *_: None,
+    kind=ForwardSelection,
+) -> ForwardSelection:
+    """The search on what teaches: whole runs where others are held out, else the blocks to train on."""
+    apart = any(held) and not experiment.steady
+    taught = Experiment(experiment.rig, [run for run, h in zip(runs, held) if not (apart and h)], sampled=True)
+    return kind(taught, np.ones(taught.blocks, bool) if apart else train, rng, tell)

@@ -1,0 +1,66 @@
+"""Where the samples of each run go: blocks, which a fit sees or does not see, and bins, whose averages are compared."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..data.log import MeasuredRun
+
+BLOCKS = 36
+"""Blocks that all runs together are cut into, about."""
+
+BINS = 250
+"""Averages kept of each block: what is left of noise then is small, and fits are fast."""
+
+
+class Blocks:
+    """Runs cut into blocks of about equal length, blocks into bins; steady-state points are a block each."""
+
+    def __init__(self, runs: list[MeasuredRun], steady: bool):
+        total = sum(len(run) for run in runs)
+        if steady:
+            length, per_bin = 1, 1
+        else:
+            length = max(20, min(int(np.ceil(total / BLOCKS)), max(len(run) for run in runs)))
+            per_bin = max(1, int(np.ceil(length / BINS)))
+        self.per_bin = per_bin
+        self.block_run: list[int] = []
+        self.place: list[np.ndarray] = []  # of each run: index of the bin of each sample
+        self.block_of: list[np.ndarray] = []
+        for i, run in enumerate(runs):
+            n = len(run)
+            if steady:
+                count, block = n, np.arange(n, dtype=np.int32)
+            else:
+                count = max(1, int(round(n / length)))
+                block = np.minimum(np.arange(n, dtype=np.int32) // int(np.ceil(n / count)), count - 1)
+                length, count = max(length, int(np.bincount(block).max())), int(block[-1]) + 1  # the last may stay empty
+            self.block_of.append(block)
+            self.block_run += [i] * count
+        self.bins = int(np.ceil(length / per_bin))
+        first = 0
+        for block in self.block_of:
+            starts = np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1])
+            inside = np.arange(len(block), dtype=np.int32) - starts.astype(np.int32)[block]
+            self.place.append((first + block) * self.bins + inside // per_bin)
+            first += block[-1] + 1
+        self.blocks = len(self.block_run)
+        self.block_run = np.array(self.block_run)
+        self.owner = self.block_run  # of each block, the run as it was read; of joined points another than the one joined
+
+    def firsts(self, i: int, share: float) -> np.ndarray:
+        """Places of the samples of run i in the first share of its blocks."""
+        lengths = np.bincount(self.block_of[i])
+        inside = np.arange(len(self.block_of[i])) - (np.cumsum(lengths) - lengths)[self.block_of[i]]
+        return np.flatnonzero(inside < np.ceil(share * lengths)[self.block_of[i]])
+
+    def bin(self, place: np.ndarray, samples: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sums and counts of the good samples in all bins; `place`: the bin of each."""
+        place = place[good]
+        size = self.blocks * self.bins
+        return np.bincount(place, samples[good], size), np.bincount(place, minlength=size)
+
+
+def compared(x: np.ndarray, take: np.ndarray | None, n: int) -> np.ndarray:
+    """x, which has all samples of a run, at the n that a residual compares: all of them, or those that it takes."""
+    return x if n == len(x) else x[take]

@@ -1,0 +1,165 @@
+"""From the channels of a run to what drives the components: filled, smoothed, differentiated, sensors undone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from ..data.log import MeasuredRun
+
+PIECE = 100_000
+"""Samples that are differentiated at a time."""
+
+
+@dataclass
+class ShaftMotion:
+    """A shaft's motion: angle, speed, acceleration, and where its direction is certain."""
+
+    angle: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+    sliding: np.ndarray  # bool: moving one way for sure, over the whole smoothing window
+    noise: float  # of the speed
+
+
+@dataclass
+class Channels:
+    """The channels of one drive in one run, bad samples bridged; `undo` takes out what sensors are supposed to do."""
+
+    run: MeasuredRun
+    prefix: str
+    steady: bool
+
+    def __post_init__(self):
+        n = len(self.run)
+        step = np.diff(self.run.time)
+        self.dt = np.ones(n) if self.steady else np.concatenate([[step[0] if n > 1 else 1.0], step])
+        self.memory: dict = {}  # what was derived under one rig
+        self.take: np.ndarray | None = None  # of a long run: the samples that are simulated
+
+    def has(self, *names: str) -> bool:
+        """Whether the log has all these channels of the drive."""
+        return all(self.prefix + name in self.run.signals for name in names)
+
+    def raw(self, name: str) -> np.ndarray:
+        """A channel with its bad samples bridged by straight lines."""
+        full, memory = self.prefix + name, self.run.memory
+        if full not in memory:
+            values, good = self.run.signals[full], self.good(name)
+            places = np.flatnonzero(good)
+            memory[full] = (
+                values
+                if good.all()
+                else (np.interp(np.arange(len(values)), places, values[good]) if len(places) else np.zeros(len(values)))
+            )
+        return memory[full]
+
+    def good(self, name: str) -> np.ndarray:
+        """Samples at which a channel can be trusted."""
+        full = self.prefix + name
+        return self.run.good.get(full, np.isfinite(self.run.signals[full]))
+
+    def true(self, name: str, values: dict[str, float]) -> np.ndarray:
+        """A channel as it was before its sensor: bias, scale and lag undone (a resolution cannot be)."""
+        x = self.raw(name)
+        bias, factor, lag = (self.sensor(name, key, values) for key in ("bias", "scale_factor", "lag_time"))
+        if bias is not None:
+            x = x - bias
+        if factor is not None:
+            x = x / factor
+        if lag:
+            x = x + lag * derivative(smooth(x, window(lag, self.dt)), np.cumsum(self.dt))
+        return x
+
+    def taken_steps(self) -> np.ndarray:
+        """Time from each sample that is simulated to the next, s: over what is left out, too."""
+        if self.take is None:
+            return self.dt
+        if "steps" not in self.memory:
+            self.memory["steps"] = np.diff(np.concatenate([[0.0], np.cumsum(self.dt)[self.take]]))
+        return self.memory["steps"]
+
+    @property
+    def gaps(self) -> np.ndarray:
+        """Which of the samples simulated are the last before some that are left out."""
+        return np.flatnonzero(np.diff(self.take) > 1)
+
+    def away_from_gaps(self, samples: int) -> np.ndarray:
+        """Which of the samples simulated are so far from those left out that a window of `samples` does not reach them."""
+        key = ("away", samples)
+        if key not in self.memory:
+            away = np.ones(len(self.take), bool)
+            for shift in range(-(samples // 2), samples // 2 + 1):
+                away[np.clip(self.gaps + shift + (shift <= 0), 0, len(away) - 1)] = False
+            self.memory[key] = away
+        return self.memory[key]
+
+    def sensor(self, name: str, key: str, values: dict[str, float]) -> float | None:
+        """What `values` say of a channel's sensor; None where they say nothing."""
+        return values.get(f"sensor.{self.prefix}{name}.{key}")
+
+
+def window(seconds: float, dt: np.ndarray) -> int:
+    """An odd number of samples that lasts about so long, at least 5."""
+    return max(5, int(seconds / np.median(dt)) | 1)
+
+
+def smooth(x: np.ndarray, samples: int) -> np.ndarray:
+    """Gaussian average over about so many samples (six standard deviations): no overshoot, little fast noise left."""
+    return gaussian_filter1d(x, samples / 6.0, mode="nearest", truncate=3.0) if 5 <= samples <= len(x) else x
+
+
+def derivative(x: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """dx/dt at all samples: numpy's gradient, which needs six times the memory of x, over one piece after another."""
+    found = np.empty(len(x))
+    for first in range(0, len(x), PIECE):
+        before = max(0, first - 1)
+        piece = slice(before, first + PIECE + 1)
+        found[first : first + PIECE] = np.gradient(x[piece], time[piece])[first - before :][:PIECE]
+    return found
+
+
+def _quantile(x: np.ndarray, share: float) -> float:
+    """Of the absolute values; x is left in disorder, for want of memory in an hour's log."""
+    return float(np.quantile(np.abs(x, out=x), share, overwrite_input=True))
+
+
+def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, samples: int) -> ShaftMotion:
+    """The motion from an angle, a speed or both: averaged over `samples`, then differentiated.
+
+    Whatever is compared with it can be smoothed in the same way: smoothing and differentiating change places.
+    """
+    samples = min(samples, (len(dt) - 1) | 1)
+    samples = samples if samples >= 5 else 0
+    time = np.cumsum(dt)
+    if speed is None:
+        fine = derivative(smooth(angle, samples), time)
+        plain = derivative(angle, time)
+    else:
+        fine, plain = smooth(speed, samples), speed
+    acceleration = derivative(fine, time)
+    if angle is None:
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
+    else:
+        angle = smooth(angle, samples) if samples else angle
+    rough = plain - fine  # half of it may be at rest, where a coarse sensor shows no noise
+    noise = max(_quantile(rough, 0.5) / 0.6745, _quantile(rough, 0.9) / 1.645) / np.sqrt(max(1, samples) / 2.25)
+    still = max(4.0 * noise, 5e-3 * _quantile(fine.copy(), 0.98), 1e-12)
+    moving = abs(fine) > still
+    same = np.sign(fine).astype(np.int8) * moving
+    reach = samples // 2 + 1
+    sliding = moving.copy()
+    for shift in range(1, reach + 1):
+        sliding[shift:] &= same[shift:] == same[:-shift]
+        sliding[:-shift] &= same[:-shift] == same[shift:]
+    if samples:  # the average has no neighbours at the ends
+        sliding[:reach] = sliding[-reach:] = False
+    return ShaftMotion(angle, fine, acceleration, sliding, noise)
+
+
+def rest(n: int) -> ShaftMotion:
+    """No motion at all."""
+    zero = np.zeros(n)
+    return ShaftMotion(zero, zero, zero, np.zeros(n, bool), 0.0)

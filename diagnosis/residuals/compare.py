@@ -1,0 +1,152 @@
+"""What each residual compares: simulated, measured and trusted samples of one run, from measured inputs and given values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import drive
+from .channels import Channels, ShaftMotion, derivative, smooth
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+
+Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def everywhere(n: int) -> np.ndarray:
+    """Nothing but the channels' faults, of which Experiment.compare knows, keeps a sample from being trusted."""
+    return np.ones(n, bool)
+
+
+def controller(experiment: Experiment, prefix: str, command: str, values: dict, ch: Channels) -> Compared:
+    """The controller acts on what its sensors say, right or wrong."""
+    shown = {name: value for name, value in values.items() if not name.startswith("sensor.")}
+    first, second = drive.both(experiment, prefix, shown, ch)
+    _, moved = drive.both(experiment, prefix, values, ch)
+    n = len(ch.dt)
+    angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
+    speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
+    wanted = ch.true("controller.angle_setpoint", values)
+    rate = drive.speed_setpoint(wanted, values, ch)
+    out = np.empty(n)
+    motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
+    delivered = drive.delivered(experiment, prefix, values, ch, moved)
+    experiment.kernels.controller(
+        drive.law(experiment, prefix, "controller", values, ch), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
+    )
+    return drive.read(command, out, values, ch), ch.raw(command), everywhere(n)
+
+
+def motor(experiment: Experiment, prefix: str, electric: str, values: dict, ch: Channels) -> Compared:
+    """The current that the measured voltage and speed make."""
+    first, _ = drive.both(experiment, prefix, values, ch)
+    voltage = drive.voltage(electric, values, ch)
+    current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
+    experiment.kernels.motor(drive.law(experiment, prefix, "motor", values, ch), voltage, first.speed, ch.dt, current, torque)
+    return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
+
+
+def gear_inputs(
+    experiment: Experiment, prefix: str, values: dict, ch: Channels, take: np.ndarray | slice = slice(None)
+) -> tuple[tuple[np.ndarray, ...], ShaftMotion]:
+    """What Reducer.fmu is given in kinematic mode, for each step of `take`, and the whole motion of its input shaft.
+
+    The output angle is put where the shaft's spring, behind its play, carries the output torque.
+    """
+    first, second = drive.both(experiment, prefix, values, ch)
+    law = drive.law(experiment, prefix, "reducer", values, ch)
+    delivered = drive.delivered(experiment, prefix, values, ch, second, take)
+    windup = delivered * (1.0 / law.shaft_stiffness + law.compliance) + 0.5 * law.backlash * np.sign(delivered)
+    speed = first.speed[take]
+    before = first.angle[take] - speed * ch.dt[take]
+    return (before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio), first
+
+
+def gear(experiment: Experiment, prefix: str, torque: str, electric: str, values: dict, ch: Channels) -> Compared:
+    """The balance at the motor's shaft: what the gear and the shaft's inertia take against what the motor gives.
+
+    The measured acceleration is that of a smoothed motion, so the rest of the balance is smoothed in the same way.
+    """
+    take = ch.take
+    pick = (lambda x: x) if take is None else (lambda x: x[take])
+    inputs, first = gear_inputs(experiment, prefix, values, ch, slice(None) if take is None else take)
+    law = drive.law(experiment, prefix, "reducer", values, ch)
+    dt = ch.taken_steps()
+    bare = np.empty(len(dt))
+    experiment.kernels.gear(law, *inputs, dt, bare)
+    good = pick(first.sliding)
+    if torque == "reducer.input_torque":
+        return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), good
+    if torque == "motor.torque":
+        given = ch.raw(torque)
+    elif torque == "motor.current":
+        given = np.empty(len(ch.dt))
+        experiment.kernels.shaft_torque(
+            drive.law(experiment, prefix, "motor", values, ch), ch.true(torque, values), first.speed, first.angle, ch.dt, given
+        )
+    else:
+        given = np.empty(len(ch.dt))
+        voltage = drive.voltage(electric, values, ch)
+        experiment.kernels.motor(
+            drive.law(experiment, prefix, "motor", values, ch), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given
+        )
+    given, inertial = pick(given), law.shaft_inertia * pick(first.acceleration)
+    if torque == "motor.torque":
+        bare = drive.read(torque, bare + inertial, values, ch) - inertial
+    if experiment.steady:
+        return bare, given, good
+    samples = 0 if experiment.choosing else min(experiment.smoothing[prefix], len(bare) - 1 | 1)
+    smoothed = smooth(given - bare, samples)
+    if take is not None:
+        good = good & ch.away_from_gaps(samples)
+    return bare + inertial, bare + smoothed, good
+
+
+def load(experiment: Experiment, prefix: str, values: dict, ch: Channels) -> Compared:
+    """The torque that the load takes for its measured motion."""
+    second = drive.shaft(experiment, prefix, "load.", values, ch)
+    out = np.empty(len(ch.dt))
+    experiment.kernels.load_torque(
+        drive.law(experiment, prefix, "load", values, ch), second.angle, second.speed, second.acceleration, out
+    )
+    name = "reducer.output_torque"
+    return drive.read(name, out, values, ch), ch.raw(name), everywhere(len(out))
+
+
+def redundant(experiment: Experiment, prefix: str, side: str, values: dict, ch: Channels) -> Compared:
+    """A measured speed against the derivative of the measured angle of the same shaft, smoothed alike."""
+    samples = experiment.smoothing[prefix]
+    slope = derivative(smooth(ch.true(side + "angle", values), samples), np.cumsum(ch.dt))
+    name = side + "speed"
+    good = everywhere(len(slope))
+    good[:samples] = good[-samples:] = False  # the average has no neighbours there
+    return drive.read(name, slope, values, ch), smooth(ch.raw(name), samples), good
+
+
+def twist(experiment: Experiment, prefix: str, values: dict, ch: Channels) -> Compared:
+    """The angle of the load behind the gear's spring and play."""
+    _, second = drive.both(experiment, prefix, values, ch)
+    out = np.empty(len(ch.dt))
+    angle = ch.true("reducer.input_angle", values)
+    experiment.kernels.twist(
+        drive.law(experiment, prefix, "reducer", values, ch), angle, drive.delivered(experiment, prefix, values, ch, second), out
+    )
+    good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(experiment, prefix, ch)
+    if good.any():  # where the encoders' zeros lie is nobody's fault
+        out -= np.mean((out - ch.raw("load.angle"))[good])
+    return drive.read("load.angle", out, values, ch), ch.raw("load.angle"), good
+
+
+def _pressed(experiment: Experiment, prefix: str, ch: Channels) -> np.ndarray:
+    """Where the nominal output torque is far enough from zero to press one flank for sure, and has been for a while."""
+    key = ("pressed", experiment.smoothing[prefix])
+    if key not in ch.memory:
+        torque = drive.delivered(experiment, prefix, {}, ch, drive.both(experiment, prefix, {}, ch)[1])
+        side = np.sign(torque) * (abs(torque) > 0.1 * np.quantile(abs(torque), 0.9))
+        steady = side != 0.0
+        for shift in range(1, 2 * experiment.smoothing[prefix]):
+            steady[shift:] &= side[shift:] == side[:-shift]
+        ch.memory[key] = steady
+    return ch.memory[key]

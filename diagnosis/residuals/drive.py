@@ -1,0 +1,129 @@
+"""What a log says of a drive: motions of its shafts, voltage, output torque, and what a sensor makes of a value."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .channels import Channels, ShaftMotion, derivative, motion
+from .kernels import kernels
+from .laws import parameters
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+
+MOST_KEPT = 1_000_000
+"""Samples of all motions of a shaft that are remembered beside the first: an hour's motion is 90 MB."""
+
+
+def law(experiment: Experiment, prefix: str, component: str, values: dict, ch: Channels):
+    """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
+    return parameters(component, prefix + component, {**experiment.rig.parameters, **values, **experiment.rig.of_log(ch.run.log)})
+
+
+def shaft(experiment: Experiment, prefix: str, side: str, values: dict, ch: Channels) -> ShaftMotion | None:
+    """The measured motion of one shaft, if it is measured, for what `values` say of its sensors."""
+    angle, speed = f"{side}angle", f"{side}speed"
+    if not (ch.has(angle) or ch.has(speed)):
+        return None
+    mine = f"sensor.{prefix}{angle}", f"sensor.{prefix}{speed}"
+    told = experiment.smoothing[prefix], *sorted((key, value) for key, value in values.items() if key.startswith(mine))
+    kept = ch.run.memory.setdefault(("motion", prefix, side), {})
+    if told in kept:
+        return kept[told]
+    found = (
+        _steady(ch, angle, speed, values)
+        if experiment.steady
+        else motion(
+            ch.true(angle, values) if ch.has(angle) else None,
+            ch.true(speed, values) if ch.has(speed) else None,
+            ch.dt,
+            experiment.smoothing[prefix],
+        )
+    )
+    for name in (angle, speed):
+        if ch.has(name):
+            found.sliding &= ch.good(name)
+    if not experiment.choosing and (not kept or (len(kept) + 1) * experiment.samples <= MOST_KEPT):
+        kept[told] = found
+    return found
+
+
+def _steady(ch: Channels, angle: str, speed: str, values: dict) -> ShaftMotion:
+    n = len(ch.dt)
+    pace = ch.true(speed, values) if ch.has(speed) else np.zeros(n)
+    place = ch.true(angle, values) if ch.has(angle) else np.zeros(n)
+    return ShaftMotion(place, pace, np.zeros(n), pace != 0.0, 0.0)
+
+
+def both(experiment: Experiment, prefix: str, values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
+    """Motions of the input shaft and of the load; one that is not measured follows the other in the gear's ratio."""
+    ratio = experiment.value(f"{prefix}reducer.gear_ratio", values)
+    first, second = shaft(experiment, prefix, "reducer.input_", values, ch), shaft(experiment, prefix, "load.", values, ch)
+    if first is None:
+        first = ShaftMotion(
+            second.angle * ratio,
+            second.speed * ratio,
+            second.acceleration * ratio,
+            second.sliding,
+            second.noise * ratio,
+        )
+    if second is None:
+        second = ShaftMotion(
+            first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio
+        )
+    return first, second
+
+
+def electric(ch: Channels) -> str:
+    """The channel that the motor's voltage is read from; "" where there is none."""
+    sources = (("motor.voltage",), ("motor.duty", "motor.supply_voltage"), ("controller.voltage",))
+    return next((source[0] for source in sources if ch.has(*source)), "")
+
+
+def voltage(electric: str, values: dict, ch: Channels) -> np.ndarray:
+    """Voltage on the motor, V; a duty counts times the supply's."""
+    found = ch.true(electric, values)
+    return found * ch.true("motor.supply_voltage", values) if electric == "motor.duty" else found
+
+
+def speed_setpoint(wanted: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
+    """Set-point of the speed: logged, or the rate of the angle's, `wanted`."""
+    name = "controller.speed_setpoint"
+    return ch.true(name, values) if ch.has(name) else derivative(wanted, np.cumsum(ch.dt))
+
+
+def delivered(
+    experiment: Experiment, prefix: str, values: dict, ch: Channels, second: ShaftMotion, take: np.ndarray | slice = slice(None)
+) -> np.ndarray:
+    """Output torque: measured, or what the load takes for its motion; `take`: at which samples."""
+    if ch.has("reducer.output_torque"):
+        return ch.true("reducer.output_torque", values)[take]
+    moves = second.angle[take], second.speed[take], second.acceleration[take]
+    out = np.empty(len(moves[0]))
+    experiment.kernels.load_torque(law(experiment, prefix, "load", values, ch), *moves, out)
+    return out
+
+
+def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
+    """What the sensor of a compared channel makes of the simulated value; a lag below 0 is one in reversed time.
+
+    x: at all samples, or at those that are taken.
+    """
+    bias, factor, lag, step = (ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution"))
+    if factor is not None:
+        x = x * factor
+    if bias is not None:
+        x = x + bias
+    if lag:
+        way, whole, parts = slice(None, None, 1 if lag > 0.0 else -1), len(x) == len(ch.dt), []
+        behind = [] if whole else ch.gaps + 1  # where it begins anew
+        for part, dt in zip(np.split(x, behind), np.split(ch.dt if whole else ch.dt[ch.take], behind)):
+            y = np.empty(len(part))
+            kernels().lag(part[way], dt, abs(lag), y)
+            parts.append(y[way])
+        x = np.concatenate(parts)
+    if step:
+        x = step * np.floor(x / step + 0.5)
+    return x

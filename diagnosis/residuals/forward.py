@@ -1,0 +1,83 @@
+"""The whole drive in time: from its voltage, or from its set-points with the loop closed, simulated motor to load."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..data.log import VALID
+from . import drive
+from .channels import Channels
+from .compare import Compared, everywhere
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+
+ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
+SOFTEST = 0.3
+"""The output shaft's own frequency times the inner step, at most: explicit coupling is stable below 1."""
+
+MOST_PARTS = 4
+
+
+SHOWN = {
+    "load.angle": "angle",
+    "reducer.input_angle": "input_angle",
+    "load.speed": "speed",
+    "reducer.input_speed": "input_speed",
+}
+"""Signals that the whole is compared by, the first that a log has, and their rows."""
+
+
+def motion(experiment: Experiment, prefix: str, shown: str, closed: bool, values: dict, ch: Channels) -> Compared:
+    """The motion of the whole drive against the measured one."""
+    simulated = simulate(experiment, prefix, values, ch, closed)[SHOWN[shown]]
+    take = slice(None) if ch.take is None else ch.take
+    measured = ch.raw(shown)[take]
+    return drive.read(shown, simulated[take], values, ch), measured, everywhere(len(measured))
+
+
+def simulate(experiment: Experiment, prefix: str, values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
+    """All signals of the drive over one run, or over the stretches of it that are taken; each starts as measured."""
+    first, second = drive.both(experiment, prefix, values, ch)
+    n = len(ch.dt)
+    laws = [drive.law(experiment, prefix, part, values, ch) for part in ("controller", "motor", "reducer", "load")]
+    reducer, load = laws[2], laws[3]
+    stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
+    laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
+    zero = np.zeros(n)
+    voltage = supply = zero
+    if ch.has("motor.duty", "motor.supply_voltage"):
+        supply = ch.true("motor.supply_voltage", values)
+        voltage = drive.voltage("motor.duty", values, ch)
+    elif not closed:
+        voltage = drive.voltage(drive.electric(ch), values, ch)
+    wanted = ch.raw("controller.angle_setpoint") if ch.has("controller.angle_setpoint") else zero
+    rate = drive.speed_setpoint(wanted, {}, ch)
+    powered = ch.run.signals.get(VALID, np.ones(n))
+    out = np.zeros((8, n))
+    for here in stretches(ch):
+        i = here.start
+        start = np.array([second.angle[i] * reducer.gear_ratio, first.speed[i], second.angle[i], second.speed[i]])
+        given = (x[here] for x in (powered, supply, voltage, wanted, rate, ch.dt))
+        experiment.kernels.whole(*laws, 1.0 if closed else 0.0, *given, stiffness[1], start, out[:, here])
+    return dict(zip(ROWS, out))
+
+
+def stretches(ch: Channels) -> list[slice]:
+    """Where samples that are taken follow one another without a gap."""
+    if ch.take is None:
+        return [slice(0, len(ch.dt))]
+    return [slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, ch.gaps + 1)]
+
+
+def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
+    """Stiffness of the output shaft, parts of a step, damping: as given, or as stiff as so many parts carry."""
+    inertia = load.inertia + load.mass * load.arm**2
+    behind = reducer.shaft_inertia * reducer.gear_ratio**2
+    together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
+    parts = int(np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS))
+    stiffness = min(reducer.shaft_stiffness, together * (SOFTEST * parts / step) ** 2)
+    damping = min(reducer.shaft_damping, 0.4 * np.sqrt(stiffness * together))
+    return (stiffness, parts), max(damping, 0.2 * np.sqrt(stiffness * together))

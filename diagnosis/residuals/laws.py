@@ -1,0 +1,100 @@
+"""The components' laws: plain for their tables, compiled for fitting. The source is the FMUs' own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from importlib import import_module
+from math import inf
+
+from selflock.fmus.slave import Variable, rows
+
+from ..data.rig import Rig, split, suggest
+from ..data.signals import SIGNALS
+from ..errors import DataError
+
+MODULES = {
+    "controller": "selflock.fmus.controller.pd",
+    "motor": "selflock.fmus.motor.dc",
+    "reducer": "selflock.fmus.reducer.shaft",
+    "load": "selflock.fmus.load.load",
+}
+_TABLES = {**MODULES, "reducer": "selflock.fmus.reducer.law"}
+LAWS = {component: import_module(module) for component, module in _TABLES.items()}
+
+
+@cache
+def compiled(module: str):
+    """A module of the laws with all its functions compiled by numba."""
+    from selflock.master.compiled import compiled as compile_module
+
+    return compile_module(module)
+
+
+@cache
+def _type(component: str):
+    return compiled(_TABLES[component]).Parameters
+
+
+def parameters(component: str, name: str, values: dict[str, float]):
+    """The component's Parameters, with `values` named "<name>.<parameter>" in place of its defaults."""
+    kind, start = _type(component), len(name) + 1
+    given = {key[start:]: value for key, value in values.items() if key.startswith(name + ".")}
+    return kind(**{key: float(value) for key, value in given.items() if key in kind._fields})
+
+
+def check_names(rig: Rig) -> None:
+    """Refuse parameters that no FMU has, values that the FMU would refuse, and `known` names that are none."""
+    _check(rig, "parameters", rig.parameters.items())
+    _check(rig, "uncertain", ((name, end) for name, ends in rig.uncertain.items() for end in ends), sensors=True)
+    for pattern, values in rig.logs.items():
+        _check(rig, f'logs."{pattern}"', values.items())
+    for name in rig.known:
+        if split(name, rig.drives)[1] not in SIGNALS:  # that is a sensor which is trusted
+            _row(rig, "[rig] known", name)
+
+
+def _check(rig: Rig, table: str, given: Iterable[tuple[str, float]], sensors: bool = False) -> None:
+    """Every name is a parameter of a component of a drive (or of a sensor), every value one that its FMU takes."""
+    where = f"[{table}]"
+    for name, value in given:
+        if name.startswith("sensor.") and not sensors:
+            raise DataError(
+                f"{rig.path}: {where} {name!r}: what a sensor is known to do belongs in [columns], as factor and offset."
+            )
+        row = _row(rig, where, name)
+        low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
+        if not low <= value <= high:
+            unit = f" {row.unit}" if row.unit else ""
+            sign = " A sign belongs in [columns], as a factor." if value < 0.0 <= low else ""
+            raise DataError(
+                f"{rig.path}: {where} {name!r}: {value:.6g}{unit} is outside the range of {row.name}, [{low:.6g}, {high:.6g}]{unit}.{sign}"
+            )
+
+
+def _row(rig: Rig, where: str, name: str) -> Variable | None:
+    """The parameter's row in its FMU; None for all of a component."""
+    if name.startswith("sensor."):
+        component, (channel, _, parameter) = "sensor", name.removeprefix("sensor.").rpartition(".")
+        if split(channel, rig.drives)[1] not in SIGNALS:
+            raise DataError(f"{rig.path}: {where} {name!r}: there is no channel {channel!r}.{suggest(channel, SIGNALS)}")
+    else:
+        prefix, rest = split(name, rig.drives)
+        component, _, parameter = rest.partition(".")
+        if prefix not in rig.drives or component not in LAWS:
+            drives = f" The drives are {', '.join(rig.drives)}: begin with one of them." if rig.drives != ("",) else ""
+            raise DataError(f"{rig.path}: {where} {name!r}: there is no such component.{drives or suggest(component, LAWS)}")
+    table = {row.name: row for row in _rows(component)}
+    if parameter == "*":
+        return None
+    if parameter not in table:
+        raise DataError(
+            f"{rig.path}: {where} {name!r}: {component.capitalize()}.fmu has no {parameter!r}.{suggest(parameter, table)}"
+        )
+    return table[parameter]
+
+
+@cache
+def _rows(component: str) -> tuple[Variable, ...]:
+    law = import_module("selflock.fmus.sensor.sensor") if component == "sensor" else LAWS[component]
+    return rows(law.BASE, law.EFFECTS)

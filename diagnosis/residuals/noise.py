@@ -1,0 +1,134 @@
+"""The noise floor of a comparison: the error that a simulation without any fault would still leave.
+
+Noise is told from a fault by being new in every sample: differences of neighbours have it, slow errors hardly. Three
+things hide it from such differences. A value held over several samples is one sample of noise: only changes count. A
+quantised value at rest has the same rounding error again and again: the floor is at least that of rounding, a step /
+sqrt(12). And a steady-state point has no neighbours in time: the halves of its run, or neighbours in speed, take their
+place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..data.faults import resolution
+from . import drive
+from .residual import Residual
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+
+FEWEST = 10
+"""Differences of samples without which nothing is said: the floor is 0 then."""
+
+COARSE = 0.1
+"""A resolution beyond this share of the differences shows in them."""
+
+STRETCHES = 8
+"""A run of steady state is cut into so many; every second one makes one half, so that a drift is in both."""
+
+QUIET = 0.2
+"""Share of a run's blocks whose noise is taken for that of the quieter ones."""
+
+ALIKE = 0.02
+"""Share of the largest load by which the loads of neighbouring points may differ."""
+
+
+def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
+    """Noise (standard deviation, in the residual's unit) of what a residual compares; `errors` are those with these values."""
+    if experiment.steady:
+        return of_points(experiment, residual, values)
+    reach = experiment.reach(residual)
+    measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
+    return of_samples(errors, trusted, reach, resolution(measured) if reach == 1 else 0.0)
+
+
+def of_samples(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int = 1, quantum: float = 0.0) -> float:
+    """Noise of single samples: of changes from neighbour to neighbour, `reach` samples on, where smoothing ends.
+
+    quantum: resolution of the measured channel. Rounding is taken as even over a step, its noise as quantum / sqrt(12)
+    (Widrow 1956); where other noise dithers it the differences have it already.
+    """
+    steps = np.concatenate([(e[reach:] - e[:-reach])[t[reach:] & t[:-reach]] for e, t in zip(errors, trusted)])
+    steps = abs(steps[steps != 0.0])
+    if len(steps) <= FEWEST:
+        return 0.0
+    usual = float(np.median(steps)) / 0.6745
+    if quantum > COARSE * usual:  # differences are then a few multiples of the step, among which a median jumps
+        usual = float(np.sqrt(np.mean(steps[steps <= 4.0 * max(usual, quantum)] ** 2)))
+    return max(usual / np.sqrt(2.0), quantum / np.sqrt(12.0))
+
+
+def of_points(experiment: Experiment, residual: Residual, values: dict) -> float:
+    """Noise of steady-state points: by the halves of their runs; of points that are rows, by their neighbours."""
+    return _by_halves(experiment, residual, values) if experiment.rig.run else _by_neighbours(experiment, residual, values)
+
+
+def _by_halves(experiment: Experiment, residual: Residual, values: dict) -> float:
+    """A point is the mean of two halves, so its variance is a quarter of that of their difference."""
+    place, errors, trusted = experiment.residuals.index(residual), [], []
+    for odd in (0, 1):
+        runs = []
+        for run in experiment.original:
+            mine = np.arange(len(run)) * STRETCHES // len(run) % 2 == odd
+            runs.append(replace(run, good={name: run.usable(name) & mine for name in run.signals}))
+        half = type(experiment)(experiment.rig, runs)
+        ((simulated, measured, good),) = half.compare(half.residuals[place], values)
+        errors.append(measured - simulated)
+        trusted.append(good & np.isfinite(simulated))
+    both = trusted[0] & trusted[1]
+    return 0.5 * float(np.sqrt(np.mean((errors[0] - errors[1])[both] ** 2))) if both.any() else 0.0
+
+
+def _by_neighbours(experiment: Experiment, residual: Residual, values: dict) -> float:
+    """Each point against the straight line through its neighbours in speed, on the same side and under the same load.
+
+    Gasser, Sroka and Jennen-Steinmetz (1986), Biometrika 73, 625.
+    """
+    ((simulated, measured, good),) = experiment.compare(residual, values)
+    ch, error = experiment.channels[0, residual.prefix], measured - simulated
+    first, second = drive.both(experiment, residual.prefix, values, ch)
+    load = drive.delivered(experiment, residual.prefix, values, ch, second)
+    kind = np.round(load / max(ALIKE * float(abs(load).max()), 1e-300))
+    good = good & np.isfinite(simulated)
+    off = []
+    for group in set(zip(np.sign(first.speed[good]), kind[good])):
+        mine = np.flatnonzero(good & (np.sign(first.speed) == group[0]) & (kind == group[1]))
+        mine = mine[np.argsort(first.speed[mine], kind="stable")]
+        x, e = first.speed[mine], error[mine]
+        wide = x[2:] - x[:-2]
+        after = np.where(wide > 0.0, (x[1:-1] - x[:-2]) / np.where(wide > 0.0, wide, 1.0), 0.5)  # weight of the point after
+        off.append((e[1:-1] - (1.0 - after) * e[:-2] - after * e[2:]) / np.sqrt(1.0 + after**2 + (1.0 - after) ** 2))
+    off = abs(np.concatenate(off)) if off else np.zeros(0)
+    return float(np.median(off)) / 0.6745 if len(off) >= 3 else 0.0
+
+
+def of_bins(misfit: np.ndarray, present: np.ndarray, steady: bool, lag: int) -> float:
+    """Noise of bins: from differences of near neighbours, `lag` bins apart, which what varies slowly does not reach."""
+    lag = min(lag, max(1, misfit.shape[1] // 2))
+    steps = (misfit[:, lag:] - misfit[:, :-lag])[present[:, lag:] & present[:, :-lag]]
+    level = float(np.sqrt(np.mean(misfit[present] ** 2))) if present.any() else 0.0
+    if steady or len(steps) < 20:
+        steps = np.diff(misfit[present])
+    return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) else 0.0, 1e-3 * level, 1e-300)
+
+
+def of_quiet_bins(misfit: np.ndarray, present: np.ndarray, lag: int) -> float:
+    """Noise of the quieter blocks. Elsewhere a fast wave that is missing may pass for noise: neighbours differ by it.
+
+    Of equally noisy blocks the quieter ones would seem so by chance; that is made good, with the spread of a median.
+    """
+    levels, counts = [], []
+    for r, p in zip(misfit, present):
+        steps = (r[lag:] - r[:-lag])[p[lag:] & p[:-lag]]
+        if len(steps) >= 20:
+            levels.append(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0))
+            # neighbours within the reach of smoothing are no new evidence
+            counts.append(len(steps) / max(1.0, 0.5 * lag))
+    if len(levels) < 5:
+        return np.inf
+    spread = 1.3 / np.sqrt(np.median(counts))
+    return float(np.quantile(levels, QUIET)) / max(1.0 - 0.84 * spread, 0.5)

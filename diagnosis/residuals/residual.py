@@ -1,0 +1,144 @@
+"""Which comparisons a log allows: residuals of the drive, so that each component runs on measured inputs.
+
+A residual is a comparison of one measured channel with what some of the components compute from other measured channels:
+
+    controller   set-points and measured angles     -> voltage
+    motor        measured voltage and speed         -> current (or torque)
+    gear         measured motion (and load)         -> torque at the motor's shaft
+    load         measured motion of the load        -> output torque
+    twist        measured angle of the input shaft  -> angle of the load
+    input        measured angle of the input shaft  -> its speed: sensors alone
+    output       measured angle of the load         -> its speed: sensors alone
+    drive        set-points or voltage              -> motion: the whole at once, where the rig asks for it (simulate)
+
+A residual whose misfit is noise proves its components; a residual that is off has the fault among its components.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..data.signals import unit
+from ..errors import DataError
+from . import compare, drive, forward
+from .channels import Channels
+from .compare import Compared
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+
+
+@dataclass
+class Residual:
+    """One comparison: `compute(experiment, values, channels)` gives simulated, measured and trusted samples of one run."""
+
+    name: str  # drive prefix + controller | motor | gear | load | twist
+    components: tuple[str, ...]
+    reads: tuple[str, ...]
+    output: str  # channel
+    unit: str
+    compute: Callable[[Experiment, dict, Channels], Compared]
+    prefix: str = ""  # of the drive
+    noise: float = 1.0  # of a bin's average
+
+    @property
+    def reading(self) -> str:
+        """What the compared channel reads: speed, current, torque ..."""
+        return self.output.rpartition(".")[2]
+
+    def uses(self, name: str) -> bool:
+        """Whether a parameter's value matters to this residual: one of its components', or a sensor's of its channels."""
+        owner = name.rpartition(".")[0]
+        if name.startswith("sensor."):
+            return owner.removeprefix("sensor.") in (*self.reads, self.output)
+        return owner in self.components or name == self.prefix + "reducer.gear_ratio" or owner == self.prefix + "load"
+
+
+MOVES = ("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed")
+
+
+def residuals(experiment: Experiment, prefix: str) -> list[Residual]:
+    """The comparisons of one drive."""
+    probe = experiment.channels[0, prefix]
+    has, linear = probe.has, experiment.rig.linear
+    name = {part: prefix + part for part in ("controller", "motor", "reducer", "load")}
+    found: list[Residual] = []
+
+    def add(kind, components, reads, output, compute):
+        measure = unit("motor.torque" if kind == "gear" else output, linear)
+        reads = tuple(prefix + r for r in reads if has(r))
+        found.append(
+            Residual(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
+        )
+
+    electric = drive.electric(probe)
+    moves = [m for m in MOVES if has(m)]
+    delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
+    if experiment.rig.kind == "forward" and experiment.rig.simulate and electric and moves:
+        closed = experiment.rig.simulate == "closed"
+        if closed and not has("controller.angle_setpoint"):
+            raise DataError(f'{experiment.rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')
+        shown = next(m for m in forward.SHOWN if has(m))
+        read = (
+            ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage")
+            if closed
+            else ("motor.duty", "motor.supply_voltage", "motor.voltage", "controller.voltage")
+        )
+        add(
+            "drive",
+            [*(["controller"] if closed else []), "motor", "reducer", "load"],
+            (*read, *moves),
+            shown,
+            lambda b, v, ch: forward.motion(b, prefix, shown, closed, v, ch),
+        )
+        return found
+
+    volts = ("motor.duty", "motor.supply_voltage") if electric == "motor.duty" else (electric,) if electric else ()
+    command = "controller.voltage" if has("controller.voltage") else "motor.voltage" if has("motor.voltage") else ""
+    if command and has("controller.angle_setpoint") and moves and not experiment.steady:
+        add(
+            "controller",
+            ["controller"],
+            ("controller.angle_setpoint", "controller.speed_setpoint", *moves, *delivered),
+            command,
+            lambda b, v, ch: compare.controller(b, prefix, command, v, ch),
+        )
+    if electric and moves and has("motor.current"):
+        add("motor", ["motor"], (*volts, *moves), "motor.current", lambda b, v, ch: compare.motor(b, prefix, electric, v, ch))
+    torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
+    if torque and moves:
+        who = ["reducer"] if delivered else ["reducer", "load"]
+        if torque not in ("motor.torque", "reducer.input_torque"):
+            who = ["motor", *who]
+        add(
+            "gear",
+            who,
+            (*moves, *(volts if torque == electric else ()), *delivered),
+            torque,
+            lambda b, v, ch: compare.gear(b, prefix, torque, electric, v, ch),
+        )
+    described = {key.rpartition(".")[0] for key in experiment.rig.parameters}
+    if delivered and (has("load.angle") or has("load.speed")) and name["load"] in described:
+        add(
+            "load",
+            ["load"],
+            ("load.angle", "load.speed"),
+            "reducer.output_torque",
+            lambda b, v, ch: compare.load(b, prefix, v, ch),
+        )
+    for side, kind in (("reducer.input_", "input"), ("load.", "output")):
+        if has(side + "angle", side + "speed") and not experiment.steady:
+            add(
+                kind, [], (side + "angle",), side + "speed", lambda b, v, ch, side=side: compare.redundant(b, prefix, side, v, ch)
+            )
+    if has("reducer.input_angle", "load.angle") and not experiment.steady:
+        add(
+            "twist",
+            ["reducer", *([] if delivered else ["load"])],
+            (*moves, *delivered),
+            "load.angle",
+            lambda b, v, ch: compare.twist(b, prefix, v, ch),
+        )
+    return found

@@ -1,0 +1,122 @@
+"""A hypothesis after its fit, and how two of them compare on blocks that their fits did not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .fit import Fit
+from .hypotheses import Free, Hypothesis
+
+MATTERS = 0.02
+"""Share of the error's energy by which a rival must be worse to be beaten."""
+
+DRIFTS = ("warm_up", "wear", "winding_heating")
+"""Effects that change in time: a constant does as much where none was seen to."""
+
+CUT_IN_METAL = ("wedge_angle", "gear_ratio")
+"""Nominal values that are doubted last."""
+
+ALIKE = 1.002
+"""Errors within this factor are equal to the last digits: the same law twice."""
+
+
+@dataclass
+class Candidate:
+    """A hypothesis in one stage: how it did on training blocks that its fit did not see."""
+
+    hypothesis: Hypothesis
+    free: tuple[Free, ...]
+    fit: Fit | None
+    losses: np.ndarray  # (blocks, residuals): what each residual adds to the mean loss of each training block
+    drop: float = 0.0  # of the error, largest over the residuals, 0 to 1
+    gain: float = 0.0  # drop of the loss in units of the noise's
+    chance: float = 1.0  # share of draws in which chance does as well
+    linear: float = 0.0  # the gain of the first, linear look
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Mean loss of each training block."""
+        return self.losses.sum(1)
+
+
+def more(a: Candidate, b: Candidate) -> tuple[float, np.ndarray]:
+    """How much more a leaves than b on unseen blocks, as a share, and for each block.
+
+    Only the residuals in which they differ count: residuals that neither touches would hide what one explains and not the other.
+    """
+    apart = abs((a.losses - b.losses).mean(0)) > 1e-3 * b.losses.mean(0)
+    difference = (a.losses - b.losses)[:, apart].sum(1)
+    return difference.mean() / max(b.losses[:, apart].sum(1).mean(), 1e-300), difference
+
+
+def worse(a: Candidate, b: Candidate, chance_level: float) -> bool:
+    """Whether a leaves more than b, enough to matter: beyond what varies between blocks, or beyond chance_level.
+
+    chance_level: gain that the best hypothesis finds by chance in one draw of twenty.
+    """
+    share, difference = more(a, b)
+    spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
+    return share > MATTERS and (difference.mean() > 2.0 * spread or difference.mean() > 2.0 * chance_level * b.errors.mean())
+
+
+def equal(a: Candidate, b: Candidate, chance_level: float) -> bool:
+    """Whether neither is worse than the other."""
+    return not worse(a, b, chance_level) and not worse(b, a, chance_level)
+
+
+def better(a: Candidate | None, b: Candidate, chance_level: float, whole: bool) -> Candidate:
+    """Of two fits of a hypothesis the one with fewer free numbers, unless it is worse. whole: of a whole drive."""
+    if a is None:
+        return b
+    first, second = (a, b) if len(a.free) <= len(b.free) else (b, a)
+    if whole and _ends(first) and not _ends(second) and not worse(second, first, chance_level):
+        return second  # fewer numbers, but pressed against the end of their range, are no simpler law
+    return first if not worse(first, second, chance_level) else second
+
+
+def _ends(candidate: Candidate) -> bool:
+    """Whether a number that the hypothesis sets free is at the end of its range."""
+    at = candidate.fit.values
+    return any(
+        at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < 1e-3 * (p.high - p.low) for p in candidate.free
+    )
+
+
+def simplest(real: Sequence[Candidate], found: Sequence[Hypothesis], chance_level: float) -> Candidate:
+    """The one with the fewest free numbers among those that are not worse than the best, which is the first.
+
+    More numbers of a cause that is found already are less than one more cause. Of the same law twice the more special
+    one is the cause, an effect before a nominal value; but what would drift and was not seen to is a value that is off.
+    """
+    as_good = [c for c in real if not worse(c, real[0], chance_level)]
+    fewest = min(len(c.free) for c in as_good)
+    as_simple = [c for c in as_good if len(c.free) == fewest]
+    as_simple = [c for c in as_simple if any(c.hypothesis.same_cause(f) for f in found)] or as_simple
+    least = min(c.errors.mean() for c in as_simple)
+
+    def doubt(c: Candidate) -> tuple:
+        effect, label = c.hypothesis.effect, c.hypothesis.label
+        return (
+            effect in DRIFTS,
+            label.endswith(CUT_IN_METAL),
+            effect == "parameter",
+            len(c.hypothesis.free),
+            c.errors.mean(),
+        )
+
+    return min((c for c in as_simple if c.errors.mean() <= ALIKE * least), key=doubt)
+
+
+def same_law(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
+    """A nominal value that does exactly what the component's effect does is no other cause.
+
+    rows: samples of the misfit that count; size: of a usual misfit.
+    """
+    effects = [a.hypothesis.effect, b.hypothesis.effect]
+    if a.hypothesis.component != b.hypothesis.component or effects.count("parameter") != 1:
+        return False
+    difference = (a.fit.misfit - b.fit.misfit)[rows]
+    return bool(np.sqrt(np.mean(difference**2)) < 0.05 * size)

@@ -1,0 +1,182 @@
+"""Fitting a few parameters of a simulation to measured blocks, and judging a fit on blocks it did not see.
+
+A misfit is (measured - simulated) / noise, one entry for each trusted sample, 0 where data are masked. Fits minimise
+the sum of rho(r) = 2 c^2 (sqrt(1 + (r/c)^2) - 1), which is r^2 for small r and grows like |r| beyond c, so that a few
+wild samples cannot pull a fit (scipy's soft_l1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from .hypotheses import Free
+
+DAMPINGS = (1e-9, 1e-3, 1e-2, 0.1, 1.0)
+"""Levenberg-Marquardt's, over columns of length 1: tried where the simulation is far from linear."""
+
+Misfit = Callable[[dict[str, float]], np.ndarray]
+
+
+@dataclass
+class Fit:
+    """Parameters that fit the training samples best, and what the simulation leaves there and elsewhere."""
+
+    free: tuple[Free, ...]
+    values: dict[str, float]  # of the free parameters
+    misfit: np.ndarray  # at all samples
+    jacobian: np.ndarray  # d misfit / d value
+    weights: np.ndarray  # of the robust loss, sqrt: 1 where the misfit is small
+
+    def covariance(self, rows: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        """Of the free values, by the sandwich over blocks, so that correlated noise does not make it too small."""
+        weighted = self.jacobian[rows] * self.weights[rows, None]
+        lengths = np.sqrt(np.maximum((weighted**2).sum(0), 1e-300))
+        weighted = weighted / lengths
+        errors = self.misfit[rows] * self.weights[rows]
+        bread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-10)
+        labels, places = np.unique(blocks[rows], return_inverse=True)
+        scores = np.zeros((len(labels), len(self.free)))
+        np.add.at(scores, places, weighted * errors[:, None])
+        meat = scores.T @ scores * len(labels) / max(1, len(labels) - len(self.free))
+        return bread @ meat @ bread / np.outer(lengths, lengths)
+
+    def intervals(self, rows: np.ndarray, blocks: np.ndarray, level: float = 1.96) -> dict[str, tuple[float, float]]:
+        """95 % intervals, no wider than the bounds."""
+        if not self.free:
+            return {}
+        spread = level * np.sqrt(np.maximum(np.diag(self.covariance(rows, blocks)), 0.0))
+        return {
+            p.name: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s)) for p, s in zip(self.free, spread)
+        }
+
+
+def weight(misfit: np.ndarray, c: float) -> np.ndarray:
+    """Square root of the weight that rho gives a sample."""
+    return (1.0 + (misfit / c) ** 2) ** -0.25
+
+
+def rho(misfit: np.ndarray, c: float) -> np.ndarray:
+    """The robust loss of each sample."""
+    return 2.0 * c * c * (np.sqrt(1.0 + (misfit / c) ** 2) - 1.0)
+
+
+def scale(free: Free, value: float) -> float:
+    """A length on which this parameter matters."""
+    reach = [abs(value), abs(free.nominal)]
+    if np.isfinite(free.high - free.low):
+        reach.append(0.02 * (free.high - free.low))
+    return max(reach) or 1.0
+
+
+def change(moved: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """How a misfit moves; 0 where no samples are trusted before or after: a sensor's bias can make rest of motion."""
+    return np.where((moved == 0.0) | (at == 0.0), 0.0, moved - at)
+
+
+def slope(moved: np.ndarray, at: np.ndarray, step: float) -> np.ndarray:
+    """d misfit / d value by a finite step."""
+    return change(moved, at) / step
+
+
+def jacobian(misfit: Misfit, fixed: dict, free: Sequence[Free], values: dict, at: np.ndarray) -> np.ndarray:
+    """Forward differences, inside the bounds."""
+    columns = []
+    for parameter in free:
+        value = values[parameter.name]
+        step = 1e-3 * scale(parameter, value)
+        if value + step > parameter.high:
+            step = -step
+        columns.append(slope(misfit({**fixed, **values, parameter.name: value + step}), at, step))
+    return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
+
+
+def fit(
+    misfit: Misfit,
+    fixed: dict,
+    free: Sequence[Free],
+    start: dict,
+    rows: np.ndarray,
+    c: float,
+    effort: int = 25,
+    ftol: float = 1e-6,
+    xtol: float = 1e-5,
+) -> Fit:
+    """Least squares over `rows` from `start`, robust, within the bounds."""
+    free = tuple(free)
+    if not free:
+        r = misfit(fixed)
+        return Fit((), {}, r, np.zeros((len(r), 0)), weight(r, c))
+    start = {p.name: start[p.name] if np.isfinite(start[p.name]) else p.nominal for p in free}
+    low = np.array([p.low for p in free])
+    high = np.array([p.high for p in free])
+    lengths = np.array([scale(p, start[p.name]) for p in free])
+    inside = np.minimum(np.maximum([start[p.name] for p in free], low), high)
+    tiny = 1e-9 * lengths
+    origin = np.clip(inside, low + np.minimum(tiny, (high - low) / 4), high - np.minimum(tiny, (high - low) / 4))
+    known: dict[bytes, np.ndarray] = {}
+
+    def named(x):
+        return {p.name: float(v) for p, v in zip(free, np.clip(x * lengths, low, high))}
+
+    def value(x):
+        key = x.tobytes()
+        if key not in known:
+            known.clear()
+            known[key] = misfit({**fixed, **named(x)})
+        return known[key]
+
+    least, most = low / lengths, high / lengths
+    found = least_squares(
+        lambda x: value(x)[rows],
+        np.clip(origin / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
+        jac=lambda x: jacobian(misfit, fixed, free, named(x), value(x))[rows] * lengths,
+        bounds=(least, most),
+        loss="soft_l1",
+        f_scale=c,
+        max_nfev=effort,
+        xtol=xtol,
+        ftol=ftol,
+        gtol=1e-8,
+    )
+    values = named(found.x)
+    r = value(found.x)
+    return Fit(free, values, r, jacobian(misfit, fixed, free, values, r), weight(r, c))
+
+
+def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | None = None, c: float = np.inf) -> np.ndarray:
+    """Misfit of each training fold under the fit to the other folds; other samples keep the fit's own misfit.
+
+    The fit to the other folds is one Gauss-Newton step away from the fit to all, which is exact where the
+    simulation is linear in its parameters and close to it where blocks are many. Where it is far from linear, as that
+    of a whole drive, give its `misfit` and where the robust loss turns: steps more and less damped are then tried,
+    and that which fits the other folds best is taken.
+    """
+    out = fitted.misfit.copy()
+    if not fitted.free:
+        return out
+    weighted = fitted.jacobian * fitted.weights[:, None]
+    errors = fitted.misfit * fitted.weights
+    lengths = np.sqrt((weighted[rows] ** 2).sum(axis=0))
+    lengths[lengths == 0.0] = 1.0
+    weighted = weighted / lengths
+    for fold in np.unique(folds[rows]):
+        seen = rows & (folds != fold)
+        unseen = rows & (folds == fold)
+        gram, pull = weighted[seen].T @ weighted[seen], weighted[seen].T @ errors[seen]
+        low = np.array([p.low - fitted.values[p.name] for p in fitted.free]) * lengths
+        high = np.array([p.high - fitted.values[p.name] for p in fitted.free]) * lengths
+        steps = [
+            np.clip(-np.linalg.solve(gram + damping * np.eye(len(gram)), pull), low, high) / lengths
+            for damping in (DAMPINGS if misfit else DAMPINGS[:1])
+        ]
+        if misfit is None:
+            out[unseen] = fitted.misfit[unseen] + fitted.jacobian[unseen] @ steps[0]
+            continue
+        moved = [{p.name: fitted.values[p.name] + float(x) for p, x in zip(fitted.free, step)} for step in steps]
+        found = min([fitted.misfit, *map(misfit, moved)], key=lambda r: rho(r[seen], c).sum())
+        out[unseen] = found[unseen]
+    return out

@@ -1,0 +1,224 @@
+"""The ways in which each hypothesis may act, as columns: how a misfit moves with its amplitudes, its shapes fixed.
+
+Misfits are arranged in blocks of equal length, an array (blocks, samples). Around the base fit the simulation is
+taken as linear: the misfit under a hypothesis is r + X d, X the base fit's columns and the hypothesis's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+
+from .fit import change, scale, slope
+from .hypotheses import ORDERS, Free, Hypothesis
+
+PER_DECADE = 2
+"""Values tried in a decade of a parameter that shapes an effect."""
+
+HIGHEST_ORDER = 64
+"""Waves in a turn are looked for up to this number."""
+
+JUMPS = 11
+"""Amounts tried of a parameter that acts only from a finite amount on."""
+
+MOST_STARTS = 40
+"""Combinations of shapes tried for one way of acting, orders apart."""
+
+
+@dataclass
+class Direction:
+    """One way in which a hypothesis may act: its shape parameters fixed, its amplitudes as columns."""
+
+    hypothesis: Hypothesis
+    shape: dict[str, float]
+    amplitudes: tuple[Free, ...]
+    columns: np.ndarray  # (blocks, samples, amplitudes), d misfit / d amplitude
+    gain: float = 0.0
+    amounts: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    phase: str = ""  # name of a phase; then the columns are the amplitude's at phase 0 and a quarter later
+    jump: float = 0.0  # where not 0 the only amount that is looked at
+    part: slice = field(default_factory=lambda: slice(None))  # of the samples: only there are columns not 0, and kept
+
+    def __post_init__(self):
+        touched = np.flatnonzero(np.any(self.columns != 0.0, axis=(0, 2)))
+        if len(touched):
+            self.part = slice(int(touched[0]), int(touched[-1]) + 1)
+            self.columns = np.clip(self.columns[:, self.part], -1e18, 1e18).astype(np.float32)
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """What a fit of this way of acting sets free: amplitudes and shapes."""
+        names = {p.name for p in self.amplitudes} | set(self.shape) | ({self.phase} if self.phase else set())
+        return tuple(p for p in self.hypothesis.free if p.name in names)
+
+    def start(self) -> dict[str, float]:
+        """Where to start a fit from."""
+        values = dict(self.shape)
+        if self.phase:
+            amplitude = self.amplitudes[0]
+            values[self.phase] = float(np.arctan2(self.amounts[1], self.amounts[0]))
+            values[amplitude.name] = amplitude.nominal + float(np.hypot(*self.amounts))
+        else:
+            for free, amount in zip(self.amplitudes, self.amounts):
+                values[free.name] = free.nominal + float(amount)
+        return {p.name: float(np.clip(values.get(p.name, p.nominal), p.low, p.high)) for p in self.free}
+
+
+def directions(misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis) -> list[Direction]:
+    """All ways of acting that change the misfit at all.
+
+    A parameter whose change alone changes the misfit, and in proportion, is an amplitude; one that matters only
+    while an amplitude is on is a shape. An effect none of whose parameters matters alone is looked at with its
+    other parameters in the middle of their range.
+    """
+    inside = [p for p in hypothesis.free if p.high > p.low]
+    off = {p.name: p.nominal for p in inside}
+    amplitudes = [p for p in inside if _proportional(misfit, base, off, p, at)]
+    switched = dict(off)
+    if not [p for p in amplitudes if not p.companion]:
+        switched = {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
+        amplitudes += [
+            p for p in inside if p not in amplitudes and _proportional(misfit, base, {**switched, p.name: p.nominal}, p, at)
+        ]
+    leading = [p for p in amplitudes if not p.companion]
+    companions = tuple(p for p in amplitudes if p.companion)
+    found: list[Direction] = []
+    for leader in leading:
+        on = {**switched, **{p.name: p.nominal for p in amplitudes}}
+        on[leader.name] = leader.nominal + _step(leader) * (10.0 if leader.nominal + 10.0 * _step(leader) <= leader.high else 1.0)
+        there = misfit({**base, **on})
+        shapes = [p for p in inside if p not in amplitudes and _shapes(misfit, base, on, p, there)]
+        found += _ways(misfit, base, off, at, hypothesis, (leader, *companions), shapes)
+    if len(leading) > 1 and all(not way.shape and not way.phase for way in found):
+        found += _ways(misfit, base, off, at, hypothesis, (*leading, *companions), [])
+    for p in inside:
+        if p.companion or p.told or p.above or p.name.endswith("_phase") or _is_order(p):
+            continue
+        if p not in amplitudes or _bends(misfit, base, off, at, p):
+            found += _jumps(misfit, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes])
+    return found
+
+
+def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) -> list[Direction]:
+    """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step)."""
+    found = []
+    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]})
+    if not any(
+        np.any(misfit({**base, **off, leader.name: value}) != at)
+        for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}
+    ):
+        return found
+
+    def tried(value: float, shape: dict) -> None:
+        column = slope(misfit({**base, **off, leader.name: value, **shape}), at, value - leader.nominal)
+        if np.all(np.isfinite(column)) and np.any(column):
+            found.append(Direction(hypothesis, shape, (leader,), column[..., None], jump=value - leader.nominal))
+
+    for value in amounts:
+        on = {**off, leader.name: value}
+        there = misfit({**base, **on})
+        if value == leader.nominal or not np.any(there != at):
+            continue
+        shapes = [p for p in others if _shapes(misfit, base, on, p, there)]
+        for values in product(*(sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
+            tried(value, {p.name: v for p, v in zip(shapes, values)})
+    step = (leader.high - leader.low) / (JUMPS + 1)
+    for _ in range(3 if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
+        step /= 3.0
+        best = min(
+            found,
+            key=lambda way: (np.abs(at[:, way.part] + way.columns[..., 0] * way.jump) - np.abs(at[:, way.part])).sum(),
+        )
+        for value in (leader.nominal + best.jump + n * step for n in (-1, 1)):
+            if leader.low <= value <= leader.high and value != leader.nominal:
+                tried(value, best.shape)
+    return found
+
+
+def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes) -> list[Direction]:
+    """One direction for each combination of shape values; a phase becomes two columns."""
+    phase = next((p for p in shapes if p.name.endswith("_phase")), None) if len(amplitudes) == 1 else None
+    shapes = [p for p in shapes if p is not phase]
+    axes = [_grid(p) for p in shapes]
+    thin = [i for i, p in enumerate(shapes) if not _is_order(p)]
+    while thin and np.prod([len(axes[i]) for i in thin]) > MOST_STARTS:
+        longest = max(thin, key=lambda i: len(axes[i]))
+        axes[longest] = axes[longest][::2]
+    found = []
+    for values in product(*axes):
+        shape = {p.name: v for p, v in zip(shapes, values)}
+        here = {**off, **shape}
+        if phase is not None:
+            columns = [_column(misfit, base, {**here, phase.name: angle}, amplitudes[0], at) for angle in (0.0, 0.5 * np.pi)]
+        else:
+            columns = [_column(misfit, base, here, p, at) for p in amplitudes]
+        stacked = np.stack(columns, -1)
+        if np.all(np.isfinite(stacked)) and np.any(stacked):
+            found.append(Direction(hypothesis, shape, amplitudes, stacked, phase=phase.name if phase else ""))
+    return found
+
+
+def _step(p: Free) -> float:
+    step = 1e-3 * scale(p, p.nominal)
+    return -step if p.nominal + 2.0 * step > p.high else step
+
+
+def _column(misfit, base: dict, here: dict, p: Free, at: np.ndarray) -> np.ndarray:
+    """d misfit / d p at p's nominal value, where an amplitude is off, the shapes as in `here`."""
+    step = _step(p)
+    return slope(misfit({**base, **here, p.name: p.nominal + step}), at, step)
+
+
+def _proportional(misfit, base: dict, here: dict, p: Free, at: np.ndarray) -> bool:
+    """Whether p acts by itself from its nominal value on, and twice as much gives twice the change."""
+    step = _step(p)
+    zero = misfit({**base, **here, p.name: p.nominal})
+    if not p.companion and np.abs(zero - at).max() > 1e-9 * (1.0 + np.abs(at).max()):
+        return False
+    once = change(misfit({**base, **here, p.name: p.nominal + step}), zero)
+    size = np.sqrt((once**2).sum())
+    if not np.isfinite(size) or size <= 1e-12 * np.sqrt((at**2).sum()):
+        return False
+    twice = change(misfit({**base, **here, p.name: p.nominal + 2.0 * step}), zero)
+    return bool(np.sqrt(((twice - 2.0 * once) ** 2)[(once != 0.0) & (twice != 0.0)].sum()) < 0.2 * size)
+
+
+def _bends(misfit, base: dict, off: dict, at: np.ndarray, p: Free) -> bool:
+    """Whether a large amount of p acts otherwise than a small one would make expect: limits and dead zones do."""
+    column = _column(misfit, base, off, p, at)
+    for value in (0.7 * p.nominal + 0.3 * p.low, 0.7 * p.nominal + 0.3 * p.high):
+        moved = change(misfit({**base, **off, p.name: value}), at)
+        if value != p.nominal and np.sum((moved - column * (value - p.nominal)) ** 2) > 0.25 * np.sum(moved**2) > 0.0:
+            return True
+    return False
+
+
+def _shapes(misfit, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
+    """Whether p matters while its amplitude is on; too narrow a range, or a value told by the rig, is no question."""
+    if p.told or (p.low > 0.0 and p.high < 2.0 * p.low):
+        return False
+    values = [0.5 * np.pi] if p.name.endswith("_phase") else _grid(p)[:: max(1, len(_grid(p)) // 3)]
+    return any(np.any(misfit({**base, **on, p.name: value}) != there) for value in values)
+
+
+def _is_order(p: Free) -> bool:
+    """Whether p counts waves in a turn."""
+    return p.name.endswith(ORDERS)
+
+
+def _grid(p: Free) -> list[float]:
+    """Values to start from: orders one by one, wide ranges by decades, others at a few places."""
+    if _is_order(p):
+        return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, HIGHEST_ORDER)) + 1)]
+    if p.name.endswith("_phase"):
+        return [0.0]
+    if p.low >= 0.0 and (p.low == 0.0 or p.high / p.low > 30.0):
+        lowest = max(p.low, 1e-4 * p.high)
+        count = int(np.ceil(PER_DECADE * np.log10(p.high / lowest)))
+        return [*np.geomspace(lowest, p.high, count + 1)[:-1]]
+    if p.low > 0.0:
+        return [*np.geomspace(p.low, p.high, 5)[1:-1]]
+    return [*np.linspace(p.low, p.high, 5)[1:-1]]

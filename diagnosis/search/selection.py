@@ -1,0 +1,135 @@
+"""The search: which hypotheses explain what the base simulation leaves, one after another until chance does as well.
+
+Each step starts from a base (the nominal drive, what is uncertain refitted, the causes found so far). All hypotheses
+are looked at linearly; those that may matter are fitted; the best on blocks that their fit did not see is compared
+with what the same search finds by chance. Among those that do equally well there, the one with the fewest free
+numbers wins, and rivals that cannot be told from it are named with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..residuals.experiment import Experiment
+from .candidate import Candidate, worse
+from .fit import Fit
+from .hypotheses import Hypothesis
+from .problem import Problem
+from .step import Stage, Step
+
+CLEAN = 1.08
+"""A residual whose error is no more than this many times its noise has nothing missing."""
+
+LEFT = 1.15
+"""... once a cause is found: nature's formula is never exactly ours."""
+
+RIVALS = 0.3
+"""Share of the winner's gain from which a rival is tried again beside the causes found later."""
+
+MOST_STEPS = 4
+
+
+@dataclass
+class Selection:
+    """What became of a search."""
+
+    stages: list[Stage]
+    causes: list[Candidate]  # in the order found
+    kept: list[Stage]  # the stages in which they were found
+    final: Fit
+    base: Fit
+
+
+class ForwardSelection(Problem):
+    """All steps over one experiment."""
+
+    clean = CLEAN
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        train: np.ndarray,
+        rng: np.random.Generator,
+        tell: Callable[[str, float], None] = lambda *_: None,
+    ):
+        super().__init__(experiment, train)
+        self.rng, self.tell = rng, tell
+        self.chance_level = np.inf
+
+    def run(self) -> Selection:
+        """Step after step, then the causes held against one another, then the last word on their numbers."""
+        self.tell("fit of the nominal drive", 0.0)
+        self.measure_noise()
+        first = base = self.fit(self.base_free, self.nominal)
+        causes, stages, kept = [], [], []
+        while len(stages) < MOST_STEPS:
+            stage = self.step(base, [c.hypothesis for c in causes])
+            stages.append(stage)
+            if stage.winner is None:
+                break
+            base = stage.winner.fit
+            again = next((i for i, c in enumerate(causes) if c.hypothesis.same_cause(stage.winner.hypothesis)), None)
+            if again is None:
+                causes.append(stage.winner)
+                kept.append(stage)
+            else:  # what hid some of its numbers is found by now
+                causes[again] = replace(causes[again], free=causes[again].free + stage.winner.free)
+                kept[again] = replace(kept[again], winner=causes[again])
+        if len(causes) > 1:
+            causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
+            base = standing.fit
+        if self.experiment.take_all():  # the last word on the numbers has the whole log
+            self.tell("last fit", 0.0)
+            self.count_samples()
+            self.measure_noise()
+            first = self.fit(first.free, dict(first.values), effort=8)
+            base = self.fit(base.free, dict(base.values), effort=8)
+        return Selection(stages, causes, kept, base, first)
+
+    def step(self, base: Fit, found: list[Hypothesis]) -> Stage:
+        """One step over a base that holds the causes `found`."""
+        stage = Step(self, base, found, LEFT if found else self.clean, self.chance_level, self.tell).play(self.rng)
+        self.chance_level = stage.chance_level
+        return stage
+
+    def _prune(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
+        """Drop causes that later ones have made needless: an early guess may stand for a later, better one."""
+        for gone in list(causes[:-1]):
+            rest = [c for c in causes if c is not gone]
+            without = self._standing(self.with_these(rest, whole.fit))
+            if not worse(without, whole, self.chance_level):
+                stages = [s for s in stages if s.winner is not gone]
+                causes, whole = rest, without
+        return causes, stages, whole
+
+    def with_these(self, causes: list[Candidate], fitted: Fit) -> Fit:
+        """What is fitted, fitted again with these causes alone."""
+        names = {p.name for c in causes for p in c.free} | {p.name for p in self.base_free}
+        free = tuple(p for p in fitted.free if p.name in names)
+        return self.fit(free, {p.name: fitted.values[p.name] for p in free})
+
+    def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
+        """Two causes may do with fewer numbers what a first guess and its helpers did."""
+        opening, values, best = stages[0], whole.fit.values, None
+        named = [c.hypothesis for c in causes]
+        for rival in opening.candidates:
+            strong = rival.fit is not None and rival.gain >= RIVALS * opening.winner.gain
+            if not strong or any(rival.hypothesis.same_cause(h) for h in named):
+                continue
+            for cause, stage in zip(causes[1:], stages[1:]):
+                free = tuple({p.name: p for p in (*self.base_free, *rival.free, *cause.free)}.values())
+                if len(free) >= len(whole.free):
+                    continue
+                start = {**values, **rival.fit.values, **{p.name: values[p.name] for p in cause.free}}
+                pair = self._standing(self.fit(free, {p.name: start[p.name] for p in free}))
+                merit = len(free), pair.errors.mean()
+                if not worse(pair, whole, self.chance_level) and (best is None or merit < best[0]):
+                    best = merit, [rival, cause], [replace(opening, winner=rival, tied=[]), stage], pair
+        return best[1:] if best else (causes, stages, whole)
+
+    def _standing(self, fitted: Fit) -> Candidate:
+        """How a set of causes does on unseen blocks."""
+        return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self.block_loss(self.held_out(fitted)))

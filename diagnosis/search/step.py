@@ -1,0 +1,232 @@
+"""One step of the search: every hypothesis looked at, the best fitted and judged, one of them believed or none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+
+import numba
+import numpy as np
+
+from ..residuals.sizes import improvement
+from .candidate import MATTERS, Candidate, better, equal, more, same_law, simplest
+from .fit import Fit
+from .hypotheses import Free, Hypothesis
+from .linear import Linear
+from .problem import Problem
+from .screen import Direction, directions
+
+DRAWS = 199
+SIGNIFICANT = 0.02
+"""A cause must do better than the best by chance in all but this share of draws."""
+
+RELEVANT = 0.04
+"""... and lower the error of some residual by this share at least: smaller gains may be a matter of formulas."""
+
+SHOWS = 0.01
+"""... and that over single samples by this share: averages of many show what smoothing bends, far below the noise."""
+
+LATE = ("_delay", "lag_time", "_period")
+
+SMALL = 0.01
+"""Share of its range from which a number of a whole drive is fitted."""
+
+FULL_FITS = 8
+STARTS = 4
+"""Sets of free numbers that a hypothesis is fitted with, at most; of a whole drive half as many."""
+
+
+@dataclass
+class Stage:
+    """What became of one step."""
+
+    base: Candidate
+    candidates: list[Candidate]  # best first
+    winner: Candidate | None = None
+    by_chance: np.ndarray = field(default_factory=lambda: np.zeros(0))  # largest gain in each draw without an effect
+    tied: list[Candidate] = field(default_factory=list)  # cannot be told from the winner
+    chance_level: float = np.inf  # gain that the best hypothesis finds by chance in one draw of twenty
+
+
+class Step:
+    """The questions of one step, over a base fit and the causes `found` that it holds.
+
+    clean: times its noise up to which a residual's error has nothing missing. chance_level: of the step before.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        base: Fit,
+        found: Sequence[Hypothesis],
+        clean: float,
+        chance_level: float,
+        tell: Callable[[str, float], None],
+    ):
+        self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
+        self.tell = lambda what, share: tell(f"cause {len(found) + 1}: {what}", share)
+        unseen = problem.held_out(base)
+        self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
+        self.fitted = problem.residual_errors(base.misfit)
+        self.enough = clean * problem.quiet  # errors, in units of noise, below which nothing is missing in a residual
+        taken = {p.name for p in base.free}
+        self.open = [
+            replace(h, free=tuple(p for p in h.free if p.name not in taken))
+            for h in problem.hypotheses
+            if not all(p.name in taken for p in h.free) and not self._one_more_wave(h)
+        ]
+
+    def _one_more_wave(self, hypothesis: Hypothesis) -> bool:
+        """Waves fit anything, one after another: a cause that is found gets more of its numbers, but no more waves."""
+        waves = any(p.name.endswith("_phase") for p in hypothesis.free)
+        return waves and any(hypothesis.same_cause(f) for f in self.found)
+
+    def play(self, rng: np.random.Generator) -> Stage:
+        """Look, fit, judge, and compare with chance."""
+        problem, base = self.problem, self.base
+        problem.experiment.forget()  # what the base says of sensors is asked all the time
+        stage = Stage(Candidate(Hypothesis("", "none", ()), base.free, base, self.losses), [], chance_level=self.chance_level)
+        if not problem.experiment.steady and (self.errors <= self.enough).all():  # no cause would be believed: see _candidate
+            return stage
+        linear = Linear(
+            base.jacobian.reshape(*problem.shape, -1)[problem.train],
+            problem.taught(base.weights),
+            problem.fold_of_block[problem.train],
+        )
+        ways = self._look(linear)
+        stage.candidates = self._fits(ways)
+        fitted = [c for c in stage.candidates if c.fit]
+        if not fitted:
+            return stage
+        left = problem.taught(fitted[0].fit.misfit * fitted[0].fit.weights)
+        self.tell("chance", 0.0)
+        stage.by_chance = linear.chance(ways, left, DRAWS, rng) / max(float((left**2).sum()), 1e-300)
+        stage.chance_level = self.chance_level = float(np.quantile(stage.by_chance, 0.95))
+        for c in fitted:
+            c.gain = float((self.losses - c.losses).sum() / max(fitted[0].errors.sum(), 1e-300))
+            c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + DRAWS)
+        real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT and self._resolved(c) and self._shows(c)]
+        if real:
+            winner = stage.winner = simplest(real, self.found, self.chance_level)
+            stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
+        return stage
+
+    def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
+        """Whether a rival does as well with no more numbers, and is another law."""
+        return (
+            equal(rival, winner, self.chance_level)
+            and len(rival.free) <= len(winner.free)
+            and not same_law(rival, winner, self.problem.rows, self.problem.loss_scale / 3.0)
+        )
+
+    def _shows(self, candidate: Candidate) -> bool:
+        """Whether a cause lowers the error of samples somewhere, not of their averages alone."""
+        experiment, values = self.problem.experiment, [self.problem.absolute(fit.values) for fit in (self.base, candidate.fit)]
+        if experiment.per_bin == 1:  # then bins are samples
+            return True
+        return any(improvement(experiment, residual, *values, self.problem.train) >= SHOWS for residual in experiment.residuals)
+
+    def _resolved(self, candidate: Candidate) -> bool:
+        """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""
+        step = max(float(np.median(ch.dt)) for ch in self.problem.experiment.channels.values())
+        late = [candidate.fit.values[p.name] for p in candidate.free if p.name.endswith(LATE)]
+        return not late or max(late) >= step
+
+    def _each(self, what: str, do: Callable, items: Sequence) -> list:
+        """do(item) of all items, in their order; as many at a time as numba is allowed threads, two at most."""
+        done = []
+        with ThreadPoolExecutor(min(2, numba.config.NUMBA_NUM_THREADS)) as pool:
+            for result in pool.map(do, items):
+                done.append(result)
+                self.tell(what, len(done) / len(items))
+        return done
+
+    def _look(self, linear: Linear) -> list[Direction]:
+        """The first look at all ways of acting of all hypotheses."""
+        problem, fixed = self.problem, dict(self.base.values)
+        shaped = lambda values: problem.misfit(values).reshape(problem.shape)
+        at = shaped(fixed)
+        errors = linear.draws(problem.taught(self.base.misfit * self.base.weights))
+
+        def look(hypothesis: Hypothesis) -> list[Direction]:
+            found = directions(shaped, fixed, at, hypothesis)
+            for way in found:
+                way.columns = way.columns[problem.train]
+                linear.look(way, errors)
+            return [way for way in found if np.isfinite(way.gain)]
+
+        return [way for ways in self._each("first look", look, self.open) for way in ways]
+
+    def _fits(self, ways: list[Direction]) -> list[Candidate]:
+        """The hypotheses that look best, fitted; best first, then those that were only looked at."""
+        of: dict[str, list[Direction]] = {}  # best way first, best hypothesis first
+        for way in sorted(ways, key=lambda way: -way.gain):
+            of.setdefault(way.hypothesis.label, []).append(way)
+        groups = list(of.values())
+
+        def judge(ways: list[Direction]) -> Candidate:
+            return self._judge(ways) if ways[0].gain > 0.0 else self._unfitted(ways[0])
+
+        candidates = self._each("fits", judge, groups[:FULL_FITS]) + [self._unfitted(ways[0]) for ways in groups[FULL_FITS:]]
+        return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
+
+    def _unfitted(self, way: Direction) -> Candidate:
+        return Candidate(way.hypothesis, way.free, None, self.losses, linear=way.gain)
+
+    def _judge(self, ways: list[Direction]) -> Candidate:
+        """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps."""
+        base, whole = self.base, self.problem.whole
+        best: Candidate | None = None
+        seen: list[tuple] = []
+        joint = [way for way in ways if whole and len(way.amplitudes) > 1][:1]  # however little the look promises
+        for way in (*joint, *ways):
+            promising = way.gain >= 0.5 * ways[0].gain or any(way is j for j in joint)
+            if not promising or len(seen) >= (STARTS // 2 if whole else STARTS):
+                continue
+            start = self._start(way)
+            usual, every, fewest = _sets(way, base)
+            for extra in (usual, every, fewest):
+                names = tuple(p.name for p in extra)
+                if names in seen:
+                    continue
+                seen.append(names)
+                fitted = self.problem.fit((*base.free, *extra), {**base.values, **{name: start[name] for name in names}})
+                found = self._candidate(way.hypothesis, extra, fitted, ways[0].gain)
+                if extra is fewest and best is not None:
+                    best = found if more(found, best)[0] <= MATTERS else best
+                else:
+                    best = better(best, found, self.chance_level, whole)
+        return best
+
+    def _start(self, way: Direction) -> dict:
+        """Where the linear look says; of a whole drive, which is far from linear, a small amount in that direction."""
+        start = way.start()
+        for p in way.amplitudes if self.problem.whole else ():
+            most = SMALL * (p.high - p.low if np.isfinite(p.high - p.low) else 1.0)
+            start[p.name] = p.nominal + float(np.clip(0.1 * (start[p.name] - p.nominal), -most, most))
+        return start
+
+    def _candidate(self, hypothesis: Hypothesis, extra: tuple[Free, ...], fitted: Fit, linear: float) -> Candidate:
+        problem, unseen = self.problem, self.problem.held_out(fitted)
+        errors, losses = problem.residual_errors(unseen), problem.block_loss(unseen)
+        for p in extra:
+            if hypothesis.effect == "lag" and fitted.values[p.name] > 0.0:
+                # a lag also averages the noise of what is simulated from measured channels, and so does its mirror
+                # image in time; only what it explains beyond that is its own
+                mirrored = problem.misfit({**fitted.values, p.name: -fitted.values[p.name]})
+                errors = errors + np.maximum(self.errors - problem.residual_errors(mirrored), 0.0)
+                losses = losses + np.maximum(self.losses - problem.block_loss(mirrored), 0.0)
+        # what is gained on unseen blocks but not on those of the fit is chance_level of the folds
+        on_fit = problem.residual_errors(fitted.misfit) / np.maximum(self.fitted, 1e-300)
+        drop = 1.0 - np.maximum(errors / np.maximum(self.errors, 1e-300), on_fit)
+        if not problem.experiment.steady:  # where only noise is left there is nothing to explain
+            drop = np.where(self.errors > self.enough, drop, 0.0)
+        return Candidate(hypothesis, extra, fitted, losses, float(drop.max()), linear=linear)
+
+
+def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:
+    """What a fit may free: all but shapes that have a usual value; all; all but what the law can do without, too."""
+    every = tuple(p for p in way.free if p.name not in base.values)
+    usual = tuple(p for p in every if not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
+    return usual, every, tuple(p for p in usual if not (p.name in way.shape and p.nominal in (p.low, p.high)))

@@ -1,0 +1,154 @@
+"""Any FMU system on a measured log: the whole from its set-points, and each component alone on its measured inputs.
+
+A component runs alone where the log has all that it is given. What the log does not have is simulated: the components
+that give it run along, up to where the log has their inputs. Inputs come to a component as they would in the system:
+under Gauss-Seidel those of components stepped before it are those of the end of the step, all others of its start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from selflock.master.face import Variable
+from selflock.master.simulation import run as run_system
+from selflock.master.system import Component, Connection, System, did_you_mean, load
+from selflock.master.wiring import wire
+
+from ..data.log import MeasuredRun
+from ..data.rig import Rig
+from ..errors import DataError
+from ..output.playback import Playback
+
+LOG = "the_log"
+"""Name of the part that plays the log."""
+
+
+@dataclass(frozen=True)
+class Feed:
+    """An input that the log gives: factor · channel + offset, of the step's end where `ahead`."""
+
+    target: str
+    channel: str
+    factor: float = 1.0
+    offset: float = 0.0
+    ahead: bool = False
+
+
+@dataclass(frozen=True)
+class Group:
+    """Components that run together, and what the log gives them."""
+
+    members: tuple[str, ...]
+    feeds: tuple[Feed, ...]
+
+
+class Signals(Playback):
+    """Columns of a log given as arrays."""
+
+    def __init__(self, name: str, time: np.ndarray, columns: dict[str, np.ndarray], types: dict[str, str]):
+        self.name, self.log = name, []
+        self._time, self._columns = time, columns
+        self._held = {column for column in columns if types[column] != "Real"}
+        self.variables = {c: Variable(c, "output", types[c], start=x[0], depends_on=()) for c, x in columns.items()}
+        self.u = self.y = np.zeros(0)
+        self._names: list[str] = []
+        self._now = 0.0
+
+
+class Parts:
+    """The system of a rig: its variables, its links, and groups of its components on measured inputs."""
+
+    def __init__(self, rig: Rig):
+        self.rig, self.system = rig, load(rig.system)
+        wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
+        try:
+            self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
+            self.continuous = {name for name, part in wiring.parts.items() if hasattr(part, "at")}
+            self.values = wiring.values
+            self.links = {f"{link.target}.{link.input}": link for link in wiring.links}
+        finally:
+            wiring.close()
+        self.order = self.system.run.order or list(self.system.components)
+        self.inputs: dict[str, list[str]] = {component: [] for component in self.system.components}
+        for name, variable in self.variables.items():
+            if variable.causality == "input":
+                self.inputs[self.owner(name)].append(name)
+
+    def owner(self, name: str) -> str:
+        """The component that a variable belongs to."""
+        return self.system.split(name, str(self.rig.path))[0]
+
+    def check(self, names) -> None:
+        """Refuse columns that are no variables of the system, or none that a log can hold."""
+        for name in names:
+            if name in self.variables:
+                causality = self.variables[name].causality
+                if causality not in ("input", "output", "local"):
+                    raise DataError(f"{self.rig.path}: [columns] {name!r} is a {causality}: put its value under [parameters].")
+            elif name.split(".")[0] in self.system.components:
+                near = did_you_mean(name, self.variables)
+                raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{near}")
+
+    def group(self, wanted: list[str], measured: set[str]) -> Group:
+        """The components in `wanted` with all that the log must be helped out with."""
+        members, feeds, todo = [], [], list(wanted)
+        while todo:
+            component = todo.pop()
+            if component in members:
+                continue
+            members.append(component)
+            for name in self.inputs[component]:
+                link = self.links.get(name)
+                source = f"{link.source}.{link.output}" if link else ""
+                if name in measured:
+                    feeds.append(Feed(name, name))
+                elif source in measured:
+                    feeds.append(Feed(name, source, link.factor, link.offset, self.ahead(link.source, component)))
+                elif link:
+                    todo.append(link.source)
+        return Group(tuple(c for c in self.system.components if c in members), tuple(feeds))
+
+    def ahead(self, source: str, target: str) -> bool:
+        """Whether a component is given the source's value of the end of its step."""
+        return (
+            self.system.run.algorithm == "gauss-seidel"
+            and source not in self.continuous
+            and self.order.index(source) < self.order.index(target)
+        )
+
+    def replay(self, group: Group, run: MeasuredRun, wanted: list[str]) -> dict[str, np.ndarray]:
+        """The variables `wanted` of a group at the times of a run."""
+        time = run.time - run.time[0]
+        step = self.system.run.step
+        stop = max(1, int(np.ceil(time[-1] / step - 1e-9))) * step
+        columns = {}
+        for feed in group.feeds:
+            good = run.usable(feed.channel)
+            if not good.any():
+                raise DataError(
+                    f"{run.log}: column of {feed.channel!r} has no sound sample, and {feed.target} needs it. Leave it out."
+                )
+            values = np.interp(time + (step if feed.ahead else 0.0), time[good], run.signals[feed.channel][good])
+            columns[feed.target] = feed.factor * values + feed.offset
+        components = {name: self.system.components[name] for name in group.members}
+        inside = [name for name, link in self.links.items() if link.target in group.members and name not in columns]
+        connections = {name: self.system.connections[name] for name in inside}
+        if columns:
+            types = {name: self.variables[name].type for name in columns}
+            options = {"time": time, "columns": columns, "types": types}
+            components = {LOG: Component(part="selflock.diagnosis.systems.parts:Signals", options=options), **components}
+            connections |= {name: Connection(f"{LOG}.{name}", convert=False) for name in columns}
+        order = [LOG] * bool(columns) + [name for name in self.order if name in group.members]
+        part = System(
+            self.system.name,
+            folder=self.system.folder,
+            components=components,
+            connections=connections,
+            run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0),
+        )
+        given = self.rig.parameters | self.rig.of_log(run.log)
+        given = {name: value for name, value in given.items() if self.owner(name) in group.members}
+        table = run_system(part, settings=given).table
+        return {name: np.interp(time, table["time"], table[name].astype(float)) for name in wanted}

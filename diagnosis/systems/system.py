@@ -1,0 +1,213 @@
+"""Diagnosis of any FMU system: which component is off on its own measured inputs, and on what its error depends.
+
+Nothing here knows what the FMUs are. Where the one to blame is of this package (`ours`), its effects are tried as well.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from threading import Lock
+from types import SimpleNamespace
+
+import numpy as np
+
+from ..data.faults import check
+from ..data.log import MeasuredRun, read
+from ..data.rig import Rig
+from ..errors import DataError
+from ..judge.depends import depends
+from ..judge.gain import blame, measure
+from ..judge.result import Diagnosis
+from ..judge.verdict import EXCESS
+from ..output import figures
+from ..pipeline import hold_out as division
+from ..pipeline.replay import Comparison, Replay
+from ..pipeline.run import diagnose_runs, gather
+from ..residuals.blocks import Blocks
+from ..residuals.experiment import Experiment
+from ..residuals.noise import floor, of_bins
+from ..residuals.residual import Residual
+from ..residuals.sizes import rms, sizes
+from .ours import as_drive
+from .parts import Group, Parts
+
+FINE = 1e-3
+"""Share of a channel's size below which no error matters: a log without noise is no reason to look closer."""
+
+
+class Silent:
+    """Stands for the channels of a drive where there is none."""
+
+    def __init__(self, index: int):
+        self.index, self.take = index, None
+
+    def has(self, *names: str) -> bool:
+        """No channel of any drive."""
+        return False
+
+
+class SystemExperiment(Experiment):
+    """The runs of a log beside the replays of the components: a residual for each measured output."""
+
+    def __init__(self, rig: Rig, parts: Parts, runs: list[MeasuredRun], whole: bool = False):
+        self.rig, self.parts, self.steady = rig, parts, False
+        self.original = self.runs = runs
+        self.channels = {(i, ""): Silent(i) for i in range(len(runs))}
+        self.smoothing = {"": 1}
+        self._memory, self._lock = {}, Lock()
+        logged = {name for name in runs[0].signals if name in parts.variables}
+        self.residuals = [self._residual(name, group) for name, group in _groups(rig, parts, logged, whole).items()]
+        self._play()
+        Blocks.__init__(self, runs, self.steady)
+
+    def _residual(self, name: str, group: Group) -> Residual:
+        def compute(experiment, values, silent):
+            run = self.runs[silent.index]
+            return self.simulated[group, silent.index][name], run.signals[name], run.usable(name)
+
+        reads = tuple(feed.channel for feed in group.feeds)
+        residual = Residual(name, group.members, reads, name, self.parts.variables[name].unit or "1", compute)
+        residual.group = group
+        return residual
+
+    def _play(self) -> None:
+        """Each group once on each run, for all the outputs that it is compared in."""
+        wanted: dict[Group, list[str]] = {}
+        for residual in self.residuals:
+            wanted.setdefault(residual.group, []).append(residual.output)
+        self.simulated = {
+            (group, i): self.parts.replay(group, run, names) for group, names in wanted.items() for i, run in enumerate(self.runs)
+        }
+
+    def reach(self, residual: Residual) -> int:
+        """Nothing is smoothed."""
+        return 1
+
+    def variables(self, residual: Residual) -> dict[str, list[np.ndarray]]:
+        """Every logged variable, the compared one as simulated, and the time."""
+        found = {"time": [run.time - run.time[0] for run in self.runs]}
+        for name in self.runs[0].signals:
+            found[name] = [np.where(run.usable(name), run.signals[name], np.nan) for run in self.runs]
+        found[residual.output] = [self.simulated[residual.group, i][residual.output] for i in range(len(self.runs))]
+        return found
+
+
+def _groups(rig: Rig, parts: Parts, logged: set[str], whole: bool) -> dict[str, Group]:
+    """For each measured output the components that must run for it: from set-points alone, or on all measurements."""
+    sources = {c for c, names in parts.inputs.items() if not names}
+    causality = {name: variable.causality for name, variable in parts.variables.items()}
+    given = {name for name in logged if parts.owner(name) in sources or (causality[name] == "input" and name not in parts.links)}
+    outputs = [name for name in parts.variables if name in logged - given and causality[name] == "output"]
+    if not outputs:
+        raise DataError(
+            f"{rig.path}: the columns hold no output of a component that is given something. Map a column to one, "
+            f"such as {next((n for n, kind in causality.items() if kind == 'output'), 'component.output')}."
+        )
+    if whole:
+        together = parts.group(sorted({parts.owner(name) for name in outputs}), given)
+        return dict.fromkeys(outputs, together)
+    return {name: parts.group([parts.owner(name)], logged) for name in outputs}
+
+
+def prepare(rig: Rig) -> tuple[Rig, Parts]:
+    """The rig with its system's units, and the system."""
+    parts = Parts(rig)
+    parts.check(column.signal for column in rig.columns)
+    return replace(rig, units={name: variable.unit for name, variable in parts.variables.items()}), parts
+
+
+def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
+    """The whole system from its set-points and each component alone on its measured inputs, over what was measured."""
+    rig, parts = prepare(rig)
+    runs = read(log, rig)
+    faults = check(runs, rig)
+    folder = Path(out) if out else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    comparisons, drawn = [], []
+    for whole in (False, True):
+        experiment = SystemExperiment(rig, parts, runs, whole)
+        for residual in experiment.residuals:
+            compared = experiment.compare(residual, {})
+            errors = [m - s for s, m, _ in compared]
+            trusted = [good & np.isfinite(s) for s, _, good in compared]
+            error, size = (
+                rms([e[t] for e, t in zip(errors, trusted)]),
+                rms([m[t] for (_, m, _), t in zip(compared, trusted)]),
+            )
+            name = f"whole {residual.output}" if whole else residual.output
+            relative = error / size if size else 0.0
+            noise_floor = floor(experiment, residual, {}, errors, trusted)
+            comparisons.append(
+                Comparison(name, residual.output, residual.unit, error, relative, noise_floor, list(residual.components))
+            )
+            if folder:
+                path = folder / f"{name.replace(' ', '_')}.png"
+                figures.traces(experiment, residual, {}, {}, np.ones(experiment.blocks, bool), False, path)
+                drawn.append(path.name)
+    result = Replay(comparisons, [f.row() for f in faults], folder, drawn)
+    if folder:
+        data = {"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}
+        (folder / "replay.json").write_text(json.dumps(data, indent=2) + "\n")
+    return result
+
+
+def _name(rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int) -> Diagnosis | None:
+    """The diagnosis of the component most to blame, where it is one of ours and a cause explains it."""
+    component = shares[0]["component"] if shares else ""
+    runs, _, _ = gather(rig, logs, test)
+    drive = as_drive(parts, rig, component, set(runs[0].signals)) if component else None
+    if drive is None:
+        return None
+    try:
+        found = diagnose_runs(drive, *gather(drive, logs, test), out, tell, seed, shares)
+    except DataError:  # the log has not what its law is to be compared with
+        return None
+    return found if found.verdict in ("explained", "ambiguous") else None
+
+
+def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable, seed: int) -> Diagnosis:
+    """Blame and dependences; `unknown` where a component is off, `none` where what remains is noise."""
+    rng = np.random.default_rng(seed)
+    rig, parts = prepare(rig)
+    runs, faults, held = gather(rig, logs, test)
+    tell("replay of each component", 0.1)
+    experiment = SystemExperiment(rig, parts, runs)
+    train, names = division.split(experiment, runs, held)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    for residual in experiment.residuals:
+        binned, count = experiment.binned(residual, {})
+        size = rms([measured[good] for _, measured, good in experiment.compare(residual, {})])
+        residual.noise = max(of_bins(binned, count > 0, False, 1), FINE * size)
+    misfit, present = experiment.misfit({}), experiment.present({})
+    tell("what remains", 0.7)
+    left = depends(experiment, misfit, present, {}, rng)
+    level = sizes(experiment, misfit, present)
+    seen = {d.residual for d in left}
+    off = {name for name, size in level.items() if size > EXCESS or (size > 1.05 and name in seen)}
+    left = [d for d in left if d.residual in off]
+    residual = max(experiment.residuals, key=lambda c: (c.name in off, level[c.name]))
+    gain = measure(experiment, residual, {}, {}, ~train, names, rng)
+    shares = blame(experiment, misfit, present, []) if off else []
+    remainder = {
+        "significant": bool(off),
+        "depends_on": list(dict.fromkeys(d.variable for d in left if d.residual == residual.name))
+        or list(dict.fromkeys(d.variable for d in left)),
+    }
+    result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
+    named = _name(rig, parts, shares, logs, test, out, tell, seed) if off else None
+    if named is not None:
+        return named
+    result.extension["seed"] = seed
+    if out is not None:
+        from ..output.report import write
+
+        result.folder = out
+        result.write(out)
+        tell("report", 0.9)
+        write(result, experiment, None, SimpleNamespace(stages=[], causes=[]), residual, {}, {}, train, left, faults, out)
+    return result

@@ -4,6 +4,7 @@
     ├── modelDescription.xml, model.png
     ├── binaries/linux64, win64                  see fmus.loader
     ├── documentation/index.html
+    ├── documentation/licenses/license.txt       ours, and of what is pythonfmu's
     └── resources
         ├── slavemodule.txt                      names the script
         ├── selflock_<hash>_motor.py             the script that pythonfmu imports: one import
@@ -34,6 +35,7 @@ from .errors import BuildError
 from .slave import Slave
 
 ROOT = Path(__file__).resolve().parent.parent
+LICENSE = ROOT / "fmus" / "license.txt"
 SHARED = ("fmus/__init__.py", "fmus/effect.py", "fmus/slave.py")
 HOUSE = __name__.partition(".")[0] + "."  # the package whose rooms an FMU carries
 FACES = {name: f"{HOUSE}fmus.{name.lower()}.fmu" for name in ("Reducer", "Motor", "Controller", "Load", "Sensor")}
@@ -76,7 +78,7 @@ def built(name: str, **starts: Any) -> Path:
     """The FMU from the user's cache, built if it is not there yet. Safe beside other processes that do the same."""
     face = face_of(name)
     sources = sources_of(face)
-    recipe = [Path(__file__), Path(documentation.__file__), *sorted(Path(loader.__file__).parent.glob("*.[chp]*"))]
+    recipe = [Path(__file__), LICENSE, Path(documentation.__file__), *sorted(Path(loader.__file__).parent.glob("*.[chp]*"))]
     key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), (loader.compiler() or "").encode())
     path = cache_folder() / f"{name}_{key}" / f"{name}.fmu"
     return path if path.is_file() else pack(face, sources, path, starts)
@@ -119,6 +121,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
         files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
     files |= loader.binaries(name, package)
     files["documentation/index.html"] = documentation.page(model, key).encode()
+    files["documentation/licenses/license.txt"] = LICENSE.read_bytes()
     files["model.png"] = documentation.icon(name)
     model.guid = _guid(files)
     xml = model.to_xml()

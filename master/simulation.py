@@ -6,6 +6,7 @@ import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -131,7 +132,7 @@ class _Simulation:
         start, step = run.start, run.step
         count = round((self.stop - start) / step)
         every = max(1, round(run.interval / step)) if run.interval else 1
-        if count * len(stepped) >= WORTH:
+        if count * len(stepped) >= WORTH and find_spec("numba"):  # which the master alone does without
             from . import convoy
 
             stepped = convoy.form(stepped)

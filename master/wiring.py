@@ -96,7 +96,7 @@ def make(name: str, component: Component, system: System) -> Part:
         try:
             kind = getattr(importlib.import_module(module), attribute)
         except (ImportError, AttributeError, ValueError) as error:
-            raise DescriptionError(f'{where} part = "{component.part}": {error}. Write "package.module:Class".') from None
+            raise DescriptionError(f'{where} part = "{component.part}": {error}. Write "package.module:Class".') from error
         try:
             return kind(name, **component.options)
         except TypeError as error:

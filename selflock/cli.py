@@ -9,11 +9,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from selflock import extras
 from selflock.fmus.errors import SelflockError
 
 app = typer.Typer(
     name="selflock",
-    help="FMI 2.0 co-simulation of robot drives with self-locking gears, and the diagnosis of measured ones.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -36,6 +36,21 @@ def _overrides(pairs: list[str]) -> dict[str, str]:
             )
         settings[name.strip()] = value.strip()
     return settings
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from selflock import __version__
+
+        console.print(f"selflock {__version__}", highlight=False)
+        raise typer.Exit
+
+
+@app.callback()
+def selflock(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    """FMI 2.0 co-simulation of robot drives with self-locking gears, and the diagnosis of measured ones."""
 
 
 @app.command()
@@ -189,16 +204,17 @@ def sweep_report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="The
 
 
 def main() -> None:
-    """Entry of the `selflock` command: a SelflockError, or a file that cannot be used, is one message and exit code 2."""
+    """Entry of the `selflock` command: what a user can mend is one message and exit code 2."""
     try:
         app()
-    except (SelflockError, OSError) as error:
-        if isinstance(error, BrokenPipeError):
+    except (SelflockError, OSError, ModuleNotFoundError) as error:
+        missing = extras.told(error)
+        if isinstance(error, BrokenPipeError) or (isinstance(error, ModuleNotFoundError) and not missing):
             raise
         place = isinstance(error, OSError) and error.filename
         text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable." if place else str(error)
         errors.print("[bold red]error:[/bold red] ", end="")
-        errors.print(text, markup=False, highlight=False)
+        errors.print(missing or text, markup=False, highlight=False)
         sys.exit(2)
 
 

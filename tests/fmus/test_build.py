@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import zipfile
+from importlib.metadata import distribution
 from pathlib import Path
 
 import fmpy
@@ -19,6 +20,7 @@ from selflock.fmus.documentation import _prose
 from selflock.fmus.errors import BuildError
 
 NAMES = ("Motor", "Controller", "Load", "Sensor", "Reducer")
+ROOT = Path(__file__).parents[2]
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
 
 
@@ -58,6 +60,15 @@ def test_documentation_and_icon_inside(fmu, name):
         assert archive.read("model.png").startswith(b"\x89PNG")
     assert "<svg" in html and "Equations" in html and "name='viewport'" in html
     assert 'src="http' not in html and 'href="http' not in html.replace('xlink:href="http://www.w3.org', "")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_licences_of_all_that_it_carries_are_inside(fmu, name):
+    with zipfile.ZipFile(fmu(name)) as archive:
+        told = archive.read("documentation/licenses/license.txt").decode()
+    (theirs,) = (file for file in distribution("pythonfmu").files if file.name == "LICENSE")
+    for text in ((ROOT / "LICENSE").read_text(), theirs.read_text()):
+        assert text.strip() in told
 
 
 def test_a_law_s_text_becomes_paragraphs_formulas_and_a_list_of_symbols():

@@ -1,5 +1,7 @@
 """The commands as a user types them: a mistake is one sentence on stderr and exit code 2, never a traceback."""
 
+import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -7,7 +9,7 @@ import pytest
 from selflock import cli
 from selflock.master import read
 
-BENCH = str(Path(__file__).parents[1] / "examples" / "bench.toml")
+BENCH = str(Path(__file__).parents[2] / "examples" / "bench.toml")
 
 
 @pytest.fixture
@@ -80,3 +82,15 @@ def test_a_place_that_cannot_be_written_is_told(typed, tmp_path, command):
     code, _, told = typed(*command, "-o", tmp_path / "file" / "x.csv")
     assert code == 2 and told.count("error:") == 1 and "Traceback" not in told
     assert "file" in told
+
+
+def test_a_missing_extra_is_told_in_one_message(typed, tmp_path, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("selflock.diagnosis") or name.partition(".")[0] == "scipy"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    code, _, told = typed("diagnose", "rig.toml", "log.csv", "-o", tmp_path)
+    assert code == 2 and told.count("error:") == 1 and "pip install 'selflock[diagnosis]'" in told and "Traceback" not in told
+
+
+def test_the_version_is_the_package_s(typed):
+    assert typed("--version") == (0, f"selflock {version('selflock')}\n", "")

@@ -2,12 +2,11 @@
 
 An expression is written over the columns of the table, `component.variable`, over `time`, over the varied parameters
 and over the figures above it: "abs(rear_reducer.input_torque)", "(motor.electric_power > 0) * motor.electric_power".
-pandas evaluates it, with its functions (abs, sqrt, exp, log, sin, cos, ...).
+What may stand in one is in expression.py.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,9 +15,8 @@ import numpy as np
 import pandas as pd
 
 from .errors import SweepError
+from .expression import parse
 
-COLUMN = re.compile(r"(?<![\w.`])[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+")
-NAME = re.compile(r"(?<![\w.`])[A-Za-z_]\w*(?![\w.`(])")
 SLACK = 1e-9  # s: a communication point that lies on the edge of a window belongs to it
 
 
@@ -55,12 +53,12 @@ class Figure:
 
     @property
     def columns(self) -> set[str]:
-        return set(COLUMN.findall(self.expression))
+        return set(parse(self.expression).columns.values())
 
     @property
     def names(self) -> set[str]:
         """Parameters and figures in the expression."""
-        return set(NAME.findall(COLUMN.sub("0", self.expression))) - {"time", "and", "or", "not", "in"}
+        return set(parse(self.expression).names) - {"time"}
 
 
 def figure(name: str, table: Any) -> Figure:
@@ -82,12 +80,9 @@ def figure(name: str, table: Any) -> Figure:
 
 
 def evaluate(expression: str, table: pd.DataFrame, known: Mapping[str, Any] | None = None) -> np.ndarray:
-    """The expression's value in each row of the table."""
-    quoted = COLUMN.sub(lambda match: f"`{match[0]}`", expression)
-    try:
-        value = table.eval(quoted, local_dict={}, resolvers=(dict(known or {}),), engine="python")
-    except Exception as error:  # whatever an expression that a person wrote may cause inside pandas
-        raise SweepError(f"The expression {expression} cannot be evaluated: {error}") from None
+    """The expression's value in each row of the table; SweepError where it has none."""
+    columns = {name: column.to_numpy() for name, column in table.items()}
+    value = parse(expression)(columns | dict(known or {}))
     return np.broadcast_to(np.asarray(value), len(table))
 
 

@@ -29,17 +29,17 @@ CAPABILITIES = {
 def describe(slave: Slave) -> Element:
     """The modelDescription.xml of a slave (FMI 2.0, 2.2): units, log categories, variables and their structure."""
     name = slave.modelName or type(slave).__name__
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=name,
-        guid=str(slave.guid),
-        description=_sentence(slave),
-        generationTool=f"selflock with pythonfmu {pythonfmu.__version__}",
-        variableNamingConvention="flat",
-        numberOfEventIndicators="0",
-    )
-    SubElement(root, "CoSimulation", modelIdentifier=name, **CAPABILITIES)
+    about = {
+        "fmiVersion": "2.0",
+        "modelName": name,
+        "guid": str(slave.guid),
+        "description": _sentence(slave),
+        "generationTool": f"selflock with pythonfmu {pythonfmu.__version__}",
+        "variableNamingConvention": "flat",
+        "numberOfEventIndicators": "0",
+    }
+    root = Element("fmiModelDescription", about)
+    SubElement(root, "CoSimulation", {"modelIdentifier": name} | CAPABILITIES)
     table = slave._table
     _add_units(root, sorted({row.unit for row in table if row.unit}))
     categories = SubElement(root, "LogCategories")
@@ -72,7 +72,7 @@ def _add_units(root: Element, names: list[str]) -> None:
         powers = {base: str(power) for base, power in zip(units.BASES, unit.powers) if power}
         conversion = {"factor": _text(unit.factor)} if unit.factor != 1.0 else {}
         conversion |= {"offset": _text(unit.offset)} if unit.offset != 0.0 else {}
-        SubElement(SubElement(definitions, "Unit", name=name), "BaseUnit", **powers, **conversion)
+        SubElement(SubElement(definitions, "Unit", name=name), "BaseUnit", powers | conversion)
 
 
 def _variable(slave: Slave, place: int, row: Variable) -> Element:
@@ -80,15 +80,14 @@ def _variable(slave: Slave, place: int, row: Variable) -> Element:
     changing = "continuous" if row.type == "Real" else "discrete"
     variability = ("tunable" if row.tunable else "fixed") if causality == "parameter" else changing
     initial = {"parameter": {"initial": "exact"}, "output": {"initial": "calculated"}}.get(causality, {})
-    variable = Element(
-        "ScalarVariable",
-        name=row.name,
-        valueReference=str(place),
-        description=row.description,
-        causality=causality,
-        variability=variability,
-        **initial,
-    )
+    about = {
+        "name": row.name,
+        "valueReference": str(place),
+        "description": row.description,
+        "causality": causality,
+        "variability": variability,
+    }
+    variable = Element("ScalarVariable", about | initial)
     attributes = {}
     if row.type == "Real":
         limits = {"unit": row.unit or None, "min": row.minimum, "max": row.maximum, "nominal": row.nominal}

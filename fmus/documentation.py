@@ -134,7 +134,7 @@ def _prose(text: str) -> str:
         if kind == "formula":
             parts.append(f"<pre>{escape(cleandoc(chr(10) + chr(10).join(lines)))}</pre>")
         elif kind == "terms":
-            pairs = (TERM.fullmatch(line).groups() for line in lines)
+            pairs = (match.groups() for line in lines if (match := TERM.fullmatch(line)))
             parts.append("<dl>" + "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in pairs) + "</dl>")
         elif kind == "words":
             parts.append("<p>" + re.sub("`(.+?)`", r"<code>\1</code>", escape(" ".join(lines))) + "</p>")
@@ -179,8 +179,9 @@ def _effects(effects: tuple[Effect, ...], slave: Slave) -> str:
         for parameter in effect.parameters:
             start = slave._table[slave._place[parameter.name]].start
             named = f"{parameter.name} [{parameter.unit}]"
-            rows.append([effect.name, effect.summary, named, str(start), parameter.description, effect.source])
-    return _rows(["effect", "formula", "parameter", "start", "description", "source"], rows)
+            said = [effect.name, effect.summary, named, str(start), parameter.description, effect.advice, effect.source]
+            rows.append(said)
+    return _rows(["effect", "formula", "parameter", "start", "description", "the run that tells it", "source"], rows)
 
 
 def _drawn(slave: Slave) -> list[tuple[str, str]]:
@@ -194,7 +195,8 @@ def _svg(slave: Slave, picture: Picture, points: int = 300) -> str:
     shown = face(instance_name="picture", resources="")
     for name, value in picture.parameters.items():
         shown._set(shown._place[name], value, shown._table[shown._place[name]].type)
-    size, times, curves = picture.stop / points, [], {name: [] for name in picture.outputs}
+    size, times = picture.stop / points, []
+    curves: dict[str, list[float]] = {name: [] for name in picture.outputs}
     for step in range(points + 1):
         for name, signal in picture.inputs.items():
             shown.set_real([shown._place[name]], [signal(step * size)])

@@ -5,22 +5,51 @@ and a row of the documentation. Adding an effect is adding a file to the compone
 
     EFFECT = Effect(
         component="reducer", name="viscous", summary="torque proportional to speed",
-        parameters=(Parameter("viscous_damping", "N.m.s/rad", 0.0, 0.0, 1.0, "viscous friction of the input shaft"),),
-        source="...", hooks={"active": active, "damping": damping},
+        parameters=(Parameter("viscous_damping", "N.m.s/rad", 0.0, 0.0, 1.0, "viscous friction of the input shaft", AMPLITUDE),),
+        source="...", hooks={"active": active, "damping": damping}, shown_over="speed",
+        advice="constant speeds up to the highest, at one load",
     )
 
 A hook is a pure function `hook(p, x)` of the component's Parameters and of the condition it is in; what hooks
-a component has, and what `x` holds, is told in its `effects/__init__.py`. A component joins the hooks of its
-effects by `total`, `product` or `largest`. The joined function is made of closures over plain functions alone,
-so that numba can compile it like the rest of a law.
+a component has, and what `x` holds, is told in its `effects/__init__.py`, with the way in which those of several
+effects are joined: by `total`, `product` or `largest`. The joined function is made of closures over plain functions
+alone, so that numba can compile it like the rest of a law.
 """
 
 import sys
 from collections import namedtuple
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Callable, NamedTuple
+from typing import Any, Callable, NamedTuple, Optional
+
+VALUE = "value"  # of the published law, from a data sheet
+CONSTANT = "constant"  # of nature, or agreed on: nobody doubts it
+METAL = "metal"  # a value that is cut in metal: doubted last
+AMPLITUDE = "amplitude"  # how much there is of an effect: acts by itself
+SHAPE = "shape"  # what an effect looks like while an amplitude is on
+PHASE = "phase"  # of a wave at angle 0; a shape
+ORDER = "order"  # of a wave: how many there are in a turn; a shape
+DELAY = "delay"  # something acts later by this time
+LAG = "lag"  # time constant of a first-order lag
+PERIOD = "period"  # something happens only so often: looked for in whole samples
+STEP = "step"  # between two readings: looked for where the channel has it
+ROLES = (VALUE, CONSTANT, METAL, AMPLITUDE, SHAPE, PHASE, ORDER, DELAY, LAG, PERIOD, STEP)
+"""What a parameter is to its law, and so to whoever searches for its value."""
+
+SHAPES = (SHAPE, PHASE, ORDER)
+"""Roles of what changes nothing while the effect's other parameters are off."""
+
+LATE = (DELAY, LAG, PERIOD)
+"""Roles of what acts late: told from a log to a sample at best."""
+
+
+class Above(NamedTuple):
+    """A parameter that never falls below another one: what is searched for is how far it lies above."""
+
+    name: str  # of the other
+    most: float  # of the difference
+    description: str  # of the difference
 
 
 class Parameter(NamedTuple):
@@ -32,10 +61,33 @@ class Parameter(NamedTuple):
     low: float  # bounds: physics' own, or of what a fit may search
     high: float
     description: str
+    role: str = VALUE  # one of ROLES
+    shaft: str = ""  # of a wave's numbers: the shaft whose angle it goes with, "input" or "output"
+    above: Optional[Above] = None
+    on_request: bool = False  # looked for only where somebody asks for it
+    of_value: bool = False  # a sensor's: in the unit of what it measures
+
+
+VARIABLES = ("speed", "load", "acceleration", "position", "output position", "current", "time", "set-point change")
+"""Over which an effect may be seen best; position: angle of the input shaft."""
+
+
+def nothing(p: Any) -> str:
+    """Nothing is wrong with these parameters."""
+    return ""
+
+
+def positive(*names: str) -> Callable[[Any], str]:
+    """A check that these parameters are above 0."""
+
+    def check(p: Any) -> str:
+        return next((f"{name} = {getattr(p, name):.9g} must be above 0" for name in names if getattr(p, name) <= 0.0), "")
+
+    return check
 
 
 class Effect(NamedTuple):
-    """A law beyond the published equations, off by default."""
+    """A law beyond the published equations, off by default, and all that is known of it."""
 
     component: str
     name: str  # the vocabulary's name
@@ -44,9 +96,15 @@ class Effect(NamedTuple):
     source: str  # literature
     hooks: Mapping[str, Callable]  # where it acts: hook name -> function(p, x)
     frees: tuple[str, ...] = ()  # the component's base parameters that a fit of this effect frees as well
+    advice: str = ""  # the run that would tell it from others
+    shown_over: str = ""  # the variable over which it is seen best, one of VARIABLES
+    needs: tuple[str, ...] = ()  # "time", "angle": without these, in steady-state points, nothing is seen of it
+    drifts: bool = False  # it changes in time: where nothing was seen to, a constant does as much
+    says: tuple[str, ...] = ()  # base parameters whose error this effect is: no causes beside it
+    check: Callable[[Any], str] = nothing  # what is wrong with its parameters, as a sentence; "" when they are fit
 
 
-def discover(package: str, path) -> tuple[Effect, ...]:
+def discover(package: str, path: Iterable[str]) -> tuple[Effect, ...]:
     """The effects of the package `package` with search path `path`, one per module, in order of the file names."""
     names = sorted(module.name for module in iter_modules(path))
     return tuple(import_module(f"{package}.{name}").EFFECT for name in names)
@@ -61,6 +119,11 @@ def parameters_type(base, effects=(), name="Parameters"):
     first = {parameter.name: float(parameter.off) for parameter in base}
     every = first | {key: value for key, value in every.items() if key not in first}
     return namedtuple(name, list(every), defaults=list(every.values()), module=sys._getframe(1).f_globals["__name__"])
+
+
+def join(effects, hooks, hook):
+    """The function of this hook of all effects that have it; `hooks`: how those of a component are joined."""
+    return hooks[hook](effects, hook)
 
 
 def total(effects, hook):

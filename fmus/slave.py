@@ -22,7 +22,7 @@ from __future__ import annotations
 import json
 import sys
 from math import inf, nan
-from typing import Any, NamedTuple
+from typing import Any, Callable, NamedTuple
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
@@ -65,6 +65,11 @@ def rows(base: tuple, effects: tuple = ()) -> tuple[Variable, ...]:
     return tuple(table.values())
 
 
+def _unready(*given: Any) -> Any:
+    """No step before initialization."""
+    raise RuntimeError("not initialized")
+
+
 INSTANTIATED, INITIALIZING, STEPPING, TERMINATED = range(4)
 
 
@@ -99,7 +104,9 @@ class Slave(Fmi2Slave):
         self._values = [float(row.start) if row.type != "String" else nan for row in self._table]
         self._texts = {place: row.start for place, row in enumerate(self._table) if row.type == "String"}
         self._phase, self._stale, self._fault, self._unfit = INSTANTIATED, False, "", ""
-        self._parameters = self._state = self._advance = None
+        self._parameters: Any = None
+        self._state: Any = None
+        self._advance: Callable = _unready
         while self.resources in sys.path:  # pythonfmu's library put it there: other FMUs' imports would look there
             sys.path.remove(self.resources)
 
@@ -110,7 +117,7 @@ class Slave(Fmi2Slave):
         return p
 
     def check(self, p: Any) -> str:
-        """What is wrong with these parameters together, as a sentence; "" when they are fit."""
+        """What is wrong with these parameters together, as a sentence; "" when they are fit. Effects have checks of their own."""
         return ""
 
     def begin(self, p: Any, *inputs: float) -> Any:
@@ -162,7 +169,10 @@ class Slave(Fmi2Slave):
     def _fit_parameters(self) -> tuple[Any, str]:
         values = [self.value(name) for name in self.law.Parameters._fields]
         p = self.complete(self.law.Parameters(*values))
-        return p, self.check(p)
+        unfit = self.check(p)
+        for effect in getattr(self.law, "EFFECTS", ()):
+            unfit = unfit or effect.check(p)
+        return p, unfit
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         if self._fault or self._phase != STEPPING or not 0.0 < step_size < inf or current_time - current_time != 0.0:

@@ -22,9 +22,9 @@ The voltage at the end of a step is that of the inputs given for the step. Plain
 from math import floor, inf
 from typing import NamedTuple
 
-from ..effect import Parameter, largest, parameters_type, product, total
+from ..effect import METAL, Parameter, join, parameters_type
 from ..reducer.wedge import cone, least_torque, wedge_tangent
-from .effects import EFFECTS
+from .effects import EFFECTS, HOOKS
 
 BASE = (
     Parameter("angle_gain", "V/rad", 400.0, 0.0, inf, "k_phi: voltage per angle error"),
@@ -35,8 +35,8 @@ BASE = (
     Parameter("release_time", "s", 0.3, 0.0, inf, "time in which the voltage goes to the hold voltage at rest"),
     Parameter("stop_speed", "rad/s", 0.005, 0.0, inf, "output side: the motor counts as stopped up to gear_ratio times this"),
     Parameter("hold_margin", "", 0.02, 0.0, 0.5, "how far inside the friction cone the hold torque lies, share of its width"),
-    Parameter("gear_ratio", "", 50.0, 1e-6, inf, "r of the gear, for the hold torque"),
-    Parameter("wedge_angle", "rad", 0.0, 0.0, 1.57, "wedge angle of the gear, for the hold torque; 0: atan(1/r)"),
+    Parameter("gear_ratio", "", 50.0, 1e-6, inf, "r of the gear, for the hold torque", METAL),
+    Parameter("wedge_angle", "rad", 0.0, 0.0, 1.57, "wedge angle of the gear, for the hold torque; 0: atan(1/r)", METAL),
     Parameter("friction_static", "", 0.0, 0.0, inf, "mu_s of the gear, for the hold torque"),
     Parameter("preload", "N.m", 0.0, 0.0, inf, "N_0 of the gear, for the hold torque"),
     Parameter("resistance", "Ohm", 0.6, 0.0, inf, "R of the motor, for the hold voltage"),
@@ -74,11 +74,11 @@ class Condition(NamedTuple):
     command: float  # V, eq 21
 
 
-active = largest(EFFECTS, "active")
-lost_command = total(EFFECTS, "lost")
-limit_factor = product(EFFECTS, "limits")
-sample_period = largest(EFFECTS, "period")
-command_delay = total(EFFECTS, "delay")
+active = join(EFFECTS, HOOKS, "active")
+lost_command = join(EFFECTS, HOOKS, "lost")
+limit_factor = join(EFFECTS, HOOKS, "limits")
+sample_period = join(EFFECTS, HOOKS, "period")
+command_delay = join(EFFECTS, HOOKS, "delay")
 
 
 def feedback(p, effects, angle_setpoint, speed_setpoint, angle, speed):

@@ -14,8 +14,8 @@ Plain functions on floats.
 from math import ceil, cos, inf, sqrt
 from typing import NamedTuple
 
-from ..effect import Parameter, parameters_type, total
-from .effects import EFFECTS
+from ..effect import CONSTANT, Parameter, join, parameters_type
+from .effects import EFFECTS, HOOKS
 
 BASE = (
     Parameter("inertia", "kg.m2", 0.1, 0.0, inf, "inertia J about the axis, without the mass on the arm"),
@@ -24,7 +24,7 @@ BASE = (
     Parameter("arm_angle", "rad", 0.0, -inf, inf, "angle of the arm against horizontal at angle 0"),
     Parameter("damping", "N.m.s/rad", 0.0, 0.0, inf, "viscous damping b"),
     Parameter("constant_torque", "N.m", 0.0, -inf, inf, "constant torque M_c against positive motion"),
-    Parameter("gravity", "m/s2", 9.81, 0.0, inf, "acceleration of gravity g"),
+    Parameter("gravity", "m/s2", 9.81, 0.0, inf, "acceleration of gravity g", CONSTANT),
     Parameter("start_angle", "rad", 0.0, -inf, inf, "angle at the start"),
     Parameter("start_speed", "rad/s", 0.0, -inf, inf, "speed at the start"),
 )
@@ -45,10 +45,10 @@ class Output(NamedTuple):
     load_torque: float  # N.m, what gravity, damping and the constant torque oppose to positive motion
 
 
-added_mass = total(EFFECTS, "mass")
-added_arm = total(EFFECTS, "arm")
-added_inertia = total(EFFECTS, "inertia")
-tilt = total(EFFECTS, "tilt")
+added_mass = join(EFFECTS, HOOKS, "mass")
+added_arm = join(EFFECTS, HOOKS, "arm")
+added_inertia = join(EFFECTS, HOOKS, "inertia")
+tilt = join(EFFECTS, HOOKS, "tilt")
 
 
 def moment_of_inertia(p, s):

@@ -14,8 +14,8 @@ Plain functions on floats, as numba compiles them too. Torque is positive in the
 from math import exp, expm1, inf, log
 from typing import NamedTuple
 
-from ..effect import Parameter, largest, parameters_type, total
-from .effects import EFFECTS
+from ..effect import Parameter, join, parameters_type
+from .effects import EFFECTS, HOOKS
 
 BASE = (
     Parameter("resistance", "Ohm", 0.6, 0.0, inf, "resistance R of the armature winding"),
@@ -51,11 +51,11 @@ class Condition(NamedTuple):
     heat: float  # W
 
 
-active = largest(EFFECTS, "active")
-added_resistance = total(EFFECTS, "resistance")
-weakening = total(EFFECTS, "weakening")
-voltage_drop = total(EFFECTS, "drop")
-added_torque = total(EFFECTS, "torque")
+active = join(EFFECTS, HOOKS, "active")
+added_resistance = join(EFFECTS, HOOKS, "resistance")
+weakening = join(EFFECTS, HOOKS, "weakening")
+voltage_drop = join(EFFECTS, HOOKS, "drop")
+added_torque = join(EFFECTS, HOOKS, "torque")
 
 
 def free_current(current, voltage, resistance, inductance, dt):

@@ -23,6 +23,4 @@ class Motor(Slave):
     def check(self, p):
         if p.resistance == 0.0 and p.inductance == 0.0:
             return "resistance and inductance are both 0: nothing limits the current; give one of them a positive value"
-        if p.supply_voltage <= 0.0:
-            return f"supply_voltage = {p.supply_voltage:.9g} V must be positive"
         return ""

@@ -64,12 +64,10 @@ class Reducer(Slave):
             return "shaft_stiffness = 0 N.m/rad: the output shaft must be stiffer than nothing"
         if p.shaft_inertia <= 0.0 and not self.value("kinematic"):
             return "shaft_inertia = 0 kg.m2: dynamic mode moves the input shaft, so that it needs an inertia (the rotor's)"
-        for name in ("stribeck_exponent", "warm_up_time", "cooling_time"):
-            if getattr(p, name) <= 0.0:
-                return f"{name} = {getattr(p, name):.9g} must be above 0"
         return ""
 
-    def begin(self, p, motor_torque, imposed_angle, imposed_speed, output_angle, output_speed):
+    def begin(self, p, *inputs):
+        _, imposed_angle, imposed_speed, output_angle, output_speed = inputs
         if self.value("kinematic"):
             return shaft.start(p, imposed_angle, imposed_speed, output_angle, output_speed)
         return shaft.relaxed(p, self.value("initial_torque"), self.value("initial_speed"), output_angle, output_speed)

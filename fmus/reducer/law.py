@@ -10,17 +10,25 @@ which is wedge.py's law where viscous = drag = 0. Effects act on these coefficie
 import math
 from typing import NamedTuple
 
-from ..effect import Parameter, largest, parameters_type, product, total
-from .effects import EFFECTS
+from ..effect import METAL, Above, Parameter, join, parameters_type
+from .effects import EFFECTS, HOOKS
 from .wedge import backdriving_slope, driving_slope, preload_torque
 
 INF = math.inf
 
 BASE = (
-    Parameter("gear_ratio", "", 50.0, 1e-6, 1e6, "r: input speed / output speed (1)"),
-    Parameter("wedge_angle", "rad", 0.0, 0.0, 1.5, "alpha; 0 stands for atan(1 / gear_ratio) (1); a worm's lead angle"),
+    Parameter("gear_ratio", "", 50.0, 1e-6, 1e6, "r: input speed / output speed (1)", METAL),
+    Parameter("wedge_angle", "rad", 0.0, 0.0, 1.5, "alpha; 0 stands for atan(1 / gear_ratio) (1); a worm's lead angle", METAL),
     Parameter("friction_kinetic", "", 0.03, 0.0, INF, "mu_k, coefficient while sliding (5), (13)"),
-    Parameter("friction_static", "", 0.0, 0.0, INF, "mu_s, coefficient at rest (6), (14); never less than friction_kinetic"),
+    Parameter(
+        "friction_static",
+        "",
+        0.0,
+        0.0,
+        INF,
+        "mu_s, coefficient at rest (6), (14); never less than friction_kinetic",
+        above=Above("friction_kinetic", 1.0, "mu_s - mu_k"),
+    ),
     Parameter("preload", "N.m", 0.0, 0.0, INF, "N0, force between the flanks without load, as torque at the input shaft (13)"),
     Parameter("shaft_inertia", "kg.m2", 2e-5, 0.0, INF, "J of the input shaft, the motor's rotor included"),
     Parameter("shaft_stiffness", "N.m/rad", 2e4, 0.0, INF, "k of the output shaft"),
@@ -65,17 +73,18 @@ class Law(NamedTuple):
     torque: float  # on the input shaft beside F, N.m, positive against positive motion
 
 
-active = largest(EFFECTS, "active")
-_dry = product(EFFECTS, "dry")
-_viscosity = product(EFFECTS, "viscosity")
-_kinetic = total(EFFECTS, "kinetic")
-_driving = total(EFFECTS, "driving")
-_backdriving = total(EFFECTS, "backdriving")
-_drag = total(EFFECTS, "drag")
-_viscous = total(EFFECTS, "viscous")
-_compliance = total(EFFECTS, "compliance")
-_play = total(EFFECTS, "play")
-_torque = total(EFFECTS, "torque")
+active = join(EFFECTS, HOOKS, "active")
+_dry = join(EFFECTS, HOOKS, "dry")
+_viscosity = join(EFFECTS, HOOKS, "viscosity")
+_kinetic = join(EFFECTS, HOOKS, "kinetic")
+_static = join(EFFECTS, HOOKS, "static")
+_driving = join(EFFECTS, HOOKS, "driving")
+_backdriving = join(EFFECTS, HOOKS, "backdriving")
+_drag = join(EFFECTS, HOOKS, "drag")
+_viscous = join(EFFECTS, HOOKS, "viscous")
+_compliance = join(EFFECTS, HOOKS, "compliance")
+_play = join(EFFECTS, HOOKS, "play")
+_torque = join(EFFECTS, HOOKS, "torque")
 
 
 def static_coefficient(p):
@@ -101,8 +110,8 @@ def extended(p, t, x, rate):
     return Law(
         _affected(p, t, forward, p.friction_kinetic + _kinetic(p, forward)),
         _affected(p, t, backward, p.friction_kinetic + _kinetic(p, backward)),
-        _affected(p, t, forward, static_coefficient(p)),
-        _affected(p, t, backward, static_coefficient(p)),
+        _affected(p, t, forward, static_coefficient(p) + _static(p, forward)),
+        _affected(p, t, backward, static_coefficient(p) + _static(p, backward)),
         stiffness,
         p.shaft_damping,
         half_play,

@@ -12,5 +12,5 @@ class Sensor(Slave):
     outputs = (Variable("reading", "", 0.0, "what the sensor says, in the unit of the value", depends_on=("value",)),)
     parameters = rows(sensor.BASE, sensor.EFFECTS)
 
-    def begin(self, p, value):
-        return sensor.start(p, value)
+    def begin(self, p, *inputs):
+        return sensor.start(p, *inputs)

@@ -9,8 +9,8 @@ Plain functions on floats.
 from math import exp, floor
 from typing import NamedTuple
 
-from ..effect import largest, parameters_type, product, total
-from .effects import EFFECTS
+from ..effect import join, parameters_type
+from .effects import EFFECTS, HOOKS
 
 BASE = ()
 Parameters = parameters_type(BASE, EFFECTS)
@@ -24,10 +24,10 @@ class Output(NamedTuple):
     reading: float
 
 
-scale = product(EFFECTS, "scale")
-bias = total(EFFECTS, "bias")
-lag = total(EFFECTS, "lag")
-resolution = largest(EFFECTS, "resolution")
+scale = join(EFFECTS, HOOKS, "scale")
+bias = join(EFFECTS, HOOKS, "bias")
+lag = join(EFFECTS, HOOKS, "lag")
+resolution = join(EFFECTS, HOOKS, "resolution")
 
 
 def start(p, value):

@@ -9,6 +9,7 @@ Hooks are functions hook(p, x) of the Parameters and of the Condition at the sta
     delay    s by which the command acts late                                  summed
 """
 
-from ...effect import discover
+from ...effect import discover, largest, product, total
 
 EFFECTS = discover(__name__, __path__)
+HOOKS = {"active": largest, "lost": total, "limits": product, "period": largest, "delay": total}

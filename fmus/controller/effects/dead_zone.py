@@ -2,7 +2,7 @@
 
 from math import copysign
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, SHAPE, Effect, Parameter
 
 
 def active(p, x):
@@ -20,9 +20,11 @@ EFFECT = Effect(
     name="dead_zone",
     summary="U = 0 for |U| <= d, else U - share d sgn U",
     parameters=(
-        Parameter("dead_zone", "V", 0.0, 0.0, 5.0, "commands up to this do nothing"),
-        Parameter("dead_zone_share", "", 1.0, 0.0, 1.0, "part of it that larger commands lose: 1 no jump, 0 full jump"),
+        Parameter("dead_zone", "V", 0.0, 0.0, 5.0, "commands up to this do nothing", AMPLITUDE),
+        Parameter("dead_zone_share", "", 1.0, 0.0, 1.0, "part of it that larger commands lose: 1 no jump, 0 full jump", SHAPE),
     ),
     source="Khalil: Nonlinear Systems, ch. 1.2 (dead zone)",
     hooks={"active": active, "lost": lost},
+    advice="set-points so small that the command stays within a few tenths of a volt",
+    shown_over="set-point change",
 )

@@ -1,6 +1,6 @@
 """The limits of the command are not the nominal ones."""
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, Effect, Parameter
 
 
 def active(p, x):
@@ -15,7 +15,9 @@ EFFECT = Effect(
     component="controller",
     name="saturation",
     summary="U limited to f [U_min, U_max]",
-    parameters=(Parameter("saturation_factor", "", 1.0, 0.05, 2.0, "factor on both voltage limits"),),
+    parameters=(Parameter("saturation_factor", "", 1.0, 0.05, 2.0, "factor on both voltage limits", AMPLITUDE),),
     source="Khalil: Nonlinear Systems, ch. 1.2 (saturation)",
     hooks={"active": active, "limits": limits},
+    advice="a set-point step that drives the command to its limit",
+    shown_over="set-point change",
 )

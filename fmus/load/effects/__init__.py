@@ -8,6 +8,7 @@ Hooks are functions hook(p, x) of the Parameters and of the state x (fmus.load.l
     tilt      rad by which the whole is turned against gravity
 """
 
-from ...effect import discover
+from ...effect import discover, total
 
 EFFECTS = discover(__name__, __path__)
+HOOKS = {"mass": total, "arm": total, "inertia": total, "tilt": total}

@@ -1,6 +1,6 @@
 """The centre of mass is not where the drawing has it."""
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, Effect, Parameter
 
 
 def arm(p, x):
@@ -11,7 +11,10 @@ EFFECT = Effect(
     component="load",
     name="centre_of_mass",
     summary="d = d_0 + dd",
-    parameters=(Parameter("arm_error", "m", 0.0, -1.0, 1.0, "distance of the mass from the axis beyond the nominal one"),),
+    parameters=(Parameter("arm_error", "m", 0.0, -1.0, 1.0, "distance of the mass from the axis beyond the nominal", AMPLITUDE),),
     source="rigid body on an axis; any textbook of mechanics",
     hooks={"arm": arm},
+    advice="the same motion with the load weighed, fast and slow",
+    shown_over="output position",
+    says=("arm",),
 )

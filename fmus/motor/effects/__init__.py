@@ -9,6 +9,7 @@ Hooks are functions hook(p, x) of the Parameters and of the Condition at the sta
     torque       N.m on the shaft beside K_m I                               summed
 """
 
-from ...effect import discover
+from ...effect import discover, largest, total
 
 EFFECTS = discover(__name__, __path__)
+HOOKS = {"active": largest, "resistance": total, "weakening": total, "drop": total, "torque": total}

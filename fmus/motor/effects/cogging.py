@@ -2,7 +2,7 @@
 
 from math import sin
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, ORDER, PHASE, Effect, Parameter
 
 
 def active(p, x):
@@ -18,10 +18,13 @@ EFFECT = Effect(
     name="cogging",
     summary="M_c = A sin(n angle + phase); angle 0 at the start",
     parameters=(
-        Parameter("cogging_torque", "N.m", 0.0, 0.0, 0.1, "amplitude"),
-        Parameter("cogging_periods", "", 12.0, 1.0, 60.0, "periods per turn of the rotor"),
-        Parameter("cogging_phase", "rad", 0.0, -3.2, 3.2, "phase at the start"),
+        Parameter("cogging_torque", "N.m", 0.0, 0.0, 0.1, "amplitude", AMPLITUDE, "input"),
+        Parameter("cogging_periods", "", 12.0, 1.0, 60.0, "periods per turn of the rotor", ORDER, "input"),
+        Parameter("cogging_phase", "rad", 0.0, -3.2, 3.2, "phase at the start", PHASE, "input"),
     ),
     source="Hendershot, Miller: Design of Brushless Permanent-Magnet Machines, ch. 5",
     hooks={"active": active, "torque": torque},
+    advice="turning the motor slowly without current",
+    shown_over="position",
+    needs=("angle",),
 )

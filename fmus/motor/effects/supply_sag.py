@@ -4,7 +4,7 @@ A chopper with duty d = U / U_s passes d I to the supply, whose voltage falls by
 that. So the sag acts as a resistance R_s d^2 in the motor's circuit, and shows at high duty only.
 """
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, SHAPE, Effect, Parameter, positive
 
 
 def active(p, x):
@@ -21,9 +21,12 @@ EFFECT = Effect(
     name="supply_sag",
     summary="U - R_s (U/U_s)^2 I instead of U",
     parameters=(
-        Parameter("supply_resistance", "Ohm", 0.0, 0.0, 5.0, "inner resistance of the supply"),
-        Parameter("supply_voltage", "V", 24.0, 1.0, 100.0, "voltage of the supply without load"),
+        Parameter("supply_resistance", "Ohm", 0.0, 0.0, 5.0, "inner resistance of the supply", AMPLITUDE),
+        Parameter("supply_voltage", "V", 24.0, 1.0, 100.0, "voltage of the supply without load", SHAPE),
     ),
     source="Mohan, Undeland, Robbins: Power Electronics, ch. 7 (averaged chopper)",
     hooks={"active": active, "resistance": resistance},
+    advice="the supply's voltage measured at the driver during high current",
+    shown_over="current",
+    check=positive("supply_voltage"),
 )

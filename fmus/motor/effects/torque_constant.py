@@ -1,6 +1,6 @@
 """The torque constant falls with current (saturation, armature reaction) and with heat (magnets)."""
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, SHAPE, Effect, Parameter
 
 
 def active(p, x):
@@ -18,11 +18,13 @@ EFFECT = Effect(
     name="torque_constant",
     summary="K = K_0 / (1 + a |I / 1 A|^n + b q), q' = (I^2 R - q) / thermal_time",
     parameters=(
-        Parameter("weakening_per_current", "1/A", 0.0, 0.0, 0.5, "a: loss of torque constant at 1 A"),
-        Parameter("weakening_exponent", "", 1.0, 0.5, 4.0, "n: how suddenly it saturates, 1 from the first ampere on"),
-        Parameter("weakening_per_loss", "1/W", 0.0, 0.0, 0.1, "loss of torque constant with copper loss (hot magnets)"),
+        Parameter("weakening_per_current", "1/A", 0.0, 0.0, 0.5, "a: loss of torque constant at 1 A", AMPLITUDE),
+        Parameter("weakening_exponent", "", 1.0, 0.5, 4.0, "n: how suddenly it saturates, 1 from the first ampere on", SHAPE),
+        Parameter("weakening_per_loss", "1/W", 0.0, 0.0, 0.1, "b: loss of torque constant with copper loss", AMPLITUDE),
     ),
     source="Hughes, Drury: Electric Motors and Drives, ch. 3 (armature reaction); ferrite magnets lose 0.2 percent per K",
     hooks={"active": active, "weakening": weakening},
     frees=("thermal_time",),
+    advice="standstill against a force gauge at several currents",
+    shown_over="current",
 )

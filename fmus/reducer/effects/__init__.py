@@ -6,6 +6,7 @@ active       1.0 where the effect is on and its coefficients stand still, 2.0 wh
 dry          factor on all dry friction: mu_k, mu_s, drag                                                    (product)
 viscosity    factor on viscous friction                                                                      (product)
 kinetic      added to mu_k                                                                                   (sum)
+static       added to mu_s                                                                                   (sum)
 driving      added to mu while the load resists                                                              (sum)
 backdriving  added to mu while the load helps                                                                (sum)
 drag         friction torque on the input shaft that knows no load, N.m                                      (sum)
@@ -15,6 +16,20 @@ compliance   of the output shaft, added to 1/k, rad/(N.m)                       
 play         between the flanks, rad at the output shaft                                                     (sum)
 """
 
-from ...effect import discover
+from ...effect import discover, largest, product, total
 
 EFFECTS = discover(__name__, __path__)
+HOOKS = {
+    "active": largest,
+    "dry": product,
+    "viscosity": product,
+    "kinetic": total,
+    "static": total,
+    "driving": total,
+    "backdriving": total,
+    "drag": total,
+    "viscous": total,
+    "torque": total,
+    "compliance": total,
+    "play": total,
+}

@@ -1,6 +1,6 @@
 """Asymmetric friction: flanks, bearings and seals differ by the direction of rotation."""
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, Effect, Parameter
 
 
 def factor(asymmetry, direction):
@@ -25,9 +25,11 @@ EFFECT = Effect(
     name="asymmetric",
     summary="dry friction times 1 + a s, viscous friction times 1 + a_v s, s the direction of the input shaft",
     parameters=(
-        Parameter("friction_asymmetry", "", 0.0, -1.0, 1.0, "a, dry friction is larger forward where positive"),
-        Parameter("viscous_asymmetry", "", 0.0, -1.0, 1.0, "a_v, viscous friction is larger forward where positive"),
+        Parameter("friction_asymmetry", "", 0.0, -1.0, 1.0, "a, dry friction is larger forward where positive", AMPLITUDE),
+        Parameter("viscous_asymmetry", "", 0.0, -1.0, 1.0, "a_v, viscous friction is larger forward where positive", AMPLITUDE),
     ),
     source="Janot, Gautier, Brunot, Nonlinear System Identification Benchmarks 2019 (EMPS)",
     hooks={"active": active, "dry": dry, "viscosity": viscosity},
+    advice="the same speeds in both directions with the load taken off",
+    shown_over="speed",
 )

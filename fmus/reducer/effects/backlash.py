@@ -1,6 +1,6 @@
 """Backlash: play between the flanks, seen at the output shaft."""
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, Effect, Parameter
 
 
 def active(p, x):
@@ -15,7 +15,10 @@ EFFECT = Effect(
     component="reducer",
     name="backlash",
     summary="no torque over a play of this width; beyond it P = k (windup -+ play/2) + c rate, which never pulls",
-    parameters=(Parameter("backlash", "rad", 0.0, 0.0, 0.5, "full play at the output shaft"),),
+    parameters=(Parameter("backlash", "rad", 0.0, 0.0, 0.5, "full play at the output shaft", AMPLITUDE),),
     source="Nordin, Gutman, Controlling mechanical systems with backlash, Automatica 38(10), 2002",
     hooks={"active": active, "play": play},
+    advice="reversals under a load that changes its side, both shafts' angles measured",
+    shown_over="load",
+    needs=("angle",),
 )

@@ -1,6 +1,6 @@
 """Load-dependent friction, driving apart from back-driving."""
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, Effect, Parameter
 
 
 def coefficient(output_torque, constant, per_torque):
@@ -27,11 +27,15 @@ EFFECT = Effect(
     name="load_dependent",
     summary="mu + d + e |P| while the load resists, mu + d' + e' |P| while it helps",
     parameters=(
-        Parameter("driving_friction", "", 0.0, -1.0, 1.0, "d, added to mu while the load resists the motion"),
-        Parameter("backdriving_friction", "", 0.0, -1.0, 1.0, "d', added to mu while the load helps the motion"),
-        Parameter("driving_load_slope", "1/N.m", 0.0, -1.0, 1.0, "e, added to mu per output torque while it resists"),
-        Parameter("backdriving_load_slope", "1/N.m", 0.0, -1.0, 1.0, "e', added to mu per output torque while it helps"),
+        Parameter("driving_friction", "", 0.0, -1.0, 1.0, "d, added to mu while the load resists the motion", AMPLITUDE),
+        Parameter("backdriving_friction", "", 0.0, -1.0, 1.0, "d', added to mu while the load helps the motion", AMPLITUDE),
+        Parameter("driving_load_slope", "1/N.m", 0.0, -1.0, 1.0, "e, added to mu per output torque while it resists", AMPLITUDE),
+        Parameter(
+            "backdriving_load_slope", "1/N.m", 0.0, -1.0, 1.0, "e', added to mu per output torque while it helps", AMPLITUDE
+        ),
     ),
     source="Pelchen, Schweiger, Otter 2002 (LossyGear); Duclusaud et al. 2025, Extended Friction Models for Servo Actuators",
     hooks={"active": active, "driving": driving, "backdriving": backdriving},
+    advice="the same motion with twice and with half the load, lifting and lowering",
+    shown_over="load",
 )

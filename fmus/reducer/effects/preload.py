@@ -3,7 +3,7 @@
 N0 itself is in the published law: friction is that of the greater of preload and load. The drag adds to it.
 """
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, Effect, Parameter
 
 
 def active(p, x):
@@ -19,9 +19,13 @@ EFFECT = Effect(
     name="preload",
     summary="max(N0, |N|) for |N| in (13) and (14), and a constant friction torque beside the wedge",
     parameters=(
-        Parameter("preload", "N.m", 0.0, 0.0, 10.0, "N0, force between the flanks without load, as torque at the input shaft"),
-        Parameter("drag_torque", "N.m", 0.0, 0.0, 1.0, "dry friction of the input shaft that knows no load"),
+        Parameter(
+            "preload", "N.m", 0.0, 0.0, 10.0, "N0, between the flanks without load, as torque at the input shaft", AMPLITUDE
+        ),
+        Parameter("drag_torque", "N.m", 0.0, 0.0, 1.0, "dry friction of the input shaft that knows no load", AMPLITUDE),
     ),
     source="equations 13 and 14 of the published study",
     hooks={"active": active, "drag": drag},
+    advice="the same motion with the load taken off",
+    shown_over="load",
 )

@@ -2,7 +2,7 @@
 
 import math
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, ORDER, PHASE, Effect, Parameter
 
 
 def wave(angle, order, phase):
@@ -33,20 +33,25 @@ def torque(p, x):
     return added
 
 
+def numbers(shaft):
+    """The waves of one shaft, "input" or "output"."""
+    of, turn = f"of the {shaft} shaft", 2 * math.pi
+    return (
+        Parameter(f"{shaft}_ripple", "", 0.0, -1.0, 1.0, f"A {of}: share of dry friction", AMPLITUDE, shaft),
+        Parameter(f"{shaft}_ripple_torque", "N.m", 0.0, -1.0, 1.0, f"B {of}: torque at the input shaft", AMPLITUDE, shaft),
+        Parameter(f"{shaft}_ripple_order", "", 1.0, 1.0, 200.0, f"n {of}: waves in a turn, at least one", ORDER, shaft),
+        Parameter(f"{shaft}_ripple_phase", "rad", 0.0, -turn, turn, f"phase {of}'s wave at angle 0", PHASE, shaft),
+    )
+
+
 EFFECT = Effect(
     component="reducer",
     name="ripple",
     summary="dry friction times 1 + A cos(n angle + phase), torque + B cos(n angle + phase), for the angle of either shaft",
-    parameters=(
-        Parameter("input_ripple", "", 0.0, -1.0, 1.0, "A of the input shaft: share of dry friction"),
-        Parameter("input_ripple_torque", "N.m", 0.0, -1.0, 1.0, "B of the input shaft: torque at the input shaft"),
-        Parameter("input_ripple_order", "", 1.0, 1.0, 200.0, "n of the input shaft: waves in a turn, at least one"),
-        Parameter("input_ripple_phase", "rad", 0.0, -2 * math.pi, 2 * math.pi, "phase of the input shaft's wave at angle 0"),
-        Parameter("output_ripple", "", 0.0, -1.0, 1.0, "A of the output shaft: share of dry friction"),
-        Parameter("output_ripple_torque", "N.m", 0.0, -1.0, 1.0, "B of the output shaft: torque at the input shaft"),
-        Parameter("output_ripple_order", "", 1.0, 1.0, 200.0, "n of the output shaft: waves in a turn, at least one"),
-        Parameter("output_ripple_phase", "rad", 0.0, -2 * math.pi, 2 * math.pi, "phase of the output shaft's wave at angle 0"),
-    ),
+    parameters=(*numbers("input"), *numbers("output")),
     source="position-dependent friction: Armstrong-Helouvry, Control of Machines with Friction, 1991",
     hooks={"active": active, "dry": dry, "torque": torque},
+    advice="one slow constant speed over many turns",
+    shown_over="position",
+    needs=("angle",),
 )

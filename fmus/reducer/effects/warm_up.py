@@ -2,7 +2,7 @@
 
 import math
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, SHAPE, Effect, Parameter, positive
 
 
 def factor(time, heat, excess, warm_up_time, per_heat):
@@ -28,13 +28,18 @@ EFFECT = Effect(
     name="warm_up",
     summary="all friction times (1 + a exp(-time / T)) exp(-g H), dH/dt = loss power - H / T_H",
     parameters=(
-        Parameter("cold_excess", "", 0.0, -0.9, 5.0, "a, friction at the start above the nominal, which is the warm one"),
-        Parameter("warm_up_time", "s", 60.0, 1e-2, 1e5, "T"),
         Parameter(
-            "heat_coefficient", "1/J", 0.0, -0.1, 0.1, "g, friction falls with heat where positive; nominal is without heat"
+            "cold_excess", "", 0.0, -0.9, 5.0, "a, friction at the start above that of the warm gear, the nominal", AMPLITUDE
         ),
-        Parameter("cooling_time", "s", 600.0, 1e-1, 1e6, "T_H, time in which the heat leaves"),
+        Parameter("warm_up_time", "s", 60.0, 1e-2, 1e5, "T", SHAPE),
+        Parameter("heat_coefficient", "1/J", 0.0, -0.1, 0.1, "g, friction falls with heat where positive", AMPLITUDE),
+        Parameter("cooling_time", "s", 600.0, 1e-1, 1e6, "T_H, time in which the heat leaves", SHAPE),
     ),
     source="Bittencourt, Gunnarsson, Static friction in a robot joint, J. Dyn. Sys. Meas. Control 134(5), 2012",
     hooks={"active": active, "dry": dry, "viscosity": viscosity},
+    advice="the same motion cold, and again after half an hour of running",
+    shown_over="time",
+    needs=("time",),
+    drifts=True,
+    check=positive("warm_up_time", "cooling_time"),
 )

@@ -2,7 +2,7 @@
 
 import math
 
-from ...effect import Effect, Parameter
+from ...effect import AMPLITUDE, SHAPE, Effect, Parameter
 
 
 def factor(distance, rate, reach):
@@ -23,11 +23,13 @@ EFFECT = Effect(
     name="wear",
     summary="dry friction times 1 + w D, D the distance of the input shaft, levelling off at a reach",
     parameters=(
-        Parameter(
-            "wear_rate", "1/rad", 0.0, -0.1, 0.1, "w, change of friction per distance of the input shaft; negative: running-in"
-        ),
-        Parameter("wear_reach", "rad", 0.0, 0.0, 1e6, "distance over which the drift levels off; 0: never"),
+        Parameter("wear_rate", "1/rad", 0.0, -0.1, 0.1, "w, change of friction per distance; negative: running-in", AMPLITUDE),
+        Parameter("wear_reach", "rad", 0.0, 0.0, 1e6, "distance over which the drift levels off; 0: never", SHAPE),
     ),
     source="Bittencourt, Axelsson, Modeling and experiment design for wear in a robot joint, IEEE/ASME T-Mech 19(5), 2014",
     hooks={"active": active, "dry": dry},
+    advice="the same short test before and after a long run, with a pause to cool down between",
+    shown_over="time",
+    needs=("time",),
+    drifts=True,
 )

@@ -8,6 +8,7 @@ Hooks are functions hook(p, x) of the Parameters and of the value x (fmus.sensor
     resolution   step between two readings               the largest counts
 """
 
-from ...effect import discover
+from ...effect import discover, largest, product, total
 
 EFFECTS = discover(__name__, __path__)
+HOOKS = {"scale": product, "bias": total, "lag": total, "resolution": largest}

@@ -36,7 +36,7 @@ from .slave import Slave
 
 ROOT = Path(__file__).resolve().parent.parent
 LICENSE = ROOT / "fmus" / "license.txt"
-SHARED = ("fmus/__init__.py", "fmus/effect.py", "fmus/slave.py")
+SHARED = ("fmus/__init__.py", "fmus/effect.py", "fmus/slave.py", "fmus/variable.py")
 HOUSE = __name__.partition(".")[0] + "."  # the package whose rooms an FMU carries
 FACES = {name: f"{HOUSE}fmus.{name.lower()}.fmu" for name in ("Reducer", "Motor", "Controller", "Load", "Sensor")}
 # pythonfmu's library runs the script at every instantiation, and each time drops one reference too many to the

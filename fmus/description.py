@@ -13,7 +13,8 @@ import pythonfmu
 from . import units
 
 if TYPE_CHECKING:
-    from .slave import Slave, Variable
+    from .slave import Slave
+    from .variable import Variable
 
 CAPABILITIES = {
     "needsExecutionTool": "true",  # a Python on the machine
@@ -76,16 +77,13 @@ def _add_units(root: Element, names: list[str]) -> None:
 
 
 def _variable(slave: Slave, place: int, row: Variable) -> Element:
-    causality = "input" if place < slave._first_output else "output" if place < slave._first_parameter else "parameter"
-    changing = "continuous" if row.type == "Real" else "discrete"
-    variability = ("tunable" if row.tunable else "fixed") if causality == "parameter" else changing
-    initial = {"parameter": {"initial": "exact"}, "output": {"initial": "calculated"}}.get(causality, {})
+    initial = {"parameter": {"initial": "exact"}, "output": {"initial": "calculated"}}.get(row.causality, {})
     about = {
         "name": row.name,
         "valueReference": str(place),
         "description": row.description,
-        "causality": causality,
-        "variability": variability,
+        "causality": row.causality,
+        "variability": row.variability,
     }
     variable = Element("ScalarVariable", about | initial)
     attributes = {}
@@ -95,7 +93,7 @@ def _variable(slave: Slave, place: int, row: Variable) -> Element:
     elif row.type == "Integer":
         limits = {"min": row.minimum, "max": row.maximum}
         attributes = {key: str(int(value)) for key, value in limits.items() if value is not None}
-    if causality != "output":
+    if row.causality != "output":
         attributes["start"] = _text(row.start)
     if row.derivative_of:
         attributes["derivative"] = str(slave._place[row.derivative_of] + 1)
@@ -111,8 +109,8 @@ def _add_structure(root: Element, slave: Slave) -> None:
         if not slave.outputs:
             continue
         unknowns = SubElement(structure, name)
-        for place, row in enumerate(slave.outputs, slave._first_output):
-            known = sorted((*(slave._place[name] for name in row.depends_on), *always))
+        for place, row in enumerate(slave._table[slave._first_output : slave._first_parameter], slave._first_output):
+            known = sorted((*(slave._place[name] for name in row.depends_on or ()), *always))
             indices = " ".join(str(place + 1) for place in known)
             kinds = " ".join(["dependent"] * len(known))
             SubElement(unknowns, "Unknown", index=str(place + 1), dependencies=indices, dependenciesKind=kinds)

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 from .effect import Effect
 
 if TYPE_CHECKING:
-    from .slave import Slave, Variable
+    from .slave import Slave
+    from .variable import Variable
 
 
 class Picture(NamedTuple):

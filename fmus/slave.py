@@ -21,30 +21,14 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from math import inf, nan
-from typing import Any, Callable, NamedTuple
+from typing import Any, Callable
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-
-class Variable(NamedTuple):
-    """A row of a face's tables. The type of `start` is the FMI type: float Real, bool Boolean, int Integer, str String."""
-
-    name: str
-    unit: str  # as in fmus.units; "" for none
-    start: Any
-    description: str
-    minimum: float | None = None  # inclusive
-    maximum: float | None = None
-    nominal: float | None = None
-    depends_on: tuple[str, ...] = ()  # outputs: inputs that act on it without a step
-    tunable: bool = False  # parameters: may change between steps
-    derivative_of: str = ""  # outputs: the output whose time derivative this is, so that a master can carry that one on
-
-    @property
-    def type(self) -> str:
-        return {float: "Real", bool: "Boolean", int: "Integer", str: "String"}[type(self.start)]
+from .variable import Variable
 
 
 def rows(base: tuple, effects: tuple = ()) -> tuple[Variable, ...]:
@@ -90,14 +74,22 @@ class Slave(Fmi2Slave):
 
     def __init_subclass__(cls, **kwargs: Any):
         super().__init_subclass__(**kwargs)
-        table = (*cls.inputs, *cls.outputs, *cls.parameters)
-        cls._table = tuple(row._replace(start=type(row.start)(cls.starts.get(row.name, row.start))) for row in table)
+        tables = {"input": cls.inputs, "output": cls.outputs, "parameter": cls.parameters}
+        table = tuple(cls._row(row, causality) for causality, rows in tables.items() for row in rows)
+        cls._table = table
         cls._place = {row.name: place for place, row in enumerate(table)}
         cls._first_output, cls._first_parameter = len(cls.inputs), len(cls.inputs) + len(cls.outputs)
         plain = 0  # the leading inputs that need no look beyond "is it finite?"
         while plain < len(cls.inputs) and table[plain].type == "Real" and table[plain].minimum is table[plain].maximum is None:
             plain += 1
         cls._plain = plain
+
+    @classmethod
+    def _row(cls, row: Variable, causality: str) -> Variable:
+        """A row of a face's tables with what follows from the table that it stands in, and the start value of the build."""
+        start = type(row.start)(cls.starts.get(row.name, row.start))
+        tunable = "tunable" if row.variability == "tunable" else ""
+        return replace(row, start=start, causality=causality, variability=tunable, depends_on=row.depends_on or ())
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -255,17 +247,15 @@ class Slave(Fmi2Slave):
             return self.complain(f"{row.name} is of type {row.type}, not {type}")
         if self._first_output <= vr < self._first_parameter:
             return self.complain(f"{row.name} is an output and cannot be set")
-        if vr >= self._first_parameter and self._phase == STEPPING and not row.tunable:
+        if vr >= self._first_parameter and self._phase == STEPPING and row.variability != "tunable":
             return self.complain(f"{row.name} is a fixed parameter and cannot change after initialization")
         if type == "String":
             self._texts[vr] = value
             return None
-        if value - value != 0.0:
-            return self.complain(f"{row.name} = {value} is not a finite number")
-        if (row.minimum is not None and value < row.minimum) or (row.maximum is not None and value > row.maximum):
-            low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
-            shown = f"{value:.9g} {row.unit}".strip()
-            return self.complain(f"{row.name} = {shown} is outside its range [{low:.9g}, {high:.9g}]")
+        unfit = row.unfit(value)
+        if unfit:
+            shown = f"{value:.9g} {row.unit}".strip() if value - value == 0.0 else f"{value}"
+            return self.complain(f"{row.name} = {shown} {unfit}")
         self._values[vr] = float(value)
         if vr >= self._first_parameter and self._phase == STEPPING:
             self._tune()

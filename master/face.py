@@ -10,28 +10,11 @@ given an angle together with its speed carries the angle on with the speed insid
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-
-@dataclass(frozen=True, slots=True)
-class Variable:
-    """One variable of a part, as FMI 2.0 describes it."""
-
-    name: str
-    causality: str  # parameter | input | output | local
-    type: str = "Real"  # Real | Integer | Boolean | String
-    unit: str = ""  # FMI name of the unit, such as "N.m"; "" means not declared or dimensionless
-    start: Any = None
-    minimum: float | None = None
-    maximum: float | None = None
-    nominal: float | None = None
-    variability: str = "continuous"
-    description: str = ""
-    depends_on: tuple[str, ...] | None = None  # outputs: inputs that act on it without a step; None: not told
-    derivative_of: str = ""  # the output of the same part whose time derivative this one is
+from ..fmus.variable import Variable as Variable
 
 
 @runtime_checkable

@@ -348,7 +348,7 @@ def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:
     if start is not None and kind != "String":
         start = {"Real": float, "Integer": int, "Boolean": lambda t: str(t).lower() in ("true", "1")}[kind](start)
     return Variable(
-        name=v.name, causality="parameter" if v.causality == "structuralParameter" else v.causality or "local", type=kind,
+        v.name, causality="parameter" if v.causality == "structuralParameter" else v.causality or "local", type=kind,
         unit=attribute("unit") or "", start=start, minimum=number(attribute("min")), maximum=number(attribute("max")),
         nominal=number(attribute("nominal")), variability=v.variability or "continuous", description=v.description or "",
         depends_on=depends_on if v.causality == "output" else None,

@@ -20,27 +20,22 @@ import pyarrow.csv as csv
 import pyarrow.parquet as pq
 
 from .errors import ResultError
+from .face import Variable
 
 ROWS = 4096  # in memory before they are written; a multiple of 16
 PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
 KINDS = {"Real": np.dtype(float), "Integer": np.dtype("int64"), "Boolean": np.dtype(bool), "String": np.dtype(object)}
 
 
-@dataclass(frozen=True)
-class Column:
-    name: str
-    unit: str = ""
-    type: str = "Real"
-
-    @property
-    def header(self) -> str:
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+def header(column: Variable) -> str:
+    """A column's name and unit as they stand in the first line of a CSV file."""
+    return f"{column.name} [{column.unit}]" if column.unit else column.name
 
 
 class Sink:
     """Takes rows of numbers and strings, keeps or writes them in pieces."""
 
-    def __init__(self, columns: list[Column]):
+    def __init__(self, columns: list[Variable]):
         self.columns = columns
         self._numbers = [c for c in columns if c.type != "String"]
         self._texts = [c.name for c in columns if c.type == "String"]
@@ -82,7 +77,7 @@ class Sink:
 class Memory(Sink):
     path = None
 
-    def __init__(self, columns: list[Column]):
+    def __init__(self, columns: list[Variable]):
         super().__init__(columns)
         self._frames: list[pd.DataFrame] = []
 
@@ -98,7 +93,7 @@ class Memory(Sink):
 
 
 class File(Sink):
-    def __init__(self, columns: list[Column], path: Path):
+    def __init__(self, columns: list[Variable], path: Path):
         super().__init__(columns)
         self.path = path
 
@@ -107,10 +102,10 @@ class File(Sink):
 
 
 class Csv(File):
-    def __init__(self, columns: list[Column], path: Path):
+    def __init__(self, columns: list[Variable], path: Path):
         super().__init__(columns, path)
         self._file = path.open("w", encoding="utf-8", newline="")
-        pd.DataFrame(columns=[c.header for c in columns]).to_csv(self._file, index=False)
+        pd.DataFrame(columns=[header(c) for c in columns]).to_csv(self._file, index=False)
 
     def put(self, frame: pd.DataFrame) -> None:
         frame.to_csv(self._file, index=False, header=False, na_rep="nan")
@@ -121,7 +116,7 @@ class Csv(File):
 
 
 class Parquet(File):
-    def __init__(self, columns: list[Column], path: Path):
+    def __init__(self, columns: list[Variable], path: Path):
         super().__init__(columns, path)
         arrow = {"Real": pa.float64(), "Integer": pa.int64(), "Boolean": pa.bool_(), "String": pa.string()}
         units = json.dumps({c.name: c.unit for c in columns})
@@ -150,7 +145,7 @@ class Parquet(File):
 FILES = {".csv": Csv, ".parquet": Parquet}
 
 
-def sink(columns: list[Column], path: Path | str | None) -> Sink:
+def sink(columns: list[Variable], path: Path | str | None) -> Sink:
     """Where rows go: into memory, or into a file by the ending of its name."""
     if path is None:
         return Memory(columns)

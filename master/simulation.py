@@ -16,10 +16,10 @@ import pandas as pd
 from . import control, energy
 from .algorithms import ALGORITHMS, Seat, seats
 from .errors import DescriptionError, PartFailed
-from .face import Part
+from .face import Part, Variable
 from .faults import Faults
 from .initial import initialize
-from .results import Column, Result, Sink, sink
+from .results import Result, Sink, sink
 from .system import System, check_choice, load
 from .wiring import Wiring, wire
 
@@ -254,12 +254,12 @@ class Recorder:
             raise PartFailed(numbers[column], float(rows[row, 0]), 0.0, f"{rows[row, column]}", {}, said, hint)
 
 
-def _columns(wiring: Wiring) -> list[Column]:
-    columns = [Column("time", "s")]
+def _columns(wiring: Wiring) -> list[Variable]:
+    columns = [Variable("time", "s")]
     for name, chosen in wiring.record.items():
         for variable in chosen:
             v = wiring.parts[name].variables[variable]
-            columns.append(Column(f"{name}.{variable}", v.unit, v.type))
+            columns.append(Variable(f"{name}.{variable}", v.unit, type=v.type))
     return columns
 
 

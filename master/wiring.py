@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import math
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
@@ -151,29 +150,10 @@ def typed(variable: Variable, value: Any, where: str) -> Any:
     """`value`, which may be text, as the variable's type wants it, checked against its range."""
     if variable.causality in ("output", "calculatedParameter", "independent") or variable.variability == "constant":
         raise DescriptionError(f"{where}: an {variable.causality} is computed, it cannot be set.".replace("an calc", "a calc"))
-    if variable.type == "String":
-        return str(value)
     try:
-        if variable.type == "Boolean":
-            return {"true": True, "1": True, "false": False, "0": False}[str(value).strip().lower().removesuffix(".0")]
-        if isinstance(value, bool):
-            raise ValueError
-        number = float(value)
-        if variable.type == "Integer":
-            if number != int(number):
-                raise ValueError
-            number = int(number)
-    except (KeyError, ValueError, TypeError, OverflowError):
-        wanted = {"Boolean": "true or false", "Integer": "a whole number", "Real": "a number"}[variable.type]
-        raise DescriptionError(f"{where} = {value}: {wanted} is wanted here.") from None
-    if not math.isfinite(number):
-        raise DescriptionError(f"{where} = {value}: a finite number is wanted here.")
-    low, high = variable.minimum, variable.maximum
-    if low is not None and number < low or high is not None and number > high:
-        unit = f" {variable.unit}" if variable.unit else ""
-        limits = " and ".join(f"at {'least' if end is low else 'most'} {end:g}{unit}" for end in (low, high) if end is not None)
-        raise DescriptionError(f"{where} = {value}: it must be {limits}.")
-    return number
+        return variable.taken(value)
+    except ValueError as error:
+        raise DescriptionError(f"{where} = {value} {error}.") from None
 
 
 # --- connections -------------------------------------------------------------------------------------------------

@@ -19,9 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from selflock.master.face import Variable
-
-from .turns import CHOICES, TOLD, Output, Parameters, setpoints
+from .turns import OUTPUTS, PARAMETERS, Output, Parameters, setpoints
 
 DURATION = 10.0  # s
 
@@ -51,16 +49,7 @@ class Setpoints:
             raise TypeError(f"{name}: the set-points take no options; got {', '.join(options)}.")
         self.name = name
         self.log: list[str] = []
-        self.variables = {
-            **{
-                field: Variable(field, "parameter", unit=unit, start=start, description=text)
-                for field, unit, start, text in CHOICES
-            },
-            **{
-                field: Variable(field, "output", unit=unit, start=start, depends_on=(), description=text)
-                for field, unit, start, text in TOLD
-            },
-        }
+        self.variables = {variable.name: variable for variable in (*PARAMETERS, *OUTPUTS)}
         self.u = np.zeros(0)
         self.y = np.zeros(0)
         self.reset()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..fmus.slave import Slave, Variable
+from ..fmus.slave import Slave
 from . import turns
 
 
@@ -33,8 +33,8 @@ class Setpoints(Slave):
     """Set-points of the study's manoeuvre: the motion of the track holders and the driving of the sprockets."""
 
     law = Law
-    outputs = tuple(Variable(name, unit, start, text) for name, unit, start, text in turns.TOLD)
-    parameters = tuple(Variable(name, unit, start, text) for name, unit, start, text in turns.CHOICES)
+    outputs = turns.OUTPUTS
+    parameters = turns.PARAMETERS
     _start = 0.0
 
     def setup_experiment(self, start_time: float = 0.0, stop_time: float | None = None, tolerance: float | None = None) -> None:

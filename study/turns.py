@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ..fmus.variable import Variable
+
 TURN_RAMP = 0.1  # s, ramp of the 2-4 s turn: short, so that the holder meets the ground just before it stops
 PRESS_RAMP = 0.1  # s
 PRESS_ANGLE = math.radians(50.0)  # how far the holders press down
@@ -101,13 +103,13 @@ def setpoints(p: Parameters, time: float) -> Output:
     )  # fmt: skip
 
 
-# What both faces of these laws tell of their variables: name, unit, start value, meaning.
-CHOICES = (
-    ("gear_ratio", "", 50.0, "input speed / output speed of the reducers"),
-    ("sprocket_speed_set", "rad/s", -1.6, "constant speed of the sprockets"),
-    ("sprocket_ramp", "s", 0.0, "time to reach that speed; 0: from the start on"),
+# What both faces of these laws tell of their variables.
+PARAMETERS = (
+    Variable("gear_ratio", "", 50.0, "input speed / output speed of the reducers", causality="parameter"),
+    Variable("sprocket_speed_set", "rad/s", -1.6, "constant speed of the sprockets", causality="parameter"),
+    Variable("sprocket_ramp", "s", 0.0, "time to reach that speed; 0: from the start on", causality="parameter"),
 )
-TOLD = (
+_TOLD = (
     *(
         (f"{end}_{kind}", unit, 0.0, text)
         for end in ("front", "rear")
@@ -121,3 +123,4 @@ TOLD = (
     ("sprocket_angle", "rad", 0.0, "desired sprocket angle"),
     ("sprocket_speed", "rad/s", -1.6, "desired sprocket speed"),
 )
+OUTPUTS = tuple(Variable(*told, depends_on=(), causality="output") for told in _TOLD)

@@ -14,10 +14,11 @@ import os
 import shutil
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..fmus.slave import Slave, Variable
+from ..fmus.slave import Slave
 from . import tables
 
 HERE = Path(__file__).parent
@@ -44,16 +45,9 @@ class Robot(Slave):
     """Tracked robot with two pairs of track holders on uneven ground, seen from the side; needs pymunk, numba and numpy."""
 
     law = Vehicle
-    inputs = tuple(Variable(name, unit, start, text, nominal=NOMINAL.get(unit)) for name, unit, start, text in tables.INPUTS)
-    outputs = tuple(
-        Variable(name, unit, 0.0, text, nominal=NOMINAL.get(unit), derivative_of=tables.derivative_of(name))
-        for name in tables.OUTPUTS
-        for unit, text in [tables.told(name)]
-    )
-    parameters = (
-        *(Variable(name, unit, start, text, least, greatest) for name, unit, start, least, greatest, text in tables.PARAMETERS),
-        *(Variable(name, "", start, text, least, greatest) for name, _, start, least, greatest, text in tables.CHOICES),
-    )
+    inputs = tuple(replace(row, nominal=NOMINAL.get(row.unit)) for row in tables.INPUTS)
+    outputs = tuple(replace(row, nominal=NOMINAL.get(row.unit)) for row in map(tables.output, tables.OUTPUTS))
+    parameters = tables.PARAMETERS
 
     def _fit_parameters(self) -> tuple[dict[str, Any], str]:
         return {row.name: type(row.start)(self.value(row.name)) for row in self.parameters}, ""

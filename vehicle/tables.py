@@ -2,12 +2,16 @@
 
 The start values are those of the study's robot. Masses and torques are those of one side; the planar model
 counts them `SIDES` times. Contact values belong to a planar segment, that is to the left and the right one together.
-Nothing is imported here: the FMU reads these tables also where pymunk is missing.
+Only the standard library is needed here: the FMU reads these tables also where pymunk is missing.
 """
+
+from __future__ import annotations
+
+from ..fmus.variable import Variable
 
 SIDES = 2
 
-PARAMETERS = (
+_PARAMETERS = (
     # name, unit, start, least, greatest, description
     ("wheelbase", "m", 0.45, 0.05, 5.0, "distance of the front and the rear hinge"),
     ("holder_length", "m", 0.30, 0.05, 3.0, "distance of a holder's hinge and its idler's axis"),
@@ -42,23 +46,18 @@ PARAMETERS = (
     ("holding_stiffness", "N.m/rad", 2e4, 1.0, 1e7, "shaft that holds each drive while the robot settles, one side"),
     ("inner_step", "s", 2.5e-4, 1e-6, 5e-3, "longest step of the vehicle's own integration"),
     ("gravity", "m/s2", 9.81, 0.0, 100.0, "acceleration of gravity"),
+    ("segments", "", 36, 12, 400, "segments of a track, an even number so that straight runs are whole pitches"),
+    ("teeth", "", 12, 6, 100, "teeth of a sprocket, an even number"),
+    ("iterations", "", 10, 1, 200, "iterations of pymunk's joint solver in a step"),
+    ("driven_sprockets", "", False, None, None, "sprockets turned by their torques instead of at an imposed speed"),
+    ("track", "", "segmented", None, None, "segmented: bodies pinned to a loop; belt: contact slides along the outline"),
+    ("ground", "", "flat", None, None, "flat, slope:30, step:0.1, stairs:0.17,0.29,4, polyline:0,0;1,0.1;…"),
 )
-CHOICES = (
-    ("segments", "Integer", 36, 12, 400, "segments of a track, an even number so that straight runs are whole pitches"),
-    ("teeth", "Integer", 12, 6, 100, "teeth of a sprocket, an even number"),
-    ("iterations", "Integer", 10, 1, 200, "iterations of pymunk's joint solver in a step"),
-    ("driven_sprockets", "Boolean", False, None, None, "sprockets turned by their torques instead of at an imposed speed"),
-    (
-        "track",
-        "String",
-        "segmented",
-        None,
-        None,
-        "segmented: bodies pinned to a loop; belt: no bodies, contact slides along the outline",
-    ),
-    ("ground", "String", "flat", None, None, "flat, slope:30, step:0.1, stairs:0.17,0.29,4, polyline:0,0;1,0.1;…"),
+PARAMETERS = tuple(
+    Variable(name, unit, start, text, least, greatest, causality="parameter")
+    for name, unit, start, least, greatest, text in _PARAMETERS
 )
-INPUTS = (
+_INPUTS = (
     # name, unit, start, description
     ("front_torque", "N.m", 0.0, "torque of one side's front holder drive on its holder, reaction on the chassis"),
     ("rear_torque", "N.m", 0.0, "torque of one side's rear holder drive on its holder, reaction on the chassis"),
@@ -66,6 +65,7 @@ INPUTS = (
     ("rear_sprocket_torque", "N.m", 0.0, "torque of one side's rear sprocket drive, with driven_sprockets"),
     ("sprocket_speed", "rad/s", -2.0, "imposed speed of both sprockets relative to the chassis; negative drives forward"),
 )
+INPUTS = tuple(Variable(*row, causality="input") for row in _INPUTS)
 TELLS = {
     "angle": ("rad", "angle of the {} relative to the chassis, counter-clockwise positive, 0: forward"),
     "speed": ("rad/s", "speed of the {} relative to the chassis"),
@@ -99,11 +99,11 @@ def derivative_of(output: str) -> str:
     return ""
 
 
-def told(output: str) -> tuple[str, str]:
-    """Unit and description of an output."""
-    end = max((end for end in TELLS if output.endswith("_" + end)), key=len)
-    what = output[: -len(end) - 1].replace("_", " ")
+def output(name: str) -> Variable:
+    """An output, described by the end of its name."""
+    end = max((end for end in TELLS if name.endswith("_" + end)), key=len)
+    what = name[: -len(end) - 1].replace("_", " ")
     if end in ("angle", "speed") and "sprocket" not in what:
         what += " holder"
     unit, text = TELLS[end]
-    return unit, text.format(what)
+    return Variable(name, unit, 0.0, text.format(what), depends_on=(), causality="output", derivative_of=derivative_of(name))

@@ -27,7 +27,7 @@ class Playback(Part):
         self._time = table["time"].to_numpy(float)
         self._columns = {column: table[column].to_numpy(float) for column in table.columns if column != "time"}
         self._held = set(held)
-        self.variables = {c: Variable(c, "output", start=float(v[0]), depends_on=()) for c, v in self._columns.items()}
+        self.variables = {c: Variable(c, start=float(v[0]), depends_on=(), causality="output") for c, v in self._columns.items()}
         self.u = self.y = np.zeros(0)
         self._names: list[str] = []
         self._now = 0.0
@@ -79,8 +79,8 @@ class PowerStage(Part):
     def __init__(self, name: str, folder: str = "."):
         self.name, self.log = name, []
         given = ("duty", "supply_voltage")
-        self.variables = {n: Variable(n, "input", start=0.0) for n in given} | {
-            "voltage": Variable("voltage", "output", start=0.0, depends_on=given)
+        self.variables = {n: Variable(n, start=0.0, causality="input") for n in given} | {
+            "voltage": Variable("voltage", start=0.0, depends_on=given, causality="output")
         }
         self.reset()
 

@@ -51,7 +51,9 @@ class Signals(Playback):
         self.name, self.log = name, []
         self._time, self._columns = time, columns
         self._held = {column for column in columns if types[column] != "Real"}
-        self.variables = {c: Variable(c, "output", types[c], start=x[0], depends_on=()) for c, x in columns.items()}
+        self.variables = {
+            c: Variable(c, start=x[0], depends_on=(), causality="output", type=types[c]) for c, x in columns.items()
+        }
         self.u = self.y = np.zeros(0)
         self._names: list[str] = []
         self._now = 0.0

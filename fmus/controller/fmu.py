@@ -1,10 +1,12 @@
 """Controller.fmu: the controller behind the face of an FMU."""
 
+from dataclasses import replace
+
 from ..slave import Slave, Variable, rows
 from . import pd
 
 LAW = tuple(
-    row._replace(start=True, minimum=None, maximum=None) if row.name == "irreversible" else row
+    replace(row, start=True, minimum=None, maximum=None, type="") if row.name == "irreversible" else row
     for row in rows(pd.BASE, pd.EFFECTS)
 )
 

@@ -28,8 +28,8 @@ class Part(face.Part):
         self.name, self.sheet, self.log = name, sheet, []
         self.state = np.zeros(8)
         self.values = dict.fromkeys((*self.inputs_, *self.outputs_), 0.0)
-        self.variables = {n: Variable(n, "input", start=0.0) for n in self.inputs_}
-        self.variables |= {n: Variable(n, "output", start=0.0, depends_on=()) for n in self.outputs_}
+        self.variables = {n: Variable(n, start=0.0, causality="input") for n in self.inputs_}
+        self.variables |= {n: Variable(n, start=0.0, depends_on=(), causality="output") for n in self.outputs_}
 
     def bind(self, inputs, outputs):
         self._inputs, self._outputs = list(inputs), list(outputs)

@@ -64,7 +64,7 @@ class Small:
 
 
 def real(name, causality, unit="", start=0.0, **more):
-    return Variable(name, causality, "Real", unit, start, **more)
+    return Variable(name, unit, start, causality=causality, **more)
 
 
 class Mass(Small):
@@ -190,12 +190,12 @@ class Types(Small):
     """One variable of each type, passed through."""
 
     described = (
-        Variable("flag", "input", "Boolean", start=False),
-        Variable("count", "input", "Integer", start=0),
-        Variable("word", "input", "String", start=""),
-        Variable("flag_out", "output", "Boolean", start=True, variability="discrete"),
-        Variable("count_out", "output", "Integer", start=3, variability="discrete"),
-        Variable("word_out", "output", "String", start="a", variability="discrete"),
+        Variable("flag", start=False, causality="input"),
+        Variable("count", start=0, causality="input"),
+        Variable("word", start="", causality="input"),
+        Variable("flag_out", start=True, causality="output"),
+        Variable("count_out", start=3, causality="output"),
+        Variable("word_out", start="a", causality="output"),
     )
 
     def step(self, time, size):

@@ -34,7 +34,7 @@ def typed(monkeypatch, capsys):
     ("gear.shaft_inertia=-1", "at least 0"),
     ("motor.voltage=inf", "finite"),
     ("motor.voltage=1e300", "not finite"),
-    ("gear.gear_ratio=fifty", "a number is wanted"),
+    ("gear.gear_ratio=fifty", "is not a number"),
     ("gear.kinematic=maybe", "true or false"),
     ("gear.output_torque=1", "an output is computed"),
     ("gear.gear_rato=50", "gear_ratio"),

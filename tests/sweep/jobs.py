@@ -66,8 +66,8 @@ class Brittle:
     def __init__(self, name):
         self.name, self.log = name, []
         self.variables = {
-            "load": Variable("load", "parameter", start=0.0, minimum=0.0),
-            "y": Variable("y", "output", start=0.0, unit="N.m", depends_on=()),
+            "load": Variable("load", "", 0.0, minimum=0.0, causality="parameter"),
+            "y": Variable("y", "N.m", 0.0, depends_on=(), causality="output"),
         }
         self.reset()
 

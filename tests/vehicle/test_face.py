@@ -67,14 +67,14 @@ def test_it_is_a_part_with_described_variables():
     [
         ("chassis_mass", -1.0, "outside"),
         ("segment_mass", 0.0, "outside"),
-        ("ground_friction", math.nan, "not finite"),
+        ("ground_friction", math.nan, "not a finite number"),
         ("segments", 35, "even"),
         ("segments", 36.5, "whole"),
         ("track", "wheel", "segmented or belt"),
         ("ground", "sea", "ground ="),
         ("weight", 1.0, "no variable"),
         ("front_angle", 1.0, "cannot be set"),
-        ("inner_step", "fast", "not a Real"),
+        ("inner_step", "fast", "not a number"),
     ],
 )
 def test_a_bad_value_is_refused_by_name(name, value, words):

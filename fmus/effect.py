@@ -31,10 +31,11 @@ SHAPE = "shape"  # what an effect looks like while an amplitude is on
 PHASE = "phase"  # of a wave at angle 0; a shape
 ORDER = "order"  # of a wave: how many there are in a turn; a shape
 DELAY = "delay"  # something acts later by this time
+OFFSET = "offset"  # what is read where there is nothing; acts by itself
 LAG = "lag"  # time constant of a first-order lag
 PERIOD = "period"  # something happens only so often: looked for in whole samples
 STEP = "step"  # between two readings: looked for where the channel has it
-ROLES = (VALUE, CONSTANT, METAL, AMPLITUDE, SHAPE, PHASE, ORDER, DELAY, LAG, PERIOD, STEP)
+ROLES = (VALUE, CONSTANT, METAL, AMPLITUDE, OFFSET, SHAPE, PHASE, ORDER, DELAY, LAG, PERIOD, STEP)
 """What a parameter is to its law, and so to whoever searches for its value."""
 
 SHAPES = (SHAPE, PHASE, ORDER)

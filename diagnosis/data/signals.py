@@ -42,6 +42,9 @@ ALIASES = {
 COMMANDS = {"controller.angle_setpoint", "controller.speed_setpoint", "controller.voltage", "motor.duty"}
 """Signals that the experimenter gives as numbers: no sensor is between."""
 
+RELATIVE = {"reducer.input_angle"}
+"""Angles counted from anywhere: where such an encoder's zero lies is nobody's fault."""
+
 GIVEN = COMMANDS | {"motor.voltage"}
 """Signals that follow from what is given: they may rest, jump and saturate without being faulty."""
 

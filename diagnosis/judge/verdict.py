@@ -7,13 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
+from selflock.fmus.effect import LATE
+
 from ..residuals.experiment import Experiment
 from ..residuals.residual import Residual
 from ..residuals.sizes import levels, most_mended, samples, sizes
 from ..search.candidate import Candidate
 from ..search.fit import Fit
 from ..search.selection import ForwardSelection, Selection
-from ..search.step import LATE, SHOWS
+from ..search.step import SHOWS
 from . import advice
 from .depends import QUIET, Dependence, depends
 from .gain import Gain, measure
@@ -195,7 +197,7 @@ def named(search: ForwardSelection, outcome: Selection) -> list[Cause]:
         for p in candidate.free:
             low, high = intervals[p.name]
             fitted = outcome.final.values[p.name]
-            if p.name.endswith(LATE):  # where within a sample something happened no log tells
+            if p.role in LATE:  # where within a sample something happened no log tells
                 low, high = max(p.low, min(low, fitted - step)), min(p.high, max(high, fitted + step))
             shift = values[p.name] - fitted
             parameters[p.name] = {

@@ -221,29 +221,6 @@ def search(outcome: Selection, path: Path) -> Path | None:
     return save(figure, path)
 
 
-SHOWN = {
-    "stribeck": "speed",
-    "viscous": "speed",
-    "asymmetric": "speed",
-    "load_dependent": "load",
-    "preload": "load",
-    "ripple": "position",
-    "cogging": "position",
-    "warm_up": "time",
-    "wear": "time",
-    "winding_heating": "time",
-    "torque_constant": "current",
-    "brush_drop": "current",
-    "supply_sag": "current",
-    "mass": "output position",
-    "centre_of_mass": "output position",
-    "tilt": "output position",
-    "inertia": "acceleration",
-    "compliance": "load",
-    "backlash": "load",
-}
-
-
 UNITS = {
     "speed": "rad/s",
     "load": "N·m",
@@ -279,7 +256,7 @@ def missing(
 ) -> Path | None:
     """What the nominal simulation lacks, as a curve: measured means, what the cause adds, with its 95 % band."""
     known = variables(experiment, residual, after)
-    label = SHOWN.get(outcome.causes[0].hypothesis.effect, "speed")
+    label = outcome.causes[0].hypothesis.shown_over
     label = label if label in known else "speed" if "speed" in known else next(iter(known))
     everywhere = np.ones(experiment.blocks, bool)
     old, trusted = samples(experiment, residual, before, everywhere)

@@ -7,17 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from selflock.fmus.effect import METAL
+
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 
 MATTERS = 0.02
 """Share of the error's energy by which a rival must be worse to be beaten."""
-
-DRIFTS = ("warm_up", "wear", "winding_heating")
-"""Effects that change in time: a constant does as much where none was seen to."""
-
-CUT_IN_METAL = ("wedge_angle", "gear_ratio")
-"""Nominal values that are doubted last."""
 
 ALIKE = 1.002
 """Errors within this factor are equal to the last digits: the same law twice."""
@@ -98,11 +94,11 @@ def simplest(real: Sequence[Candidate], found: Sequence[Hypothesis], chance_leve
     least = min(c.errors.mean() for c in as_simple)
 
     def doubt(c: Candidate) -> tuple:
-        effect, label = c.hypothesis.effect, c.hypothesis.label
+        nominal = c.hypothesis.effect == "parameter"
         return (
-            effect in DRIFTS,
-            label.endswith(CUT_IN_METAL),
-            effect == "parameter",
+            c.hypothesis.drifts,
+            nominal and c.hypothesis.free[0].role == METAL,
+            nominal,
             len(c.hypothesis.free),
             c.errors.mean(),
         )

@@ -8,24 +8,20 @@ from math import isfinite
 
 import numpy as np
 
+from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, VALUE, Effect, Parameter
+
 from ..data.rig import Rig, split
-from ..data.signals import COMMANDS
+from ..data.signals import COMMANDS, RELATIVE
 from ..residuals.drive import both
 from ..residuals.residual import MOVES
 
-NOT_IN_POINTS = set("ripple cogging backlash compliance warm_up wear winding_heating lag quantisation".split())
-"""Effects of angle and time, of which steady-state points know nothing."""
-
-ON_REQUEST = {"stribeck_asymmetry"}
-"""Freed only where a rig lists them as uncertain."""
-
-ORDERS = ("_order", "_periods")
-"""How the names of numbers end that count waves in a turn."""
-
 COMPONENTS = ("controller", "motor", "reducer", "load")
 
-SAID_BY_EFFECTS = {"load.mass", "load.arm", "load.inertia", "load.arm_angle", "load.gravity", "reducer.shaft_stiffness"}
-"""Nominal values whose errors have names of their own (mass, centre_of_mass, inertia, tilt, compliance)."""
+SIDES = {"input": 0, "output": 1}
+"""Of a wave's shaft, its place among the motions of a drive."""
+
+MEASURE_IT = "the quantity measured by itself on the bench"
+"""The run that tells a nominal value."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +38,9 @@ class Free:
     told: bool = False  # the rig gives it
     above: str = ""  # counted from this other parameter's value on, so that it can never fall below it
     trials: tuple[float, ...] = ()  # values to try where it acts only from a finite amount on
+    role: str = VALUE  # of fmus.effect.ROLES
+    shaft: str = ""  # with whose angle the wave goes of which it is a number
+    on_request: bool = False  # freed only because the rig lists it as uncertain
 
 
 @dataclass(frozen=True)
@@ -54,6 +53,9 @@ class Hypothesis:
     channel: str = ""  # sensors: whose
     summary: str = ""
     source: str = ""
+    advice: str = ""  # the run that would tell it from others
+    shown_over: str = "speed"  # the variable over which it is seen best
+    drifts: bool = False  # it changes in time
 
     @property
     def label(self) -> str:
@@ -65,12 +67,12 @@ class Hypothesis:
         return self.label == other.label
 
 
-def effects(component: str) -> tuple:
+def effects(component: str) -> tuple[Effect, ...]:
     """The effects that stand beside a component's physics."""
     return import_module(f"selflock.fmus.{component}.effects").EFFECTS
 
 
-def base(component: str) -> tuple:
+def base(component: str) -> tuple[Parameter, ...]:
     """The nominal parameters of a component's law."""
     from ..residuals.laws import LAWS
 
@@ -83,25 +85,26 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment) -> list
     Whether a log can tell anything about one is found out by trying: a parameter without influence drops out.
     """
     found: list[Hypothesis] = []
+    points = rig.kind == "steady"  # a point has no angle and no time
     for name in sorted(used):
         _, component = split(name, rig.drives)
-        for effect in effects(component):
-            found.append(_effect(rig, name, component, effect))
-        declared = {p.name for effect in effects(component) for p in effect.parameters}
+        beside = effects(component)
+        found += [_effect(rig, name, component, effect) for effect in beside if not (points and effect.needs)]
+        said = {said for effect in beside for said in (*effect.says, *(p.name for p in effect.parameters))}
         for parameter in base(component):
             full = f"{name}.{parameter.name}"
-            if parameter.name in declared or f"{component}.{parameter.name}" in SAID_BY_EFFECTS:
+            if parameter.name in said or parameter.role == CONSTANT:
                 continue
             if rig.questioned(full) and full not in rig.uncertain:
-                found.append(Hypothesis(name, "parameter", (_parameter(rig, full, parameter),), summary=parameter.description))
+                free = (_parameter(rig, full, parameter),)
+                found.append(Hypothesis(name, "parameter", free, summary=parameter.description, advice=MEASURE_IT))
     for channel in sorted(channels):
-        if rig.questioned(channel) and split(channel, rig.drives)[1] not in COMMANDS:
+        signal = split(channel, rig.drives)[1]
+        if rig.questioned(channel) and signal not in COMMANDS:
             for effect in effects("sensor"):
-                # where an encoder's zero lies is nobody's fault
-                if not (effect.name == "bias" and channel.endswith("reducer.input_angle")):
+                zero = signal in RELATIVE and any(p.role == OFFSET for p in effect.parameters)
+                if not zero and not (points and effect.needs):
                     found.append(_sensor(channel, effect, spread(experiment, channel)))
-    if rig.kind == "steady":  # a point has no angle and no time
-        found = [h for h in found if h.effect not in NOT_IN_POINTS]
     found = [_seen_whole(_tried(h, experiment), experiment) for h in found]
     return [h for h in found if h.free]
 
@@ -110,10 +113,10 @@ def _tried(hypothesis: Hypothesis, experiment) -> Hypothesis:
     """Steps of time are looked for in whole samples, steps of a reading where its channel has them."""
 
     def trials(p: Free) -> tuple[float, ...]:
-        if p.name.endswith("sample_period"):
+        if p.role == PERIOD:
             step = experiment.step
             return tuple(n * step for n in range(2, 41) if p.low <= n * step <= p.high)
-        if p.name.endswith("resolution"):
+        if p.role == STEP and hypothesis.channel:
             steps = [
                 np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)])) for run in experiment.runs
             ]
@@ -127,13 +130,12 @@ def _seen_whole(hypothesis: Hypothesis, experiment) -> Hypothesis:
     """A wave comes back: one that no run goes through once whole is a curve, and bends to anything."""
     free = list(hypothesis.free)
     prefix = split(hypothesis.component, experiment.rig.drives)[0]
-    for order in [p for p in free if p.name.endswith(ORDERS)]:
-        low = max(order.low, 1.0 / _turns(experiment, prefix, 1 if ".output_" in order.name else 0))
+    for order in [p for p in free if p.role == ORDER]:
+        low = max(order.low, 1.0 / _turns(experiment, prefix, SIDES[order.shaft]))
         if low < order.high:
             free[free.index(order)] = replace(order, low=low)
         else:
-            wave = order.name.removesuffix("_order").removesuffix("_periods")
-            free = [p for p in free if not p.name.startswith(wave)]
+            free = [p for p in free if p.shaft != order.shaft]
     return replace(hypothesis, free=tuple(free))
 
 
@@ -150,14 +152,14 @@ def spread(experiment, channel: str) -> float:
     return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
 
 
-def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
+def _effect(rig: Rig, name: str, component: str, effect: Effect) -> Hypothesis:
     free = []
     for p in effect.parameters:
         full = f"{name}.{p.name}"
-        if not rig.questioned(full) or (p.name in ON_REQUEST and full not in rig.uncertain):
+        if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
         low, high = rig.uncertain.get(full, (p.low, p.high))
-        free.append(Free(full, rig.parameters.get(full, p.off), low, high, p.unit, p.description, told=full in rig.parameters))
+        free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high), told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
@@ -167,16 +169,28 @@ def _effect(rig: Rig, name: str, component: str, effect) -> Hypothesis:
         if full not in rig.parameters and p.nominal > 0.0:  # no data sheet says: a time constant may be anything
             p = replace(p, low=max(parameter.low, p.nominal / 1000.0), high=min(parameter.high, p.nominal * 10.0))
         free.append(p if p.above else replace(p, companion=True))
-    return Hypothesis(name, effect.name, tuple(free), summary=effect.summary, source=effect.source)
+    return _of(effect, name, tuple(free))
 
 
-def _parameter(rig: Rig, full: str, parameter) -> Free:
+def _of(effect: Effect, component: str, free: tuple[Free, ...], channel: str = "") -> Hypothesis:
+    """The hypothesis of an effect, with what the effect says of itself."""
+    said = effect.summary, effect.source, effect.advice, effect.shown_over, effect.drifts
+    return Hypothesis(component, effect.name, free, channel, *said)
+
+
+def _free(full: str, p: Parameter, nominal: float, low: float, high: float) -> Free:
+    """A parameter of a law as a fit may change it."""
+    return Free(full, nominal, low, high, p.unit, p.description, role=p.role, shaft=p.shaft, on_request=p.on_request)
+
+
+def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:
     """A nominal value may be off by a factor of five, within what physics allows."""
     nominal = rig.parameters.get(full, parameter.off)
-    if split(full, rig.drives)[1] == "reducer.friction_static":  # at least the kinetic one: fitted as what lies above it
-        kinetic = f"{full.rpartition('.')[0]}.friction_kinetic"
-        usual = next(p.off for p in base("reducer") if p.name == "friction_kinetic")
-        return Free(full, max(0.0, nominal - rig.parameters.get(kinetic, usual)), 0.0, 1.0, "", "mu_s - mu_k", above=kinetic)
+    if parameter.above:  # fitted as what lies above the other
+        owner, (name, most, description) = full.rpartition(".")[0], parameter.above
+        usual = next(p.off for p in base(split(owner, rig.drives)[1]) if p.name == name)
+        over = max(0.0, nominal - rig.parameters.get(f"{owner}.{name}", usual))
+        return replace(_free(full, parameter, over, 0.0, most), description=description, above=f"{owner}.{name}")
     low, high = parameter.low, parameter.high
     if nominal > 0.0:
         low, high = max(low, nominal / 5.0), min(high, nominal * 5.0)
@@ -184,30 +198,30 @@ def _parameter(rig: Rig, full: str, parameter) -> Free:
         low, high = max(low, nominal * 5.0), min(high, nominal / 5.0)
     elif not isfinite(high - low):
         low, high = max(low, -1e3), min(high, 1e3)
-    return Free(full, nominal, low, high, parameter.unit, parameter.description)
+    return _free(full, parameter, nominal, low, high)
 
 
 def uncertain(rig: Rig) -> tuple[Free, ...]:
     """What no data sheet says: free in every fit, the first included."""
     found = []
     for full, (low, high) in rig.uncertain.items():
-        unit, description, nominal = "", "", rig.parameters.get(full)
+        known, nominal = Parameter("", "", 0.0, low, high, ""), rig.parameters.get(full)
         prefix, rest = split(full, rig.drives)
         component, _, parameter = rest.partition(".")
         if component in COMPONENTS:
             for p in (*base(component), *(q for e in effects(component) for q in e.parameters)):
                 if p.name == parameter:
-                    unit, description = p.unit, p.description
+                    known = p
                     nominal = p.off if nominal is None else nominal
         nominal = 0.5 * (low + high) if nominal is None else min(max(nominal, low), high)
-        found.append(Free(full, nominal, low, high, unit, description))
+        found.append(_free(full, known, nominal, low, high))
     return tuple(found)
 
 
-def _sensor(channel: str, effect, reach: float) -> Hypothesis:
+def _sensor(channel: str, effect: Effect, reach: float) -> Hypothesis:
     """A sensor's law knows no unit: what carries the channel's is searched within the channel's reach."""
     free = []
     for p in effect.parameters:
-        low, high = (max(p.low, -reach), min(p.high, reach)) if not p.unit and p.off == 0.0 else (p.low, p.high)
-        free.append(Free(f"sensor.{channel}.{p.name}", p.off, low, high, p.unit, p.description))
-    return Hypothesis("sensor", effect.name, tuple(free), channel=channel, summary=effect.summary, source=effect.source)
+        low, high = (max(p.low, -reach), min(p.high, reach)) if p.of_value else (p.low, p.high)
+        free.append(_free(f"sensor.{channel}.{p.name}", p, p.off, low, high))
+    return _of(effect, "sensor", tuple(free), channel)

@@ -7,7 +7,7 @@ import numpy as np
 from ..residuals.experiment import Experiment
 from ..residuals.noise import of_bins, of_quiet_bins
 from .fit import Fit, fit, held_out, rho
-from .hypotheses import ON_REQUEST, Free, uncertain, vocabulary
+from .hypotheses import Free, uncertain, vocabulary
 
 FOLDS = 5
 
@@ -24,8 +24,7 @@ class Problem:
         self.base_free = tuple(
             p
             for p in uncertain(experiment.rig)
-            if (p.name.rpartition(".")[0] in experiment.components or p.name.startswith("sensor."))
-            and p.name.rpartition(".")[2] not in ON_REQUEST
+            if (p.name.rpartition(".")[0] in experiment.components or p.name.startswith("sensor.")) and not p.on_request
         )
         self.hypotheses = vocabulary(experiment.rig, experiment.components, experiment.measured, experiment)
         self.nominal = {p.name: p.nominal for p in self.base_free}

@@ -12,8 +12,10 @@ from itertools import product
 
 import numpy as np
 
+from selflock.fmus.effect import ORDER, PHASE
+
 from .fit import change, scale, slope
-from .hypotheses import ORDERS, Free, Hypothesis
+from .hypotheses import Free, Hypothesis
 
 PER_DECADE = 2
 """Values tried in a decade of a parameter that shapes an effect."""
@@ -95,7 +97,7 @@ def directions(misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray,
     if len(leading) > 1 and all(not way.shape and not way.phase for way in found):
         found += _ways(misfit, base, off, at, hypothesis, (*leading, *companions), [])
     for p in inside:
-        if p.companion or p.told or p.above or p.name.endswith("_phase") or _is_order(p):
+        if p.companion or p.told or p.above or p.role in (PHASE, ORDER):
             continue
         if p not in amplitudes or _bends(misfit, base, off, at, p):
             found += _jumps(misfit, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes])
@@ -140,10 +142,10 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) 
 
 def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes) -> list[Direction]:
     """One direction for each combination of shape values; a phase becomes two columns."""
-    phase = next((p for p in shapes if p.name.endswith("_phase")), None) if len(amplitudes) == 1 else None
+    phase = next((p for p in shapes if p.role == PHASE), None) if len(amplitudes) == 1 else None
     shapes = [p for p in shapes if p is not phase]
     axes = [_grid(p) for p in shapes]
-    thin = [i for i, p in enumerate(shapes) if not _is_order(p)]
+    thin = [i for i, p in enumerate(shapes) if p.role != ORDER]
     while thin and np.prod([len(axes[i]) for i in thin]) > MOST_STARTS:
         longest = max(thin, key=lambda i: len(axes[i]))
         axes[longest] = axes[longest][::2]
@@ -200,20 +202,15 @@ def _shapes(misfit, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
     """Whether p matters while its amplitude is on; too narrow a range, or a value told by the rig, is no question."""
     if p.told or (p.low > 0.0 and p.high < 2.0 * p.low):
         return False
-    values = [0.5 * np.pi] if p.name.endswith("_phase") else _grid(p)[:: max(1, len(_grid(p)) // 3)]
+    values = [0.5 * np.pi] if p.role == PHASE else _grid(p)[:: max(1, len(_grid(p)) // 3)]
     return any(np.any(misfit({**base, **on, p.name: value}) != there) for value in values)
-
-
-def _is_order(p: Free) -> bool:
-    """Whether p counts waves in a turn."""
-    return p.name.endswith(ORDERS)
 
 
 def _grid(p: Free) -> list[float]:
     """Values to start from: orders one by one, wide ranges by decades, others at a few places."""
-    if _is_order(p):
+    if p.role == ORDER:
         return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, HIGHEST_ORDER)) + 1)]
-    if p.name.endswith("_phase"):
+    if p.role == PHASE:
         return [0.0]
     if p.low >= 0.0 and (p.low == 0.0 or p.high / p.low > 30.0):
         lowest = max(p.low, 1e-4 * p.high)

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 import numba
 import numpy as np
 
+from selflock.fmus.effect import LAG, LATE, PHASE
+
 from ..residuals.sizes import improvement
 from .candidate import MATTERS, Candidate, better, equal, more, same_law, simplest
 from .fit import Fit
@@ -26,8 +28,6 @@ RELEVANT = 0.04
 
 SHOWS = 0.01
 """... and that over single samples by this share: averages of many show what smoothing bends, far below the noise."""
-
-LATE = ("_delay", "lag_time", "_period")
 
 SMALL = 0.01
 """Share of its range from which a number of a whole drive is fitted."""
@@ -79,7 +79,7 @@ class Step:
 
     def _one_more_wave(self, hypothesis: Hypothesis) -> bool:
         """Waves fit anything, one after another: a cause that is found gets more of its numbers, but no more waves."""
-        waves = any(p.name.endswith("_phase") for p in hypothesis.free)
+        waves = any(p.role == PHASE for p in hypothesis.free)
         return waves and any(hypothesis.same_cause(f) for f in self.found)
 
     def play(self, rng: np.random.Generator) -> Stage:
@@ -130,7 +130,7 @@ class Step:
     def _resolved(self, candidate: Candidate) -> bool:
         """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""
         step = max(float(np.median(ch.dt)) for ch in self.problem.experiment.channels.values())
-        late = [candidate.fit.values[p.name] for p in candidate.free if p.name.endswith(LATE)]
+        late = [candidate.fit.values[p.name] for p in candidate.free if p.role in LATE]
         return not late or max(late) >= step
 
     def _each(self, what: str, do: Callable, items: Sequence) -> list:
@@ -211,7 +211,7 @@ class Step:
         problem, unseen = self.problem, self.problem.held_out(fitted)
         errors, losses = problem.residual_errors(unseen), problem.block_loss(unseen)
         for p in extra:
-            if hypothesis.effect == "lag" and fitted.values[p.name] > 0.0:
+            if p.role == LAG and fitted.values[p.name] > 0.0:
                 # a lag also averages the noise of what is simulated from measured channels, and so does its mirror
                 # image in time; only what it explains beyond that is its own
                 mirrored = problem.misfit({**fitted.values, p.name: -fitted.values[p.name]})

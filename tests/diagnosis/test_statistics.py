@@ -9,6 +9,7 @@ from selflock.diagnosis.search.fit import fit, held_out, rho, weight
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.diagnosis.search.linear import Linear
 from selflock.diagnosis.search.screen import Direction, directions
+from selflock.fmus.effect import ORDER, PHASE
 
 BLOCKS, SAMPLES = 20, 50
 
@@ -94,7 +95,8 @@ def test_chance_beats_noise_as_often_as_it_should_and_an_effect_hardly_ever(rng)
 
 def test_amplitudes_shapes_and_phases_are_told_apart_by_trying(rng):
     angle = np.linspace(0.0, 60.0, BLOCKS * SAMPLES).reshape(BLOCKS, SAMPLES)
-    free = (Free("a.size", 0.0, -1.0, 1.0), Free("a.wave_order", 1.0, 0.0, 200.0), Free("a.wave_phase", 0.0, -6.3, 6.3))
+    order, phase = Free("a.wave_order", 1.0, 0.0, 200.0, role=ORDER), Free("a.wave_phase", 0.0, -6.3, 6.3, role=PHASE)
+    free = (Free("a.size", 0.0, -1.0, 1.0), order, phase)
     truth = 0.4 * np.cos(7.0 * angle + 1.1)
     residual = lambda v: truth - v.get("a.size", 0.0) * np.cos(v.get("a.wave_order", 1.0) * angle + v.get("a.wave_phase", 0.0))
     ways = directions(residual, {}, residual({}), Hypothesis("a", "ripple", free))

@@ -1,6 +1,6 @@
 """The reading is off by a constant."""
 
-from ...effect import AMPLITUDE, Effect, Parameter
+from ...effect import OFFSET, Effect, Parameter
 
 
 def bias(p, x):
@@ -12,7 +12,7 @@ EFFECT = Effect(
     name="bias",
     summary="y = x + b",
     parameters=(
-        Parameter("bias", "", 0.0, -1000.0, 1000.0, "offset of the reading, in the unit of the value", AMPLITUDE, of_value=True),
+        Parameter("bias", "", 0.0, -1000.0, 1000.0, "offset of the reading, in the unit of the value", OFFSET, of_value=True),
     ),
     source="Fraden: Handbook of Modern Sensors, ch. 3",
     hooks={"bias": bias},

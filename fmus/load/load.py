@@ -62,6 +62,17 @@ def gravity_moment(p, s):
     return (p.mass + added_mass(p, s)) * p.gravity * (p.arm + added_arm(p, s))
 
 
+def opposing_torque(p, weight, lean, angle, speed):
+    """What gravity (m g d = `weight`, N.m), damping and the constant torque oppose to positive motion, N.m."""
+    return weight * cos(angle + lean) + p.damping * speed + p.constant_torque
+
+
+def driving_torque(p, s, acceleration):
+    """The inverse: the torque M that gives the load in state s this acceleration, rad/s2, N.m."""
+    load = opposing_torque(p, gravity_moment(p, s), p.arm_angle + tilt(p, s), s.angle, s.speed)
+    return moment_of_inertia(p, s) * acceleration + load
+
+
 def start(p):
     return State(p.start_angle, p.start_speed)
 
@@ -88,5 +99,5 @@ def advance(p, s, torque, dt):
         angle += h * (speed + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
         speed += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
         n += 1.0
-    load = weight * cos(angle + lean) + p.damping * speed + p.constant_torque
+    load = opposing_torque(p, weight, lean, angle, speed)
     return State(angle, speed), Output(angle, speed, (torque - load) / inertia, load)

@@ -89,6 +89,27 @@ def next_current(current, voltage, drop, resistance, inductance, dt):
     return free_current(0.0, net, resistance, inductance, max(left, 0.0))
 
 
+def warmed(p, heat, resistance, before, after, dt):
+    """The copper loss, filtered, W, after dt in which the current, A, went straight from `before` to `after`."""
+    loss = resistance * (before * before + before * after + after * after) / 3.0
+    return loss - (loss - heat) * exp(-dt / p.thermal_time) if p.thermal_time > 0.0 else loss
+
+
+def torque_of_current(p, x):
+    """M = K_m I (16) with its effects, N.m."""
+    return p.torque_constant * x.current / (1.0 + weakening(p, x)) + added_torque(p, x)
+
+
+def follow(p, s, current, speed, angle, dt):
+    """The inverse of the winding: current (A), speed and angle of the rotor are measured after dt. State, torque in N.m.
+
+    No voltage is asked for, so that what depends on it is as at 0 V.
+    """
+    resistance = p.resistance + added_resistance(p, Condition(0.0, speed, s.current, s.angle, s.heat))
+    heat = warmed(p, s.heat, resistance, s.current, current, dt)
+    return State(current, angle, heat, s.effects), torque_of_current(p, Condition(0.0, speed, current, angle, heat))
+
+
 def start(p):
     """At rest, cold and without current."""
     return State(0.0, 0.0, 0.0, active(p, Condition(0.0, 0.0, 0.0, 0.0, 0.0)))
@@ -108,9 +129,7 @@ def advance(p, s, voltage, speed, dt):
         current = next_current(current, net, drop, resistance, p.inductance, dt)
     torque = p.torque_constant * current
     if s.effects > 0.0:
-        loss = resistance * (s.current * s.current + s.current * current + current * current) / 3.0
-        heat = loss - (loss - heat) * exp(-dt / p.thermal_time) if p.thermal_time > 0.0 else loss
+        heat = warmed(p, heat, resistance, s.current, current, dt)
         angle += speed * dt
-        end = Condition(voltage, speed, current, angle, heat)
-        torque = torque / (1.0 + weakening(p, end)) + added_torque(p, end)
+        torque = torque_of_current(p, Condition(voltage, speed, current, angle, heat))
     return State(current, angle, heat, s.effects), Output(current, torque, voltage * current, torque * speed)

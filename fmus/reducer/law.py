@@ -119,11 +119,17 @@ def extended(p, t, x, rate):
     )
 
 
-def initial_windup(p, x):
-    """Wind-up, rad, at which the output shaft rests under the output torque of x; in the middle of the play without one."""
-    load = x.output_torque
-    side = 0.0 if load == 0.0 else math.copysign(1.0, load)
-    return load / _stiffness(p, x) + side * 0.5 * _play(p, x)
+def wound_up(p, x, side):
+    """Wind-up, rad, at which the output shaft rests under the output torque of x, N.m: the inverse of `contact`.
+
+    side: the flank that touches, +1.0 or -1.0 as the torque's sign; 0.0 the middle of the play.
+    """
+    return x.output_torque / _stiffness(p, x) + side * 0.5 * _play(p, x)
+
+
+def flank(output_torque, side):
+    """The flank that touches under this output torque, +1.0 or -1.0; without a torque `side`, the one that did before."""
+    return math.copysign(1.0, output_torque) if output_torque != 0.0 else side
 
 
 def _stiffness(p, x):

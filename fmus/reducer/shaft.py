@@ -30,10 +30,11 @@ from .law import (
     active,
     contact,
     extended,
+    flank,
     friction_at,
-    initial_windup,
     plain,
     static_coefficient,
+    wound_up,
 )
 from .travel import held, travel
 from .wedge import (
@@ -88,7 +89,7 @@ def start(p, angle, speed, output_angle, output_speed):
 def relaxed(p, output_torque, speed, output_angle, output_speed):
     """The state at the start in which the output shaft is wound up by this torque, N.m, and no more."""
     x = Condition(1.0, speed, 0.0, output_angle, output_torque, 0.0, 0.0, 0.0)
-    return start(p, p.gear_ratio * (output_angle + initial_windup(p, x)), speed, output_angle, output_speed)
+    return start(p, p.gear_ratio * (output_angle + wound_up(p, x, flank(output_torque, 0.0))), speed, output_angle, output_speed)
 
 
 def advance(p, s, motor_torque, output_angle, output_speed, dt):

@@ -1,27 +1,53 @@
 # Two commands matter: `make study` and `make test`. Both set up .venv first.
 PYTHON ?= python3
 BIN = .venv/bin
+PIP = $(BIN)/pip install --quiet --disable-pip-version-check
+ROOMS = fmus master vehicle study diagnosis sweep examples
 
-.PHONY: setup study test test-masters clean
+.PHONY: setup study test test-fast test-peers lint types wheel clean
 
-setup: .venv/installed
+setup: .venv/developed
 
-.venv/installed: pyproject.toml
+.venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "selflock needs Python 3.11 or newer; name one with make PYTHON=...")'
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test]'
+
+.venv/installed: pyproject.toml | .venv/bin/python
+	$(PIP) --editable '.[all]'
 	@touch $@
 
-study: setup
+.venv/developed: .venv/installed
+	$(PIP) --editable '.[dev]'
+	@touch $@
+
+study: .venv/installed
 	$(BIN)/selflock study -o out/study
 
 test: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
+# Some tests of every room, in a minute: before every commit.
+test-fast: setup
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m 'not slow'
+
 # The same systems in libcosim and Ecos (the latter needs the system's libtbb12).
-test-masters: setup
-	$(BIN)/pip install --quiet --disable-pip-version-check '.[masters]'
-	$(BIN)/python -m pytest tests/masters
+test-peers: setup
+	$(PIP) '.[masters]'
+	$(BIN)/python -m pytest tests/peers
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+# mypy reads the rooms as the one package that they are installed as.
+types: setup
+	@rm -rf build/house && mkdir -p build/house/selflock
+	@ln -s $(addprefix $(CURDIR)/,$(wildcard selflock/*.py selflock/py.typed) $(ROOMS)) build/house/selflock
+	$(BIN)/mypy
+
+# Built, installed into a fresh environment, used beside files named like the rooms.
+wheel: setup
+	PYTHON=$(BIN)/python tests/wheel.sh
 
 clean:
 	rm -rf .venv out build *.egg-info

@@ -89,7 +89,7 @@ def main() -> None:
     options.add_argument("--input", default="voltage")
     options.add_argument("--output", default="torque")
     chosen = options.parse_args()
-    sys.path.insert(0, str(ROOT / "tests" / "foreign_fmus"))
+    sys.path.insert(0, str(ROOT / "tests" / "native"))
     from pack import pack
 
     table = Table("FMU", "instances", "bare, µs", "master, µs", "ratio", "median ratio", title="cost of one FMU step")

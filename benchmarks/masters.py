@@ -161,7 +161,7 @@ def main() -> None:
     options.add_argument("--steps", type=int, default=1000, help="steps with 8 instances; fewer with more")
     options.add_argument("--turns", type=int, default=3)
     chosen = options.parse_args()
-    sys.path.insert(0, str(ROOT / "tests" / "foreign_fmus"))
+    sys.path.insert(0, str(ROOT / "tests" / "native"))
     from pack import pack
 
     peers = present({"ecos": "ecospy", "libcosim": "libcosimpy"})

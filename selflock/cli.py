@@ -211,10 +211,11 @@ def main() -> None:
         missing = extras.told(error)
         if isinstance(error, BrokenPipeError) or (isinstance(error, ModuleNotFoundError) and not missing):
             raise
-        place = isinstance(error, OSError) and error.filename
-        text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable." if place else str(error)
+        text = missing or str(error)
+        if isinstance(error, OSError) and error.filename:
+            text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable."
         errors.print("[bold red]error:[/bold red] ", end="")
-        errors.print(missing or text, markup=False, highlight=False)
+        errors.print(text, markup=False, highlight=False)
         sys.exit(2)
 
 

@@ -69,7 +69,7 @@ def write(
         }
         for stage in outcome.stages
     ]
-    environment = Environment(loader=PackageLoader("selflock.diagnosis.output"), autoescape=select_autoescape())
+    environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=select_autoescape())
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
     page = environment.get_template("report.html.j2").render(
         rig=experiment.rig,

@@ -165,6 +165,7 @@ def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
         np.testing.assert_allclose(b[:edge], a[:edge], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_comparison_names_all_that_it_uses(tmp_path):
     """What a residual does not use may change without changing it: else a remembered residual would be another's."""
     from .plant import bench as plant

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pandas as pd
+import pytest
 from typer.testing import CliRunner
 
 from selflock import diagnosis, master
@@ -63,6 +64,7 @@ simulate = "closed"
 """
 
 
+@pytest.mark.slow
 def test_a_whole_drive_in_closed_loop_has_its_report(tmp_path, monkeypatch):
     """Two hypotheses alone, for each fit simulates the drive."""
     every = ground.vocabulary

@@ -15,6 +15,7 @@ from selflock.diagnosis import diagnose
 from .plant import bench, score
 from .plant.causes import DRAWS, OUTSIDE, VOCABULARY
 
+pytestmark = pytest.mark.slow
 RATES = {"one": 0.95, "none": 0.95, "pair": 0.80, "outside": 0.90}  # the targets
 BATCH = 4
 SIZED = {

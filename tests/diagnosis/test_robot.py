@@ -78,6 +78,7 @@ def here(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cause", HIDDEN)
 def test_the_drive_the_component_and_the_cause_are_named(tmp_path, cause):
     seed, blamed, parts, sensors, track = HIDDEN[cause]
@@ -87,6 +88,7 @@ def test_the_drive_the_component_and_the_cause_are_named(tmp_path, cause):
     assert result.blame[0]["component"] == blamed
 
 
+@pytest.mark.slow
 def test_nothing_is_missing_in_a_sound_robot(tmp_path):
     """The controller of another make and the same formulas is sound, too."""
     result = diagnose(rig(tmp_path), [record(tmp_path, 10, {"front_controller": ("Controller", {})})], out=None, seed=1)

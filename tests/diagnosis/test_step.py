@@ -17,6 +17,7 @@ def recorded(folder, every):
     return diagnose(files[0], [files[1]], test=[files[2]], out=folder / "out", seed=1)
 
 
+@pytest.mark.slow
 def test_a_log_every_10_ms_is_too_coarse_for_the_winding_and_nothing_else_is_blamed(tmp_path):
     result = recorded(tmp_path, 5)
     (cause,) = result.causes
@@ -28,6 +29,7 @@ def test_a_log_every_10_ms_is_too_coarse_for_the_winding_and_nothing_else_is_bla
     assert "coarse" in result.report.read_text() and "Log more rows a second" in result.summary()
 
 
+@pytest.mark.slow
 def test_the_same_drive_every_2_ms_is_fine(tmp_path):
     result = recorded(tmp_path, 1)
     assert result.verdict == "none" and result.step.ratio < 0.5 and result.step.held

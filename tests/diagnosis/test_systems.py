@@ -12,7 +12,7 @@ from selflock import master
 from selflock.cli import app
 from selflock.diagnosis import DataError, diagnose, replay
 
-sys.path.append(str(Path(__file__).parents[1] / "foreign_fmus"))
+sys.path.append(str(Path(__file__).parents[1] / "native"))
 
 SYSTEM = """
 [run]
@@ -129,6 +129,7 @@ def test_what_is_not_measured_runs_along_and_shares_the_blame(tmp_path, fmu):
     assert {b["component"]: round(b["share"], 2) for b in result.blame} == {"second": 0.5, "third": 0.5}
 
 
+@pytest.mark.slow
 def test_report_replay_and_exit_codes_from_the_command_line(tmp_path, fmu):
     rig, log = chain(tmp_path, fmu, {"second": 0.7})
     said = CliRunner().invoke(app, ["diagnose", str(rig), str(log), "-o", str(tmp_path / "out")])
@@ -158,6 +159,7 @@ start = { resistance = 0.299, inductance = 8.23e-5, voltage_constant = 0.0302, t
 """
 
 
+@pytest.mark.slow
 def test_a_cause_is_named_where_the_fmu_to_blame_is_ours(tmp_path):
     from misbehaving import Motor
 

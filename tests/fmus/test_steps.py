@@ -31,6 +31,7 @@ CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_results_converge_with_the_communication_step(instance, case):
     name, parameters, inputs, outputs = CASES[case]

@@ -13,6 +13,7 @@ def every_unit():
     return sorted({row.unit for face in faces for row in (*face.inputs, *face.outputs, *face.parameters) if row.unit})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", every_unit())
 def test_base_units(text):
     registry = pint.UnitRegistry()

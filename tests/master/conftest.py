@@ -9,7 +9,7 @@ import pytest
 from selflock import master
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent / "foreign_fmus")]
+sys.path[:0] = [str(HERE), str(HERE.parent / "native")]
 
 SLAVE = '''
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String
@@ -44,7 +44,7 @@ class Counter(Fmi2Slave):
 
 @pytest.fixture(scope="session")
 def native(tmp_path_factory):
-    """native("ball"): the path of a C FMU of tests/foreign_fmus, compiled here."""
+    """native("ball"): the path of a C FMU of tests/native, compiled here."""
     from pack import pack
 
     folder, made = tmp_path_factory.mktemp("native"), {}

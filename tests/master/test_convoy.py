@@ -91,6 +91,7 @@ def test_a_discarded_step_is_finished_and_the_run_goes_on(monkeypatch, native, a
     same(slow, fast)
 
 
+@pytest.mark.slow
 def test_a_failure_keeps_the_rows_before_it(monkeypatch, native, algorithm):
     description = ring(native, algorithm)
     description["components"]["t"] = {

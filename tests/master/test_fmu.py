@@ -139,6 +139,7 @@ def test_instances_share_one_unpacked_folder(counter):
         part.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end, status", [(2, "Discard"), (3, "Error"), (4, "Fatal")])
 def test_the_teller_ends_as_told(system, native, end, status):
     description = system(
@@ -161,6 +162,7 @@ def test_a_warning_does_not_end_a_run(system, native):
     assert master.run(description, settings={"t.end": 1, "t.ends_at": 0.5}).table["t.count_out"].iloc[-1] == 2
 
 
+@pytest.mark.slow
 def test_not_a_number_from_an_fmu(system, native):
     description = system({"t": (native("teller"), {"end": 6, "ends_at": 0.5})}, stop=1.0, step=0.1, open_inputs=True)
     with pytest.raises(master.PartFailed, match=r"t.value answered nan at t = 0.6 s"):

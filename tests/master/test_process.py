@@ -8,6 +8,7 @@ from selflock import master
 from selflock.master.process import ProcessPart
 
 
+@pytest.mark.slow
 def test_the_same_bits_as_inside(system, counter, native):
     for path, start in ((counter, {"u": 0.3}), (native("relaxation"), {"u": 2.0, "rate": 7.0})):
         description = system({"a": (path, start)}, stop=1.0, step=0.1)
@@ -16,6 +17,7 @@ def test_the_same_bits_as_inside(system, counter, native):
         assert master.run(description).table.equals(inside)
 
 
+@pytest.mark.slow
 def test_jacobi_in_processes_side_by_side(system, counter):
     parts = {name: (counter, {"gain": 0.5}, {"process": name != "c"}) for name in "abc"}
     ends = {"a.u": "b.n", "b.u": "c.sum", "c.u": "a.sum"}
@@ -26,6 +28,7 @@ def test_jacobi_in_processes_side_by_side(system, counter):
     assert master.run(description).table.equals(apart)
 
 
+@pytest.mark.slow
 def test_one_instance_per_process_means_a_process_for_each(system, native):
     parts = {name: (native("teller"), {}) for name in "abc"}
     ends = {f"{t}.{n}_in": f"{s}.{n}_out" for s, t in ("ab", "bc") for n in ("count", "flag", "word")}
@@ -34,6 +37,7 @@ def test_one_instance_per_process_means_a_process_for_each(system, native):
     assert last["c.count_out"] == 4 and last["c.word_out"] == "go!!!" and bool(last["b.flag_out"]) and not last["c.flag_out"]
 
 
+@pytest.mark.slow
 def test_a_crash_leaves_the_master_and_the_results_alive(system, native, counter, tmp_path):
     parts = {
         "t": (native("teller"), {"count_in": 1, "flag_in": True, "word_in": "go", "end": 5, "ends_at": 0.5}),
@@ -53,6 +57,7 @@ def test_a_crash_leaves_the_master_and_the_results_alive(system, native, counter
     assert len(master.run(description, settings={"t.ends_at": 9.0}).table) == 11  # and it can be run again
 
 
+@pytest.mark.slow
 def test_rollback_across_processes(system, native):
     description = system(
         {"r": (native("relaxation"), {"rate": 3.0, "u": 0.0})}, stop=1.0, step=0.1, step_control="doubling", tolerance=1e-6
@@ -62,6 +67,7 @@ def test_rollback_across_processes(system, native):
     assert master.run(description).table.equals(inside)
 
 
+@pytest.mark.slow
 def test_errors_come_over_as_they_are(tmp_path, refused, native):
     refused(lambda: ProcessPart("x", tmp_path / "none.fmu"), "no FMU at")
     part = ProcessPart("r", native("relaxation"))

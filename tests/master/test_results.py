@@ -103,6 +103,7 @@ def test_the_summary_tells_what_a_person_wants(system, tmp_path):
     assert "1 s in 100 steps" in text and "t.csv" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_memory_does_not_grow_with_what_is_written(system, tmp_path, ending):
     def peak(stop):

@@ -113,6 +113,7 @@ def test_what_ssp_has_no_place_for_is_in_our_annotation(packed):
     assert said["components"] == {"left motor": {"step": 0.001}, "count": {"process": True}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel"])
 def test_it_runs_as_the_system_it_was_made_of(counter, native, tmp_path, algorithm):
     system = lift(counter, native("teller"))
@@ -150,6 +151,7 @@ def test_an_archive_that_another_tool_has_changed_still_runs(packed, tmp_path):
     assert len(master.run(system).table) == 21
 
 
+@pytest.mark.slow
 def test_the_same_bytes_twice(counter, native, tmp_path):
     first, second = (export(lift(counter, native("teller")), tmp_path / name / "a.ssp").read_bytes() for name in "ab")
     assert first == second

@@ -11,18 +11,21 @@ from selflock.study.claims import ROWS
 from selflock.study.manoeuvre import DURATION, WINDOWS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", sorted(ROWS))
 def test_claim(result, number):
     claim = next(claim for claim in result.claims if claim.number == number)
     assert claim.holds, claim.measured
 
 
+@pytest.mark.slow
 def test_claims_are_written(result):
     written = json.loads((result.report.parent / "claims.json").read_text("utf-8"))
     assert [row["number"] for row in written] == list(range(1, 20))
     assert written == [json.loads(json.dumps(claim.as_dict())) for claim in result.claims]
 
 
+@pytest.mark.slow
 def test_report_needs_no_network(result):
     html = result.report.read_text("utf-8")
     assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']*""", html)
@@ -31,11 +34,13 @@ def test_report_needs_no_network(result):
         assert f"<b>{claim.number}</b>" in html  # beside a figure
 
 
+@pytest.mark.slow
 def test_figures_stand_beside_the_report(result):
     names = {path.name for path in result.report.parent.glob("figure_*.png")}
     assert {f"figure_{number:02d}.png" for number in range(6, 18)} <= names
 
 
+@pytest.mark.slow
 def test_tables_have_the_whole_manoeuvre(result):
     for case in runs.cases():
         table, units = runs.read(result.report.parent / "runs" / f"{case.name}.parquet")
@@ -54,6 +59,7 @@ def test_the_system_file_runs_in_both_modes():
     assert both["rear_reducer.output_torque"].tolist() == alone["rear_reducer.output_torque"].tolist()
 
 
+@pytest.mark.slow
 def test_twelve_instances_drive_the_robot_through_the_whole_manoeuvre():
     system = load(runs.SYSTEM.with_name("four_drives.toml"))
     assert sum(bool(component.fmu) for component in system.components.values()) == 12

@@ -22,6 +22,7 @@ def rows_of(folder):
     return (Path(folder) / "runs.parquet").read_bytes()
 
 
+@pytest.mark.slow
 def test_same_bits_whatever_the_workers(tmp_path, scheduler):
     ways = {"none": {"workers": 0}, "one": {"workers": 1}, "two": {"scheduler": scheduler}}
     for name, way in ways.items():
@@ -55,6 +56,7 @@ def test_the_context_is_opened_once_for_each_worker_and_leaves_nothing(tmp_path,
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["lock", "parts", "runs.parquet", "study.json"]
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_tried_once_more_and_hurts_no_other(tmp_path):
     items = [{"crash": how, "n": n} for n, how in enumerate(["", "always", "", "once", ""])]
     rows = map_runs(jobs.crash, items, context=str(tmp_path), workers=2)
@@ -100,11 +102,13 @@ def interrupted(tmp_path, workers, stop):
     return said
 
 
+@pytest.mark.slow
 def test_going_on_after_an_interruption(tmp_path):
     said = interrupted(tmp_path, 2, lambda running: running.send_signal(signal.SIGINT))
     assert "of 30 runs are finished and kept" in said
 
 
+@pytest.mark.slow
 def test_going_on_after_everything_was_killed(tmp_path):
     interrupted(tmp_path, 1, lambda running: running.kill())
 
@@ -206,6 +210,7 @@ def test_a_machine_too_busy_to_start_dask_is_given_a_second_chance(fails):
             _patiently(make, 1, more=2)
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_path, scheduler):
     code = (
         "from distributed import LocalCluster\n"

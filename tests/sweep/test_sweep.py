@@ -113,6 +113,7 @@ def test_a_failed_run_is_a_row_with_its_reason(tmp_path):
     assert "Failed runs" in page and "is too much" in page
 
 
+@pytest.mark.slow
 def test_a_part_that_kills_its_worker(tmp_path):
     study = LOADS.replace("values = [0.5, 1.5, 0.75, 1.25]", "values = [0.5, 2.5, 0.75]")
     result = sweep(write(tmp_path / "in", BRITTLE, study), tmp_path / "out", workers=1)

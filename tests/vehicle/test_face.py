@@ -146,6 +146,7 @@ def test_reset_starts_anew():
     assert drive(robot, 10).tobytes() == first.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("track", ["segmented", "belt"])
 def test_runs_repeat_bit_for_bit_in_fresh_processes(track):
     program = PROGRAM.format(track=track)

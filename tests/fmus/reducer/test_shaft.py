@@ -149,6 +149,7 @@ def test_converges_with_the_communication_step():
     assert errors[0] > 1.6 * errors[1] > 2.5 * errors[2] and errors[2] < 1e-3
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(
     ratio=st.floats(2.0, 200.0),

@@ -21,6 +21,7 @@ def robot(tmp_path_factory):
     return Extracted(build(folder), folder / "Robot")
 
 
+@pytest.mark.slow
 def test_the_numbers_of_fmpy_and_of_a_restored_state(host, robot):
     life = [
         *born(robot, parameters=PARAMETERS),

@@ -1,4 +1,4 @@
-"""Compile a native FMU of this folder and pack it: python tests/foreign_fmus/pack.py relaxation out/"""
+"""Compile a native FMU of this folder and pack it: python tests/native/pack.py relaxation out/"""
 
 from __future__ import annotations
 

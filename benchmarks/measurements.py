@@ -25,7 +25,7 @@ from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.output.extend import with_fmus
 from selflock.diagnosis.pipeline.run import gather
-from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
@@ -73,12 +73,12 @@ def relative(name: str, before: dict, after: dict) -> dict:
 
     given = load(rig(name))
     runs, _, held = gather(given, *logs(name))
-    bench = Experiment(given, runs)
+    bench = DriveExperiment(given, runs)
     train, _ = split(bench, runs, held)
     found = {}
     for key, values in (("before", before), ("after", after)):
         simulated, measured, good = bench.compare(bench.residuals[0], values)[0]
-        unseen = good & ~train[bench.block_of[0]]
+        unseen = good & ~train[bench.layout.block(0)]
         for where, mask in (("", unseen), ("_all", good)):
             found[key + where] = 100.0 * float(np.linalg.norm((measured - simulated)[mask]) / np.linalg.norm(measured[mask]))
     return found
@@ -89,7 +89,7 @@ def angles(name: str, before: dict, after: dict) -> dict:
     given = load(rig(name))
     _, tests = logs(name)
     runs, _, _ = gather(given, tests, ())
-    bench = Experiment(given, runs)
+    bench = DriveExperiment(given, runs)
     found: dict = {"each": {run.log: [] for run in runs}}
     for key, values in (("before", before), ("after", after)):
         errors = [float(np.mean(abs(m - s)[good])) for s, m, good in bench.compare(bench.residuals[0], values)]
@@ -108,12 +108,11 @@ def start_stop(folder: Path, picture: Path | None) -> dict:
     given = replace(load(rig("worm_drive")), kind="inverse", run="", hold_out="")
     runs = read(DATA / "worm_drive/start_stop.csv", given)
     faults = check(runs, given)
-    bench = Experiment(given, runs)
-    gear = next(cut for cut in bench.residuals if cut.name == "gear")
+    bench = DriveExperiment(given, runs)
+    gear = next(residual for residual in bench.residuals if residual.kind == "gear")
     before, after = fitted(folder)
     old, measured, good = bench.compare(gear, before)[0]
-    with with_fmus(bench, {"reducer": folder / "reducer.fmu"}, gear) as extended:
-        new = extended.compare(gear, after)[0][0]
+    new = with_fmus(bench, {"reducer": folder / "reducer.fmu"}, gear).compare(gear, after)[0][0]
     law = bench.compare(gear, after)[0][0]
     error = lambda x: 1e3 * float(np.sqrt(np.mean((measured - x)[good] ** 2)))
     speed = bench.channels[0, ""].raw("reducer.input_speed")

@@ -14,14 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..data.rig import split
-from ..data.signals import SIGNALS
-from ..residuals.channels import derivative
-from ..residuals.drive import both as _both
-from ..residuals.drive import delivered as _delivered
+from ..residuals.blocks import Blocks
 from ..residuals.experiment import Experiment
 from ..residuals.noise import of_bins
-from ..residuals.residual import MOVES, Residual
+from ..residuals.residual import Residual
 
 _TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
 KNOTS = tuple(np.linspace(0.0, 1.0, 11)), (*_TAIL, 0.5, *(1.0 - q for q in reversed(_TAIL)))
@@ -53,58 +49,12 @@ class Dependence:
     chance: float
 
 
-def variables(experiment: Experiment, residual: Residual, values: dict) -> dict[str, list[np.ndarray]]:
-    """Variables of a residual's drive, one array for each run."""
-    if experiment.rig.system is not None:
-        return experiment.variables(residual)
-    found: dict[str, list[np.ndarray]] = {}
-    compared = (
-        experiment.compare(residual, values) if residual.reading == "current" else []
-    )  # the one of these that residuals compare
-    for i, run in enumerate(experiment.runs):
-        ch = experiment.channels[i, residual.prefix]
-        here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
-        if any(ch.has(m) for m in MOVES):
-            first, second = _both(experiment, residual.prefix, values, ch)
-            here |= {"speed": first.speed, "direction": np.sign(first.speed)}
-            here["load"] = _delivered(experiment, residual.prefix, values, ch, second)
-            if not experiment.steady:
-                here |= {"acceleration": first.acceleration, "position": first.angle, "output position": second.angle}
-        for name, label in (
-            ("motor.current", "current"),
-            ("motor.temperature", "temperature"),
-            ("motor.supply_voltage", "supply voltage"),
-        ):
-            if label == residual.reading:  # as simulated: what is measured goes with its own noise
-                here[label] = compared[i][0]
-            elif ch.has(name):
-                here[label] = ch.raw(name)
-        if ch.has("controller.angle_setpoint") and not experiment.steady:
-            here["set-point change"] = derivative(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
-        for name in run.signals:
-            prefix, bare = split(name, experiment.rig.drives)
-            if bare not in SIGNALS:
-                here[name] = run.signals[name]
-        if experiment.steady:
-            here.pop("time")
-        for label, x in here.items():
-            found.setdefault(label, []).append(x)
-    known = {label: parts for label, parts in found.items() if len(parts) == len(experiment.runs)}
-    return known | {label: _in_turn(known[label]) for label in ("position", "output position") if label in known}
-
-
-def _in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:
-    """Angles within a turn, where they go beyond one; else as they are, so that the ends of a travel remain its ends."""
-    travel = max(np.nanmax(a) for a in angles) - min(np.nanmin(a) for a in angles)
-    return angles if travel < 2 * np.pi else [np.mod(a, 2 * np.pi) for a in angles]
-
-
 def depends(
     experiment: Experiment, misfit: np.ndarray, present: np.ndarray, values: dict, rng: np.random.Generator
 ) -> list[Dependence]:
     """What the misfit (blocks, bins of all residuals) depends on beyond chance and enough to matter, strongest first."""
     found: list[Dependence] = []
-    blocks = experiment.blocks
+    blocks = experiment.layout.count
     if blocks < 6:
         return []
     folds = np.arange(blocks) % 5
@@ -118,9 +68,9 @@ def depends(
             continue
         r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
         shares: dict[str, np.ndarray] = {}
-        known = variables(experiment, residual, values)
-        free = [(label, found) for label, parts in known.items() for found in _functions(experiment, parts, here)]
-        for along in _regressors(experiment, known, here):
+        known = experiment.variables(residual, values)
+        free = [(label, found) for label, parts in known.items() for found in _functions(experiment.layout, parts, here)]
+        for along in _regressors(experiment.layout, known, here):
             mere = 0.0 if along is None else _shares(r, along, folds, orders, signs)
             for label, functions in free:
                 both = functions if along is None else np.concatenate([functions, functions * along], -1)
@@ -144,35 +94,35 @@ def _quiet(experiment: Experiment, residual: Residual, r: np.ndarray, here: np.n
     if experiment.steady:
         return False
     return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(
-        r, here, False, 1 + experiment.reach(residual) // experiment.per_bin
+        r, here, False, 1 + experiment.reach(residual) // experiment.layout.per_bin
     )
 
 
-def _means(experiment: Experiment, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _means(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A variable's mean in each bin, and where there is one."""
     total, count = 0.0, 0
     for i, x in enumerate(parts):
-        sums, counts = experiment.bin(experiment.place[i], x, np.isfinite(x))
+        sums, counts = layout.bin(layout.place[i], x, np.isfinite(x))
         total, count = total + sums, count + counts
     return (total / np.maximum(count, 1)).reshape(here.shape), here & (np.asarray(count).reshape(here.shape) > 0)
 
 
-def _regressors(experiment: Experiment, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray | None]:
+def _regressors(layout: Blocks, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray | None]:
     """What the misfit may go with, (blocks, bins, 1): nothing, the direction, direction and load."""
     found: list[np.ndarray | None] = [None]
     if "direction" in known:
-        direction = (np.sign(_means(experiment, known["direction"], here)[0]) * here)[..., None]
+        direction = (np.sign(_means(layout, known["direction"], here)[0]) * here)[..., None]
         found.append(direction)
         if "load" in known:
-            load = abs(_means(experiment, known["load"], here)[0])[..., None]
+            load = abs(_means(layout, known["load"], here)[0])[..., None]
             if (load[here] > 0.0).any():
                 found.append(direction * load / load[here].max())
     return found
 
 
-def _functions(experiment: Experiment, parts: list[np.ndarray], here: np.ndarray) -> list[np.ndarray]:
+def _functions(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> list[np.ndarray]:
     """Free functions of a variable, (blocks, bins, knots): 1 at a knot, 0 from its neighbours on; none of a constant."""
-    x, known = _means(experiment, parts, here)
+    x, known = _means(layout, parts, here)
     if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
         return []
     most = int(known.sum() // 4)
@@ -191,16 +141,20 @@ def _lines(
     A line of a run is learnt on some of its blocks and tried on the others, as all else.
     """
     time, known = _means(
-        experiment, [run.time - run.time[0] for run in experiment.runs], np.ones((experiment.blocks, experiment.bins), bool)
+        experiment.layout,
+        [run.time - run.time[0] for run in experiment.runs],
+        np.ones((experiment.layout.count, experiment.layout.bins), bool),
     )
     longest = max(run.time[-1] - run.time[0] for run in experiment.runs)
     usual = np.median(np.concatenate([np.diff(t[k]) for t, k in zip(time, known)]))
     frequencies = np.arange(3.0 / longest, min(0.25 / usual, LINES / longest), 0.5 / longest)
     if len(frequencies) < 2:
         return {}
-    kept = (misfit * present).reshape(experiment.blocks, len(experiment.residuals), experiment.bins)
-    sums = np.empty((len(experiment.residuals), experiment.blocks, len(frequencies)), complex)  # of r exp(-i w t) over each block
-    for block in range(experiment.blocks):
+    kept = (misfit * present).reshape(experiment.layout.count, len(experiment.residuals), experiment.layout.bins)
+    sums = np.empty(
+        (len(experiment.residuals), experiment.layout.count, len(frequencies)), complex
+    )  # of r exp(-i w t) over each block
+    for block in range(experiment.layout.count):
         waves = np.exp(-2j * np.pi * np.outer(time[block, known[block]], frequencies))
         sums[:, block] = kept[block][:, known[block]] @ waves
     found = {}
@@ -209,8 +163,8 @@ def _lines(
         if energy == 0.0:
             continue
         gain = np.zeros((len(signs), len(frequencies)))  # drop of the squared misfit
-        for run in np.unique(experiment.block_run):
-            own = experiment.block_run == run
+        for run in np.unique(experiment.layout.run_of):
+            own = experiment.layout.run_of == run
             total = signs[:, own] @ sums[number, own]
             for fold in np.unique(folds[own]):
                 unseen = own & (folds == fold)

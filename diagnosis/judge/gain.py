@@ -6,10 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..residuals import drive
 from ..residuals.experiment import Experiment
-from ..residuals.residual import Residual
-from ..residuals.sizes import levels, rms, samples
+from ..residuals.mending import Mending, rms
 
 DRAWS = 400
 
@@ -30,54 +28,36 @@ class Gain:
     regimes: list[dict] = field(default_factory=list)  # {where, before, after}
 
 
-def measure(
-    experiment: Experiment,
-    residual: Residual,
-    before: dict,
-    after: dict,
-    blocks: np.ndarray,
-    names: list[str],
-    rng: np.random.Generator,
-    new: list[np.ndarray] | None = None,
-) -> Gain:
-    """The gain of one residual over `blocks`, which are called `names`; `new`: errors after, where not those of `after`."""
-    old, trusted = samples(experiment, residual, before, blocks)
-    if new is None:
-        new, _ = samples(experiment, residual, after, blocks)
-    first = [int(np.flatnonzero(experiment.block_run == i)[0]) for i in range(len(experiment.runs))]
-    sums = np.zeros(experiment.blocks)
-    counts = np.zeros(experiment.blocks)
+def measure(mending: Mending, names: list[str], rng: np.random.Generator, new: list[np.ndarray] | None = None) -> Gain:
+    """The gain over blocks that are called `names`; `new`: errors after, where something else than values made them."""
+    experiment, residual = mending.experiment, mending.residual
+    old, trusted = mending.old, mending.trusted
+    new = mending.new if new is None else new
+    count = experiment.layout.count
+    sums, counts = np.zeros(count), np.zeros(count)
     for i, (e, t) in enumerate(zip(new, trusted)):
-        block = first[i] + experiment.block_of[i]
-        sums += np.bincount(block[t], e[t] ** 2, experiment.blocks)
-        counts += np.bincount(block[t], minlength=experiment.blocks)
+        block = experiment.layout.block(i)
+        sums += np.bincount(block[t], e[t] ** 2, count)
+        counts += np.bincount(block[t], minlength=count)
     there = np.flatnonzero(counts)
     picks = rng.choice(there, (DRAWS, len(there)))
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
-    was, now, noise = levels(experiment, residual, after, old, new, trusted)
+    was, now, noise = mending.levels(new)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
-    what = (
-        f"the torque at the motor's shaft ({residual.name})"
-        if residual.name.endswith("gear")
-        else f"{residual.output} ({residual.name})"
-    )
-    gain = Gain(f"root mean square error of {what}", residual.unit, was, now, float(low), float(high), closed, noise, names)
-    gain.regimes = _regimes(experiment, residual, after, old, new, trusted)
-    return gain
+    what = "the torque at the motor's shaft" if residual.kind == "gear" else residual.output
+    metric = f"root mean square error of {what} ({residual.name})"
+    regimes = _regimes(mending, old, new, trusted)
+    return Gain(metric, residual.unit, was, now, float(low), float(high), closed, noise, names, regimes)
 
 
-def _regimes(experiment, residual, values, old, new, trusted) -> list[dict]:
-    """Where it got better, and where worse: by speed, direction and load."""
+def _regimes(mending: Mending, old: list[np.ndarray], new: list[np.ndarray], trusted: list[np.ndarray]) -> list[dict]:
+    """Where it got better, and where worse: by speed, direction and load, where the log has a motion."""
+    experiment = mending.experiment
+    moves = experiment.moves(mending.residual, mending.after)
+    if not moves:
+        return []
     parts: dict[str, list[np.ndarray]] = {}
-    speeds, loads = [], []
-    for i in range(len(experiment.runs)):
-        ch = experiment.channels[i, residual.prefix]
-        try:
-            first, second = drive.both(experiment, residual.prefix, values, ch)
-        except AttributeError:  # no motion in this log
-            return []
-        speeds.append(first.speed)
-        loads.append(drive.delivered(experiment, residual.prefix, values, ch, second) * np.sign(first.speed))
+    speeds, loads = [speed for speed, _ in moves], [load * np.sign(speed) for speed, load in moves]
     known = abs(np.concatenate([s[t] for s, t in zip(speeds, trusted)]))
     if not len(known):
         return []

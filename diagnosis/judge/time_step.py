@@ -8,7 +8,6 @@ away, with nothing fitted, the step is the cause, before any law.
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -17,11 +16,11 @@ from scipy.stats import norm
 from ..data.log import VALID, MeasuredRun
 from ..data.rig import split
 from ..data.signals import GIVEN
-from ..residuals.channels import Channels
+from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.experiment import Experiment
+from ..residuals.mending import Mending, most_mended
 from ..residuals.noise import floor
 from ..residuals.residual import Residual
-from ..residuals.sizes import most_mended, rms, samples
 from .gain import measure
 from .result import Cause
 from .verdict import Judgement
@@ -75,7 +74,7 @@ class TimeStep:
         )
 
 
-def finest(experiment: Experiment, before: dict, after: dict, blocks: np.ndarray) -> TimeStep | None:
+def finest(experiment: DriveExperiment, before: dict, after: dict, blocks: np.ndarray) -> TimeStep | None:
     """The comparison that a finer step changes most on these blocks; steady-state points have no step.
 
     before, after: values without the causes found and with them.
@@ -86,13 +85,12 @@ def finest(experiment: Experiment, before: dict, after: dict, blocks: np.ndarray
     size = experiment.step
     ways = {held: refined(experiment, held) for held in (True, False)}
     for residual in experiment.residuals:
-        errors, trusted = samples(experiment, residual, before, blocks)
-        left, _ = samples(experiment, residual, after, blocks)
-        pick = lambda parts: rms([x[t] for x, t in zip(parts, trusted)])
+        mending = Mending(experiment, residual, before, after, blocks)
+        errors, left, pick = mending.old, mending.new, mending.size
         finer = {held: errors_of(fine, residual, before, errors) for held, fine in ways.items()}
         held = min(ways, key=lambda way: pick(finer[way]))
         moved = pick([f - e for f, e in zip(finer[held], errors)])
-        noise = floor(experiment, residual, after, left, trusted)
+        noise = floor(experiment, residual, after, left, mending.trusted)
         found.append(
             TimeStep(residual.name, residual.unit, size, held, moved, noise, pick(errors), pick(finer[held]), pick(left))
         )
@@ -100,21 +98,21 @@ def finest(experiment: Experiment, before: dict, after: dict, blocks: np.ndarray
 
 
 def to_blame(
-    step: TimeStep, whole: Experiment, found: Judgement, blocks: np.ndarray, names: list[str], rng: np.random.Generator
+    step: TimeStep, whole: DriveExperiment, found: Judgement, blocks: np.ndarray, names: list[str], rng: np.random.Generator
 ) -> tuple[Judgement, Cause]:
     """The step in the place of causes that were found where it acts, and what is left of these; they keep their fit.
 
     The gain is the step's own where it is the only cause.
     """
-    before, outcome = found.before, found.outcome
+    before, outcome = found.mending.before, found.outcome
     experiment = whole.head(whole.enough(blocks))
     residual = next(residual for residual in experiment.residuals if residual.name == step.residual)
-    errors, trusted = samples(experiment, residual, before, blocks)
-    finer = errors_of(refined(experiment, step.held), residual, before, errors)
-    drops = np.zeros(experiment.blocks)
-    for i, (e, f, t) in enumerate(zip(errors, finer, trusted)):
-        block = int(np.flatnonzero(experiment.block_run == i)[0]) + experiment.block_of[i]
-        drops += np.bincount(block[t], (e**2 - f**2)[t], experiment.blocks)
+    mending = Mending(experiment, residual, before, before, blocks)
+    finer = errors_of(refined(experiment, step.held), residual, before, mending.old)
+    count = experiment.layout.count
+    drops = np.zeros(count)
+    for i, (e, f, t) in enumerate(zip(mending.old, finer, mending.trusted)):
+        drops += np.bincount(experiment.layout.block(i)[t], (e**2 - f**2)[t], count)
     drops = drops[drops != 0.0]
     spread = drops.std(ddof=1) / np.sqrt(len(drops)) if len(drops) > 1 else np.inf
     size = {"value": step.size, "low": step.size, "high": step.size, "unit": "s", "determined": True}
@@ -122,14 +120,13 @@ def to_blame(
     acts = lambda h: h.component in residual.components or h.channel in (*residual.reads, residual.output)
     kept = [(c, stage) for c, stage in zip(outcome.causes, outcome.kept) if not acts(c.hypothesis)]
     gone = {p.name for c in outcome.causes if acts(c.hypothesis) for p in c.free} - {p.name for c, _ in kept for p in c.free}
-    after = {name: value for name, value in found.after.items() if name not in gone}
+    after = {name: value for name, value in found.mending.after.items() if name not in gone}
     after |= {name: value for name, value in before.items() if name in gone}
     outcome = replace(outcome, causes=[c for c, _ in kept], kept=[stage for _, stage in kept])
     if not kept:
-        gain = measure(experiment, residual, before, before, blocks, names, rng, finer)
-        return Judgement(outcome, before, before, residual, gain, []), cause
-    told = most_mended(whole, before, after, blocks)
-    return Judgement(outcome, before, after, told, measure(whole, told, before, after, blocks, names, rng), []), cause
+        return Judgement(outcome, mending, measure(mending, names, rng, finer), []), cause
+    mending = Mending(whole, most_mended(whole, before, after, blocks), before, after, blocks)
+    return Judgement(outcome, mending, measure(mending, names, rng), []), cause
 
 
 def errors_of(fine: Experiment, residual: Residual, values: dict, errors: list[np.ndarray]) -> list[np.ndarray]:
@@ -138,17 +135,9 @@ def errors_of(fine: Experiment, residual: Residual, values: dict, errors: list[n
     return [np.where(np.isfinite(f), f, e) for f, e in zip(found, errors)]
 
 
-def refined(experiment: Experiment, held: bool) -> Experiment:
+def refined(experiment: DriveExperiment, held: bool) -> DriveExperiment:
     """The same comparisons in parts of steps; row i of the log is sample i · PARTS."""
-    fine = copy(experiment)
-    fine.runs = [_between(run, experiment.rig.drives, held) for run in experiment.runs]
-    fine.channels = {(i, prefix): Channels(fine.runs[i], prefix, False) for i, prefix in experiment.channels}
-    fine.smoothing = {prefix: (samples * PARTS) | 1 for prefix, samples in experiment.smoothing.items()}
-    fine.place, fine.block_of = (
-        [np.repeat(x, PARTS)[: len(run)] for x, run in zip(of, fine.runs)] for of in (experiment.place, experiment.block_of)
-    )
-    fine._memory = {}
-    return fine
+    return experiment.finer([_between(run, experiment.rig.drives, held) for run in experiment.runs], PARTS)
 
 
 def _between(run: MeasuredRun, drives: tuple[str, ...], held: bool) -> MeasuredRun:

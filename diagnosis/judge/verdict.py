@@ -10,11 +10,12 @@ from scipy.stats import norm
 from selflock.fmus.effect import LATE
 
 from ..residuals.experiment import Experiment
+from ..residuals.mending import Mending, most_mended, sizes
 from ..residuals.residual import Residual
-from ..residuals.sizes import levels, most_mended, samples, sizes
 from ..search.candidate import Candidate
 from ..search.fit import Fit
-from ..search.selection import ForwardSelection, Selection
+from ..search.problem import Problem
+from ..search.selection import Selection
 from ..search.step import SHOWS
 from . import advice
 from .depends import QUIET, Dependence, depends
@@ -54,9 +55,7 @@ class Judgement:
     """An outcome, without its causes where they were dropped, and what it brings."""
 
     outcome: Selection
-    before: dict  # values of the nominal drive, what is uncertain refitted
-    after: dict  # with the causes
-    residual: Residual  # in which the gain is told
+    mending: Mending  # of the residual in which the gain is told: nominal, what is uncertain refitted; with the causes
     gain: Gain
     left: list[Dependence]  # with what the remainder goes
 
@@ -64,10 +63,8 @@ class Judgement:
 class Judge:
     """The data that judge: `judged` blocks, called `names`, of the whole `experiment`; `train` are those of the search."""
 
-    def __init__(
-        self, experiment: Experiment, search: ForwardSelection, train: np.ndarray, judged: np.ndarray, names: list[str], rng
-    ):
-        self.experiment, self.search, self.rng = experiment, search, rng
+    def __init__(self, experiment: Experiment, train: np.ndarray, judged: np.ndarray, names: list[str], rng: np.random.Generator):
+        self.experiment, self.rng = experiment, rng
         self.train, self.judged, self.names = train, judged, names
 
     def judge(self, outcome: Selection) -> Judgement:
@@ -75,18 +72,17 @@ class Judge:
 
         What comes after the first is dropped one by one, the last first; else all are guesses.
         """
-        search, base = self.search, outcome.base
-        self.experiment.forget()
+        problem, base = outcome.problem, outcome.base
         while len(outcome.causes) > 1 and (fewer := self._refuted(outcome)):
             outcome = fewer
-        before = search.absolute(base.values) | {k: v for k, v in search.nominal.items() if k not in base.values}
+        before = problem.absolute(base.values) | {k: v for k, v in problem.nominal.items() if k not in base.values}
         nothing = replace(outcome, causes=[], kept=[], final=base)
         found = self._gained(outcome, before)
         # held-out data without the error can refute nothing
         silent = found.gain.before < QUIET * found.gain.noise_floor
         if outcome.causes and not silent and found.gain.after > (1.0 - HELP) * found.gain.before:
             found = self._gained(nothing, before)
-        found.left = self._dependences(found.after)
+        found.left = self._dependences(found.mending.after)
         if found.outcome.causes and found.left:
             missing = self._dependences(before)
             little = found.gain.closed < ENOUGH and not silent
@@ -98,12 +94,11 @@ class Judge:
 
     def _refuted(self, outcome: Selection) -> Selection | None:
         """The outcome without the cause found last, where that lowers no error of the data that judge."""
-        experiment, rest = self.experiment, outcome.causes[:-1]
-        without = self.search.with_these(rest, outcome.final)
-        old, new = self.search.absolute(without.values), self.search.absolute(outcome.final.values)
+        experiment, rest, problem = self.experiment, outcome.causes[:-1], outcome.problem
+        without = problem.with_these(rest, outcome.final)
+        old, new = problem.absolute(without.values), problem.absolute(outcome.final.values)
         residual = most_mended(experiment, old, new, self.train)
-        errors, trusted = samples(experiment, residual, old, self.judged)
-        was, now, noise = levels(experiment, residual, new, errors, samples(experiment, residual, new, self.judged)[0], trusted)
+        was, now, noise = Mending(experiment, residual, old, new, self.judged).levels()
         if was < QUIET * noise or now <= (1.0 - SHOWS) * was:  # data without the error can refute nothing
             return None
         return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
@@ -111,20 +106,20 @@ class Judge:
     def _gained(self, outcome: Selection, before: dict) -> Judgement:
         experiment, after = self.experiment, before
         if outcome.causes:
-            after = self.search.absolute(outcome.final.values)
+            after = outcome.problem.absolute(outcome.final.values)
             residual = most_mended(experiment, before, after, self.train)
         else:
             residual = self._most_off(outcome)
-        gain = measure(experiment, residual, before, after, self.judged, self.names, self.rng)
-        return Judgement(outcome, before, after, residual, gain, [])
+        mending = Mending(experiment, residual, before, after, self.judged)
+        return Judgement(outcome, mending, measure(mending, self.names, self.rng), [])
 
     def _dependences(self, values: dict) -> list[Dependence]:
         return depends(self.experiment, self.experiment.misfit(values), self.experiment.present(values), values, self.rng)
 
     def _most_off(self, outcome: Selection) -> Residual:
         """The residual that is off most; the gear's where none is."""
-        off = {name: size if size > OFF else 0.0 for name, size in _sizes(self.search, outcome.base).items()}
-        return max(self.experiment.residuals, key=lambda c: (off[c.name], c.name.endswith("gear")))
+        off = {name: size if size > OFF else 0.0 for name, size in _sizes(outcome.problem, outcome.base).items()}
+        return max(self.experiment.residuals, key=lambda c: (off[c.name], c.kind == "gear"))
 
     def _residual(self, dependence: Dependence) -> Residual:
         return next(residual for residual in self.experiment.residuals if residual.name == dependence.residual)
@@ -151,7 +146,7 @@ class Judge:
         experiment = self.experiment
         if experiment.steady:
             return False
-        r, left = experiment.misfit(found.before), experiment.misfit(found.after)
+        r, left = experiment.misfit(found.mending.before), experiment.misfit(found.mending.after)
         energies = np.stack([(x**2).sum(0) for x in (r, left, left - r)])
         many = len(found.outcome.causes) >= MANY
         for d in missing:
@@ -173,24 +168,25 @@ def _guesses(outcome: Selection) -> bool:
     return len(drops) >= MANY and max(drops) < MUCH and drops[0] < sum(drops[1:])
 
 
-def verdict(causes: list[Cause], left: list[Dependence], search: ForwardSelection, outcome: Selection) -> str:
+def verdict(causes: list[Cause], left: list[Dependence], outcome: Selection) -> str:
     """Nothing is missing only where what is left is noise."""
     if causes:
         return "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"
-    return "unknown" if left or max(_sizes(search, outcome.final).values()) > EXCESS else "none"
+    return "unknown" if left or max(_sizes(outcome.problem, outcome.final).values()) > EXCESS else "none"
 
 
-def _sizes(search: ForwardSelection, fit: Fit) -> dict[str, float]:
-    return sizes(search.experiment, fit.misfit.reshape(search.shape), search.present)
+def _sizes(problem: Problem, fit: Fit) -> dict[str, float]:
+    return sizes(problem.experiment, fit.misfit.reshape(problem.shape), problem.present)
 
 
-def named(search: ForwardSelection, outcome: Selection) -> list[Cause]:
+def named(outcome: Selection) -> list[Cause]:
     """Named causes with the values of the final fit of all of them."""
     if not outcome.causes:
         return []
-    intervals = outcome.final.intervals(search.rows, search.blocks)
-    values = search.absolute(outcome.final.values)
-    step = search.experiment.step
+    problem = outcome.problem
+    intervals = outcome.final.intervals(problem.rows, problem.blocks)
+    values = problem.absolute(outcome.final.values)
+    step = problem.experiment.step
     found = []
     for candidate, stage in zip(outcome.causes, outcome.kept):
         parameters = {}

@@ -7,6 +7,7 @@ must give the same error.
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,18 +18,17 @@ from fmpy.fmi2 import FMU2Slave
 from selflock.fmus.build import build
 
 from ..data.rig import split
-from ..residuals.experiment import Experiment
+from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import LAWS
+from ..residuals.mending import Mending
 from ..residuals.residual import Residual
-from ..residuals.sizes import rms, samples
 from ..search.hypotheses import COMPONENTS, Hypothesis
 from .playback import write_system
 
 
-def extend(
-    experiment: Experiment, residual: Residual, before: dict, after: dict, blocks: np.ndarray, out: Path, causes: list[Hypothesis]
-) -> dict:
+def extend(mending: Mending, out: Path, causes: list[Hypothesis]) -> dict:
     """Write the extended FMUs, parameters.toml and extended.toml; run the FMUs on held-out data."""
+    experiment, residual, after, blocks = mending.experiment, mending.residual, mending.after, mending.blocks
     values = {**experiment.rig.parameters, **after}
     names = [prefix + part for prefix in experiment.rig.drives for part in COMPONENTS]
     used = [name for name in names if name in experiment.components]
@@ -47,18 +47,18 @@ def extend(
             known = {key[start:]: value for key, value in after.items() if key.startswith(f"sensor.{cause.channel}.")}
             name = f"sensor_{cause.channel.replace('.', '_')}"
             fmus[name] = build("Sensor", out / f"{name}.fmu", **known)
-    _parameters(experiment, before, after, out / "parameters.toml")
+    _parameters(experiment, mending.before, after, out / "parameters.toml")
     system = write_system(experiment, values, fmus, out)
     enough = experiment.head(experiment.enough(blocks))
-    promised = _error(enough, residual, after, blocks)
-    with with_fmus(enough, fmus, residual) as theirs:
-        found = _error(theirs, residual, after, blocks) if theirs.runs_fmus else None  # this comparison is not one of an FMU
+    promised = Mending(enough, residual, after, after, blocks)
+    theirs = with_fmus(enough, fmus, residual)  # None where this comparison is not one of an FMU
+    found = None if theirs is None else Mending(theirs, residual, after, after, blocks)
     return {
         "fmus": sorted(path.name for path in fmus.values()),
         "parameters": "parameters.toml",
         "system": system.name if system else None,
-        "promised": promised,
-        "fmu": found,
+        "promised": promised.size(promised.old),
+        "fmu": None if found is None else found.size(found.old),
         "unit": residual.unit,
     }
 
@@ -73,12 +73,7 @@ def starts(part: str, name: str, values: dict[str, float]) -> dict:
     return found
 
 
-def _error(experiment: Experiment, residual: Residual, values: dict, blocks: np.ndarray) -> float:
-    errors, trusted = samples(experiment, residual, values, blocks)
-    return rms([e[t] for e, t in zip(errors, trusted)])
-
-
-def _parameters(experiment: Experiment, before: dict, after: dict, path: Path) -> None:
+def _parameters(experiment: DriveExperiment, before: dict, after: dict, path: Path) -> None:
     """What the fits changed, beside what it was."""
     lines = ["# Parameters of the extended simulation; what they were stands behind.", "", "[parameters]"]
     for name in sorted({**experiment.rig.parameters, **after}):
@@ -91,41 +86,28 @@ def _parameters(experiment: Experiment, before: dict, after: dict, path: Path) -
     path.write_text("\n".join(lines) + "\n")
 
 
-class with_fmus:
-    """A experiment whose laws of one residual run as FMUs under FMPy."""
+RUNS = {"gear": "reducer", "motor": "motor", "controller": "controller", "drive": "reducer"}
+"""The FMU that takes the law's place in a residual of this kind; in a whole drive those of all components do."""
 
-    def __init__(self, experiment: Experiment, fmus: dict[str, Path], residual: Residual):
-        self.experiment, self.residual, self.kind = experiment, residual, residual.name[len(residual.prefix) :]
-        part = {"gear": "reducer", "drive": "reducer"}.get(self.kind, self.kind)
-        self.path = fmus.get(residual.prefix + part) if self.kind in ("gear", "motor", "controller", "drive") else None
-        self.runs_fmus = self.path is not None
-        theirs = {name for values in experiment.rig.logs.values() for name in values}  # FMUs have the rig's own values
-        self.of_log = {
-            c: [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == residual.prefix + c] for c in COMPONENTS
-        }
-        self.part = part
-        if self.kind == "drive":
-            self.kind, self.chain = "whole", [fmus.get(residual.prefix + c) for c in COMPONENTS]
 
-    def __enter__(self):
-        if not self.runs_fmus:
-            return self
-        laws, of_log = vars(self.experiment.kernels), lambda p: _starts_of_log(p, self.of_log[self.part])
-        mine = {
-            "gear": lambda p, *a: _play(self.path, of_log(p), GEAR, a[:-2], a[-2], a[-1:]),
-            "motor": lambda p, u, w, dt, *out: _shifted(self.path, of_log(p), u, w, dt, out),
-            "controller": lambda p, *a: _play(self.path, of_log(p), CONTROL, a[:-2], _from_start(a[-2]), a[-1:]),
-            "whole": lambda *a: _chain(self.chain, list(self.of_log.values()), *a),
-        }
-        self._own = self.experiment.kernels
-        self.experiment.kernels = SimpleNamespace(**{**laws, self.kind: mine[self.kind]})
-        self.experiment.runs_fmus = True
-        return self.experiment
-
-    def __exit__(self, *_):
-        if self.runs_fmus:
-            self.experiment.kernels = self._own
-            del self.experiment.runs_fmus
+def with_fmus(experiment: DriveExperiment, fmus: dict[str, Path], residual: Residual) -> DriveExperiment | None:
+    """The experiment with FMUs under FMPy in place of the laws of one residual; None where the residual has none of these."""
+    kind, prefix = residual.kind, residual.prefix
+    part = RUNS.get(kind, "")
+    path = fmus.get(prefix + part)
+    if not part or path is None:
+        return None
+    theirs = {name for values in experiment.rig.logs.values() for name in values}  # FMUs have the rig's own values
+    of_log = {c: [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == prefix + c] for c in COMPONENTS}
+    own = lambda p: _starts_of_log(p, of_log[part])
+    loop = {
+        "gear": lambda p, *a: _play(path, own(p), GEAR, a[:-2], a[-2], a[-1:]),
+        "motor": lambda p, u, w, dt, *out: _shifted(path, own(p), u, w, dt, out),
+        "controller": lambda p, *a: _play(path, own(p), CONTROL, a[:-2], _from_start(a[-2]), a[-1:]),
+        "drive": lambda *a: _chain([fmus.get(prefix + c) for c in COMPONENTS], list(of_log.values()), *a),
+    }[kind]
+    kernels = SimpleNamespace(**{**vars(experiment.setting.kernels), "whole" if kind == "drive" else kind: loop})
+    return experiment.but_with(replace(experiment.setting, kernels=kernels))
 
 
 GEAR = (("imposed_angle", "imposed_speed", "output_angle", "output_speed"), ("input_torque",))

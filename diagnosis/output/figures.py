@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,10 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ..judge.depends import variables
 from ..residuals.experiment import Experiment
-from ..residuals.residual import Residual
-from ..residuals.sizes import samples
+from ..residuals.mending import Mending
 from ..search.candidate import Candidate
-from ..search.selection import ForwardSelection, Selection
+from ..search.selection import Selection
 from ..search.step import Stage
 
 BEFORE, AFTER, MEASURED, BAND = "#c2571a", "#1f6fb2", "#222222", "#1f6fb233"
@@ -44,31 +43,17 @@ def save(figure: Figure, path: Path) -> Path:
     return path
 
 
-def quantity(residual: Residual) -> str:
-    """What is compared: at the gear a torque, whatever channel it comes from."""
-    return "torque at the motor's shaft" if residual.name.endswith("gear") else residual.output
-
-
 @styled
-def traces(
-    experiment: Experiment,
-    residual: Residual,
-    before: dict,
-    after: dict,
-    held: np.ndarray,
-    changed: bool,
-    path: Path,
-    compared: list | None = None,
-    title: str = "",
-) -> Path:
+def traces(mending: Mending, path: Path, compared: list | None = None, title: str = "") -> Path:
     """Measured against simulated, before and after: over time where it was worst, steady points over speed.
 
-    `compared`: what was simulated before, where something else than the laws did it."""
-    old = experiment.compare(residual, before) if compared is None else compared
-    new = experiment.compare(residual, after) if changed else old
+    compared: what was simulated before, where something else than the laws did it."""
+    experiment, residual, changed = mending.experiment, mending.residual, mending.before != mending.after
+    old = experiment.compare(residual, mending.before) if compared is None else compared
+    new = experiment.compare(residual, mending.after) if changed else old
     figure, (top, low) = subplots(2, 1, figsize=(9, 5.4), sharex=True, height_ratios=[2, 1])
     if experiment.steady:
-        x = variables(experiment, residual, after)["speed"][0]
+        x = experiment.variables(residual, mending.after)["speed"][0]
         order = np.argsort(x)
         x, part, i = x[order], order, 0
         if (x < 0.0).any() and (x > 0.0).any():  # no line through standstill, where the torque is another
@@ -77,7 +62,7 @@ def traces(
         top.plot(x, np.where(old[0][2][part], old[0][1][part], np.nan), "o", color=MEASURED, ms=4, label="measured")
         label = "speed in rad/s" if not experiment.rig.linear else "speed in m/s"
     else:
-        i, part = _worst(experiment, old, held)
+        i, part = _worst(experiment, old, mending.blocks)
         x, label = experiment.runs[i].time[part], "time in s"
         shown = np.where(old[i][2][part], old[i][1][part], np.nan)
         top.plot(x, shown, color=MEASURED, lw=1.0, label="measured")
@@ -91,7 +76,7 @@ def traces(
         low.plot(x, hide(new, (new[i][1] - new[i][0])[part]), style, color=AFTER, lw=0.9, ms=3)
     top.set_title(title, loc="left")
     low.set_xlabel(label)
-    top.set_ylabel(f"{quantity(residual)}\n{residual.unit}")
+    top.set_ylabel(f"{residual.quantity}\n{residual.unit}")
     low.set_ylabel(f"measured - simulated\n{residual.unit}")
     top.legend(loc="best", ncols=3, fontsize=9)
     return save(figure, path)
@@ -101,11 +86,10 @@ def _worst(experiment: Experiment, compared, held: np.ndarray) -> tuple[int, sli
     """A stretch of held-out data in which the nominal simulation is off most."""
     best, where = -1.0, (0, slice(0, len(experiment.runs[0])))
     for i, (simulated, measured, good) in enumerate(compared):
-        first = int(np.flatnonzero(experiment.block_run == i)[0])
-        block = experiment.block_of[i]
+        block = experiment.layout.block(i)
         for b in np.unique(block):
             mine = (block == b) & good
-            if held[first + b] and mine.sum() > 20:
+            if held[b] and mine.sum() > 20:
                 level = float(np.sqrt(np.mean((measured - simulated)[mine] ** 2)))
                 if level > best:
                     places = np.flatnonzero(block == b)
@@ -118,19 +102,10 @@ def _worst(experiment: Experiment, compared, held: np.ndarray) -> tuple[int, sli
 
 
 @styled
-def where(
-    experiment: Experiment,
-    residual: Residual,
-    before: dict,
-    after: dict,
-    blocks: np.ndarray,
-    changed: bool,
-    noise: float,
-    path: Path,
-) -> Path:
+def where(mending: Mending, noise: float, path: Path) -> Path:
     """Size of the error against what it may depend on, before and after, beside the noise floor."""
-    old, trusted = samples(experiment, residual, before, blocks)
-    new, _ = samples(experiment, residual, after, blocks)
+    experiment, residual, changed = mending.experiment, mending.residual, mending.before != mending.after
+    old, new, trusted = mending.old, mending.new, mending.trusted
 
     def varies(parts):
         x = np.concatenate(parts)
@@ -139,7 +114,7 @@ def where(
 
     wanted = [
         (label, parts)
-        for label, parts in variables(experiment, residual, after).items()
+        for label, parts in experiment.variables(residual, mending.after).items()
         if label != "direction" and varies(parts)
     ][:8]
     rows = int(np.ceil(len(wanted) / 4))
@@ -244,22 +219,14 @@ def axis_label(experiment: Experiment, label: str) -> str:
 
 
 @styled
-def missing(
-    experiment: Experiment,
-    residual: Residual,
-    before: dict,
-    after: dict,
-    search: ForwardSelection,
-    outcome: Selection,
-    path: Path,
-    rng: np.random.Generator,
-) -> Path | None:
+def missing(mending: Mending, outcome: Selection, path: Path, rng: np.random.Generator) -> Path | None:
     """What the nominal simulation lacks, as a curve: measured means, what the cause adds, with its 95 % band."""
-    known = variables(experiment, residual, after)
+    experiment, residual, problem = mending.experiment, mending.residual, outcome.problem
+    known = experiment.variables(residual, mending.after)
     label = outcome.causes[0].hypothesis.shown_over
     label = label if label in known else "speed" if "speed" in known else next(iter(known))
-    everywhere = np.ones(experiment.blocks, bool)
-    old, trusted = samples(experiment, residual, before, everywhere)
+    everywhere = replace(mending, blocks=np.ones(experiment.layout.count, bool))
+    old, trusted = everywhere.old, everywhere.trusted
     take = lambda parts: np.concatenate([p[t] for p, t in zip(parts, trusted)])
     x, lacking = take(known[label]), take(old)
     if len(x) < 4 or np.ptp(x) == 0.0:
@@ -271,18 +238,17 @@ def missing(
     middle = mean(x)
 
     def added(values: dict) -> np.ndarray:
-        new, _ = samples(experiment, residual, values, everywhere)
-        return mean(lacking - take(new))
+        return mean(lacking - take(replace(everywhere, after=values).new))
 
     fit = outcome.final
-    spread = fit.covariance(search.rows, search.blocks)
+    spread = fit.covariance(problem.rows, problem.blocks)
     names = [p.name for p in fit.free]
     center = np.array([fit.values[n] for n in names])
     bounds = np.array([[p.low, p.high] for p in fit.free]).T
     # a closed loop is far from linear: intervals from slopes say nothing of its band
-    number = 0 if search.whole else 24
+    number = 0 if problem.whole else 24
     draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
-    curves = [added(search.absolute(dict(zip(names, row)))) for row in draws]
+    curves = [added(problem.absolute(dict(zip(names, row)))) for row in draws]
     curves = [curve for curve in curves if np.isfinite(curve).all()]
     figure, axis = subplots(figsize=(7, 3.8))
     axis.errorbar(
@@ -297,10 +263,10 @@ def missing(
     )
     if curves:
         axis.fill_between(middle, *np.quantile(curves, [0.025, 0.975], axis=0), color=BAND, label="95 % band")
-    axis.plot(middle, added(after), color=AFTER, lw=1.6, label=" and ".join(c.hypothesis.label for c in outcome.causes))
+    axis.plot(middle, added(mending.after), color=AFTER, lw=1.6, label=" and ".join(c.hypothesis.label for c in outcome.causes))
     axis.axhline(0.0, color=BEFORE, lw=1.0)
     axis.set_xlabel(axis_label(experiment, label))
-    axis.set_ylabel(f"{quantity(residual)} in {residual.unit}")
+    axis.set_ylabel(f"{residual.quantity} in {residual.unit}")
     axis.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=2, fontsize=8.5, frameon=False)
     return save(figure, path)
 

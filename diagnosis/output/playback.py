@@ -13,7 +13,7 @@ from selflock.master.face import Part, Variable
 from ..data.log import write_csv
 from ..residuals import drive
 from ..residuals.compare import gear_inputs
-from ..residuals.experiment import Experiment
+from ..residuals.drive_experiment import DriveExperiment
 
 
 class Playback(Part):
@@ -122,7 +122,7 @@ def _command(name, ch, components: list[str], play, values: dict) -> list[str]:
     ]
 
 
-def write_system(experiment: Experiment, values: dict, fmus: dict[str, Path], out: Path) -> Path | None:
+def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path], out: Path) -> Path | None:
     """extended.toml and the log that drives it: the last run, each drive from its first measured input on.
 
     With set-points and a voltage the loop is closed over the load; with a voltage alone it is open; with a motion
@@ -138,7 +138,7 @@ def write_system(experiment: Experiment, values: dict, fmus: dict[str, Path], ou
     for prefix in experiment.rig.drives:
         ch = experiment.channels[i, prefix]
         name = lambda part: prefix + part
-        first, second = drive.both(experiment, prefix, values, ch)
+        first, second = drive.both(values, ch)
 
         def component(part: str, more: str = "") -> None:
             components.append(
@@ -153,7 +153,7 @@ def write_system(experiment: Experiment, values: dict, fmus: dict[str, Path], ou
         whole = name("motor") in fmus and name("load") in fmus
         if not whole and name("reducer") in fmus:
             component("reducer")
-            (angle, speed, output_angle, output_speed), _ = gear_inputs(experiment, prefix, values, ch)
+            (angle, speed, output_angle, output_speed), _ = gear_inputs(values, ch)
             for column, x in (
                 ("imposed_angle", angle),
                 ("imposed_speed", speed),

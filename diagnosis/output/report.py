@@ -9,10 +9,10 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, select_autoescape
 
 from ..data.faults import DataFault
+from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
-from ..residuals.experiment import Experiment
-from ..residuals.residual import Residual
-from ..search.selection import ForwardSelection, Selection
+from ..residuals.mending import Mending
+from ..search.selection import Selection
 from . import figures
 
 SAYS = {
@@ -24,29 +24,15 @@ SAYS = {
 
 
 def write(
-    result: Diagnosis,
-    experiment: Experiment,
-    search: ForwardSelection,
-    outcome: Selection,
-    residual: Residual,
-    before: dict,
-    after: dict,
-    train: np.ndarray,
-    left: list,
-    faults: list[DataFault],
-    out: Path,
+    result: Diagnosis, mending: Mending, outcome: Selection | None, left: list[Dependence], faults: list[DataFault], out: Path
 ) -> Path:
-    """Draw the figures as PNG files and write the page that holds them."""
-    held = ~train
-    changed = bool(outcome.causes)
-    rng = np.random.default_rng(1)
+    """Draw the figures as PNG files and write the page that holds them; `outcome`: of a search, where there was one."""
+    experiment, rng = mending.experiment, np.random.default_rng(1)
     pictures = {
-        "traces": figures.traces(experiment, residual, before, after, held, changed, out / "traces.png"),
-        "where": figures.where(experiment, residual, before, after, held, changed, result.gain.noise_floor, out / "where.png"),
-        "search": figures.search(outcome, out / "search.png"),
-        "missing": figures.missing(experiment, residual, before, after, search, outcome, out / "missing.png", rng)
-        if changed
-        else None,
+        "traces": figures.traces(mending, out / "traces.png"),
+        "where": figures.where(mending, result.gain.noise_floor, out / "where.png"),
+        "search": figures.search(outcome, out / "search.png") if outcome else None,
+        "missing": figures.missing(mending, outcome, out / "missing.png", rng) if outcome and outcome.causes else None,
         "faults": figures.faults(experiment.original, faults, out / "faults.png"),
     }
     stages = [
@@ -67,7 +53,7 @@ def write(
             ],
             "others": [c.hypothesis.label for c in stage.candidates if not c.fit],
         }
-        for stage in outcome.stages
+        for stage in (outcome.stages if outcome else [])
     ]
     environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=select_autoescape())
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
@@ -80,7 +66,7 @@ def write(
         left=left,
         faults=faults,
         pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},
-        sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in outcome.causes},
+        sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},
     )
     path = out / "report.html"
     path.write_text(page)

@@ -14,11 +14,10 @@ the largest gain that the search finds by chance, and which hypothesis made it.
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,28 +28,16 @@ from ..data.log import MeasuredRun
 from ..data.rig import Rig, load
 from ..errors import DataError
 from ..output.figures import AFTER, BEFORE, MEASURED, save, styled, subplots
-from ..residuals.experiment import Experiment
+from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import check_names
+from ..search.problem import Problem
 from ..search.selection import ForwardSelection
 from ..search.step import SIGNIFICANT, Stage
 from . import hold_out as blocks
-from .run import gather, search_over
+from .run import gather, problem_of
 
 LEVELS = (0.5, 0.9, 0.95, 0.98)
 """Quantiles that are told."""
-
-
-class Simulated(ForwardSelection):
-    """The search on a log whose misfit is moved by `shift`; on mere noise, too, every hypothesis is tried."""
-
-    clean = 0.0
-    shift: np.ndarray | float = 0.0
-
-    def misfit(self, values: dict) -> np.ndarray:
-        return super().misfit(values) + self.shift
-
-    def first_stage(self) -> Stage:
-        return self.step(self.fit(self.base_free, self.nominal), [])
 
 
 @dataclass
@@ -62,42 +49,45 @@ class ChanceStudy:
     held: list[bool]
     seed: int
     left: np.ndarray | None = None  # what the best model leaves on the measured log, in units of its noise (blocks, samples)
-    search: Simulated | None = None
-    base: np.ndarray | None = None  # the misfit of the base simulation on the measured log
+    problem: Problem | None = None  # of the measured log
+    base: np.ndarray | None = None  # the misfit of the base simulation on it
 
     def open(self, _folder: Any = None) -> ChanceStudy:
         """Lay out the log, fit the nominal drive. Always the same numbers, so every worker does it for itself."""
-        experiment, rng = Experiment(self.rig, self.runs), np.random.default_rng(self.seed)
+        experiment = DriveExperiment(self.rig, self.runs)
         train, _ = blocks.split(experiment, self.runs, self.held)
-        self.search = search_over(experiment, self.runs, self.held, train, rng, kind=Simulated)
-        self.search.measure_noise()
-        self.base = self.search.fit(self.search.base_free, self.search.nominal).misfit
+        self.problem = problem_of(experiment, self.runs, self.held, train).with_noise()
+        self.base = self.problem.fit(self.problem.base_free, self.problem.nominal).misfit
         return self
 
     def measured(self) -> Stage:
         """The first stage on the measured log; what its best model leaves is what draws are made of."""
-        stage = copy.copy(self.search).first_stage()
+        stage = first_stage(self.problem, np.random.default_rng(self.seed))
         best = stage.candidates[0].fit if stage.candidates and stage.candidates[0].fit else stage.base.fit
-        self.left = best.misfit.reshape(self.search.shape)
+        self.left = best.misfit.reshape(self.problem.shape)
         return stage
 
-    def without_effect(self, rng: np.random.Generator) -> Simulated:
-        """The search on a simulated log."""
-        errors, taught = self.left.copy(), np.flatnonzero(self.search.train)
+    def without_effect(self, rng: np.random.Generator) -> Problem:
+        """The problem of a simulated log: the measured one with its errors in other places and signs."""
+        errors, taught = self.left.copy(), np.flatnonzero(self.problem.train)
         order, signs = rng.permutation(taught), rng.choice([-1.0, 1.0], len(taught))
         errors[taught] = self.left[order] * signs[:, None]
-        drawn = copy.copy(self.search)
-        drawn.shift, drawn.rng = errors.ravel() - self.base, rng
-        return drawn
+        return replace(self.problem, shift=errors.ravel() - self.base)
 
     def __getstate__(self) -> dict:
-        return self.__dict__ | {"search": None, "base": None}
+        return self.__dict__ | {"problem": None, "base": None}
+
+
+def first_stage(problem: Problem, rng: np.random.Generator) -> Stage:
+    """The search for the first cause; on mere noise, too, every hypothesis is tried."""
+    return ForwardSelection(problem, rng, clean=0.0).step(problem.fit(problem.base_free, problem.nominal), [])
 
 
 @threadpool_limits.wrap(limits=1)  # so that the bits do not depend on where it is made
 def draw(study: ChanceStudy, item: dict) -> dict:
     """One simulated log: the largest gain that the search finds, who made it, how likely the quick draws call it."""
-    stage = study.without_effect(np.random.default_rng([study.seed, item["draw"]])).first_stage()
+    rng = np.random.default_rng([study.seed, item["draw"]])
+    stage = first_stage(study.without_effect(rng), rng)
     fitted = [c for c in stage.candidates if c.fit]
     if not fitted:
         return {"gain": 0.0, "hypothesis": "none", "quick": 1.0}

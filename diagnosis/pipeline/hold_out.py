@@ -21,12 +21,12 @@ MOST_BAD = 0.5
 
 def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> tuple[np.ndarray, list[str]]:
     """True for blocks to train on, and names of what is held out, which is never nothing."""
-    count = experiment.blocks
+    count = experiment.layout.count
     if any(held):
-        train = ~np.array(held)[experiment.owner]
+        train = ~np.array(held)[experiment.layout.owner]
         names = sorted({run.log for run, h in zip(runs, held) if h})
     elif experiment.rig.hold_out == EVERY_SECOND:
-        train = experiment.owner % 2 == 0
+        train = experiment.layout.owner % 2 == 0
         if experiment.steady:  # every second point of each direction
             backward = (
                 np.array([experiment.runs[0].signals[n] for n in experiment.runs[0].signals if n.endswith("speed")])[0] < 0.0
@@ -56,7 +56,7 @@ def _refuse_rest(experiment: Experiment, runs: list[MeasuredRun], train: np.ndar
     for blocks, what, least in ((train, "to learn from", FEWEST), (~train, "to judge by", 1)):
         found = int((compared & blocks).sum())
         if found < least:
-            logs = ", ".join(sorted({runs[i].log for i in experiment.owner[blocks]}))
+            logs = ", ".join(sorted({runs[i].log for i in experiment.layout.owner[blocks]}))
             raise DataError(
                 f"{logs}: in {found} of {int(blocks.sum())} blocks {what} something can be compared, {least} are needed. "
                 "A torque tells of friction only where the shaft moves one way for sure and all channels are sound: record a motion."

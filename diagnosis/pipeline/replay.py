@@ -17,15 +17,15 @@ from selflock.fmus.build import build
 
 from ..data.faults import check
 from ..data.log import read, write_csv
-from ..data.rig import Rig, split
+from ..data.rig import Rig
 from ..errors import DataError
 from ..output import figures
-from ..output.extend import starts, with_fmus
-from ..residuals.experiment import Experiment
+from ..output.extend import RUNS, starts, with_fmus
+from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import check_names
+from ..residuals.mending import Mending, rms
 from ..residuals.noise import floor
 from ..residuals.residual import Residual
-from ..residuals.sizes import rms
 
 
 @dataclass
@@ -82,7 +82,7 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
         raise DataError(
             f"{log}: no sample has all its channels sound. The faults: " + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5])
         )
-    experiment = Experiment(rig, runs)
+    experiment = DriveExperiment(rig, runs)
     values: dict[str, float] = {}
     folder = Path(out) if out else None
     if folder:
@@ -100,16 +100,15 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
                 residual.name, residual.output, residual.unit, e, e / size if size else 0.0, noise, list(residual.components)
             )
         )
-        if residual.name.endswith("gear") and experiment.steady:
+        if residual.kind == "gear" and experiment.steady:
             points = _points(experiment, residual, compared[0])
         if folder:
             title = f"{rig.name}: {residual.output}, error {e:.3g} {residual.unit} rms" + (
                 f", {100 * e / size:.1f} % of the measured" if size else ""
             )
-            everywhere = np.ones(experiment.blocks, bool)
-            path = figures.traces(
-                experiment, residual, values, values, everywhere, False, folder / f"{residual.name}.png", compared, title
-            )
+            everywhere = np.ones(experiment.layout.count, bool)
+            mending = Mending(experiment, residual, values, values, everywhere)
+            path = figures.traces(mending, folder / f"{residual.name}.png", compared, title)
             drawn.append(path.name)
             write_csv(_table(experiment, compared), folder / f"{residual.name}.csv")
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)
@@ -122,20 +121,18 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     return result
 
 
-def _by_fmu(experiment: Experiment, residual: Residual, values: dict, folder: Path | None):
+def _by_fmu(experiment: DriveExperiment, residual: Residual, values: dict, folder: Path | None):
     """A comparison with the component's FMU in the law's place."""
-    part = {"gear": "reducer", "motor": "motor", "controller": "controller"}.get(residual.name[len(residual.prefix) :])
-    if part is None or folder is None:
+    part = RUNS.get(residual.kind)
+    if part is None or folder is None or residual.kind == "drive":
         return experiment.compare(residual, values)
     name = residual.prefix + part
-    _, base = split(name, experiment.rig.drives)
-    given = starts(base, name, {**experiment.rig.parameters, **values})
-    path = build(base.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if base == "reducer" else {}))
-    with with_fmus(experiment, {name: path}, residual):
-        return experiment.compare(residual, values)
+    given = starts(part, name, {**experiment.rig.parameters, **values})
+    path = build(part.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if part == "reducer" else {}))
+    return with_fmus(experiment, {name: path}, residual).compare(residual, values)
 
 
-def _points(experiment: Experiment, residual: Residual, compared) -> pd.DataFrame:
+def _points(experiment: DriveExperiment, residual: Residual, compared) -> pd.DataFrame:
     simulated, measured, good = compared
     speed = experiment.channels[0, residual.prefix].raw(
         "reducer.input_speed" if experiment.channels[0, residual.prefix].has("reducer.input_speed") else "load.speed"
@@ -144,7 +141,7 @@ def _points(experiment: Experiment, residual: Residual, compared) -> pd.DataFram
     return table[good].sort_values("speed").reset_index(drop=True)
 
 
-def _table(experiment: Experiment, compared) -> pd.DataFrame:
+def _table(experiment: DriveExperiment, compared) -> pd.DataFrame:
     parts = [
         pd.DataFrame({"run": run.name, "time": run.time, "measured": m, "simulated": s, "trusted": good})
         for run, (s, m, good) in zip(experiment.runs, compared)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,10 @@ from ..judge.gain import blame
 from ..judge.result import Diagnosis
 from ..judge.time_step import finest, to_blame
 from ..judge.verdict import Judge, named, verdict
-from ..residuals.experiment import Experiment
+from ..output.extend import extend
+from ..output.report import write
+from ..residuals.drive_experiment import DriveExperiment
+from ..search.problem import Problem
 from ..search.selection import ForwardSelection
 from . import hold_out as division
 
@@ -63,54 +67,44 @@ def diagnose_runs(
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
     rng = np.random.default_rng(seed)
-    experiment = Experiment(rig, runs)
+    experiment = DriveExperiment(rig, runs)
     train, names = division.split(experiment, runs, held)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     judged = ~train
-    search = search_over(experiment, runs, held, train, rng, tell)
-    outcome = search.run()
+    experiment.forget()  # an hour's motions, which the search makes for itself
+    outcome = ForwardSelection(problem_of(experiment, runs, held, train), rng, tell).run()
+    outcome.problem.experiment.forget()
     tell("gain", 0.0)
-    found = Judge(experiment, search, train, judged, names, rng).judge(outcome)
-    step, coarse, by_step = finest(experiment, found.before, found.after, judged), [], ""
+    found = Judge(experiment, train, judged, names, rng).judge(outcome)
+    step, coarse, by_step = finest(experiment, found.mending.before, found.mending.after, judged), [], ""
     if step and step.explains and all(d.residual == step.residual for d in found.left):
         found, cause = to_blame(step, experiment, found, judged, names, rng)
         coarse, by_step = [cause], step.residual
-    before, after, left = found.before, found.after, found.left
-    causes = named(search, found.outcome) + coarse
-    answer = verdict(causes, left, search, found.outcome)
+    left, problem = found.left, outcome.problem
+    causes = named(found.outcome) + coarse
+    answer = verdict(causes, left, found.outcome)
     shares = blamed
     if shares is None:
-        base = found.outcome.base.misfit.reshape(search.shape)
-        shares = [] if answer == "none" else blame(search.experiment, base, search.present, found.outcome.causes, by_step)
+        base = found.outcome.base.misfit.reshape(problem.shape)
+        shares = [] if answer == "none" else blame(problem.experiment, base, problem.present, found.outcome.causes, by_step)
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
     if out is not None and (causes or blamed is None):
-        from ..output.extend import extend
-        from ..output.report import write
-
         result.folder = out
+        mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
         if answer in ("explained", "ambiguous") and found.outcome.causes:
             tell("extended FMUs", 0.0)
-            effects = [c.hypothesis for c in found.outcome.causes]
-            result.extension |= extend(experiment, found.residual, before, after, judged, out, effects)
+            result.extension |= extend(mending, out, [c.hypothesis for c in found.outcome.causes])
         result.write(out)
         tell("report", 0.0)
-        write(result, experiment, search, found.outcome, found.residual, before, after, train, left, faults, out)
+        write(result, mending, found.outcome, left, faults, out)
     return result
 
 
-def search_over(
-    experiment: Experiment,
-    runs: list[MeasuredRun],
-    held: list[bool],
-    train: np.ndarray,
-    rng,
-    tell=lambda *_: None,
-    kind=ForwardSelection,
-) -> ForwardSelection:
-    """The search on what teaches: whole runs where others are held out, else the blocks to train on."""
+def problem_of(experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray) -> Problem:
+    """What teaches: whole runs where others are held out, else the blocks to train on."""
     apart = any(held) and not experiment.steady
-    taught = Experiment(experiment.rig, [run for run, h in zip(runs, held) if not (apart and h)], sampled=True)
-    return kind(taught, np.ones(taught.blocks, bool) if apart else train, rng, tell)
+    taught = DriveExperiment(experiment.rig, [run for run, h in zip(runs, held) if not (apart and h)], sampled=True)
+    return Problem.of(taught, np.ones(taught.layout.count, bool) if apart else train)

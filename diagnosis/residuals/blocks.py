@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from ..data.log import MeasuredRun
@@ -14,9 +16,14 @@ BINS = 250
 
 
 class Blocks:
-    """Runs cut into blocks of about equal length, blocks into bins; steady-state points are a block each."""
+    """Runs cut into blocks of about equal length, blocks into bins; steady-state points are a block each.
 
-    def __init__(self, runs: list[MeasuredRun], steady: bool):
+    count, bins: of blocks, and of bins in each; per_bin: samples in a bin, at most.
+    run_of: of each block. owner: of each block, the run as it was read; of joined points another than the one joined.
+    place: of each run, the bin of each sample. inside: of each run, the block of each sample, counted within the run.
+    """
+
+    def __init__(self, runs: list[MeasuredRun], steady: bool, owner: np.ndarray | None = None):
         total = sum(len(run) for run in runs)
         if steady:
             length, per_bin = 1, 1
@@ -24,9 +31,9 @@ class Blocks:
             length = max(20, min(int(np.ceil(total / BLOCKS)), max(len(run) for run in runs)))
             per_bin = max(1, int(np.ceil(length / BINS)))
         self.per_bin = per_bin
-        self.block_run: list[int] = []
-        self.place: list[np.ndarray] = []  # of each run: index of the bin of each sample
-        self.block_of: list[np.ndarray] = []
+        run_of: list[int] = []
+        self.place: list[np.ndarray] = []
+        self.inside: list[np.ndarray] = []
         for i, run in enumerate(runs):
             n = len(run)
             if steady:
@@ -35,29 +42,39 @@ class Blocks:
                 count = max(1, int(round(n / length)))
                 block = np.minimum(np.arange(n, dtype=np.int32) // int(np.ceil(n / count)), count - 1)
                 length, count = max(length, int(np.bincount(block).max())), int(block[-1]) + 1  # the last may stay empty
-            self.block_of.append(block)
-            self.block_run += [i] * count
+            self.inside.append(block)
+            run_of += [i] * count
         self.bins = int(np.ceil(length / per_bin))
         first = 0
-        for block in self.block_of:
+        for block in self.inside:
             starts = np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1])
             inside = np.arange(len(block), dtype=np.int32) - starts.astype(np.int32)[block]
             self.place.append((first + block) * self.bins + inside // per_bin)
             first += block[-1] + 1
-        self.blocks = len(self.block_run)
-        self.block_run = np.array(self.block_run)
-        self.owner = self.block_run  # of each block, the run as it was read; of joined points another than the one joined
+        self.count = len(run_of)
+        self.run_of = np.array(run_of)
+        self.owner = self.run_of if owner is None else owner
+
+    def block(self, i: int) -> np.ndarray:
+        """The block of each sample of run i."""
+        return int(np.flatnonzero(self.run_of == i)[0]) + self.inside[i]
+
+    def picked(self, samples: list[np.ndarray]) -> Blocks:
+        """The same blocks for runs that are made of these samples of the runs."""
+        other = copy(self)
+        other.place, other.inside = ([x[pick] for x, pick in zip(of, samples)] for of in (self.place, self.inside))
+        return other
 
     def firsts(self, i: int, share: float) -> np.ndarray:
         """Places of the samples of run i in the first share of its blocks."""
-        lengths = np.bincount(self.block_of[i])
-        inside = np.arange(len(self.block_of[i])) - (np.cumsum(lengths) - lengths)[self.block_of[i]]
-        return np.flatnonzero(inside < np.ceil(share * lengths)[self.block_of[i]])
+        lengths = np.bincount(self.inside[i])
+        inside = np.arange(len(self.inside[i])) - (np.cumsum(lengths) - lengths)[self.inside[i]]
+        return np.flatnonzero(inside < np.ceil(share * lengths)[self.inside[i]])
 
     def bin(self, place: np.ndarray, samples: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums and counts of the good samples in all bins; `place`: the bin of each."""
         place = place[good]
-        size = self.blocks * self.bins
+        size = self.count * self.bins
         return np.bincount(place, samples[good], size), np.bincount(place, minlength=size)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ..data.log import MeasuredRun
+from .setting import Setting
 
 PIECE = 100_000
 """Samples that are differentiated at a time."""
@@ -30,14 +31,24 @@ class Channels:
 
     run: MeasuredRun
     prefix: str
-    steady: bool
+    setting: Setting
+    take: np.ndarray | None = None  # of a long run: the samples that are simulated
 
     def __post_init__(self):
         n = len(self.run)
         step = np.diff(self.run.time)
         self.dt = np.ones(n) if self.steady else np.concatenate([[step[0] if n > 1 else 1.0], step])
-        self.memory: dict = {}  # what was derived under one rig
-        self.take: np.ndarray | None = None  # of a long run: the samples that are simulated
+        self.memory: dict = {}  # what was derived under this setting
+
+    @property
+    def steady(self) -> bool:
+        """Whether samples are steady-state points."""
+        return self.setting.steady
+
+    @property
+    def smoothing(self) -> int:
+        """Samples over which motions and torques are smoothed alike."""
+        return self.setting.smoothing[self.prefix]
 
     def has(self, *names: str) -> bool:
         """Whether the log has all these channels of the drive."""

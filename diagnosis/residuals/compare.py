@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from . import drive
 from .channels import Channels, ShaftMotion, derivative, smooth
-
-if TYPE_CHECKING:
-    from .experiment import Experiment
 
 Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -20,11 +15,11 @@ def everywhere(n: int) -> np.ndarray:
     return np.ones(n, bool)
 
 
-def controller(experiment: Experiment, prefix: str, command: str, values: dict, ch: Channels) -> Compared:
+def controller(command: str, values: dict, ch: Channels) -> Compared:
     """The controller acts on what its sensors say, right or wrong."""
     shown = {name: value for name, value in values.items() if not name.startswith("sensor.")}
-    first, second = drive.both(experiment, prefix, shown, ch)
-    _, moved = drive.both(experiment, prefix, values, ch)
+    first, second = drive.both(shown, ch)
+    _, moved = drive.both(values, ch)
     n = len(ch.dt)
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
@@ -32,50 +27,48 @@ def controller(experiment: Experiment, prefix: str, command: str, values: dict, 
     rate = drive.speed_setpoint(wanted, values, ch)
     out = np.empty(n)
     motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
-    delivered = drive.delivered(experiment, prefix, values, ch, moved)
-    experiment.kernels.controller(
-        drive.law(experiment, prefix, "controller", values, ch), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
+    delivered = drive.delivered(values, ch, moved)
+    ch.setting.kernels.controller(
+        drive.law("controller", values, ch), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
     )
     return drive.read(command, out, values, ch), ch.raw(command), everywhere(n)
 
 
-def motor(experiment: Experiment, prefix: str, electric: str, values: dict, ch: Channels) -> Compared:
+def motor(electric: str, values: dict, ch: Channels) -> Compared:
     """The current that the measured voltage and speed make."""
-    first, _ = drive.both(experiment, prefix, values, ch)
+    first, _ = drive.both(values, ch)
     voltage = drive.voltage(electric, values, ch)
     current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
-    experiment.kernels.motor(drive.law(experiment, prefix, "motor", values, ch), voltage, first.speed, ch.dt, current, torque)
+    ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, first.speed, ch.dt, current, torque)
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
 
 
-def gear_inputs(
-    experiment: Experiment, prefix: str, values: dict, ch: Channels, take: np.ndarray | slice = slice(None)
-) -> tuple[tuple[np.ndarray, ...], ShaftMotion]:
+def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(None)) -> tuple[tuple[np.ndarray, ...], ShaftMotion]:
     """What Reducer.fmu is given in kinematic mode, for each step of `take`, and the whole motion of its input shaft.
 
     The output angle is put where the shaft's spring, behind its play, carries the output torque.
     """
-    first, second = drive.both(experiment, prefix, values, ch)
-    law = drive.law(experiment, prefix, "reducer", values, ch)
-    delivered = drive.delivered(experiment, prefix, values, ch, second, take)
+    first, second = drive.both(values, ch)
+    law = drive.law("reducer", values, ch)
+    delivered = drive.delivered(values, ch, second, take)
     windup = delivered * (1.0 / law.shaft_stiffness + law.compliance) + 0.5 * law.backlash * np.sign(delivered)
     speed = first.speed[take]
     before = first.angle[take] - speed * ch.dt[take]
     return (before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio), first
 
 
-def gear(experiment: Experiment, prefix: str, torque: str, electric: str, values: dict, ch: Channels) -> Compared:
+def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
     """The balance at the motor's shaft: what the gear and the shaft's inertia take against what the motor gives.
 
     The measured acceleration is that of a smoothed motion, so the rest of the balance is smoothed in the same way.
     """
     take = ch.take
     pick = (lambda x: x) if take is None else (lambda x: x[take])
-    inputs, first = gear_inputs(experiment, prefix, values, ch, slice(None) if take is None else take)
-    law = drive.law(experiment, prefix, "reducer", values, ch)
+    inputs, first = gear_inputs(values, ch, slice(None) if take is None else take)
+    law = drive.law("reducer", values, ch)
     dt = ch.taken_steps()
     bare = np.empty(len(dt))
-    experiment.kernels.gear(law, *inputs, dt, bare)
+    ch.setting.kernels.gear(law, *inputs, dt, bare)
     good = pick(first.sliding)
     if torque == "reducer.input_torque":
         return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), good
@@ -83,41 +76,37 @@ def gear(experiment: Experiment, prefix: str, torque: str, electric: str, values
         given = ch.raw(torque)
     elif torque == "motor.current":
         given = np.empty(len(ch.dt))
-        experiment.kernels.shaft_torque(
-            drive.law(experiment, prefix, "motor", values, ch), ch.true(torque, values), first.speed, first.angle, ch.dt, given
+        ch.setting.kernels.shaft_torque(
+            drive.law("motor", values, ch), ch.true(torque, values), first.speed, first.angle, ch.dt, given
         )
     else:
         given = np.empty(len(ch.dt))
         voltage = drive.voltage(electric, values, ch)
-        experiment.kernels.motor(
-            drive.law(experiment, prefix, "motor", values, ch), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given
-        )
+        ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given)
     given, inertial = pick(given), law.shaft_inertia * pick(first.acceleration)
     if torque == "motor.torque":
         bare = drive.read(torque, bare + inertial, values, ch) - inertial
-    if experiment.steady:
+    if ch.steady:
         return bare, given, good
-    samples = 0 if experiment.choosing else min(experiment.smoothing[prefix], len(bare) - 1 | 1)
+    samples = 0 if not ch.setting.balanced else min(ch.smoothing, len(bare) - 1 | 1)
     smoothed = smooth(given - bare, samples)
     if take is not None:
         good = good & ch.away_from_gaps(samples)
     return bare + inertial, bare + smoothed, good
 
 
-def load(experiment: Experiment, prefix: str, values: dict, ch: Channels) -> Compared:
+def load(values: dict, ch: Channels) -> Compared:
     """The torque that the load takes for its measured motion."""
-    second = drive.shaft(experiment, prefix, "load.", values, ch)
+    second = drive.shaft("load.", values, ch)
     out = np.empty(len(ch.dt))
-    experiment.kernels.load_torque(
-        drive.law(experiment, prefix, "load", values, ch), second.angle, second.speed, second.acceleration, out
-    )
+    ch.setting.kernels.load_torque(drive.law("load", values, ch), second.angle, second.speed, second.acceleration, out)
     name = "reducer.output_torque"
     return drive.read(name, out, values, ch), ch.raw(name), everywhere(len(out))
 
 
-def redundant(experiment: Experiment, prefix: str, side: str, values: dict, ch: Channels) -> Compared:
+def redundant(side: str, values: dict, ch: Channels) -> Compared:
     """A measured speed against the derivative of the measured angle of the same shaft, smoothed alike."""
-    samples = experiment.smoothing[prefix]
+    samples = ch.smoothing
     slope = derivative(smooth(ch.true(side + "angle", values), samples), np.cumsum(ch.dt))
     name = side + "speed"
     good = everywhere(len(slope))
@@ -125,28 +114,26 @@ def redundant(experiment: Experiment, prefix: str, side: str, values: dict, ch: 
     return drive.read(name, slope, values, ch), smooth(ch.raw(name), samples), good
 
 
-def twist(experiment: Experiment, prefix: str, values: dict, ch: Channels) -> Compared:
+def twist(values: dict, ch: Channels) -> Compared:
     """The angle of the load behind the gear's spring and play."""
-    _, second = drive.both(experiment, prefix, values, ch)
+    _, second = drive.both(values, ch)
     out = np.empty(len(ch.dt))
     angle = ch.true("reducer.input_angle", values)
-    experiment.kernels.twist(
-        drive.law(experiment, prefix, "reducer", values, ch), angle, drive.delivered(experiment, prefix, values, ch, second), out
-    )
-    good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(experiment, prefix, ch)
+    ch.setting.kernels.twist(drive.law("reducer", values, ch), angle, drive.delivered(values, ch, second), out)
+    good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(ch)
     if good.any():  # where the encoders' zeros lie is nobody's fault
         out -= np.mean((out - ch.raw("load.angle"))[good])
     return drive.read("load.angle", out, values, ch), ch.raw("load.angle"), good
 
 
-def _pressed(experiment: Experiment, prefix: str, ch: Channels) -> np.ndarray:
+def _pressed(ch: Channels) -> np.ndarray:
     """Where the nominal output torque is far enough from zero to press one flank for sure, and has been for a while."""
-    key = ("pressed", experiment.smoothing[prefix])
+    key = ("pressed", ch.smoothing)
     if key not in ch.memory:
-        torque = drive.delivered(experiment, prefix, {}, ch, drive.both(experiment, prefix, {}, ch)[1])
+        torque = drive.delivered({}, ch, drive.both({}, ch)[1])
         side = np.sign(torque) * (abs(torque) > 0.1 * np.quantile(abs(torque), 0.9))
         steady = side != 0.0
-        for shift in range(1, 2 * experiment.smoothing[prefix]):
+        for shift in range(1, 2 * ch.smoothing):
             steady[shift:] &= side[shift:] == side[:-shift]
         ch.memory[key] = steady
     return ch.memory[key]

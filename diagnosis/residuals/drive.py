@@ -2,50 +2,47 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .channels import Channels, ShaftMotion, derivative, motion
 from .kernels import kernels
 from .laws import parameters
 
-if TYPE_CHECKING:
-    from .experiment import Experiment
-
 MOST_KEPT = 1_000_000
 """Samples of all motions of a shaft that are remembered beside the first: an hour's motion is 90 MB."""
 
 
-def law(experiment: Experiment, prefix: str, component: str, values: dict, ch: Channels):
+def law(component: str, values: dict, ch: Channels):
     """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
-    return parameters(component, prefix + component, {**experiment.rig.parameters, **values, **experiment.rig.of_log(ch.run.log)})
+    return parameters(
+        component, ch.prefix + component, {**ch.setting.rig.parameters, **values, **ch.setting.rig.of_log(ch.run.log)}
+    )
 
 
-def shaft(experiment: Experiment, prefix: str, side: str, values: dict, ch: Channels) -> ShaftMotion | None:
+def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
     """The measured motion of one shaft, if it is measured, for what `values` say of its sensors."""
     angle, speed = f"{side}angle", f"{side}speed"
     if not (ch.has(angle) or ch.has(speed)):
         return None
-    mine = f"sensor.{prefix}{angle}", f"sensor.{prefix}{speed}"
-    told = experiment.smoothing[prefix], *sorted((key, value) for key, value in values.items() if key.startswith(mine))
-    kept = ch.run.memory.setdefault(("motion", prefix, side), {})
+    mine = f"sensor.{ch.prefix}{angle}", f"sensor.{ch.prefix}{speed}"
+    told = tuple(sorted((key, value) for key, value in values.items() if key.startswith(mine)))
+    kept = ch.memory.setdefault(("motion", side), {})
     if told in kept:
         return kept[told]
     found = (
         _steady(ch, angle, speed, values)
-        if experiment.steady
+        if ch.steady
         else motion(
             ch.true(angle, values) if ch.has(angle) else None,
             ch.true(speed, values) if ch.has(speed) else None,
             ch.dt,
-            experiment.smoothing[prefix],
+            ch.smoothing,
         )
     )
     for name in (angle, speed):
         if ch.has(name):
             found.sliding &= ch.good(name)
-    if not experiment.choosing and (not kept or (len(kept) + 1) * experiment.samples <= MOST_KEPT):
+    if ch.setting.balanced and (not kept or (len(kept) + 1) * ch.setting.samples <= MOST_KEPT):
         kept[told] = found
     return found
 
@@ -57,10 +54,10 @@ def _steady(ch: Channels, angle: str, speed: str, values: dict) -> ShaftMotion:
     return ShaftMotion(place, pace, np.zeros(n), pace != 0.0, 0.0)
 
 
-def both(experiment: Experiment, prefix: str, values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
+def both(values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
     """Motions of the input shaft and of the load; one that is not measured follows the other in the gear's ratio."""
-    ratio = experiment.value(f"{prefix}reducer.gear_ratio", values)
-    first, second = shaft(experiment, prefix, "reducer.input_", values, ch), shaft(experiment, prefix, "load.", values, ch)
+    ratio = ch.setting.value(f"{ch.prefix}reducer.gear_ratio", values)
+    first, second = shaft("reducer.input_", values, ch), shaft("load.", values, ch)
     if first is None:
         first = ShaftMotion(
             second.angle * ratio,
@@ -94,15 +91,13 @@ def speed_setpoint(wanted: np.ndarray, values: dict, ch: Channels) -> np.ndarray
     return ch.true(name, values) if ch.has(name) else derivative(wanted, np.cumsum(ch.dt))
 
 
-def delivered(
-    experiment: Experiment, prefix: str, values: dict, ch: Channels, second: ShaftMotion, take: np.ndarray | slice = slice(None)
-) -> np.ndarray:
+def delivered(values: dict, ch: Channels, second: ShaftMotion, take: np.ndarray | slice = slice(None)) -> np.ndarray:
     """Output torque: measured, or what the load takes for its motion; `take`: at which samples."""
     if ch.has("reducer.output_torque"):
         return ch.true("reducer.output_torque", values)[take]
     moves = second.angle[take], second.speed[take], second.acceleration[take]
     out = np.empty(len(moves[0]))
-    experiment.kernels.load_torque(law(experiment, prefix, "load", values, ch), *moves, out)
+    ch.setting.kernels.load_torque(law("load", values, ch), *moves, out)
     return out
 
 

@@ -1,32 +1,22 @@
-"""All runs of a measurement under one rig, and how far a simulation with given parameter values is off in each residual."""
+"""All runs of a measurement under one rig, and how far a simulation with given parameter values is off in each residual.
+
+An experiment does not change. What looks at the same measurement otherwise (more samples, finer steps, FMUs in the laws'
+places) is another experiment, made by `but`. Two kinds share all that is here: those of a drive (drive_experiment.py) and
+those of any system of FMUs (systems.system).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
-from threading import Lock
+from typing import Any, Self
 
 import numpy as np
 
 from ..data.log import MeasuredRun
-from ..data.rig import Rig, split
-from ..errors import DataError
+from ..data.rig import Rig
 from .blocks import Blocks, compared
-from .channels import Channels
-from .kernels import kernels
-from .laws import parameters
-from .residual import Residual, residuals
-
-MOST = 3_000
-"""Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
-
-MOST_WHOLE = 4_500
-"""Samples of a whole drive simulated in a fit: of longer logs, the first part of each block, started as measured."""
-
-LONGEST = 0.045
-"""s; a longer smoothing window would blur the motion itself."""
-
-STRETCH = 80
-"""Samples in such a stretch."""
+from .residual import Compared, Residual
 
 SHOWN = 60_000
 """Samples that show what an FMU or a finer step leaves: FMPy would take longer for an hour than the whole diagnosis."""
@@ -34,113 +24,74 @@ SHOWN = 60_000
 SHORT = 100
 """Samples kept of a run that has none to show: it is there for its place among the others."""
 
+REMEMBERED = 24
+"""Misfits of a residual that are kept: a fit asks for the same values again and again."""
 
-class Experiment(Blocks):
-    """All runs of a measurement under one rig, and the misfit of a simulation with given parameter values."""
 
-    def __init__(self, rig: Rig, runs: list[MeasuredRun], sampled: bool = False):
-        self.rig, self.steady = rig, rig.kind == "steady"
-        self.original = runs
-        self.runs, owner = points(runs, bool(rig.run)) if self.steady else (runs, None)
-        self.channels = {
-            (i, prefix): Channels(run, prefix, self.steady) for i, run in enumerate(self.runs) for prefix in rig.drives
-        }
-        self.kernels = kernels()  # laws that run; extend puts FMUs in their place
+class Experiment:
+    """Runs, the blocks that they are cut into, and the residuals that they allow.
+
+    rig, runs; original: the runs as they were read, where `runs` are points made of them.
+    layout: blocks and bins. residuals: what is compared. channels: of each run and drive, what a residual computes from.
+    """
+
+    rig: Rig
+    runs: list[MeasuredRun]
+    original: list[MeasuredRun]
+    layout: Blocks
+    residuals: tuple[Residual, ...]
+    channels: Mapping[tuple[int, str], Any]
+    steady = False
+    by_fmus = False  # whether FMUs run in the laws' places
+
+    def __init__(self) -> None:
         self._memory: dict[str, dict] = {}
-        self._lock = Lock()
-        self.smoothing = {prefix: 11 for prefix in rig.drives}
-        self.samples = total = sum(len(run) for run in self.runs)
-        for ch in self.channels.values():
-            ch.take = stretches(len(ch.run), MOST / total) if sampled and total > 1.5 * MOST and not self.steady else None
-        self.choosing = False  # the smoothing
-        self.residuals = [
-            residual
-            for prefix in rig.drives
-            for residual in residuals(self, prefix)
-            if not rig.only or residual.components == (rig.only,)
-        ]
-        if not self.residuals:
-            have = sorted({name for run in self.runs for name in run.signals})
-            raise DataError(
-                f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "
-                "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together."
-            )
-        super().__init__(self.runs, self.steady)
-        if owner is not None:
-            self.owner = owner
-        if sampled and any(residual.name.endswith("drive") for residual in self.residuals):
-            for (i, _), ch in self.channels.items():
-                ch.take = self.firsts(i, MOST_WHOLE / total) if total > 1.5 * MOST_WHOLE else None
-        for prefix in rig.drives:
-            self._choose_smoothing(prefix)
 
-    def _choose_smoothing(self, prefix: str) -> None:
-        """The shortest window over which the noise of the acceleration matters no more than that of the torque."""
-        gear = next((residual for residual in self.residuals if residual.name == prefix + "gear"), None)
-        if gear is None or self.steady:
-            return
-        if self.rig.smoothing > 0.0:
-            self.smoothing[prefix] = max(5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
-            return
-        levels = {}
-        self.choosing = True  # the balance is not smoothed meanwhile
-        step = self.step
-        for samples in (n for n in (5, 7, 11, 17, 25, 41, 61) if n == 5 or n * step <= LONGEST):
-            self.smoothing[prefix] = samples
-            steps, count = 0.0, 0
-            for simulated, measured, good in self.compare(gear, {}):
-                e = (measured - simulated)[good]
-                if len(e) > 20:
-                    steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
-            levels[samples] = steps / max(count, 1)
-        self.choosing = False
-        self.smoothing[prefix] = min(samples for samples, level in levels.items() if level <= 1.15 * min(levels.values()))
+    def but(self, **changes: Any) -> Self:
+        """Another experiment that differs in these attributes; it remembers nothing yet."""
+        other = copy(self)
+        for name, value in changes.items():
+            setattr(other, name, value)
+        other._memory = {}
+        return other
+
+    def variables(self, residual: Residual, values: dict) -> dict[str, list[np.ndarray]]:
+        """What the error of a residual may depend on, by name: one array for each run."""
+        raise NotImplementedError
+
+    def moves(self, residual: Residual, values: dict) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Speed of the input shaft and output torque of a residual's drive, for each run; empty where nothing moves."""
+        return []
 
     def reach(self, residual: Residual) -> int:
-        """Samples over which smoothing ties the misfit of a residual together."""
-        return self.smoothing[residual.prefix] if residual.name.endswith(("gear", "input", "output")) and not self.steady else 1
-
-    def take_all(self) -> bool:
-        """From now on simulate all samples; False where that is done already."""
-        sampled = any(ch.take is not None for ch in self.channels.values())
-        for ch in self.channels.values():
-            ch.take = None
-        self._memory.clear()
-        return sampled
+        """Samples over which smoothing ties the errors of a residual together."""
+        return 1
 
     def forget(self) -> None:
-        """Let go of all motions: those that are asked for next are remembered in their place."""
-        for run in self.runs:
-            for key in [key for key in run.memory if key[0] == "motion"]:
-                del run.memory[key]
+        """Let go of what was derived from channels: what is asked for next is remembered in its place."""
+
+    def head(self, samples: list[int]) -> Self:
+        """The same blocks and residuals over the first samples of each run."""
+        raise NotImplementedError
 
     def enough(self, blocks: np.ndarray) -> list[int]:
         """Samples of each run within which there are `SHOWN` samples of these blocks, for what is slow or large."""
         left, found = SHOWN, []
-        for i, block in enumerate(self.block_of):
-            first = int(np.flatnonzero(self.block_run == i)[0])
-            places = np.flatnonzero(blocks[first + block])[:left]
+        for i in range(len(self.runs)):
+            block = self.layout.block(i)
+            places = np.flatnonzero(blocks[block])[:left]
             left -= len(places)
             found.append(min(len(block), max(SHORT, int(places[-1]) + 1 if len(places) else 0)))
         return found
 
-    def head(self, samples: list[int]) -> Experiment:
-        """The same blocks, residuals and smoothing over the first samples of each run."""
-        short = copy(self)
-        short.runs = [run.head(n) for run, n in zip(self.runs, samples)]
-        short.channels = {(i, prefix): Channels(short.runs[i], prefix, self.steady) for i, prefix in self.channels}
-        short.place, short.block_of = ([x[:n] for x, n in zip(of, samples)] for of in (self.place, self.block_of))
-        short._memory = {}
-        return short
+    # --- residuals ---------------------------------------------------------------------------------------------------
 
-    # --- the misfit --------------------------------------------------------------------------------------
-
-    def compare(self, residual: Residual, values: dict[str, float]):
+    def compare(self, residual: Residual, values: dict[str, float]) -> list[Compared]:
         """Simulated, measured, trusted of each run: trusted where the residual says so and all its channels are sound."""
         found = []
         for i, run in enumerate(self.runs):
             ch = self.channels[i, residual.prefix]
-            simulated, measured, good = residual.compute(self, values, ch)
+            simulated, measured, good = residual.compute(values, ch)
             sound = _sound(run, residual)
             if sound is not None:
                 good = good & compared(sound, ch.take, len(good))
@@ -148,35 +99,36 @@ class Experiment(Blocks):
         return found
 
     def binned(self, residual: Residual, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Mean misfit (measured - simulated) and count in each bin, arrays (blocks, bins)."""
-        total, count = np.zeros(self.blocks * self.bins), np.zeros(self.blocks * self.bins, int)
+        """Mean of measured - simulated and count in each bin, arrays (blocks, bins)."""
+        layout = self.layout
+        total, count = np.zeros(layout.count * layout.bins), np.zeros(layout.count * layout.bins, int)
         for i, (simulated, measured, good) in enumerate(self.compare(residual, values)):
             error = measured - simulated
             wild = ~np.isfinite(error) & good  # a simulation that breaks down is wrong, not absent
             if wild.any():
                 known = measured[np.isfinite(measured)]
                 error = np.where(wild, 1e3 * np.std(known) if len(known) else np.inf, error)
-            place = compared(self.place[i], self.channels[i, residual.prefix].take, len(error))
-            sums, counts = self.bin(place, error, good)
+            place = compared(layout.place[i], self.channels[i, residual.prefix].take, len(error))
+            sums, counts = layout.bin(place, error, good)
             total += sums
             count += counts
-        return (total / np.maximum(count, 1)).reshape(self.blocks, self.bins), count.reshape(self.blocks, self.bins)
+        return (total / np.maximum(count, 1)).reshape(layout.count, layout.bins), count.reshape(layout.count, layout.bins)
 
-    def misfit(self, values: dict[str, float]) -> np.ndarray:
-        """(blocks, bins of all residuals): misfits in units of their noise; 0 where there are no trusted samples."""
-        return np.concatenate([self._remembered(residual, values) / residual.noise for residual in self.residuals], axis=1)
+    def misfit(self, values: dict[str, float], noise: np.ndarray | None = None) -> np.ndarray:
+        """(blocks, bins of all residuals), each in units of its `noise` or as it is; 0 where there are no trusted samples."""
+        found = [self._remembered(residual, values) for residual in self.residuals]
+        return np.concatenate(found if noise is None else [x / n for x, n in zip(found, noise)], axis=1)
 
     def _remembered(self, residual: Residual, values: dict[str, float]) -> np.ndarray:
-        """A residual's misfit, computed only when a value that it uses is new: a fit changes few residuals at a time."""
+        """A residual's bins, computed only when a value that it uses is new: a fit changes few residuals at a time."""
         key = tuple(sorted((name, value) for name, value in values.items() if residual.uses(name)))
         memory = self._memory.setdefault(residual.name, {})
         found = memory.get(key)
         if found is None:
             found = self.binned(residual, values)[0]
-            with self._lock:
-                while len(memory) >= 24:
-                    memory.pop(next(iter(memory)))
-                memory[key] = found
+            for old in [*memory][: max(0, len(memory) + 1 - REMEMBERED)]:
+                memory.pop(old, None)  # another thread may have been here
+            memory[key] = found
         return found
 
     def present(self, values: dict[str, float]) -> np.ndarray:
@@ -186,7 +138,7 @@ class Experiment(Blocks):
     def slice(self, residual: Residual) -> slice:
         """Columns of `misfit` that belong to a residual."""
         place = self.residuals.index(residual)
-        return slice(place * self.bins, (place + 1) * self.bins)
+        return slice(place * self.layout.bins, (place + 1) * self.layout.bins)
 
     @property
     def step(self) -> float:
@@ -203,12 +155,6 @@ class Experiment(Blocks):
         """Channels that some residual reads or compares."""
         return {name for residual in self.residuals for name in (*residual.reads, residual.output)}
 
-    def value(self, name: str, values: dict[str, float]) -> float:
-        """A parameter's value: fitted, else nominal, else the law's default."""
-        component, _, parameter = name.rpartition(".")
-        base = split(component, self.rig.drives)[1]
-        return float(values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter))))
-
 
 def _sound(run: MeasuredRun, residual: Residual) -> np.ndarray | None:
     """Samples at which all channels of a residual can be trusted; None where that is everywhere."""
@@ -217,28 +163,3 @@ def _sound(run: MeasuredRun, residual: Residual) -> np.ndarray | None:
         sound = run.usable(*residual.reads, residual.output)
         run.memory[key] = None if sound.all() else sound
     return run.memory[key]
-
-
-def stretches(n: int, share: float) -> np.ndarray:
-    """Places of short stretches spread evenly over n samples, about this share of them."""
-    count = max(1, int(n * share / STRETCH))
-    firsts = np.linspace(0, max(0, n - STRETCH), count).astype(int)
-    return np.unique((firsts[:, None] + np.arange(STRETCH)).ravel().clip(0, n - 1))
-
-
-def points(runs: list[MeasuredRun], averaged: bool) -> tuple[list[MeasuredRun], np.ndarray]:
-    """All steady-state points as one run, and to which run each belongs: means over trusted samples of runs, or rows."""
-    names = list(runs[0].signals)
-    if averaged:
-        mean = lambda x: np.array([x.mean() if len(x) else np.nan])
-        parts = [{name: mean(run.signals[name][run.usable(name)]) for name in names} for run in runs]
-        good = [{name: np.isfinite(x) for name, x in part.items()} for part in parts]
-        rows = [run.rows[:1] for run in runs]
-    else:
-        parts, rows = [run.signals for run in runs], [run.rows for run in runs]
-        good = [{name: run.usable(name) for name in names} for run in runs]
-    owner = np.repeat(np.arange(len(runs)), [len(r) for r in rows])
-    join = lambda which: {name: np.concatenate([part[name] for part in which]) for name in names}
-    return [
-        MeasuredRun(runs[0].log, "", np.concatenate(rows), np.arange(len(owner), dtype=float), join(parts), join(good))
-    ], owner

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..data.log import VALID
 from . import drive
 from .channels import Channels
 from .compare import Compared, everywhere
-
-if TYPE_CHECKING:
-    from .experiment import Experiment
 
 ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
 SOFTEST = 0.3
@@ -30,19 +25,19 @@ SHOWN = {
 """Signals that the whole is compared by, the first that a log has, and their rows."""
 
 
-def motion(experiment: Experiment, prefix: str, shown: str, closed: bool, values: dict, ch: Channels) -> Compared:
+def motion(shown: str, closed: bool, values: dict, ch: Channels) -> Compared:
     """The motion of the whole drive against the measured one."""
-    simulated = simulate(experiment, prefix, values, ch, closed)[SHOWN[shown]]
+    simulated = simulate(values, ch, closed)[SHOWN[shown]]
     take = slice(None) if ch.take is None else ch.take
     measured = ch.raw(shown)[take]
     return drive.read(shown, simulated[take], values, ch), measured, everywhere(len(measured))
 
 
-def simulate(experiment: Experiment, prefix: str, values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
+def simulate(values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
     """All signals of the drive over one run, or over the stretches of it that are taken; each starts as measured."""
-    first, second = drive.both(experiment, prefix, values, ch)
+    first, second = drive.both(values, ch)
     n = len(ch.dt)
-    laws = [drive.law(experiment, prefix, part, values, ch) for part in ("controller", "motor", "reducer", "load")]
+    laws = [drive.law(part, values, ch) for part in ("controller", "motor", "reducer", "load")]
     reducer, load = laws[2], laws[3]
     stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
     laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
@@ -61,7 +56,7 @@ def simulate(experiment: Experiment, prefix: str, values: dict, ch: Channels, cl
         i = here.start
         start = np.array([second.angle[i] * reducer.gear_ratio, first.speed[i], second.angle[i], second.speed[i]])
         given = (x[here] for x in (powered, supply, voltage, wanted, rate, ch.dt))
-        experiment.kernels.whole(*laws, 1.0 if closed else 0.0, *given, stiffness[1], start, out[:, here])
+        ch.setting.kernels.whole(*laws, 1.0 if closed else 0.0, *given, stiffness[1], start, out[:, here])
     return dict(zip(ROWS, out))
 
 

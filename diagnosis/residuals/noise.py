@@ -10,16 +10,14 @@ place.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..data.faults import resolution
 from . import drive
+from .drive_experiment import DriveExperiment
+from .experiment import Experiment
 from .residual import Residual
-
-if TYPE_CHECKING:
-    from .experiment import Experiment
 
 FEWEST = 10
 """Differences of samples without which nothing is said: the floor is 0 then."""
@@ -75,7 +73,7 @@ def _by_halves(experiment: Experiment, residual: Residual, values: dict) -> floa
         for run in experiment.original:
             mine = np.arange(len(run)) * STRETCHES // len(run) % 2 == odd
             runs.append(replace(run, good={name: run.usable(name) & mine for name in run.signals}))
-        half = type(experiment)(experiment.rig, runs)
+        half = DriveExperiment(experiment.rig, runs)
         ((simulated, measured, good),) = half.compare(half.residuals[place], values)
         errors.append(measured - simulated)
         trusted.append(good & np.isfinite(simulated))
@@ -90,8 +88,8 @@ def _by_neighbours(experiment: Experiment, residual: Residual, values: dict) -> 
     """
     ((simulated, measured, good),) = experiment.compare(residual, values)
     ch, error = experiment.channels[0, residual.prefix], measured - simulated
-    first, second = drive.both(experiment, residual.prefix, values, ch)
-    load = drive.delivered(experiment, residual.prefix, values, ch, second)
+    first, second = drive.both(values, ch)
+    load = drive.delivered(values, ch, second)
     kind = np.round(load / max(ALIKE * float(abs(load).max()), 1e-300))
     good = good & np.isfinite(simulated)
     off = []

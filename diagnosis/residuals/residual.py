@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 from ..data.signals import unit
 from ..errors import DataError
@@ -26,27 +26,34 @@ from . import compare, drive, forward
 from .channels import Channels
 from .compare import Compared
 
-if TYPE_CHECKING:
-    from .experiment import Experiment
 
-
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Residual:
-    """One comparison: `compute(experiment, values, channels)` gives simulated, measured and trusted samples of one run."""
+    """One comparison: `compute(values, channels)` gives simulated, measured and trusted samples of one run."""
 
-    name: str  # drive prefix + controller | motor | gear | load | twist
+    kind: str  # controller | motor | gear | load | twist | input | output | drive; of a system of FMUs: signal
+    name: str  # with the drive's prefix
     components: tuple[str, ...]
     reads: tuple[str, ...]
     output: str  # channel
     unit: str
-    compute: Callable[[Experiment, dict, Channels], Compared]
+    compute: Callable[[dict, Any], Compared]
     prefix: str = ""  # of the drive
-    noise: float = 1.0  # of a bin's average
 
     @property
     def reading(self) -> str:
         """What the compared channel reads: speed, current, torque ..."""
         return self.output.rpartition(".")[2]
+
+    @property
+    def quantity(self) -> str:
+        """What is compared: at the gear a torque, whatever channel it comes from."""
+        return "torque at the motor's shaft" if self.kind == "gear" else self.output
+
+    @property
+    def smoothed(self) -> bool:
+        """Whether what is compared is smoothed like the motion that it is computed from."""
+        return self.kind in ("gear", "input", "output")
 
     def uses(self, name: str) -> bool:
         """Whether a parameter's value matters to this residual: one of its components', or a sensor's of its channels."""
@@ -59,27 +66,26 @@ class Residual:
 MOVES = ("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed")
 
 
-def residuals(experiment: Experiment, prefix: str) -> list[Residual]:
-    """The comparisons of one drive."""
-    probe = experiment.channels[0, prefix]
-    has, linear = probe.has, experiment.rig.linear
+def residuals(probe: Channels) -> list[Residual]:
+    """The comparisons that the channels of one drive allow."""
+    rig, prefix, steady, has = probe.setting.rig, probe.prefix, probe.steady, probe.has
     name = {part: prefix + part for part in ("controller", "motor", "reducer", "load")}
     found: list[Residual] = []
 
     def add(kind, components, reads, output, compute):
-        measure = unit("motor.torque" if kind == "gear" else output, linear)
+        measure = unit("motor.torque" if kind == "gear" else output, rig.linear)
         reads = tuple(prefix + r for r in reads if has(r))
         found.append(
-            Residual(prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
+            Residual(kind, prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
         )
 
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]
     delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
-    if experiment.rig.kind == "forward" and experiment.rig.simulate and electric and moves:
-        closed = experiment.rig.simulate == "closed"
+    if rig.kind == "forward" and rig.simulate and electric and moves:
+        closed = rig.simulate == "closed"
         if closed and not has("controller.angle_setpoint"):
-            raise DataError(f'{experiment.rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')
+            raise DataError(f'{rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')
         shown = next(m for m in forward.SHOWN if has(m))
         read = (
             ("controller.angle_setpoint", "controller.speed_setpoint", "motor.supply_voltage")
@@ -91,22 +97,22 @@ def residuals(experiment: Experiment, prefix: str) -> list[Residual]:
             [*(["controller"] if closed else []), "motor", "reducer", "load"],
             (*read, *moves),
             shown,
-            lambda b, v, ch: forward.motion(b, prefix, shown, closed, v, ch),
+            lambda v, ch: forward.motion(shown, closed, v, ch),
         )
         return found
 
     volts = ("motor.duty", "motor.supply_voltage") if electric == "motor.duty" else (electric,) if electric else ()
     command = "controller.voltage" if has("controller.voltage") else "motor.voltage" if has("motor.voltage") else ""
-    if command and has("controller.angle_setpoint") and moves and not experiment.steady:
+    if command and has("controller.angle_setpoint") and moves and not steady:
         add(
             "controller",
             ["controller"],
             ("controller.angle_setpoint", "controller.speed_setpoint", *moves, *delivered),
             command,
-            lambda b, v, ch: compare.controller(b, prefix, command, v, ch),
+            lambda v, ch: compare.controller(command, v, ch),
         )
     if electric and moves and has("motor.current"):
-        add("motor", ["motor"], (*volts, *moves), "motor.current", lambda b, v, ch: compare.motor(b, prefix, electric, v, ch))
+        add("motor", ["motor"], (*volts, *moves), "motor.current", lambda v, ch: compare.motor(electric, v, ch))
     torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
     if torque and moves:
         who = ["reducer"] if delivered else ["reducer", "load"]
@@ -117,28 +123,26 @@ def residuals(experiment: Experiment, prefix: str) -> list[Residual]:
             who,
             (*moves, *(volts if torque == electric else ()), *delivered),
             torque,
-            lambda b, v, ch: compare.gear(b, prefix, torque, electric, v, ch),
+            lambda v, ch: compare.gear(torque, electric, v, ch),
         )
-    described = {key.rpartition(".")[0] for key in experiment.rig.parameters}
+    described = {key.rpartition(".")[0] for key in rig.parameters}
     if delivered and (has("load.angle") or has("load.speed")) and name["load"] in described:
         add(
             "load",
             ["load"],
             ("load.angle", "load.speed"),
             "reducer.output_torque",
-            lambda b, v, ch: compare.load(b, prefix, v, ch),
+            lambda v, ch: compare.load(v, ch),
         )
     for side, kind in (("reducer.input_", "input"), ("load.", "output")):
-        if has(side + "angle", side + "speed") and not experiment.steady:
-            add(
-                kind, [], (side + "angle",), side + "speed", lambda b, v, ch, side=side: compare.redundant(b, prefix, side, v, ch)
-            )
-    if has("reducer.input_angle", "load.angle") and not experiment.steady:
+        if has(side + "angle", side + "speed") and not steady:
+            add(kind, [], (side + "angle",), side + "speed", lambda v, ch, side=side: compare.redundant(side, v, ch))
+    if has("reducer.input_angle", "load.angle") and not steady:
         add(
             "twist",
             ["reducer", *([] if delivered else ["load"])],
             (*moves, *delivered),
             "load.angle",
-            lambda b, v, ch: compare.twist(b, prefix, v, ch),
+            lambda v, ch: compare.twist(v, ch),
         )
     return found

@@ -13,6 +13,7 @@ from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, VALUE, E
 from ..data.rig import Rig, split
 from ..data.signals import COMMANDS, RELATIVE
 from ..residuals.drive import both
+from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.residual import MOVES
 
 COMPONENTS = ("controller", "motor", "reducer", "load")
@@ -79,7 +80,7 @@ def base(component: str) -> tuple[Parameter, ...]:
     return LAWS[component].BASE
 
 
-def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment) -> list[Hypothesis]:
+def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveExperiment) -> list[Hypothesis]:
     """All hypotheses about the components `used` and the measured `channels` (both with the drive's prefix).
 
     Whether a log can tell anything about one is found out by trying: a parameter without influence drops out.
@@ -109,7 +110,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment) -> list
     return [h for h in found if h.free]
 
 
-def _tried(hypothesis: Hypothesis, experiment) -> Hypothesis:
+def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
     """Steps of time are looked for in whole samples, steps of a reading where its channel has them."""
 
     def trials(p: Free) -> tuple[float, ...]:
@@ -126,7 +127,7 @@ def _tried(hypothesis: Hypothesis, experiment) -> Hypothesis:
     return replace(hypothesis, free=tuple(replace(p, trials=trials(p)) for p in hypothesis.free))
 
 
-def _seen_whole(hypothesis: Hypothesis, experiment) -> Hypothesis:
+def _seen_whole(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
     """A wave comes back: one that no run goes through once whole is a curve, and bends to anything."""
     free = list(hypothesis.free)
     prefix = split(hypothesis.component, experiment.rig.drives)[0]
@@ -139,15 +140,15 @@ def _seen_whole(hypothesis: Hypothesis, experiment) -> Hypothesis:
     return replace(hypothesis, free=tuple(free))
 
 
-def _turns(experiment, prefix: str, side: int) -> float:
+def _turns(experiment: DriveExperiment, prefix: str, side: int) -> float:
     """Turns from one end of the way to the other, the longest of all runs, of the input shaft (0) or the load (1)."""
     runs = [ch for (_, of), ch in experiment.channels.items() if of == prefix]
     moves = [ch for ch in runs if any(ch.has(name) for name in MOVES)]
-    ways = [float(np.ptp(both(experiment, prefix, {}, ch)[side].angle)) for ch in moves]
+    ways = [float(np.ptp(both({}, ch)[side].angle)) for ch in moves]
     return max(ways, default=0.0) / (2.0 * np.pi) or np.inf
 
 
-def spread(experiment, channel: str) -> float:
+def spread(experiment: DriveExperiment, channel: str) -> float:
     """How far a channel's values reach."""
     return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
 

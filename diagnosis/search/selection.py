@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..residuals.experiment import Experiment
 from .candidate import Candidate, worse
 from .fit import Fit
 from .hypotheses import Hypothesis
@@ -36,6 +35,7 @@ MOST_STEPS = 4
 class Selection:
     """What became of a search."""
 
+    problem: Problem  # with all samples
     stages: list[Stage]
     causes: list[Candidate]  # in the order found
     kept: list[Stage]  # the stages in which they were found
@@ -43,27 +43,28 @@ class Selection:
     base: Fit
 
 
-class ForwardSelection(Problem):
-    """All steps over one experiment."""
+class ForwardSelection:
+    """A search for the causes of a problem, step after step.
 
-    clean = CLEAN
+    clean: times its noise up to which a residual's error has nothing missing, before any cause is found.
+    tell: called with what is being done and how much of it is.
+    """
 
     def __init__(
         self,
-        experiment: Experiment,
-        train: np.ndarray,
+        problem: Problem,
         rng: np.random.Generator,
         tell: Callable[[str, float], None] = lambda *_: None,
+        clean: float = CLEAN,
     ):
-        super().__init__(experiment, train)
-        self.rng, self.tell = rng, tell
+        self.problem, self.rng, self.tell, self.clean = problem, rng, tell, clean
         self.chance_level = np.inf
 
     def run(self) -> Selection:
         """Step after step, then the causes held against one another, then the last word on their numbers."""
         self.tell("fit of the nominal drive", 0.0)
-        self.measure_noise()
-        first = base = self.fit(self.base_free, self.nominal)
+        problem = self.problem = self.problem.with_noise()
+        first = base = problem.fit(problem.base_free, problem.nominal)
         causes, stages, kept = [], [], []
         while len(stages) < MOST_STEPS:
             stage = self.step(base, [c.hypothesis for c in causes])
@@ -81,17 +82,17 @@ class ForwardSelection(Problem):
         if len(causes) > 1:
             causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
             base = standing.fit
-        if self.experiment.take_all():  # the last word on the numbers has the whole log
+        whole = problem.experiment.whole()
+        if whole is not problem.experiment:  # the last word on the numbers has the whole log
             self.tell("last fit", 0.0)
-            self.count_samples()
-            self.measure_noise()
-            first = self.fit(first.free, dict(first.values), effort=8)
-            base = self.fit(base.free, dict(base.values), effort=8)
-        return Selection(stages, causes, kept, base, first)
+            problem = problem.on(whole).with_noise()
+            first = problem.fit(first.free, dict(first.values), effort=8)
+            base = problem.fit(base.free, dict(base.values), effort=8)
+        return Selection(problem, stages, causes, kept, base, first)
 
     def step(self, base: Fit, found: list[Hypothesis]) -> Stage:
         """One step over a base that holds the causes `found`."""
-        stage = Step(self, base, found, LEFT if found else self.clean, self.chance_level, self.tell).play(self.rng)
+        stage = Step(self.problem, base, found, LEFT if found else self.clean, self.chance_level, self.tell).play(self.rng)
         self.chance_level = stage.chance_level
         return stage
 
@@ -99,17 +100,11 @@ class ForwardSelection(Problem):
         """Drop causes that later ones have made needless: an early guess may stand for a later, better one."""
         for gone in list(causes[:-1]):
             rest = [c for c in causes if c is not gone]
-            without = self._standing(self.with_these(rest, whole.fit))
+            without = self._standing(self.problem.with_these(rest, whole.fit))
             if not worse(without, whole, self.chance_level):
                 stages = [s for s in stages if s.winner is not gone]
                 causes, whole = rest, without
         return causes, stages, whole
-
-    def with_these(self, causes: list[Candidate], fitted: Fit) -> Fit:
-        """What is fitted, fitted again with these causes alone."""
-        names = {p.name for c in causes for p in c.free} | {p.name for p in self.base_free}
-        free = tuple(p for p in fitted.free if p.name in names)
-        return self.fit(free, {p.name: fitted.values[p.name] for p in free})
 
     def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Two causes may do with fewer numbers what a first guess and its helpers did."""
@@ -120,11 +115,11 @@ class ForwardSelection(Problem):
             if not strong or any(rival.hypothesis.same_cause(h) for h in named):
                 continue
             for cause, stage in zip(causes[1:], stages[1:]):
-                free = tuple({p.name: p for p in (*self.base_free, *rival.free, *cause.free)}.values())
+                free = tuple({p.name: p for p in (*self.problem.base_free, *rival.free, *cause.free)}.values())
                 if len(free) >= len(whole.free):
                     continue
                 start = {**values, **rival.fit.values, **{p.name: values[p.name] for p in cause.free}}
-                pair = self._standing(self.fit(free, {p.name: start[p.name] for p in free}))
+                pair = self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
                 merit = len(free), pair.errors.mean()
                 if not worse(pair, whole, self.chance_level) and (best is None or merit < best[0]):
                     best = merit, [rival, cause], [replace(opening, winner=rival, tied=[]), stage], pair
@@ -132,4 +127,4 @@ class ForwardSelection(Problem):
 
     def _standing(self, fitted: Fit) -> Candidate:
         """How a set of causes does on unseen blocks."""
-        return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self.block_loss(self.held_out(fitted)))
+        return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self.problem.block_loss(self.problem.held_out(fitted)))

@@ -11,7 +11,7 @@ import numpy as np
 
 from selflock.fmus.effect import LAG, LATE, PHASE
 
-from ..residuals.sizes import improvement
+from ..residuals.mending import Mending
 from .candidate import MATTERS, Candidate, better, equal, more, same_law, simplest
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
@@ -122,10 +122,11 @@ class Step:
 
     def _shows(self, candidate: Candidate) -> bool:
         """Whether a cause lowers the error of samples somewhere, not of their averages alone."""
-        experiment, values = self.problem.experiment, [self.problem.absolute(fit.values) for fit in (self.base, candidate.fit)]
-        if experiment.per_bin == 1:  # then bins are samples
+        experiment, train = self.problem.experiment, self.problem.train
+        before, after = (self.problem.absolute(fit.values) for fit in (self.base, candidate.fit))
+        if experiment.layout.per_bin == 1:  # then bins are samples
             return True
-        return any(improvement(experiment, residual, *values, self.problem.train) >= SHOWS for residual in experiment.residuals)
+        return any(Mending(experiment, one, before, after, train).improvement >= SHOWS for one in experiment.residuals)
 
     def _resolved(self, candidate: Candidate) -> bool:
         """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from threading import Lock
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -23,14 +21,15 @@ from ..judge.gain import blame, measure
 from ..judge.result import Diagnosis
 from ..judge.verdict import EXCESS
 from ..output import figures
+from ..output.report import write
 from ..pipeline import hold_out as division
 from ..pipeline.replay import Comparison, Replay
 from ..pipeline.run import diagnose_runs, gather
 from ..residuals.blocks import Blocks
 from ..residuals.experiment import Experiment
+from ..residuals.mending import Mending, rms, sizes
 from ..residuals.noise import floor, of_bins
-from ..residuals.residual import Residual
-from ..residuals.sizes import rms, sizes
+from ..residuals.residual import Compared, Residual
 from .ours import as_drive
 from .parts import Group, Parts
 
@@ -38,61 +37,49 @@ FINE = 1e-3
 """Share of a channel's size below which no error matters: a log without noise is no reason to look closer."""
 
 
-class Silent:
-    """Stands for the channels of a drive where there is none."""
+@dataclass(frozen=True)
+class Simulated:
+    """What a residual of a system computes from in one run: the measured run, and its group's outputs simulated on it."""
 
-    def __init__(self, index: int):
-        self.index, self.take = index, None
-
-    def has(self, *names: str) -> bool:
-        """No channel of any drive."""
-        return False
+    run: MeasuredRun
+    groups: dict[Group, dict[str, np.ndarray]]
+    take: None = None  # all samples are simulated
 
 
 class SystemExperiment(Experiment):
     """The runs of a log beside the replays of the components: a residual for each measured output."""
 
     def __init__(self, rig: Rig, parts: Parts, runs: list[MeasuredRun], whole: bool = False):
-        self.rig, self.parts, self.steady = rig, parts, False
-        self.original = self.runs = runs
-        self.channels = {(i, ""): Silent(i) for i in range(len(runs))}
-        self.smoothing = {"": 1}
-        self._memory, self._lock = {}, Lock()
+        super().__init__()
+        self.rig, self.original, self.runs = rig, runs, runs
         logged = {name for name in runs[0].signals if name in parts.variables}
-        self.residuals = [self._residual(name, group) for name, group in _groups(rig, parts, logged, whole).items()]
-        self._play()
-        Blocks.__init__(self, runs, self.steady)
-
-    def _residual(self, name: str, group: Group) -> Residual:
-        def compute(experiment, values, silent):
-            run = self.runs[silent.index]
-            return self.simulated[group, silent.index][name], run.signals[name], run.usable(name)
-
-        reads = tuple(feed.channel for feed in group.feeds)
-        residual = Residual(name, group.members, reads, name, self.parts.variables[name].unit or "1", compute)
-        residual.group = group
-        return residual
-
-    def _play(self) -> None:
-        """Each group once on each run, for all the outputs that it is compared in."""
-        wanted: dict[Group, list[str]] = {}
-        for residual in self.residuals:
-            wanted.setdefault(residual.group, []).append(residual.output)
-        self.simulated = {
-            (group, i): self.parts.replay(group, run, names) for group, names in wanted.items() for i, run in enumerate(self.runs)
+        self.group_of = _groups(rig, parts, logged, whole)
+        outputs: dict[Group, list[str]] = {}
+        for name, group in self.group_of.items():
+            outputs.setdefault(group, []).append(name)
+        self.channels = {  # each group once on each run, for all the outputs that it is compared in
+            (i, ""): Simulated(run, {group: parts.replay(group, run, names) for group, names in outputs.items()})
+            for i, run in enumerate(runs)
         }
+        self.residuals = tuple(_residual(name, group, parts) for name, group in self.group_of.items())
+        self.layout = Blocks(runs, False)
 
-    def reach(self, residual: Residual) -> int:
-        """Nothing is smoothed."""
-        return 1
-
-    def variables(self, residual: Residual) -> dict[str, list[np.ndarray]]:
+    def variables(self, residual: Residual, values: dict) -> dict[str, list[np.ndarray]]:
         """Every logged variable, the compared one as simulated, and the time."""
         found = {"time": [run.time - run.time[0] for run in self.runs]}
         for name in self.runs[0].signals:
             found[name] = [np.where(run.usable(name), run.signals[name], np.nan) for run in self.runs]
-        found[residual.output] = [self.simulated[residual.group, i][residual.output] for i in range(len(self.runs))]
-        return found
+        return found | {residual.output: [simulated for simulated, _, _ in self.compare(residual, values)]}
+
+
+def _residual(name: str, group: Group, parts: Parts) -> Residual:
+    """The comparison of a measured output with that of the group that gives it."""
+
+    def compute(values: dict, given: Simulated) -> Compared:
+        return given.groups[group][name], given.run.signals[name], given.run.usable(name)
+
+    reads = tuple(feed.channel for feed in group.feeds)
+    return Residual("signal", name, group.members, reads, name, parts.variables[name].unit or "1", compute)
 
 
 def _groups(rig: Rig, parts: Parts, logged: set[str], whole: bool) -> dict[str, Group]:
@@ -146,7 +133,7 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
             )
             if folder:
                 path = folder / f"{name.replace(' ', '_')}.png"
-                figures.traces(experiment, residual, {}, {}, np.ones(experiment.blocks, bool), False, path)
+                figures.traces(Mending(experiment, residual, {}, {}, np.ones(experiment.layout.count, bool)), path)
                 drawn.append(path.name)
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn)
     if folder:
@@ -179,11 +166,8 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     train, names = division.split(experiment, runs, held)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-    for residual in experiment.residuals:
-        binned, count = experiment.binned(residual, {})
-        size = rms([measured[good] for _, measured, good in experiment.compare(residual, {})])
-        residual.noise = max(of_bins(binned, count > 0, False, 1), FINE * size)
-    misfit, present = experiment.misfit({}), experiment.present({})
+    noise = np.array([_noise(experiment, residual) for residual in experiment.residuals])
+    misfit, present = experiment.misfit({}, noise), experiment.present({})
     tell("what remains", 0.7)
     left = depends(experiment, misfit, present, {}, rng)
     level = sizes(experiment, misfit, present)
@@ -191,7 +175,8 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     off = {name for name, size in level.items() if size > EXCESS or (size > 1.05 and name in seen)}
     left = [d for d in left if d.residual in off]
     residual = max(experiment.residuals, key=lambda c: (c.name in off, level[c.name]))
-    gain = measure(experiment, residual, {}, {}, ~train, names, rng)
+    mending = Mending(experiment, residual, {}, {}, ~train)
+    gain = measure(mending, names, rng)
     shares = blame(experiment, misfit, present, []) if off else []
     remainder = {
         "significant": bool(off),
@@ -204,10 +189,15 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
         return named
     result.extension["seed"] = seed
     if out is not None:
-        from ..output.report import write
-
         result.folder = out
         result.write(out)
         tell("report", 0.9)
-        write(result, experiment, None, SimpleNamespace(stages=[], causes=[]), residual, {}, {}, train, left, faults, out)
+        write(result, mending, None, left, faults, out)
     return result
+
+
+def _noise(experiment: SystemExperiment, residual: Residual) -> float:
+    """Of a residual's bins, in its unit."""
+    binned, count = experiment.binned(residual, {})
+    size = rms([measured[good] for _, measured, good in experiment.compare(residual, {})])
+    return max(of_bins(binned, count > 0, False, 1), FINE * size)

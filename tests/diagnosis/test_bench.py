@@ -13,9 +13,10 @@ from selflock.diagnosis.data.log import MeasuredRun, read
 from selflock.diagnosis.judge.gain import measure
 from selflock.diagnosis.residuals import drive, loops
 from selflock.diagnosis.residuals.blocks import Blocks
-from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.laws import parameters
+from selflock.diagnosis.residuals.mending import Mending
 from selflock.diagnosis.search.hypotheses import vocabulary
 from selflock.diagnosis.search.problem import Problem
 
@@ -49,7 +50,7 @@ def inverse(folder, friction=0.03, n=6000, noise=1e-5):
     rig = rigs.load(folder / "rig.toml")
     runs = read(folder / "log.csv", rig)
     check(runs, rig)
-    return Experiment(rig, runs)
+    return DriveExperiment(rig, runs)
 
 
 def error(bench, residual, values):
@@ -68,7 +69,7 @@ def test_the_closed_form_of_the_wedge_leaves_only_noise(tmp_path):
 def test_residuals_are_binned_by_block_and_absent_where_the_shaft_turns_round(tmp_path):
     bench = inverse(tmp_path)
     present = bench.present({})
-    assert bench.misfit({}).shape == present.shape and present.shape[0] == bench.blocks
+    assert bench.misfit({}).shape == present.shape and present.shape[0] == bench.layout.count
     assert 0.8 < present.mean() < 1.0
 
 
@@ -91,10 +92,10 @@ def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path):
 def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path):
     bench = inverse(tmp_path, friction=0.04)
     (gear,) = bench.residuals
-    held = np.arange(bench.blocks) % 3 == 2
-    gain = measure(bench, gear, {}, {"reducer.friction_kinetic": 0.04}, held, ["block"], np.random.default_rng(0))
+    held = np.arange(bench.layout.count) % 3 == 2
+    gain = measure(Mending(bench, gear, {}, {"reducer.friction_kinetic": 0.04}, held), ["block"], np.random.default_rng(0))
     assert gain.before > 50 * gain.after and gain.closed > 0.99 and gain.low <= gain.after <= gain.high
-    worse = measure(bench, gear, {"reducer.friction_kinetic": 0.04}, {}, held, ["block"], np.random.default_rng(0))
+    worse = measure(Mending(bench, gear, {"reducer.friction_kinetic": 0.04}, {}, held), ["block"], np.random.default_rng(0))
     assert worse.closed == 0.0 and worse.regimes[0]["after"] > worse.regimes[0]["before"]
 
 
@@ -108,7 +109,7 @@ def test_the_vocabulary_is_that_of_the_components_and_channels_in_play(tmp_path)
 @pytest.mark.parametrize("ratio", [50.0, 5000.0])
 def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio):
     bench = inverse(tmp_path)
-    bench.rig = replace(bench.rig, parameters={**bench.rig.parameters, "reducer.gear_ratio": ratio})
+    bench = DriveExperiment(replace(bench.rig, parameters={**bench.rig.parameters, "reducer.gear_ratio": ratio}), bench.runs)
     turns = 2.0 * 60.0 / 1.3 / (2.0 * np.pi)  # of 60 sin(1.3 t) rad/s over its 6 s, to and fro
     (ripple,) = [h for h in vocabulary(bench.rig, bench.components, bench.measured, bench) if h.effect == "ripple"]
     orders = {p.name: p.low for p in ripple.free if p.name.endswith("_order")}
@@ -174,7 +175,7 @@ def test_a_comparison_names_all_that_it_uses(tmp_path):
     rig = rigs.load(rig)
     runs = read(log, rig)
     check(runs, rig)
-    bench = Experiment(rig, runs)
+    bench = DriveExperiment(rig, runs)
     asked = 0
     for hypothesis in vocabulary(rig, bench.components, bench.measured, bench):
         for p in hypothesis.free:
@@ -198,7 +199,7 @@ def drive_bench(tmp_path):
     rig = rigs.load(rig)
     runs = read(log, rig)
     check(runs, rig)
-    return Experiment(rig, runs)
+    return DriveExperiment(rig, runs)
 
 
 def test_no_comparison_trusts_a_sample_whose_inputs_are_faulty(drive_bench):
@@ -206,7 +207,7 @@ def test_no_comparison_trusts_a_sample_whose_inputs_are_faulty(drive_bench):
     for residual in drive_bench.residuals:
         for channel in (*residual.reads, residual.output):
             other = replace(run, good={**run.good, channel: np.arange(len(run)) % 100 >= 10})
-            bench = Experiment(drive_bench.rig, [other])
+            bench = DriveExperiment(drive_bench.rig, [other])
             ((_, _, good),) = bench.compare(next(c for c in bench.residuals if c.name == residual.name), {})
             assert good.any() and not good[~other.good[channel]].any(), (residual.name, channel)
 
@@ -214,14 +215,14 @@ def test_no_comparison_trusts_a_sample_whose_inputs_are_faulty(drive_bench):
 def test_what_the_rig_says_of_one_log_acts_in_every_comparison(drive_bench):
     """Its parameters stand over the nominal ones there, and nowhere else."""
     (run,) = drive_bench.runs
-    drive_bench = Experiment(replace(drive_bench.rig, smoothing=0.02), [run])
+    drive_bench = DriveExperiment(replace(drive_bench.rig, smoothing=0.02), [run])
     for residual, name, value in (
         ("controller", "controller.angle_gain", 7.0),
         ("motor", "motor.resistance", 3.0),
         ("gear", "load.mass", 9.0),
     ):
         for log in ("this.csv", "other.csv"):
-            bench = Experiment(replace(drive_bench.rig, logs={"this*": {name: value}}), [replace(run, log=log)])
+            bench = DriveExperiment(replace(drive_bench.rig, logs={"this*": {name: value}}), [replace(run, log=log)])
             mine = next(c for c in bench.residuals if c.name == residual)
             simulated = bench.compare(mine, {})[0][0]
             wanted = drive_bench.compare(
@@ -234,7 +235,7 @@ def test_a_controller_acts_on_what_its_encoder_says(drive_bench):
     """Right or wrong: that the encoder of the motor's shaft is thought wrong changes nothing of what the controller was told."""
     (run,) = drive_bench.runs
     signals = {name: x for name, x in run.signals.items() if not name.startswith("load.")}
-    bench = Experiment(drive_bench.rig, [replace(run, signals=signals, good={name: run.good[name] for name in signals})])
+    bench = DriveExperiment(drive_bench.rig, [replace(run, signals=signals, good={name: run.good[name] for name in signals})])
     residual = next(c for c in bench.residuals if c.name == "controller")
     right, wrong = (bench.compare(residual, {"sensor.reducer.input_angle.scale_factor": factor})[0][0] for factor in (1.0, 1.05))
     np.testing.assert_array_equal(right, wrong)
@@ -244,10 +245,10 @@ def test_every_sample_lies_in_a_block_of_its_own_run():
     for lengths in ((441, 200), (437,), (20, 700, 33), (980, 981, 21)):
         runs = [MeasuredRun("log", str(i), np.arange(n), np.arange(n) * 1e-3, {}) for i, n in enumerate(lengths)]
         layout = Blocks(runs, False)
-        assert len(layout.block_run) == layout.blocks == 1 + max(int(p.max()) for p in layout.place) // layout.bins
+        assert len(layout.run_of) == layout.count == 1 + max(int(p.max()) for p in layout.place) // layout.bins
         for i, place in enumerate(layout.place):
-            assert (layout.block_run[place // layout.bins] == i).all()
-            assert (layout.block_of[i] + np.flatnonzero(layout.block_run == i)[0] == place // layout.bins).all()
+            assert (layout.run_of[place // layout.bins] == i).all()
+            assert (layout.block(i) == place // layout.bins).all()
 
 
 def test_a_sensors_lag_begins_anew_behind_a_gap(drive_bench):
@@ -267,8 +268,8 @@ def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path):
     for more, wanted in (("", 0.03 + 0.4), ('[uncertain]\n"reducer.friction_static" = [0.2, 0.7]\n', 0.4)):
         (tmp_path / "more.toml").write_text(path.read_text() + more)
         rig = rigs.load(tmp_path / "more.toml")
-        bench = Experiment(rig, read(tmp_path / "log.csv", rig))
-        ground = Problem(bench, np.ones(bench.blocks, bool))
+        bench = DriveExperiment(rig, read(tmp_path / "log.csv", rig))
+        ground = Problem.of(bench, np.ones(bench.layout.count, bool))
         assert ground.absolute({"reducer.friction_static": 0.4})["reducer.friction_static"] == pytest.approx(wanted)
         free = [p for h in ground.hypotheses for p in h.free if p.name == "reducer.friction_static"]
         assert all(p.nominal == pytest.approx(0.02) for p in free) and bool(free) == (not more)
@@ -283,6 +284,6 @@ def test_the_fmu_of_a_sampling_controller_samples_where_the_law_does(drive_bench
     short = drive_bench.head([300])
     path = build("Controller", tmp_path / "c.fmu", **starts("controller", "controller", {**short.rig.parameters, **values}))
     promised = short.compare(residual, values)[0][0]
-    with with_fmus(short, {"controller": path}, residual) as theirs:
-        np.testing.assert_allclose(theirs.compare(residual, values)[0][0], promised, rtol=1e-9, atol=1e-9)
+    theirs = with_fmus(short, {"controller": path}, residual)
+    np.testing.assert_allclose(theirs.compare(residual, values)[0][0], promised, rtol=1e-9, atol=1e-9)
     assert np.ptp(np.flatnonzero(np.diff(promised))[1:] % 5) == 0  # it holds over five samples

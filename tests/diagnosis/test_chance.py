@@ -50,15 +50,15 @@ def test_a_draw_is_the_base_simulation_and_the_errors_in_another_order(tmp_path)
     study = ChanceStudy(rig, read(logs[0], rig), [False], 0).open()
     study.measured()
     drawn = study.without_effect(np.random.default_rng(3))
-    search, train = study.search, study.search.train
-    base = search.fit(search.base_free, search.nominal).values
-    errors = drawn.misfit(base).reshape(search.shape)
+    problem, train = study.problem, study.problem.train
+    base = problem.fit(problem.base_free, problem.nominal).values
+    errors = drawn.misfit(base).reshape(problem.shape)
     match = [[np.allclose(abs(e), abs(block)) for block in study.left[train]] for e in errors[train]]
     assert np.array_equal(np.sum(match, 0), np.ones(train.sum())) and np.array_equal(np.sum(match, 1), np.ones(train.sum()))
     assert not np.allclose(errors[train], study.left[train])
     other = {**base, "reducer.viscous_damping": 2e-5}
-    assert not np.allclose(search.misfit(other), search.misfit(base))
-    np.testing.assert_allclose(drawn.misfit(other) - drawn.misfit(base), search.misfit(other) - search.misfit(base), atol=1e-9)
+    assert not np.allclose(problem.misfit(other), problem.misfit(base))
+    np.testing.assert_allclose(drawn.misfit(other) - drawn.misfit(base), problem.misfit(other) - problem.misfit(base), atol=1e-9)
 
 
 @pytest.mark.slow

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.data.log import MeasuredRun
-from selflock.diagnosis.judge.depends import _functions, _in_turn, _shares
+from selflock.diagnosis.judge.depends import _functions, _shares
 from selflock.diagnosis.residuals.blocks import Blocks
+from selflock.diagnosis.residuals.drive_experiment import in_turn
 
 BLOCKS, BINS = 36, 100
 
@@ -18,7 +19,7 @@ def rng():
 def shares(x, r, beside=None, draws=0, rng=None):
     """Of r (blocks, bins) by a free function of x, alone or with a second one that goes with `beside`; first as it is, then drawn."""
     layout = Blocks([MeasuredRun("log", "", np.arange(x.size), np.arange(x.size) * 1e-3, {})], steady=False)
-    assert (layout.blocks, layout.bins) == (BLOCKS, BINS)
+    assert (layout.count, layout.bins) == (BLOCKS, BINS)
     ways = _functions(layout, [x.ravel()], np.ones(x.shape, bool))
     if beside is not None:
         ways = [np.concatenate([functions, functions * beside[..., None]], -1) for functions in ways]
@@ -52,8 +53,8 @@ def test_a_stop_at_the_end_of_the_range_is_seen(rng):
 
 def test_a_travel_of_less_than_a_turn_keeps_its_ends_and_a_longer_one_comes_round():
     swing = np.array([-1.0, 0.0, 1.0])
-    assert _in_turn([swing, 2.0 * swing])[0] is swing
-    longer = _in_turn([swing, 4.0 * swing])
+    assert in_turn([swing, 2.0 * swing])[0] is swing
+    longer = in_turn([swing, 4.0 * swing])
     assert np.allclose(longer[0], [2.0 * np.pi - 1.0, 0.0, 1.0]) and np.allclose(longer[1], [2.0 * np.pi - 4.0, 0.0, 4.0])
 
 

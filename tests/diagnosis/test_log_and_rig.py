@@ -12,7 +12,7 @@ from selflock.diagnosis.data import rig as rigs
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.pipeline.hold_out import split
 from selflock.diagnosis.pipeline.run import gather
-from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.laws import check_names
 
 RIG = """
@@ -268,11 +268,11 @@ def test_steady_rows_of_all_logs_are_points_and_a_single_run_is_one(tmp_path, fi
     for path in paths:
         pd.DataFrame({"n": speeds, "m": rng.normal(5.0, 1.0, 40), "run": 1}).to_csv(path, index=False)
     runs, _, _ = gather(rig, paths, [])
-    bench = Experiment(rig, runs)
-    assert bench.blocks == 40 * files and (np.bincount(bench.owner) == 40).all()
+    bench = DriveExperiment(rig, runs)
+    assert bench.layout.count == 40 * files and (np.bincount(bench.layout.owner) == 40).all()
     with_runs = replace(rig, run="run")
-    one = Experiment(with_runs, gather(with_runs, paths[:1], [])[0])
-    assert one.blocks == 1 and one.runs[0].signals["motor.torque"] == pytest.approx(
+    one = DriveExperiment(with_runs, gather(with_runs, paths[:1], [])[0])
+    assert one.layout.count == 1 and one.runs[0].signals["motor.torque"] == pytest.approx(
         one.original[0].signals["motor.torque"].mean()
     )
     with pytest.raises(diagnosis.DataError, match="1 blocks to learn from"):

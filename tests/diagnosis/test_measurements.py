@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from selflock.diagnosis import diagnose
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.pipeline.run import gather
-from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.search.problem import Problem
 from selflock.diagnosis.search.selection import ForwardSelection
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -67,18 +69,17 @@ def test_the_servos_friction_differs_between_lifting_and_lowering():
     rig = load(RIGS / "xl330.toml")
     paths = [path for gain in (100, 800) for path in sorted((DATA / "xl330").glob(f"kp{gain}_*.csv"))]
     runs, _, _ = gather(rig, paths, ())
-    bench = Experiment(rig, runs, sampled=True)
-    search = ForwardSelection(bench, np.ones(bench.blocks, bool), np.random.default_rng(1))
-    search.hypotheses = [h for h in search.hypotheses if h.label in RIVALS]
-    assert len(search.hypotheses) == len(RIVALS)
-    search.measure_noise()
-    base = search.fit(search.base_free, search.nominal)
-    winner = search.step(base, []).winner
+    bench = DriveExperiment(rig, runs, sampled=True)
+    problem = Problem.of(bench, np.ones(bench.layout.count, bool))
+    problem = replace(problem, hypotheses=tuple(h for h in problem.hypotheses if h.label in RIVALS)).with_noise()
+    assert len(problem.hypotheses) == len(RIVALS)
+    base = problem.fit(problem.base_free, problem.nominal)
+    winner = ForwardSelection(problem, np.random.default_rng(1)).step(base, []).winner
     assert winner.hypothesis.label == "reducer load_dependent"
     unseen = gather(rig, sorted((DATA / "xl330").glob("kp200_*.csv")), ())[0]
-    judge = Experiment(rig, unseen)
+    judge = DriveExperiment(rig, unseen)
     before, after = (
-        np.mean([np.mean(abs(m - s)[good]) for s, m, good in judge.compare(judge.residuals[0], search.absolute(fit.values))])
+        np.mean([np.mean(abs(m - s)[good]) for s, m, good in judge.compare(judge.residuals[0], problem.absolute(fit.values))])
         for fit in (base, winner.fit)
     )
     assert before > 0.055  # rad

@@ -8,7 +8,7 @@ from selflock.diagnosis.data import rig as rigs
 from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.residuals.channels import smooth
-from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
 
 N = 20_000
@@ -94,7 +94,7 @@ def steady(folder, table, run=""):
     rig = rigs.load(folder / "rig.toml")
     runs = read(folder / "log.csv", rig)
     check(runs, rig)
-    bench = Experiment(rig, runs)
+    bench = DriveExperiment(rig, runs)
     return floor(bench, bench.residuals[0], {}, [], [])
 
 

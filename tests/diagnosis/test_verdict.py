@@ -5,10 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from selflock.diagnosis.judge import verdict
 from selflock.diagnosis.judge.depends import Dependence
 from selflock.diagnosis.judge.verdict import Judge
-from selflock.diagnosis.residuals import sizes as residual_sizes
+from selflock.diagnosis.residuals.mending import Mending
 from selflock.diagnosis.search.selection import Selection
 from selflock.diagnosis.search.step import Step
 
@@ -22,16 +21,15 @@ BINS = 50
 def test_the_error_is_that_of_the_comparison_that_is_off_most(sizes, shares, told):
     """However few of its bins have samples; the gear's where none is off."""
     rng = np.random.default_rng()
-    residuals = [SimpleNamespace(name=name) for name in ("gear", "controller", "motor")]
+    residuals = [SimpleNamespace(name=name, kind=name) for name in ("gear", "controller", "motor")]
     present = np.concatenate([np.arange(30 * BINS).reshape(30, BINS) % round(1 / share) == 0 for share in shares], axis=1)
     misfit = np.repeat(sizes, BINS) * rng.choice([-1.0, 1.0], (30, 3 * BINS)) * present
-    experiment = SimpleNamespace(
-        residuals=residuals,
-        slice=lambda residual: slice(residuals.index(residual) * BINS, (residuals.index(residual) + 1) * BINS),
-    )
-    search = SimpleNamespace(experiment=experiment, present=present, shape=misfit.shape)
-    judge = Judge(experiment, search, None, None, [], rng)
-    assert judge._most_off(SimpleNamespace(base=SimpleNamespace(misfit=misfit.ravel()))).name == told
+    place = lambda residual: slice(residuals.index(residual) * BINS, (residuals.index(residual) + 1) * BINS)
+    experiment = SimpleNamespace(residuals=residuals, slice=place)
+    problem = SimpleNamespace(experiment=experiment, present=present, shape=misfit.shape)
+    judge = Judge(experiment, None, None, [], rng)
+    outcome = SimpleNamespace(problem=problem, base=SimpleNamespace(misfit=misfit.ravel()))
+    assert judge._most_off(outcome).name == told
 
 
 def _goes_with(*variables):
@@ -49,7 +47,7 @@ def _goes_with(*variables):
 def test_what_stands_in_the_way_is_no_cause_that_leaves_it_there(missing, left, closed, reading, stands):
     found = SimpleNamespace(gain=SimpleNamespace(closed=closed), left=_goes_with(*left))
     experiment = SimpleNamespace(residuals=[SimpleNamespace(name="gear", reading=reading)])
-    assert Judge(experiment, None, None, None, [], None)._stands_there(found, _goes_with(*missing)) == stands
+    assert Judge(experiment, None, None, [], None)._stands_there(found, _goes_with(*missing)) == stands
 
 
 @pytest.mark.parametrize("effect, samples_in_a_bin, shows", [(0.05, 50, False), (1.0, 50, True), (0.05, 1, True)])
@@ -57,8 +55,9 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows):
     """An effect of a twentieth of the noise; where bins are samples the error's drop has been asked for already."""
     n, noise = 5000, np.random.default_rng().standard_normal(5000)
     gear = SimpleNamespace(prefix="", uses=lambda name: True)
+    layout = SimpleNamespace(per_bin=samples_in_a_bin, block=lambda run: np.arange(n) // 500)
     experiment = SimpleNamespace(
-        per_bin=samples_in_a_bin, residuals=[gear], block_run=np.zeros(10, int), block_of=[np.arange(n) // 500],
+        layout=layout, residuals=[gear],
         compare=lambda residual, values: [(np.full(n, values["amount"]), effect + noise, np.ones(n, bool))],
         channels={(0, ""): SimpleNamespace(take=None)},
     )  # fmt: skip
@@ -74,14 +73,13 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows):
 def test_the_last_of_several_causes_must_lower_the_error_of_the_data_that_judge(monkeypatch, before, after, floor, stays):
     """In the comparison that it mended most on the data that taught."""
     first, last, without = object(), object(), SimpleNamespace(values={"last": 0.0})
-    search = SimpleNamespace(with_these=lambda causes, fitted: without, absolute=dict)
+    problem = SimpleNamespace(with_these=lambda causes, fitted: without, absolute=dict)
     experiment = SimpleNamespace(residuals=["gear", "motor"])
     told = {"gear": (before, after, floor), "motor": None}
-    monkeypatch.setattr(residual_sizes, "improvement", lambda experiment, residual, *_: {"gear": 0.1, "motor": 0.05}[residual])
-    monkeypatch.setattr(verdict, "samples", lambda experiment, residual, *_: ([], []))
-    monkeypatch.setattr(verdict, "levels", lambda experiment, residual, *_: told[residual])
-    outcome = Selection([], [first, last], ["stage of the first", "of the last"], SimpleNamespace(values={"last": 1.0}), None)
-    fewer = Judge(experiment, search, None, None, [], None)._refuted(outcome)
+    monkeypatch.setattr(Mending, "improvement", property(lambda self: {"gear": 0.1, "motor": 0.05}[self.residual]))
+    monkeypatch.setattr(Mending, "levels", lambda self: told[self.residual])
+    kept, final = ["stage of the first", "of the last"], SimpleNamespace(values={"last": 1.0})
+    fewer = Judge(experiment, None, None, [], None)._refuted(Selection(problem, [], [first, last], kept, final, None))
     if stays:
         assert fewer is None
     else:

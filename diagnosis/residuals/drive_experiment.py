@@ -1,0 +1,205 @@
+"""The experiment of one or more drives: what their channels allow to compare, smoothed as their noise asks for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+
+from ..data.log import MeasuredRun
+from ..data.rig import Rig, split
+from ..data.signals import SIGNALS
+from ..errors import DataError
+from . import drive
+from .blocks import Blocks
+from .channels import Channels, derivative
+from .experiment import Experiment
+from .kernels import kernels
+from .residual import MOVES, Residual, residuals
+from .setting import Setting
+
+MOST = 3_000
+"""Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
+
+MOST_WHOLE = 4_500
+"""Samples of a whole drive simulated in a fit: of longer logs, the first part of each block, started as measured."""
+
+LONGEST = 0.045
+"""s; a longer smoothing window would blur the motion itself."""
+
+WINDOWS = (5, 7, 11, 17, 25, 41, 61)
+"""Samples of the smoothing windows that are tried."""
+
+STRETCH = 80
+"""Samples in a stretch of a long log."""
+
+
+class DriveExperiment(Experiment):
+    """All runs of a measurement of drives under one rig. `sampled`: of long logs a part is simulated, as a fit needs it."""
+
+    def __init__(self, rig: Rig, runs: list[MeasuredRun], sampled: bool = False):
+        super().__init__()
+        self.rig, self.steady, self.original = rig, rig.kind == "steady", runs
+        self.runs, owner = points(runs, bool(rig.run)) if self.steady else (runs, None)
+        total = sum(len(run) for run in self.runs)
+        self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, 11))
+        self.layout = Blocks(self.runs, self.steady, owner)
+        few = sampled and total > 1.5 * MOST and not self.steady
+        self.channels = self._channels(takes=[stretches(len(run), MOST / total) if few else None for run in self.runs])
+        self.residuals = tuple(
+            residual
+            for prefix in rig.drives
+            for residual in residuals(self.channels[0, prefix])
+            if not rig.only or residual.components == (rig.only,)
+        )
+        if not self.residuals:
+            have = sorted({name for run in self.runs for name in run.signals})
+            raise DataError(
+                f"{rig.path}: the columns {', '.join(have)} allow no comparison. A log needs a motion and a torque, "
+                "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together."
+            )
+        if sampled and any(residual.kind == "drive" for residual in self.residuals):
+            share = MOST_WHOLE / total if total > 1.5 * MOST_WHOLE else None
+            self.channels = self._channels(takes=[share and self.layout.firsts(i, share) for i in range(len(self.runs))])
+        smoothing = {prefix: self._smoothing(prefix) for prefix in rig.drives}
+        self.setting = replace(self.setting, smoothing=smoothing)
+        self.channels = self._channels()
+
+    def _channels(
+        self, setting: Setting | None = None, runs: list[MeasuredRun] | None = None, takes: list | None = None
+    ) -> dict[tuple[int, str], Channels]:
+        """Channels of all runs and drives, with another setting, of other runs, or with other samples taken."""
+        setting = setting or self.setting
+        if takes is None:
+            takes = [self.channels[i, setting.rig.drives[0]].take for i in range(len(self.runs))]
+        return {
+            (i, prefix): Channels(run, prefix, setting, take)
+            for i, (run, take) in enumerate(zip(runs or self.runs, takes))
+            for prefix in setting.rig.drives
+        }
+
+    def _smoothing(self, prefix: str) -> int:
+        """The shortest window over which the noise of the acceleration matters no more than that of the torque."""
+        gear = next((residual for residual in self.residuals if residual.name == prefix + "gear"), None)
+        if gear is None or self.steady:
+            return self.setting.smoothing[prefix]
+        if self.rig.smoothing > 0.0:
+            return max(5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
+        levels, step = {}, self.step
+        for samples in (n for n in WINDOWS if n == 5 or n * step <= LONGEST):
+            tried = self.but_with(replace(self.setting, smoothing={**self.setting.smoothing, prefix: samples}, balanced=False))
+            steps, count = 0.0, 0
+            for simulated, measured, good in tried.compare(gear, {}):
+                e = (measured - simulated)[good]
+                if len(e) > 20:
+                    steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
+            levels[samples] = steps / max(count, 1)
+        return min(samples for samples, level in levels.items() if level <= 1.15 * min(levels.values()))
+
+    def but_with(self, setting: Setting) -> Self:
+        """The same residuals in another setting."""
+        return self.but(setting=setting, channels=self._channels(setting))
+
+    def whole(self) -> Self:
+        """The same residuals at all samples; this one where it has them all."""
+        if all(ch.take is None for ch in self.channels.values()):
+            return self
+        return self.but(channels=self._channels(takes=[None] * len(self.runs)))
+
+    def head(self, samples: list[int]) -> Self:
+        """The same blocks, residuals and smoothing over the first samples of each run."""
+        runs = [run.head(n) for run, n in zip(self.runs, samples)]
+        places = [np.arange(n) for n in samples]
+        channels = self._channels(runs=runs, takes=[None] * len(runs))
+        return self.but(runs=runs, channels=channels, layout=self.layout.picked(places))
+
+    def finer(self, runs: list[MeasuredRun], parts: int) -> Self:
+        """The same residuals over runs with `parts` samples where there was one; the smoothing lasts as long as it did."""
+        setting = replace(self.setting, smoothing={prefix: (n * parts) | 1 for prefix, n in self.setting.smoothing.items()})
+        places = [np.repeat(np.arange(len(old)), parts)[: len(run)] for old, run in zip(self.runs, runs)]
+        channels = self._channels(setting, runs, takes=[None] * len(runs))
+        return self.but(runs=runs, setting=setting, channels=channels, layout=self.layout.picked(places))
+
+    def reach(self, residual: Residual) -> int:
+        """Samples over which smoothing ties the errors of a residual together."""
+        return self.setting.smoothing[residual.prefix] if residual.smoothed and not self.steady else 1
+
+    def forget(self) -> None:
+        """Let go of all motions: those that are asked for next are remembered in their place."""
+        for ch in self.channels.values():
+            for key in [key for key in ch.memory if key[0] == "motion"]:
+                del ch.memory[key]
+
+    def moves(self, residual: Residual, values: dict) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Speed of the input shaft and output torque of a residual's drive, for each run; empty where no motion is measured."""
+        channels = [self.channels[i, residual.prefix] for i in range(len(self.runs))]
+        if not all(any(ch.has(m) for m in MOVES) for ch in channels):
+            return []
+        both = [(ch, *drive.both(values, ch)) for ch in channels]
+        return [(first.speed, drive.delivered(values, ch, second)) for ch, first, second in both]
+
+    def variables(self, residual: Residual, values: dict) -> dict[str, list[np.ndarray]]:
+        """Variables of a residual's drive, one array for each run: those that all runs have."""
+        found: dict[str, list[np.ndarray]] = {}
+        compared = self.compare(residual, values) if residual.reading == "current" else []  # the one of these that is compared
+        for i, run in enumerate(self.runs):
+            ch = self.channels[i, residual.prefix]
+            here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
+            if any(ch.has(m) for m in MOVES):
+                first, second = drive.both(values, ch)
+                here |= {"speed": first.speed, "direction": np.sign(first.speed)}
+                here["load"] = drive.delivered(values, ch, second)
+                if not self.steady:
+                    here |= {"acceleration": first.acceleration, "position": first.angle, "output position": second.angle}
+            for name, label in (
+                ("motor.current", "current"),
+                ("motor.temperature", "temperature"),
+                ("motor.supply_voltage", "supply voltage"),
+            ):
+                if label == residual.reading:  # as simulated: what is measured goes with its own noise
+                    here[label] = compared[i][0]
+                elif ch.has(name):
+                    here[label] = ch.raw(name)
+            if ch.has("controller.angle_setpoint") and not self.steady:
+                here["set-point change"] = derivative(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
+            for name in run.signals:
+                if split(name, self.rig.drives)[1] not in SIGNALS:
+                    here[name] = run.signals[name]
+            if self.steady:
+                here.pop("time")
+            for label, x in here.items():
+                found.setdefault(label, []).append(x)
+        known = {label: parts for label, parts in found.items() if len(parts) == len(self.runs)}
+        return known | {label: in_turn(known[label]) for label in ("position", "output position") if label in known}
+
+
+def in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:
+    """Angles within a turn, where they go beyond one; else as they are, so that the ends of a travel remain its ends."""
+    travel = max(np.nanmax(a) for a in angles) - min(np.nanmin(a) for a in angles)
+    return angles if travel < 2 * np.pi else [np.mod(a, 2 * np.pi) for a in angles]
+
+
+def stretches(n: int, share: float) -> np.ndarray:
+    """Places of short stretches spread evenly over n samples, about this share of them."""
+    count = max(1, int(n * share / STRETCH))
+    firsts = np.linspace(0, max(0, n - STRETCH), count).astype(int)
+    return np.unique((firsts[:, None] + np.arange(STRETCH)).ravel().clip(0, n - 1))
+
+
+def points(runs: list[MeasuredRun], averaged: bool) -> tuple[list[MeasuredRun], np.ndarray]:
+    """All steady-state points as one run, and to which run each belongs: means over trusted samples of runs, or rows."""
+    names = list(runs[0].signals)
+    if averaged:
+        mean = lambda x: np.array([x.mean() if len(x) else np.nan])
+        parts = [{name: mean(run.signals[name][run.usable(name)]) for name in names} for run in runs]
+        good = [{name: np.isfinite(x) for name, x in part.items()} for part in parts]
+        rows = [run.rows[:1] for run in runs]
+    else:
+        parts, rows = [run.signals for run in runs], [run.rows for run in runs]
+        good = [{name: run.usable(name) for name in names} for run in runs]
+    owner = np.repeat(np.arange(len(runs)), [len(r) for r in rows])
+    join = lambda which: {name: np.concatenate([part[name] for part in which]) for name in names}
+    return [
+        MeasuredRun(runs[0].log, "", np.concatenate(rows), np.arange(len(owner), dtype=float), join(parts), join(good))
+    ], owner

@@ -1,0 +1,32 @@
+"""What all residuals of a drive have in common: the rig, the smoothing of each drive, and the loops that run the laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+from ..data.rig import Rig, split
+from .laws import parameters
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How measured channels become comparisons; another smoothing or other loops are another setting."""
+
+    rig: Rig
+    samples: int  # of all runs
+    kernels: SimpleNamespace  # loops by name: compiled laws, or FMUs in their places
+    smoothing: Mapping[str, int]  # samples, by drive
+    balanced: bool = True  # False: the balance at the motor's shaft is not smoothed, while the smoothing is chosen
+
+    @property
+    def steady(self) -> bool:
+        """Whether samples are steady-state points."""
+        return self.rig.kind == "steady"
+
+    def value(self, name: str, values: dict[str, float]) -> float:
+        """A parameter's value: fitted, else nominal, else the law's default."""
+        component, _, parameter = name.rpartition(".")
+        base = split(component, self.rig.drives)[1]
+        return float(values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter))))

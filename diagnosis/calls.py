@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -16,9 +17,12 @@ from .residuals.laws import check_names
 from .systems.system import diagnose_system, replay_system
 
 
-def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out/replay") -> Replay:
-    """Simulate a measured log with nominal parameters and compare; figures, tables and replay.json go to `out`."""
-    rig = rig if isinstance(rig, Rig) else load(rig)
+def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out/replay", allow_code: bool = False) -> Replay:
+    """Simulate a measured log with nominal parameters and compare; figures, tables and replay.json go to `out`.
+
+    allow_code: parts of other packages may be loaded, where the rig has a system (docs/security.md).
+    """
+    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     return (replay_drive if rig.system is None else replay_system)(rig, log, out)
 
 
@@ -30,14 +34,16 @@ def diagnose(
     out: str | Path | None = "out/diagnosis",
     progress: bool | Callable[[str, float], None] = False,
     seed: int | None = None,
+    allow_code: bool = False,
 ) -> Diagnosis:
     """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or held-out blocks.
 
     out: folder for diagnosis.json, report.html, figures and the extended FMUs; None writes nothing.
     progress: True draws a bar; a function is called with what is being done and how much of it is.
     seed: of the draws that measure chance; drawn when not given, and kept in the result.
+    allow_code: parts of other packages may be loaded, where the rig has a system (docs/security.md).
     """
-    rig = rig if isinstance(rig, Rig) else load(rig)
+    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     out = Path(out) if out else None
     seed = secrets.randbits(32) if seed is None else seed
     with _teller(progress) as tell:
@@ -46,6 +52,10 @@ def diagnose(
         check_names(rig)
         tell("reading", 0.0)
         return diagnose_runs(rig, *gather(rig, logs, test), out, tell, seed)
+
+
+def _allowed(rig: Rig, code: bool) -> Rig:
+    return replace(rig, allow_code=True) if code else rig
 
 
 class _teller:

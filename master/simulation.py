@@ -37,6 +37,7 @@ def run(
     keep: dict[str, Part] | None = None,
     step: float | None = None,
     algorithm: str | None = None,
+    allow_code: bool = False,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s].
 
@@ -46,12 +47,15 @@ def run(
     observe: called as observe(time, parts) at the start and after every communication step.
     keep: an empty dictionary at first; holds the parts from run to run of the same system, which are then reset
         instead of made again. Whoever gives it closes them. A run that fails closes its parts and leaves none in it.
+    allow_code: parts of other packages may be loaded (docs/security.md).
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
     if not isinstance(system, System):
-        system = load(system)
+        system = load(system, allow_code)
+    elif allow_code:
+        system = replace(system, allow_code=True)
     if step is not None or algorithm is not None:
         check_choice("algorithm", algorithm or system.run.algorithm, ALGORITHMS)
         chosen = replace(system.run, step=system.run.step if step is None else step, algorithm=algorithm or system.run.algorithm)

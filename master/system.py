@@ -7,7 +7,7 @@ there, in master.wiring.
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -96,6 +96,7 @@ class System:
     connections: dict[str, Connection] = field(default_factory=dict)  # by target
     bonds: list[Bond] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
+    allow_code: bool = False  # parts of other packages may be loaded; no file can say so
 
     def split(self, name: str, where: str) -> tuple[str, str]:
         """component and variable of "component.variable"; either may contain dots."""
@@ -117,8 +118,11 @@ def did_you_mean(name: str, known) -> str:
     return f"; there is: {', '.join(known)}." if 0 < len(known) <= 20 else "."
 
 
-def load(path: Path | str) -> System:
-    """The system described in a TOML file, or in a system structure (.ssp)."""
+def load(path: Path | str, allow_code: bool = False) -> System:
+    """The system described in a TOML file, or in a system structure (.ssp).
+
+    allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you.
+    """
     path = Path(path)
     if path.suffix.lower() == ".ssp":
         from .ssp import load as load_ssp
@@ -134,7 +138,7 @@ def load(path: Path | str) -> System:
         twice = " Something is given twice there: an input takes one connection only." if "overwrite" in str(error) else ""
         raise DescriptionError(f"{path} is not valid TOML: {error}.{twice}") from None
     try:
-        return from_dict(data, path.parent)
+        return replace(from_dict(data, path.parent), allow_code=allow_code)
     except DescriptionError as error:
         raise DescriptionError(f"{path}: {error}") from None
 

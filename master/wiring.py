@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
 
+from .code import load_part
 from .errors import DescriptionError
 from .face import Part, Variable
 from .system import Component, Connection, System, did_you_mean
@@ -91,11 +91,7 @@ def make(name: str, component: Component, system: System) -> Part:
     """The part that a component asks for."""
     where = f"[components.{name}]"
     if component.part:
-        module, _, attribute = _renamed(component.part).partition(":")
-        try:
-            kind = getattr(importlib.import_module(module), attribute)
-        except (ImportError, AttributeError, ValueError) as error:
-            raise DescriptionError(f'{where} part = "{component.part}": {error}. Write "package.module:Class".') from error
+        kind = load_part(component.part, where, system.allow_code)
         try:
             return kind(name, **component.options)
         except TypeError as error:
@@ -109,20 +105,6 @@ def make(name: str, component: Component, system: System) -> Part:
 
         return ProcessPart(name, path)
     return FmuPart(name, path)
-
-
-RENAMED = {
-    "master.vehicle": "selflock.vehicle",
-    "master.study": "selflock.study",
-    "diagnosis.playback": "selflock.diagnosis.output.playback",
-}
-"""Modules of parts as system files of earlier versions have them, and what they are called now."""
-
-
-def _renamed(part: str) -> str:
-    """A part's name as it is now."""
-    old = next((old for old in RENAMED if part.startswith((f"{old}:", f"{old}."))), "")
-    return RENAMED[old] + part.removeprefix(old) if old else part
 
 
 def fmu_path(component: Component, system: System):

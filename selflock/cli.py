@@ -22,6 +22,10 @@ app = typer.Typer(
 console = Console()
 errors = Console(stderr=True, soft_wrap=True)
 
+AllowCode = Annotated[
+    bool,
+    typer.Option("--allow-code", help="Load parts of other packages than this one: whoever wrote the system runs code as you."),
+]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
 
 
@@ -75,12 +79,15 @@ def run(
     stop: Annotated[float | None, typer.Option(help="Stop time in s.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step in s; the system's own when not given.")] = None,
     algorithm: Annotated[str | None, typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
+    allow_code: AllowCode = False,
 ) -> None:
     """Run a coupled system and write its table of results."""
     from selflock.master import run as run_system
 
     settings = _overrides(set_ or [])
-    console.print(run_system(system, settings, stop, out, progress=True, step=step, algorithm=algorithm).summary())
+    console.print(
+        run_system(system, settings, stop, out, progress=True, step=step, algorithm=algorithm, allow_code=allow_code).summary()
+    )
 
 
 @app.command()
@@ -98,11 +105,12 @@ def replay(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml): what the columns of the log are.")],
     log: Annotated[Path, typer.Argument(help="Measured log: .csv, .parquet or .mat.")],
     out: Out = Path("out/replay"),
+    allow_code: AllowCode = False,
 ) -> None:
     """Impose a measured motion on the simulation and draw what it computes over what was measured."""
     from selflock.diagnosis import replay as run_replay
 
-    console.print(run_replay(rig, log, out).summary())
+    console.print(run_replay(rig, log, out, allow_code).summary())
 
 
 @app.command()
@@ -115,6 +123,7 @@ def diagnose(
         list[Path] | None, typer.Option("--test", help="A log to hold out for measuring the gain; may be repeated.")
     ] = None,
     out: Out = Path("out/diagnosis"),
+    allow_code: AllowCode = False,
 ) -> None:
     """Name what the simulation gets wrong, extend the model, measure the gain.
 
@@ -122,7 +131,7 @@ def diagnose(
     """
     from selflock.diagnosis import diagnose as run_diagnosis
 
-    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True)
+    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code)
     console.print(result.summary())
     raise typer.Exit(result.exit_code)
 
@@ -175,11 +184,12 @@ def example(
 def export(
     system: Annotated[Path, typer.Argument(help="A system file (.toml).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="The .ssp file to write.")],
+    allow_code: AllowCode = False,
 ) -> None:
     """Write a system as a standard SSP 1.0 archive with its FMUs inside."""
     from selflock.master.ssp import export as export_ssp
 
-    console.print(export_ssp(system, out))
+    console.print(export_ssp(system, out, allow_code))
 
 
 @app.command()
@@ -188,11 +198,14 @@ def sweep(
     out: Out = Path("out/sweep"),
     workers: Annotated[int | None, typer.Option(help="Processes on this machine; all cores when not given.")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Address of an existing Dask scheduler.")] = None,
+    allow_code: AllowCode = False,
 ) -> None:
     """Run a system over many parameter values; go on where an interrupted sweep stopped."""
     from selflock.sweep import sweep as run_sweep
 
-    console.print(run_sweep(study_file, out, workers=workers, scheduler=scheduler, progress=True).summary())
+    console.print(
+        run_sweep(study_file, out, workers=workers, scheduler=scheduler, progress=True, allow_code=allow_code).summary()
+    )
 
 
 @app.command("sweep-report")

@@ -52,21 +52,23 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
+    allow_code: bool = False,
 ) -> SweepResult:
     """Run a study into the folder `out`, or go on with it there.
 
     workers: processes on this machine; all cores when not given, 0 for none but this one.
     scheduler: address of an existing Dask scheduler, whose workers are used instead.
+    allow_code: parts of other packages may be loaded, here and by the workers (docs/security.md).
     """
     if not isinstance(study, Study):
         study = read(study)
-    system = master.load(study.system)
+    system = master.load(study.system, allow_code)
     check(study, system)
     bench = Bench(system, study.record, study.stop, study.table)
     about = {
         "study": study.about,
         "notes": {"name": study.name, "description": study.data.get("description", ""), "data": study.data},
-        "system": digest(json.loads(json.dumps(asdict(bench.system), default=str))),
+        "system": digest(json.loads(json.dumps({**asdict(bench.system), "allow_code": None}, default=str))),
         "fmus": bench.versions,
         "versions": fingerprint(*RUNS),
     }

@@ -65,6 +65,7 @@ class Rig:
     system: Path | None = None  # an FMU system to replay instead of a drive
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
+    allow_code: bool = False  # parts of other packages may be loaded with that system; no rig file can say so
 
     def of_log(self, name: str) -> dict[str, float]:
         """Parameters that belong to this log alone."""

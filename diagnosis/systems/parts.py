@@ -63,7 +63,7 @@ class Parts:
     """The system of a rig: its variables, its links, and groups of its components on measured inputs."""
 
     def __init__(self, rig: Rig):
-        self.rig, self.system = rig, load(rig.system)
+        self.rig, self.system = rig, load(rig.system, rig.allow_code)
         wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
         try:
             self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
@@ -146,6 +146,7 @@ class Parts:
         part = System(
             self.system.name,
             folder=self.system.folder,
+            allow_code=self.system.allow_code,
             components=components,
             connections=connections,
             run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0),

@@ -10,13 +10,13 @@ import hashlib
 import json
 import tempfile
 import zipfile
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from html import escape
-from importlib import import_module
 from pathlib import Path
 
 from lxml import etree
 
+from ..code import load_part
 from ..errors import DescriptionError
 from ..face import Part, Variable
 from ..system import Component, Run, System, load
@@ -29,9 +29,13 @@ SET = "parameters"  # of every parameter set: some tools (Ecos) apply the sets o
 CONNECTORS = ("input", "output", "parameter")
 
 
-def export(system: System | Path | str, out: Path | str) -> Path:
-    """Write `system` (a System, or a path to its file) to `out` (.ssp). Returns the path. Raises DescriptionError."""
-    system, out = (system if isinstance(system, System) else load(system)), Path(out)
+def export(system: System | Path | str, out: Path | str, allow_code: bool = False) -> Path:
+    """Write `system` (a System, or a path to its file) to `out` (.ssp). Returns the path. Raises DescriptionError.
+
+    allow_code: parts of other packages may be loaded (docs/security.md).
+    """
+    system, out = (replace(system) if isinstance(system, System) else load(system)), Path(out)
+    system.allow_code |= allow_code
     if out.suffix.lower() != ".ssp":
         raise DescriptionError(f"{out}: the name of a system structure ends in .ssp.")
     if system.faults:
@@ -80,8 +84,7 @@ def _fmus(system: System) -> dict[str, tuple[str, bytes]]:
     with tempfile.TemporaryDirectory() as folder:
         for name, component in system.components.items():
             if component.part:
-                module, _, attribute = component.part.partition(":")
-                pack = getattr(getattr(import_module(module), attribute), "pack", None)
+                pack = getattr(load_part(component.part, f"[components.{name}]", system.allow_code), "pack", None)
                 if pack is None:
                     raise DescriptionError(
                         f"{name}: {component.part} runs inside our master only; it cannot be packed as an FMU."

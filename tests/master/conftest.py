@@ -77,7 +77,9 @@ def system():
             part, start, more = (given, {}, {}) if isinstance(given, str) else (*given, {})[:3]
             key = "fmu" if part.endswith(".fmu") else "part"
             tables[name] = {key: part if key == "fmu" else f"small_parts:{part}", "start": start, **more}
-        return master.from_dict({"run": run, "components": tables, "connections": dict(connections)})
+        made = master.from_dict({"run": run, "components": tables, "connections": dict(connections)})
+        made.allow_code = True  # small_parts is not of the package
+        return made
 
     return make
 

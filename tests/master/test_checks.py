@@ -75,7 +75,7 @@ def test_a_file_says_all_that_a_system_holds(tmp_path):
     assert system.name == "two" and system.run.stop == 2.0 and system.folder == tmp_path
     assert system.components["a"] == master.Component(part="small_parts:Gain", step=0.002, start={"gain": 2.0})
     assert system.connections == {"a.u": master.Connection("b.y", 3.0, 1.0)}
-    table = master.run(system).table.set_index("time")
+    table = master.run(system, allow_code=True).table.set_index("time")
     assert table["a.y"].iloc[0] == 8.0 and table["a.y"].iloc[-1] == 14.0
 
 
@@ -209,9 +209,14 @@ def test_own_steps_must_fit(system, refused):
     [("no_such_module:X", ["no_such_module"]), ("small_parts:Nothing", ["Nothing"]), ("small_parts", ["package.module:Class"])],
 )
 def test_parts(refused, part, words):
-    refused(lambda: master.run(master.from_dict({"components": {"p": {"part": part}}})), "[components.p]", *words)
     refused(
-        lambda: master.run(master.from_dict({"components": {"p": {"part": "small_parts:Gain", "options": {"size": 1}}}})), "size"
+        lambda: master.run(master.from_dict({"components": {"p": {"part": part}}}), allow_code=True), "[components.p]", *words
+    )
+    refused(
+        lambda: master.run(
+            master.from_dict({"components": {"p": {"part": "small_parts:Gain", "options": {"size": 1}}}}), allow_code=True
+        ),
+        "size",
     )
 
 

@@ -18,7 +18,7 @@ def both_ways(monkeypatch, description, **options):
     results = []
     for worth in (math.inf, 0):
         monkeypatch.setattr(simulation, "WORTH", worth)
-        results.append(master.run(master.from_dict(description), **options))
+        results.append(master.run(master.from_dict(description), allow_code=True, **options))
     return results
 
 

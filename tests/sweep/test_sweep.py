@@ -102,7 +102,7 @@ def test_thousands_of_runs_neither_grow_nor_leave_anything(tmp_path):
 
 
 def test_a_failed_run_is_a_row_with_its_reason(tmp_path):
-    result = sweep(write(tmp_path / "in", BRITTLE, LOADS), tmp_path / "out", workers=0)
+    result = sweep(write(tmp_path / "in", BRITTLE, LOADS), tmp_path / "out", workers=0, allow_code=True)
     assert result.table["status"].tolist() == ["ok", "failed", "ok", "failed"]
     assert "1.5 is too much" in result.table["reason"][1]
     assert re.search("2 failed: part answered Error: … is too much", result.summary())
@@ -116,7 +116,7 @@ def test_a_failed_run_is_a_row_with_its_reason(tmp_path):
 @pytest.mark.slow
 def test_a_part_that_kills_its_worker(tmp_path):
     study = LOADS.replace("values = [0.5, 1.5, 0.75, 1.25]", "values = [0.5, 2.5, 0.75]")
-    result = sweep(write(tmp_path / "in", BRITTLE, study), tmp_path / "out", workers=1)
+    result = sweep(write(tmp_path / "in", BRITTLE, study), tmp_path / "out", workers=1, allow_code=True)
     assert result.table["status"].tolist() == ["ok", "failed", "ok"]
     assert "killed its worker" in result.table["reason"][1]
 

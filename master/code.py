@@ -1,0 +1,95 @@
+"""Which Python a system may run: the parts of this package, and what its user allows by name; nothing else is imported.
+
+A system file, a rig, a sweep come from others, and `part = "os:system"` would be a command of theirs.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import sys
+from functools import cache
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from typing import Any
+
+from .errors import DescriptionError
+from .face import Part
+
+HOUSE = __name__.partition(".")[0] + "."
+RENAMED = {
+    "master.vehicle": "selflock.vehicle",
+    "master.study": "selflock.study",
+    "diagnosis.playback": "selflock.diagnosis.output.playback",
+}
+"""Modules of parts as system files of earlier versions have them, and what they are called now."""
+
+NAMED = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*")
+FACE = tuple(name for name, value in vars(Part).items() if callable(value) and not name.startswith("_"))
+"""The methods that every part has."""
+
+log = logging.getLogger("selflock")  # where nobody set up logging, Python prints warnings to stderr
+
+
+def load_part(part: str, where: str, allow_code: bool) -> Any:
+    """What `part`, as "package.module:Class", names. Only where it is allowed is a module of another package imported.
+
+    where: of the system file, for messages. Raises DescriptionError.
+    """
+    name = _renamed(part)
+    if not NAMED.fullmatch(name):
+        raise DescriptionError(f'{where} part = "{part}": write "package.module:Class".')
+    module, _, attribute = name.partition(":")
+    ours = f"{module}.".startswith(HOUSE)
+    if not ours and not allow_code:
+        raise DescriptionError(
+            f'{where} part = "{part}" is code from outside this package ({_origin(module)}). Nothing of it was run. '
+            "If you trust it, give --allow-code, or allow_code=True in Python."
+        )
+    if not ours:
+        _say(name)
+    try:
+        kind = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise DescriptionError(f'{where} part = "{part}": {error}. Write "package.module:Class".') from error
+    if ours and not _is_part(kind):
+        raise DescriptionError(f'{where} part = "{part}" is no part: {attribute} is no class with the methods of one.')
+    return kind
+
+
+def _is_part(kind: Any) -> bool:
+    own = isinstance(kind, type) and kind is not Part and kind.__module__.startswith(HOUSE)
+    return own and all(hasattr(kind, method) for method in FACE)
+
+
+@cache
+def _say(name: str) -> None:
+    """Tell, once in a process and before it happens, what is run."""
+    log.warning("running code from outside this package: %s from %s", name, _origin(name.partition(":")[0]))
+
+
+def _origin(module: str) -> str:
+    """The file that a module would be loaded from, found without running anything of it or of its parents."""
+    path, spec = None, None
+    names = module.split(".")
+    for count in range(1, len(names) + 1):
+        spec = _spec(".".join(names[:count]), path)
+        if spec is None:
+            return f"no module {'.'.join(names[:count])} is found"
+        path = spec.submodule_search_locations
+    return str(spec.origin) if spec and spec.origin else f"package {module}"
+
+
+def _spec(name: str, path: Any) -> ModuleSpec | None:
+    if (loaded := sys.modules.get(name)) is not None and getattr(loaded, "__spec__", None) is not None:
+        return loaded.__spec__
+    for finder in sys.meta_path:
+        if (spec := finder.find_spec(name, path)) is not None:
+            return spec
+    return None
+
+
+def _renamed(part: str) -> str:
+    """A part's name as it is now."""
+    old = next((old for old in RENAMED if part.startswith((f"{old}:", f"{old}."))), "")
+    return RENAMED[old] + part.removeprefix(old) if old else part

@@ -9,7 +9,8 @@ Rooms, each standing on those before it: data, residuals, search, judge, output,
 
 from .calls import diagnose, replay
 from .errors import DataError
-from .judge.result import Cause, Diagnosis
+from .judge.cause import Cause
+from .judge.result import Diagnosis
 from .pipeline.replay import Comparison, Replay
 
 __all__ = ["Cause", "Comparison", "DataError", "Diagnosis", "Replay", "diagnose", "replay"]

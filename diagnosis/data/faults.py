@@ -13,7 +13,7 @@ from scipy.ndimage import median_filter
 
 from .log import VALID, MeasuredRun
 from .rig import Rig, split
-from .signals import COMMANDS, GIVEN, SIGNALS
+from .signals import ANGLE_OF, COMMANDS, GIVEN, SIGNALS, SPEED_OF
 
 CORRUPTED = 12.0
 """A sample this many robust deviations from its neighbours is corrupted: chance gives one in 1e32 for a normal law."""
@@ -106,7 +106,7 @@ def _at_rest(run: MeasuredRun, rig: Rig) -> list[DataFault]:
     faults = []
     for name, x in run.signals.items():
         good = run.good[name]
-        if not split(name, rig.drives)[1].endswith(("input_speed", "load.speed")) or good.sum() < 5 * PARTS:
+        if split(name, rig.drives)[1] not in ANGLE_OF or good.sum() < 5 * PARTS:
             continue
         means = np.array([part.mean() for part in np.array_split(x[good], PARTS)])
         if abs(means.mean()) < SURE * means.std(ddof=1) / np.sqrt(PARTS):
@@ -178,10 +178,10 @@ def _frozen(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
 def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice) -> bool:
     """Whether another channel shows that this one should have moved: a speed for an angle, anything for a torque."""
     prefix = name[: len(name) - len(bare)]
-    if bare.endswith("angle"):
-        witnesses = [bare.replace("angle", "speed")]
-    elif bare.endswith("speed"):
-        witnesses = [bare.replace("speed", "angle")]
+    if bare in SPEED_OF:
+        witnesses = [SPEED_OF[bare]]
+    elif bare in ANGLE_OF:
+        witnesses = [ANGLE_OF[bare]]
     else:
         witnesses = ["reducer.input_speed", "load.speed", "motor.voltage", "motor.current", "motor.torque"]
     for witness in witnesses:
@@ -189,7 +189,7 @@ def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice) -> bool
         if values is None or prefix + witness == name or not np.all(np.isfinite(values[stretch])):
             continue
         part, spread = values[stretch], np.ptp(np.quantile(values[np.isfinite(values)], [0.02, 0.98]))
-        moved = np.ptp(np.quantile(part, [0.05, 0.95])) if not bare.endswith("angle") else np.median(abs(part))
+        moved = np.ptp(np.quantile(part, [0.05, 0.95])) if bare not in SPEED_OF else np.median(abs(part))
         if spread > 0 and moved > 0.1 * spread:
             return True
     return False

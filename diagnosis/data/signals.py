@@ -39,6 +39,15 @@ ALIASES = {
     "load.torque": "reducer.output_torque",
 }
 
+SPEED_OF = {"reducer.input_angle": "reducer.input_speed", "load.angle": "load.speed"}
+"""The speed of the shaft whose angle a signal is."""
+
+ANGLE_OF = {speed: angle for angle, speed in SPEED_OF.items()}
+"""The angle of the shaft whose speed a signal is."""
+
+MOVES = tuple(name for pair in SPEED_OF.items() for name in pair)
+"""Signals that tell of a motion."""
+
 COMMANDS = {"controller.angle_setpoint", "controller.speed_setpoint", "controller.voltage", "motor.duty"}
 """Signals that the experimenter gives as numbers: no sensor is between."""
 

@@ -6,34 +6,12 @@ import json
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from .cause import Cause
 from .gain import Gain
-
-if TYPE_CHECKING:
-    from .time_step import TimeStep
+from .time_step import TimeStep
 
 EXIT = {"explained": 0, "ambiguous": 0, "none": 3, "unknown": 4}
-
-
-@dataclass
-class Cause:
-    """One named cause."""
-
-    component: str
-    effect: str
-    parameters: dict[str, dict]  # name: {value, low, high, unit, determined}
-    confidence: float
-    indistinguishable_from: list[str] = field(default_factory=list)
-    separate_by: str = ""
-    channel: str = ""  # of a sensor
-
-    @property
-    def label(self) -> str:
-        """The cause's name in reports: component and effect, with the parameter or channel that it is about."""
-        if self.effect == "parameter":
-            return f"parameter {next(iter(self.parameters))}"
-        return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
 
 
 @dataclass

@@ -21,8 +21,8 @@ from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, most_mended
 from ..residuals.noise import floor
 from ..residuals.residual import Residual
+from .cause import Cause
 from .gain import measure
-from .result import Cause
 from .verdict import Judgement
 
 PARTS = 4

@@ -18,9 +18,9 @@ from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import SHOWS
 from . import advice
+from .cause import Cause
 from .depends import QUIET, Dependence, depends
 from .gain import Gain, measure
-from .result import Cause
 
 ENOUGH = 0.55
 """Share of the error above the noise floor that causes must close while something significant remains."""

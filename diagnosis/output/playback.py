@@ -16,6 +16,10 @@ from ..residuals.compare import gear_inputs
 from ..residuals.drive_experiment import DriveExperiment
 
 
+VOLTAGES = ("voltage", "supply_voltage")
+"""Columns of a played log that are held from row to row."""
+
+
 class Playback(Part):
     """Signals from a table with a column "time"; between rows straight lines, or the row before with `held`."""
 
@@ -134,7 +138,7 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
     i = len(experiment.runs) - 1
     run = experiment.runs[i]
     columns: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
-    components, connections = [], []
+    components, connections, held = [], [], []
     for prefix in experiment.rig.drives:
         ch = experiment.channels[i, prefix]
         name = lambda part: prefix + part
@@ -148,6 +152,8 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
 
         def play(column: str, x: np.ndarray, target: str) -> None:
             columns[prefix + column] = x
+            if column in VOLTAGES:
+                held.append(prefix + column)
             connections.append(f'"{target}" = {{ from = "log.{prefix}{column}", convert = false }}')
 
         whole = name("motor") in fmus and name("load") in fmus
@@ -200,7 +206,6 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
     step = float(np.median(run.time[1:] - run.time[:-1]))
     step = min(step, 5e-4) if any("initial_speed" in c for c in components) else step
     stop = np.floor(columns["time"][-1] / step) * step
-    held = [c for c in columns if c.endswith("voltage")]
     text = [
         "# The extended simulation on the last log: selflock run extended.toml -o result.csv",
         "",

@@ -8,7 +8,7 @@ from ..data.faults import DataFault
 from ..data.log import VALID, MeasuredRun
 from ..data.rig import EVERY_SECOND, Rig
 from ..data.rig import split as split_name
-from ..data.signals import GIVEN, SIGNALS
+from ..data.signals import ANGLE_OF, GIVEN, SIGNALS
 from ..errors import DataError
 from ..residuals.experiment import Experiment
 
@@ -28,9 +28,10 @@ def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> 
     elif experiment.rig.hold_out == EVERY_SECOND:
         train = experiment.layout.owner % 2 == 0
         if experiment.steady:  # every second point of each direction
-            backward = (
-                np.array([experiment.runs[0].signals[n] for n in experiment.runs[0].signals if n.endswith("speed")])[0] < 0.0
-            )
+            speeds = [
+                x for name, x in experiment.runs[0].signals.items() if split_name(name, experiment.rig.drives)[1] in ANGLE_OF
+            ]
+            backward = speeds[0] < 0.0
             for side in (backward, ~backward):
                 train[np.flatnonzero(side)] = np.arange(side.sum()) % 2 == 0
         names = [f"run {runs[i].name or i}" for i in np.flatnonzero(~train)] if len(runs) == count else ["every second"]

@@ -9,14 +9,14 @@ import numpy as np
 
 from ..data.log import MeasuredRun
 from ..data.rig import Rig, split
-from ..data.signals import SIGNALS
+from ..data.signals import MOVES, SIGNALS
 from ..errors import DataError
 from . import drive
 from .blocks import Blocks
 from .channels import Channels, derivative
 from .experiment import Experiment
 from .kernels import kernels
-from .residual import MOVES, Residual, residuals
+from .residual import Residual, residuals
 from .setting import Setting
 
 MOST = 3_000

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..data.signals import unit
+from ..data.signals import MOVES, unit
 from ..errors import DataError
 from . import compare, drive, forward
 from .channels import Channels
@@ -61,9 +61,6 @@ class Residual:
         if name.startswith("sensor."):
             return owner.removeprefix("sensor.") in (*self.reads, self.output)
         return owner in self.components or name == self.prefix + "reducer.gear_ratio" or owner == self.prefix + "load"
-
-
-MOVES = ("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed")
 
 
 def residuals(probe: Channels) -> list[Residual]:

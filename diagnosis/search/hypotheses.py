@@ -11,10 +11,9 @@ import numpy as np
 from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, VALUE, Effect, Parameter
 
 from ..data.rig import Rig, split
-from ..data.signals import COMMANDS, RELATIVE
+from ..data.signals import COMMANDS, MOVES, RELATIVE
 from ..residuals.drive import both
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.residual import MOVES
 
 COMPONENTS = ("controller", "motor", "reducer", "load")
 

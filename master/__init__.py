@@ -6,11 +6,12 @@ print(result.summary())
 """
 
 from .errors import DescriptionError, PartFailed, ResultError
+from .face import Part, Variable
 from .results import Result, read
 from .simulation import run
 from .system import Bond, Component, Connection, Fault, Run, System, from_dict, load
 
 __all__ = [
-    "Bond", "Component", "Connection", "DescriptionError", "Fault", "PartFailed", "Result", "ResultError", "Run", "System",
-    "from_dict", "load", "read", "run",
+    "Bond", "Component", "Connection", "DescriptionError", "Fault", "Part", "PartFailed", "Result", "ResultError", "Run",
+    "System", "Variable", "from_dict", "load", "read", "run",
 ]  # fmt: skip

@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import re
 import sys
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
@@ -25,14 +26,12 @@ RENAMED = {
 """Modules of parts as system files of earlier versions have them, and what they are called now."""
 
 NAMED = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*")
-FACE = tuple(name for name, value in vars(Part).items() if callable(value) and not name.startswith("_"))
-"""The methods that every part has."""
 
 log = logging.getLogger("selflock")  # where nobody set up logging, Python prints warnings to stderr
 
 
-def load_part(part: str, where: str, allow_code: bool) -> Any:
-    """What `part`, as "package.module:Class", names. Only where it is allowed is a module of another package imported.
+def load_part(part: str, where: str, allow_code: bool) -> Callable[..., Any]:
+    """What makes the part that `part`, as "package.module:Class", names. Only where it is allowed is a module of another package imported.
 
     where: of the system file, for messages. Raises DescriptionError.
     """
@@ -53,13 +52,12 @@ def load_part(part: str, where: str, allow_code: bool) -> Any:
     except (ImportError, AttributeError, ValueError) as error:
         raise DescriptionError(f'{where} part = "{part}": {error}. Write "package.module:Class".') from error
     if ours and not _is_part(kind):
-        raise DescriptionError(f'{where} part = "{part}" is no part: {attribute} is no class with the methods of one.')
+        raise DescriptionError(f'{where} part = "{part}" is no part: {attribute} is no class derived from Part.')
     return kind
 
 
 def _is_part(kind: Any) -> bool:
-    own = isinstance(kind, type) and kind is not Part and kind.__module__.startswith(HOUSE)
-    return own and all(hasattr(kind, method) for method in FACE)
+    return isinstance(kind, type) and issubclass(kind, Part) and kind is not Part and kind.__module__.startswith(HOUSE)
 
 
 @cache

@@ -12,18 +12,19 @@ below lets the step double.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from array import array
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .algorithms import ALGORITHMS, Seat
 from .errors import DescriptionError, PartFailed
-from .wiring import Wiring
 
 if TYPE_CHECKING:
     from .energy import Pair
+    from .seat import Seat
     from .simulation import _Simulation
+    from .wiring import Wiring
 
 LEVELS = 10  # step_min = step / 2**LEVELS unless told
 
@@ -41,16 +42,9 @@ def check(wiring: Wiring, pairs: list[Pair]) -> None:
     for name, component in wiring.system.components.items():
         if component.step:
             raise DescriptionError(f"{where}: {name} has a step of its own; own steps need a fixed communication step.")
-        if not getattr(wiring.parts[name], "variable_step", True):
+        if not wiring.parts[name].variable_step:
             raise DescriptionError(f"{where}: {name} takes steps of one size only. Use a fixed step.")
-    if run.step_control == "power" and not pairs:
-        raise DescriptionError(f"{where}: there are no bonds at which to see power. Declare them as [[bonds]].")
-    if run.step_control == "doubling":
-        fixed = [seat for seat in wiring.parts.values() if not seat.can_roll_back and not hasattr(seat, "at")]
-        if fixed:
-            raise DescriptionError(f'{where}: {", ".join(p.name for p in fixed)} cannot roll back. Use step_control = "power".')
-        if wiring.system.faults:
-            raise DescriptionError(f"{where} does not go with [[faults]], which do not roll back. Use a fixed step.")
+    CONTROLS[run.step_control].check(where, wiring, pairs)
 
 
 class Snapshot:
@@ -68,20 +62,45 @@ class Snapshot:
             port.state[:] = state
 
 
-class _Power:
-    """How much power the coupling lost or made in a step, at the worst bond, in tolerances."""
+class Control(ABC):
+    """Makes a step and estimates its error."""
 
-    grow = 0.25  # the loss of power grows with the step: below this the step may double
+    grow: float  # below this error, in tolerances, the step may double
+    goes_back: bool  # whether a step can be made again
 
     def __init__(self, simulation: _Simulation, stepped: list[Seat]):
-        self.balances, self.tolerance, self.stepped = simulation.balances, simulation.system.run.tolerance, stepped
+        self.tolerance, self.stepped = simulation.system.run.tolerance, stepped
+        self.algorithm = simulation.wiring.algorithm
+
+    @staticmethod
+    @abstractmethod
+    def check(where: str, wiring: Wiring, pairs: list[Pair]) -> None:
+        """Refuse parts that this control cannot do with. Raises DescriptionError."""
+
+    @abstractmethod
+    def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
+        """Make a step; gives its error in tolerances. `snapshot`: all parts at its start, where this goes back."""
+
+
+class Power(Control):
+    """How much power the coupling lost or made in a step, at the worst bond, in tolerances."""
+
+    grow = 0.25  # the loss of power grows with the step
+
+    def __init__(self, simulation: _Simulation, stepped: list[Seat]):
+        super().__init__(simulation, stepped)
+        self.balances = simulation.balances
         self.largest = [0.0] * len(self.balances)  # power seen at each bond, W
-        self.algorithm = ALGORITHMS[simulation.system.run.algorithm]
         self.goes_back = all(seat.part.can_roll_back for seat in stepped) and not simulation.system.faults
 
-    def step(self, index: int, time: float, size: float, _: Snapshot | None) -> float:
+    @staticmethod
+    def check(where: str, wiring: Wiring, pairs: list[Pair]) -> None:
+        if not pairs:
+            raise DescriptionError(f"{where}: there are no bonds at which to see power. Declare them as [[bonds]].")
+
+    def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
         old = [(b.lost, b.turnover) for b in self.balances]
-        self.algorithm(self.stepped, index, time, size)
+        self.algorithm.step(self.stepped, index, time, size)
         worst = 0.0
         for k, (bond, (lost, turnover)) in enumerate(zip(self.balances, old)):
             self.largest[k] = max(self.largest[k], (bond.turnover - turnover) / size)
@@ -90,23 +109,31 @@ class _Power:
         return worst
 
 
-class _Doubling:
+class Doubling(Control):
     """The difference between one step and two half ones at the worst output, in tolerances."""
 
     grow = 0.2  # the error of a step grows with its square
     goes_back = True
 
     def __init__(self, simulation: _Simulation, stepped: list[Seat]):
-        self.tolerance, self.stepped = simulation.system.run.tolerance, stepped
-        self.algorithm = ALGORITHMS[simulation.system.run.algorithm]
+        super().__init__(simulation, stepped)
         self.scales = [np.array([_nominal(seat, name) for name in seat.outputs]) for seat in stepped]
 
-    def step(self, index: int, time: float, size: float, snapshot: Snapshot) -> float:
-        self.algorithm(self.stepped, index, time, size)
+    @staticmethod
+    def check(where: str, wiring: Wiring, pairs: list[Pair]) -> None:
+        fixed = [part.name for part in wiring.parts.values() if not part.can_roll_back and not part.timed]
+        if fixed:
+            raise DescriptionError(f'{where}: {", ".join(fixed)} cannot roll back. Use step_control = "power".')
+        if wiring.system.faults:
+            raise DescriptionError(f"{where} does not go with [[faults]], which do not roll back. Use a fixed step.")
+
+    def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
+        self.algorithm.step(self.stepped, index, time, size)
         coarse = [seat.part.y.copy() for seat in self.stepped]
+        assert snapshot is not None  # it goes back
         snapshot.restore()
-        self.algorithm(self.stepped, index, time, size / 2)
-        self.algorithm(self.stepped, index, time + size / 2, size / 2)
+        self.algorithm.step(self.stepped, index, time, size / 2)
+        self.algorithm.step(self.stepped, index, time + size / 2, size / 2)
         worst = 0.0
         for seat, rough, scale in zip(self.stepped, coarse, self.scales):
             fine = seat.part.y
@@ -116,6 +143,10 @@ class _Doubling:
         return worst
 
 
+CONTROLS: dict[str, type[Control]] = {"power": Power, "doubling": Doubling}
+"""By the name that a system gives."""
+
+
 def _nominal(seat: Seat, name: str) -> float:
     return abs(seat.part.variables[name].nominal or 0.0)
 
@@ -123,11 +154,11 @@ def _nominal(seat: Seat, name: str) -> float:
 def run(simulation: _Simulation) -> None:
     """Step from start to stop with a step that follows the error."""
     description = simulation.system.run
-    stepped = [seat for seat in simulation.seats if seat.at is None]
+    stepped = [seat for seat in simulation.seats if not seat.timed]
     levels = LEVELS if not description.step_min else max(0, math.ceil(math.log2(description.step / description.step_min) - 1e-9))
     tick = description.step / 2**levels
     total = round((simulation.stop - description.start) / description.step) * 2**levels
-    estimate = (_Power if description.step_control == "power" else _Doubling)(simulation, stepped)
+    estimate = CONTROLS[description.step_control](simulation, stepped)
     position, size = 0, 1
     while position < total:
         time = description.start + position * tick

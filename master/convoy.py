@@ -12,15 +12,21 @@ Where the whole system is one convoy that nobody observes, many macro steps with
 from __future__ import annotations
 
 import ctypes
+from itertools import groupby
+from typing import TYPE_CHECKING
 
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from .algorithms import Seat
+from .algorithms import Algorithm
 from .energy import Port
-from .fmu import FmuPart
+from .native import Exchange, Native
+from .seat import Seat
+
+if TYPE_CHECKING:
+    from .simulation import _Simulation
 
 STRETCH = 1000  # macro steps between two looks at the results
 MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK = range(6)
@@ -129,7 +135,8 @@ def address(values: memoryview, place: int = 0) -> int:
 class Program:
     """A list of operations, and which seat each belongs to."""
 
-    def __init__(self):
+    def __init__(self, natives: dict[str, Native]):
+        self.natives = natives  # by the name of the seat
         self.rows: list[tuple[int, tuple[int, ...], tuple[float, float]]] = []
         self.seats: list[Seat] = []
         self.names: list[str] = []
@@ -146,30 +153,22 @@ class Program:
             self.add(seat, MOVE, address(y, j), address(seat.u, i), factor=factor, offset=offset)
 
     def cycle(self, seat: Seat) -> None:
-        part = seat.part
-        for block in part._writes:
-            for i, k in block.copies:
-                self.add(seat, TO_INT, address(seat.u, i), address(block.own, k))
-            self._exchange(seat, block)
-        self.add(
-            seat,
-            STEP,
-            ctypes.cast(part._do_step, ctypes.c_void_p).value,
-            part._instance.value,
-            part._free.value,
-            name="fmi2DoStep",
-        )
-        for block in part._reads:
-            self._exchange(seat, block)
-            for i, k in block.copies:
-                self.add(seat, FROM_INT, address(block.own, k), address(seat.out, i))
+        native = self.natives[seat.name]
+        for exchange in native.writes:
+            for place, own in exchange.copies:
+                self.add(seat, TO_INT, address(seat.u, place), own)
+            self.exchange(seat, native, exchange)
+        self.add(seat, STEP, native.do_step, native.instance, native.free)
+        for exchange in native.reads:
+            self.exchange(seat, native, exchange)
+            for place, own in exchange.copies:
+                self.add(seat, FROM_INT, own, address(seat.out, place))
         for port in seat.ports:
             self.work(seat, port)
 
-    def _exchange(self, seat: Seat, block) -> None:
-        function = ctypes.cast(block.function, ctypes.c_void_p).value
-        where = function, seat.part._instance.value, block.references.value, block.count.value, block.pointer.value
-        self.add(seat, EXCHANGE, *where, name=block.name)
+    def exchange(self, seat: Seat, native: Native, one: Exchange) -> None:
+        where = one.function, native.instance, one.references, one.count, one.values
+        self.add(seat, EXCHANGE, *where, name=one.name)
 
     def work(self, seat: Seat, port: Port) -> None:
         self.add(seat, WORK, address(port.y, port.j), address(port.u, port.i), address(port.state), factor=port.scale)
@@ -191,21 +190,20 @@ class Program:
 
     def mend(self, failed: int, status: int, time: float, size: float) -> None:
         """Let the part finish what ended with `status`; raises PartFailed where it cannot."""
-        part = self.seats[failed].part
-        part._time.value, part._size.value = time, size
+        native = self.natives[self.seats[failed].name]
         if self.kinds[failed] == STEP:
-            part._unfinished(status, time, time + size)
+            native.finish(status, time, size)
         else:
-            part._fail(status, self.names[failed])
+            native.fail(status, self.names[failed], time, size)
 
 
 class Convoy:
     """Seats next to each other as one, with the face that the algorithms know of a seat."""
 
-    def __init__(self, seats: list[Seat]):
-        self.seats = seats
+    def __init__(self, seats: list[Seat], natives: dict[str, Native]):
+        self.seats, self.natives = seats, natives
         self.looking = [seat for seat in seats if seat.clocked]
-        self.together, self.gathering, self.moving = Program(), Program(), Program()
+        self.together, self.gathering, self.moving = (Program(natives) for _ in range(3))
         for seat in seats:
             self.together.gather(seat)
             self.together.cycle(seat)
@@ -229,40 +227,32 @@ class Convoy:
     def move(self, index: int, time: float, step: float) -> None:
         self.moving.run(time, step)
 
-    def whole(self, algorithm: str) -> Program:
+    def whole(self, algorithm: Algorithm) -> Program:
         """A macro step of a system that is this convoy alone."""
-        if algorithm == "gauss-seidel":
-            return self.together
-        program = Program()
-        for seat in self.seats:
-            program.gather(seat)
-        for seat in self.seats:
-            program.cycle(seat)
+        program = Program(self.natives)
+        algorithm.lay_out(program, self.seats)
         return program.close()
 
 
-def fits(seat: Seat) -> bool:
-    """Whether a seat does nothing but what a convoy knows."""
+def fits(seat: Seat) -> Native | None:
+    """What a convoy needs of a seat that does nothing but what a convoy knows."""
     more = seat.between, seat.carried, seat.texts, seat.input_faults, seat.output_faults
-    return type(seat.part) is FmuPart and seat.even and not seat.keep and not any(more)
+    return seat.part.native() if seat.even and not seat.keep and not any(more) else None
 
 
 def form(stepped: list[Seat]) -> list[Seat | Convoy]:
     """The seats in their order, neighbours that fit as one."""
-    formed, run = [], []
-    for seat in [*stepped, None]:
-        if seat is not None and fits(seat):
-            run.append(seat)
-            continue
-        formed += [Convoy(run)] if len(run) > 1 else run
-        run = []
-        formed += [seat] if seat is not None else []
+    natives = {seat.name: native for seat in stepped if (native := fits(seat)) is not None}
+    formed: list[Seat | Convoy] = []
+    for together, group in groupby(stepped, lambda seat: seat.name in natives):
+        run = list(group)
+        formed += [Convoy(run, natives)] if together and len(run) > 1 else run
     return formed
 
 
-def sail(simulation, convoy: Convoy, count: int, every: int) -> None:
+def sail(simulation: _Simulation, convoy: Convoy, count: int, every: int) -> None:
     """All macro steps of a run whose parts are one convoy, in stretches that end where rows are looked at."""
-    program = convoy.whole(simulation.system.run.algorithm)
+    program = convoy.whole(simulation.wiring.algorithm)
     start, size = simulation.system.run.start, simulation.system.run.step
     recorder, sink = simulation.recorder, simulation.sink
     sources = np.array(

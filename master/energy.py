@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import DescriptionError
+from .face import view
 from .system import Bond
 from .units import to_si
 from .wiring import Link, Wiring
@@ -33,7 +34,7 @@ class Port:
 
     def __init__(self, u: memoryview, i: int, y: memoryview, j: int, scale: float):
         self.u, self.i, self.y, self.j, self.scale = u, i, y, j, scale
-        self.state = memoryview(np.array([y[j], 0.0, 0.0]))
+        self.state = view(np.array([y[j], 0.0, 0.0]))
 
     def add(self, size: float) -> None:
         state, now = self.state, self.y[self.j]
@@ -140,8 +141,7 @@ def balance(wiring: Wiring, pair: Pair) -> tuple[Balance, str, str]:
     """
     a, b = wiring.parts[pair.effort.source], wiring.parts[pair.flow.source]
     effort, flow_in = a.variables[pair.effort.output], a.variables[pair.flow.input]
-    units = getattr(a, "units", None)
-    scale = to_si(effort.unit, units) * to_si(flow_in.unit, units)
+    scale = to_si(effort.unit, a.units) * to_si(flow_in.unit, a.units)
     giver = _port(wiring, pair.effort.source, pair.flow.input, pair.effort.output, scale)
     taker = _port(wiring, pair.flow.source, pair.effort.input, pair.flow.output, scale * pair.flow.factor / pair.effort.factor)
     return Balance(pair.name, giver, taker), a.name, b.name
@@ -150,4 +150,4 @@ def balance(wiring: Wiring, pair: Pair) -> tuple[Balance, str, str]:
 def _port(wiring: Wiring, component: str, given: str, own: str, scale: float) -> Port:
     part = wiring.parts[component]
     inputs, outputs = wiring.bound[component]
-    return Port(memoryview(part.u), inputs.index(given), memoryview(part.y), outputs.index(own), scale)
+    return Port(view(part.u), inputs.index(given), view(part.y), outputs.index(own), scale)

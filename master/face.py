@@ -9,45 +9,160 @@ given an angle together with its speed carries the angle on with the speed insid
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from ..fmus.variable import Variable as Variable
+from .errors import DescriptionError
+
+if TYPE_CHECKING:
+    from ..fmus.units import Unit
+    from .native import Native
 
 
-@runtime_checkable
-class Part(Protocol):
-    """What the master needs of a part.
+class Part:
+    """What the master couples, with defaults for all of it: a part overrides what it does otherwise.
+
+        class Mass(Part):
+            described = (
+                Variable("mass", "kg", 1.0, "of what moves", minimum=0.0, causality="parameter"),
+                Variable("force", "N", 0.0, "on it", causality="input"),
+                Variable("speed", "m/s", 0.0, "of it", causality="output", depends_on=()),
+            )
+            can_roll_back = True
+
+            def step(self, time, size):
+                v = self.values
+                v["speed"] += v["force"] / v["mass"] * size
+
+    The defaults keep the numbers of a part in `values`, by name, parameters, inputs and outputs alike: `write` puts
+    inputs there, `read` takes outputs from there after `compute`, `save` and `restore` copy it. Whoever keeps them
+    elsewhere overrides these.
 
     Life: constructed · bind · set parameters and starts · enter_initialization · exit_initialization ·
     (write · step · read)* · terminate · close. `reset` returns to the state after construction.
-
-    A part may also have `at(time)`: then its outputs are functions of time alone; `at` fills y for any time, and
-    it is never stepped. `units` may tell what its units are (as BaseUnit in FMI), `variable_step = False` that it
-    takes steps of one size only, `cycle(time, size)` do write, step and read in one call,
-    which `begin(time, size)` may have started before.
     """
 
+    described: Sequence[Variable] = ()  # the variables of every part of this class
+
+    can_roll_back: bool = False  # `restore` brings all back to where `save` was called
+    variable_step: bool = True  # False: steps of one size only
+    timed: bool = False  # outputs are functions of time alone: `at` tells them, it is never stepped; a class with an `at` is
+    parallel: bool = False  # `begin` starts a step that others need not wait for
+    units: Mapping[str, Unit] = {}  # what the part says itself of its units, by name; a name not here is known by everyone
+
     name: str  # the component's name in the system
-    variables: dict[str, Variable]
-    can_roll_back: bool
+    variables: Mapping[str, Variable]
     log: Sequence[str]  # what the part said last, newest at the end
+    values: dict[str, Any]
 
     u: np.ndarray  # float64, inputs in the order given to bind; made by bind, then only changed in place
     y: np.ndarray  # float64, outputs in the order given to bind; likewise
 
-    def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None: ...
-    def set(self, name: str, value: Any) -> None: ...
-    def get(self, name: str) -> Any: ...
+    def __init_subclass__(cls, **more: Any):
+        super().__init_subclass__(**more)
+        if "at" in vars(cls):
+            cls.timed = True
+
+    def __init__(self, name: str, described: Iterable[Variable] = ()):
+        self.name = name
+        self.variables = {variable.name: variable for variable in described or self.described}
+        self.log = []
+        self.inputs: tuple[str, ...] = ()
+        self.outputs: tuple[str, ...] = ()
+        self.u, self.y = np.zeros(0), np.zeros(0)
+        self.values = {variable.name: variable.start for variable in self.variables.values()}
+
+    # --- life ----------------------------------------------------------------------------------------------------
+
+    def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """Say which numbers go in through `u` and come out through `y`, in this order."""
+        self.inputs, self.outputs = tuple(inputs), tuple(outputs)
+        self.u = np.array([float(self.get(name) or 0.0) for name in inputs], dtype=float)
+        self.y = np.zeros(len(outputs))
+
     def enter_initialization(self, start: float, stop: float | None) -> None: ...
     def exit_initialization(self) -> None: ...
-    def write(self) -> None: ...  # u goes in
-    def read(self) -> None: ...  # y comes out
-    def step(self, time: float, size: float) -> None: ...  # raises PartFailed
-    def save(self) -> Any: ...
-    def restore(self, state: Any) -> None: ...
-    def reset(self) -> None: ...
     def terminate(self) -> None: ...
     def close(self) -> None: ...
+
+    def reset(self) -> None:
+        self.values = {variable.name: variable.start for variable in self.variables.values()}
+
+    # --- single values -------------------------------------------------------------------------------------------
+
+    def set(self, name: str, value: Any) -> None:
+        self._told(name)
+        self.values[name] = value
+
+    def get(self, name: str) -> Any:
+        self._told(name)
+        self.compute()
+        return self.values[name]
+
+    def _told(self, name: str) -> None:
+        if name not in self.variables:
+            raise DescriptionError(f"{self.name} has no variable {name}.")
+
+    # --- the path of every step ----------------------------------------------------------------------------------
+
+    def write(self) -> None:
+        """u goes in."""
+        self.values.update(zip(self.inputs, self.u.tolist()))
+
+    def step(self, time: float, size: float) -> None:
+        """From `time` on by `size`, in s. Raises PartFailed."""
+
+    def read(self) -> None:
+        """y comes out."""
+        self.compute()
+        for place, name in enumerate(self.outputs):
+            self.y[place] = self.values[name]
+
+    def compute(self) -> None:
+        """Bring the outputs in `values` up to what inputs and state are now, without a step."""
+
+    def at(self, time: float) -> None:
+        """y as it is at `time`, without a step: of a part that is `timed` at any time, of others now."""
+        self.read()
+
+    def cycle(self, time: float, size: float) -> None:
+        """write, step and read."""
+        self.write()
+        self.step(time, size)
+        self.read()
+
+    def stepper(self) -> Callable[[float, float], None]:
+        """What the master calls as `cycle`, asked for once after `bind`; of a part that has looked everything up before."""
+        return self.cycle
+
+    def begin(self, time: float, size: float) -> None:
+        """Start write, step and read, which `cycle` then ends; only of a part that is `parallel`."""
+
+    def native(self) -> Native | None:
+        """What the compiled loop needs to step the part without Python; None where only Python can. See master.native."""
+        return None
+
+    # --- roll back -----------------------------------------------------------------------------------------------
+
+    def save(self) -> Any:
+        """The state, for `restore`; asked for only where `can_roll_back`."""
+        return dict(self.values)
+
+    def restore(self, state: Any) -> None:
+        self.values = dict(state)
+
+    # --- elsewhere -----------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def pack(out: Path, **options: Any) -> Path | None:
+        """The part as an FMU in the folder `out`; None where it runs in our master only."""
+        return None
+
+
+def view(values: np.ndarray) -> memoryview[float]:
+    """The numbers of a buffer one by one as Python floats, to read and to write: faster so than through numpy."""
+    return cast("memoryview[float]", values.data)

@@ -12,8 +12,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from .algorithms import Seat
 from .errors import DescriptionError
+from .seat import Seat
 from .system import Fault
 from .wiring import Wiring, typed
 

@@ -5,19 +5,20 @@ from __future__ import annotations
 import ctypes
 import math
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from fmpy import fmi2
-from fmpy.model_description import ModelVariable
+from fmpy.model_description import ModelDescription, ModelVariable
 
 from . import binary
 from .errors import DescriptionError, PartFailed
-from .face import Variable
+from .face import Part, Variable, view
+from .native import Exchange, Native
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 SETTABLE = ("parameter", "structuralParameter", "input")
@@ -31,7 +32,7 @@ HINTS = {
 }
 
 
-class FmuPart:
+class FmuPart(Part):
     """One instance of an FMU.
 
     Integers, Booleans and enumerations cross as floats in `u` and `y`; strings only through `set` and `get`.
@@ -39,17 +40,17 @@ class FmuPart:
     """
 
     def __init__(self, name: str, path: Path | str):
-        self.name, self.path = name, Path(path)
         self._binary = binary.open_fmu(path)
         described = self._binary.description
+        super().__init__(name, _variables(described))
+        self.path = Path(path)
         slave = described.coSimulation
         self.variable_step = slave.canHandleVariableCommunicationStepSize
         self.can_roll_back = slave.canGetAndSetFMUstate
         self._known = {v.name: v for v in described.modelVariables}
-        self.variables = _variables(described)
         self.units = units_of(described)
-        self.u = self.y = np.zeros(0)
-        self._writes, self._reads, self._inputs = [], [], ()
+        self._writes: list[_Block] = []
+        self._reads: list[_Block] = []
         self._time, self._size, self._free = c_double(0.0), c_double(0.0), c_int(1)
         self._do_step = self._function("fmi2DoStep")
         self._instance = c_void_p()
@@ -137,14 +138,13 @@ class FmuPart:
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         """Say which numbers go in through `u` and come out through `y`, in this order; best all of one type side by side."""
-        self._inputs = tuple(inputs)
+        self.inputs, self.outputs = tuple(inputs), tuple(outputs)
         self.u = np.array([float(self.variables[name].start or 0.0) for name in inputs], dtype=float)
         self.y = np.zeros(len(outputs))
         self._writes = self._blocks("Set", inputs, self.u)
         self._reads = self._blocks("Get", outputs, self.y)
-        self.cycle = self._cycle()
 
-    def _cycle(self):
+    def stepper(self) -> Callable[[float, float], None]:
         """write, step and read as one function: the C calls and no more, everything they need looked up before."""
         writes, reads = ([block.call for block in blocks] for blocks in (self._writes, self._reads))
         do_step, instance, now, span = self._do_step, self._instance, self._time, self._size
@@ -254,12 +254,27 @@ class FmuPart:
         self._function(name)(self._instance, c_int(what), byref(value))
         return value.value
 
-    def _fail(self, status: int, function: str) -> None:
-        inputs = {name: value for name, value in zip(self._inputs, self.u.tolist())}
+    def _fail(self, status: int, function: str) -> NoReturn:
+        inputs = {name: value for name, value in zip(self.inputs, self.u.tolist())}
         said = f"{binary.STATUS[status] if status < 6 else status} to {function}"
         if status == FATAL:
             self._instance = c_void_p()  # FMI: after Fatal nothing may be called any more, not even free
         raise PartFailed(self.name, self._time.value, self._size.value, said, inputs, list(self.log), HINTS.get(status, ""))
+
+    def native(self) -> Native | None:
+        return Native(
+            _address(self._instance), _address(self._do_step), self._free.value,
+            tuple(block.native() for block in self._writes), tuple(block.native() for block in self._reads),
+            self._finish_native, self._fail_native,
+        )  # fmt: skip
+
+    def _finish_native(self, status: int, time: float, size: float) -> None:
+        self._time.value, self._size.value = time, size
+        self._unfinished(status, time, time + size)
+
+    def _fail_native(self, status: int, function: str, time: float, size: float) -> NoReturn:
+        self._time.value, self._size.value = time, size
+        self._fail(status, function)
 
     # --- roll back -----------------------------------------------------------------------------------------------
 
@@ -305,17 +320,27 @@ class _Block:
             self.count,
             self.pointer,
             self.copies,
-            memoryview(values),
+            view(values),
             memoryview(self.own),
             self.name,
         )
+
+    def native(self) -> Exchange:
+        copies = tuple((place, self.own.ctypes.data + k * self.own.itemsize) for place, k in self.copies)
+        addresses = _address(self.function), _address(self.references), len(self._references), _address(self.pointer)
+        return Exchange(self.name, *addresses, copies)
+
+
+def _address(pointer: Any) -> int:
+    """Where a C function lies, or what a pointer points to."""
+    return ctypes.cast(pointer, c_void_p).value or 0
 
 
 def _kind(variable: ModelVariable) -> str:
     return "Integer" if variable.type == "Enumeration" else variable.type
 
 
-def units_of(described) -> dict[str, tuple]:
+def units_of(described: ModelDescription) -> dict[str, tuple]:
     """What an FMU says of its units, as master.units takes it: by name exponents, factor and offset to SI."""
     return {u.name: _si(u.baseUnit) for u in described.unitDefinitions if u.baseUnit is not None}
 
@@ -326,12 +351,12 @@ def _si(unit) -> tuple[dict[str, int], float, float]:
     return {base: int(e) for base, e in exponents.items() if e}, float(unit.factor), float(unit.offset)
 
 
-def _variables(described) -> dict[str, Variable]:
+def _variables(described: ModelDescription) -> Iterator[Variable]:
     depends = {}
     for unknown in described.outputs:
         if unknown.variable is not None and unknown.dependencies is not None:
             depends[unknown.variable.name] = tuple(v.name for v in unknown.dependencies if v.causality == "input")
-    return {v.name: _face(v, depends.get(v.name)) for v in described.modelVariables}
+    return (_face(v, depends.get(v.name)) for v in described.modelVariables)
 
 
 def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:

@@ -61,8 +61,7 @@ def _evaluate(wiring: Wiring, order: list[Node], loops: list[list[str]]) -> None
             part = parts[component]
             feed(wiring, component)
             old = part.y.copy()
-            at = getattr(part, "at", None)
-            at(wiring.system.run.start) if at else part.read()
+            part.at(wiring.system.run.start)
             if attempt:
                 difference = abs(part.y - old) / (1.0 + abs(part.y))
                 change = max(change, float(difference.max(initial=0.0)))

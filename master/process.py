@@ -23,22 +23,23 @@ import numpy as np
 from selflock.fmus.errors import SelflockError
 
 from .errors import PartFailed
+from .face import Part
 
 PATIENCE = 10.0  # s that a process gets to end by itself
 _STEP, _WRITE, _READ, _FAILED = b"s", b"w", b"r", b"!"  # no pickle begins with one of these
 _TIMES = struct.Struct("dd")
 
 
-class ProcessPart:
+class ProcessPart(Part):
     """An FMU instance living in another Python process, with the face of any part."""
 
+    parallel = True
+
     def __init__(self, name: str, path: Path | str):
-        self.name, self.path = name, Path(path)
-        self.u = self.y = np.zeros(0)
-        self.log: list[str] = []
+        super().__init__(name)
+        self.path = Path(path)
         self._time = self._size = 0.0
         self._begun = False  # a step is under way
-        self._inputs: Sequence[str] = ()
         self._errors = tempfile.TemporaryFile()
         ours, theirs = socket.socketpair()
         code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({theirs.fileno()})"
@@ -81,14 +82,14 @@ class ProcessPart:
         self._errors.seek(0)
         written = self._errors.read().decode("utf-8", "replace").splitlines()
         said = [*self.log, *written][-10:]
-        inputs = dict(zip(self._inputs, self.u.tolist()))
+        inputs = dict(zip(self.inputs, self.u.tolist()))
         hint = f"run {self.path.name} alone with these inputs, and report it to whoever made it; other components are unharmed."
         raise PartFailed(self.name, self._time, self._size, how, inputs, said, hint) from None
 
     # --- the face ------------------------------------------------------------------------------------------------
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        self._inputs = tuple(inputs)
+        self.inputs, self.outputs = tuple(inputs), tuple(outputs)
         self.u = np.array(self._call("bind", list(inputs), list(outputs)), dtype=float)
         self.y = np.zeros(len(outputs))
 
@@ -200,7 +201,10 @@ class _Host:
     """The FMU in this process, with its states and its last failure."""
 
     def __init__(self):
-        self.part, self.states, self.saved, self.error = None, [], 0, None
+        self.part: Part | None = None
+        self.states: list[Any] = []
+        self.saved = 0
+        self.error: SelflockError | None = None
 
     def log(self) -> list[str]:
         return list(self.part.log) if self.part else []
@@ -225,6 +229,7 @@ class _Host:
 
     def bind(self, inputs: list[str], outputs: list[str]) -> list[float]:
         self.part.bind(inputs, outputs)
+        self.cycle = self.part.stepper()
         return self.part.u.tolist()
 
     def short(self, message: bytes) -> bytes:
@@ -232,7 +237,7 @@ class _Host:
         try:
             if what == _STEP:
                 part.u[:] = np.frombuffer(numbers[_TIMES.size :])
-                part.cycle(*_TIMES.unpack_from(numbers))
+                self.cycle(*_TIMES.unpack_from(numbers))
             elif what == _WRITE:
                 part.u[:] = np.frombuffer(numbers)
                 part.write()

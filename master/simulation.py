@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,12 +14,13 @@ import numpy as np
 import pandas as pd
 
 from . import control, energy
-from .algorithms import ALGORITHMS, Seat, seats
+from .algorithms import ALGORITHMS, Stepped
 from .errors import DescriptionError, PartFailed
 from .face import Part, Variable
 from .faults import Faults
 from .initial import initialize
 from .results import Result, Sink, sink
+from .seat import Seat, seats
 from .system import System, check_choice, load
 from .wiring import Wiring, wire
 
@@ -111,8 +112,7 @@ class _Simulation:
         wiring, start = self.wiring, self.system.run.start
         self.loops = initialize(wiring, self.stop)
         for part in wiring.parts.values():
-            at = getattr(part, "at", None)
-            at(start) if at else part.read()
+            part.at(start)
         self.seats = seats(wiring)
         by_name = {seat.name: seat for seat in self.seats}
         for pair in self.pairs:
@@ -131,23 +131,30 @@ class _Simulation:
         if run.step_control:
             control.run(self)
             return
-        stepped = [seat for seat in self.seats if seat.at is None]
-        algorithm, windows, arrive = ALGORITHMS[run.algorithm], self.faults, self.arrive
+        seats = [seat for seat in self.seats if not seat.timed]
+        stepped: Sequence[Stepped] = seats
+        advance, windows, arrive = self.wiring.algorithm.step, self.faults, self.arrive
         start, step = run.start, run.step
         count = round((self.stop - start) / step)
         every = max(1, round(run.interval / step)) if run.interval else 1
         if count * len(stepped) >= WORTH and find_spec("numba"):  # which the master alone does without
             from . import convoy
 
-            stepped = convoy.form(stepped)
-            alone = len(stepped) == 1 and isinstance(stepped[0], convoy.Convoy) and not stepped[0].looking
-            if alone and self.observe is None and not windows.parameters and not self.recorder.texts and not self.recorder.timed:
-                return convoy.sail(self, stepped[0], count, every)
+            stepped = formed = convoy.form(seats)
+            one, observed = formed[0], self.observe is not None or self.recorder.texts or self.recorder.timed
+            if (
+                len(formed) == 1
+                and isinstance(one, convoy.Convoy)
+                and not one.looking
+                and not observed
+                and not windows.parameters
+            ):
+                return convoy.sail(self, one, count, every)
         time = start
         for index in range(count):
             if windows.parameters:
                 windows.switch(time)
-            algorithm(stepped, index, time, step)
+            advance(stepped, index, time, step)
             time = start + (index + 1) * step
             self.index = index + 1
             arrive(time, (index + 1) % every == 0)
@@ -205,7 +212,7 @@ class Recorder:
 
     def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
         self.sink = sink
-        self.timed = [seat for seat in seats.values() if seat.at is not None]
+        self.timed = [seat for seat in seats.values() if seat.timed]
         self.pieces, self.texts = [], []  # (first, last, values) in a row; (part, name)
         position = 1
         for name, chosen in wiring.record.items():

@@ -12,10 +12,10 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from .algorithms import ALGORITHMS
+from .control import CONTROLS
 from .errors import DescriptionError
 
-ALGORITHMS = ("gauss-seidel", "jacobi")
-CONTROLS = ("power", "doubling")
 FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
 
 
@@ -97,6 +97,11 @@ class System:
     bonds: list[Bond] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
+
+    @property
+    def order(self) -> list[str]:
+        """The components in the order of stepping."""
+        return self.run.order or list(self.components)
 
     def split(self, name: str, where: str) -> tuple[str, str]:
         """component and variable of "component.variable"; either may contain dots."""

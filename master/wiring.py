@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cached_property
 from typing import Any
 
+from .algorithms import ALGORITHMS, Algorithm
 from .code import load_part
 from .errors import DescriptionError
 from .face import Part, Variable
@@ -42,6 +44,12 @@ class Wiring:
     values: dict[str, dict[str, Any]] = field(default_factory=dict)  # given values by component
     record: dict[str, list[str]] = field(default_factory=dict)  # recorded variables by component
     bound: dict[str, tuple[list[str], list[str]]] = field(default_factory=dict)  # names in u and in y by component
+
+    @cached_property
+    def algorithm(self) -> Algorithm:
+        """How the parts are stepped; it knows those that are no functions of time."""
+        stepped = (name for name in self.system.order if not self.parts[name].timed)
+        return ALGORITHMS[self.system.run.algorithm](stepped)
 
     def variable(self, name: str, where: str) -> tuple[str, Variable]:
         """The component and the variable called component.variable."""
@@ -93,9 +101,15 @@ def make(name: str, component: Component, system: System) -> Part:
     if component.part:
         kind = load_part(component.part, where, system.allow_code)
         try:
-            return kind(name, **component.options)
+            part = kind(name, **component.options)
         except TypeError as error:
             raise DescriptionError(f"{where} options: {error}.") from None
+        if not isinstance(part, Part):
+            raise DescriptionError(
+                f'{where} part = "{component.part}" is no selflock.master.Part. Derive its class from that; it needs to define '
+                "only what it does otherwise."
+            )
+        return part
     from .binary import open_fmu
     from .fmu import FmuPart
 
@@ -162,7 +176,7 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
         return Link(of, source.name, to, sink.name, text=True)
     factor, offset = 1.0, 0.0
     if connection.convert:
-        units = (getattr(wiring.parts[name], "units", None) for name in (of, to))
+        units = (wiring.parts[name].units for name in (of, to))
         try:
             factor, offset = conversion(source.unit, sink.unit, *units)
         except DescriptionError as error:

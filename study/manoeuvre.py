@@ -17,7 +17,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from selflock.master.face import Part, view
 
 from .turns import OUTPUTS, PARAMETERS, Output, Parameters, setpoints
 
@@ -34,7 +34,7 @@ WINDOWS = {
 }
 
 
-class Setpoints:
+class Setpoints(Part):
     """The manoeuvre as a part without inputs: its outputs are functions of time, so it can be asked at any time.
 
     `front_angle`, `front_speed`, `rear_angle`, `rear_speed`: the holders' desired motion. `*_input_angle`,
@@ -47,11 +47,7 @@ class Setpoints:
     def __init__(self, name: str = "setpoints", **options):
         if options:
             raise TypeError(f"{name}: the set-points take no options; got {', '.join(options)}.")
-        self.name = name
-        self.log: list[str] = []
-        self.variables = {variable.name: variable for variable in (*PARAMETERS, *OUTPUTS)}
-        self.u = np.zeros(0)
-        self.y = np.zeros(0)
+        super().__init__(name, (*PARAMETERS, *OUTPUTS))
         self.reset()
 
     def reset(self) -> None:
@@ -59,9 +55,9 @@ class Setpoints:
         self._time = 0.0
 
     def bind(self, inputs, outputs) -> None:
-        self.u, self.y = np.zeros(len(inputs)), np.zeros(len(outputs))
+        super().bind(inputs, outputs)
         self._pick = [(k, Output._fields.index(name)) for k, name in enumerate(outputs)]
-        self._view = memoryview(self.y)
+        self._view = view(self.y)
 
     def set(self, name: str, value) -> None:
         self._parameters = self._parameters._replace(**{name: float(value)})
@@ -81,9 +77,6 @@ class Setpoints:
     def exit_initialization(self) -> None:
         self.read()
 
-    def write(self) -> None:
-        pass
-
     def read(self) -> None:
         self.at(self._time)
 
@@ -97,14 +90,8 @@ class Setpoints:
         self._time = state
 
     @staticmethod
-    def pack(out: str | Path, **starts: Any) -> Path:
+    def pack(out: Path, **starts: Any) -> Path:
         """Setpoints.fmu in the folder `out`: the same set-points for other hosts."""
         from .setpoints_fmu import build
 
         return build(out, **starts)
-
-    def terminate(self) -> None:
-        pass
-
-    def close(self) -> None:
-        pass

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..master.errors import DescriptionError, PartFailed
-from ..master.face import Variable
+from ..master.face import Part
 from . import munk
 from .model import Geometry, Model
 from .parameters import INPUTS, VARIABLES, checked
@@ -17,7 +17,7 @@ from .posture import posture
 from .tables import OUTPUTS
 
 
-class Robot:
+class Robot(Part):
     """A robot with tracks around front and rear holders that turn about the chassis, seen from the side.
 
     One planar holder stands for the left and the right one: torques go in for one side and count twice.
@@ -26,35 +26,29 @@ class Robot:
     Rolling back is exact where pymunk's memory could be read (see munk.py); `can_roll_back` says so.
     """
 
-    variables: dict[str, Variable] = VARIABLES
-
     def __init__(self, name: str = "robot", **settings: Any):
-        self.name = name
+        super().__init__(name, VARIABLES.values())
         self.log: list[str] = []
+        self.can_roll_back = munk.layout() is not None
         self._settings = settings
-        self.u, self.y = np.zeros(0), np.zeros(0)
         self._in, self._out = np.zeros(0, int), np.zeros(0, int)
         self.reset()
 
     def reset(self) -> None:
         self.log.clear()
-        self._values = {v.name: v.start for v in VARIABLES.values() if v.causality in ("parameter", "input")}
+        self.values = {v.name: v.start for v in VARIABLES.values() if v.causality in ("parameter", "input")}
         self._model: Model | None = None
         self._running = False
         for name, value in self._settings.items():
             self.set(name, value)
 
     @property
-    def can_roll_back(self) -> bool:
-        return munk.layout() is not None
-
-    @property
     def model(self) -> Model:
         """The vehicle built from the parameters and settled on its ground; built when first asked for."""
         if self._model is None:
-            model = Model(self._values)
-            model.inputs[: len(INPUTS)] = [self._values[name] for name in INPUTS]
-            model.settle(self._values["settling_time"])
+            model = Model(self.values)
+            model.inputs[: len(INPUTS)] = [self.values[name] for name in INPUTS]
+            model.settle(self.values["settling_time"])
             if not model.sound():
                 raise DescriptionError(
                     f"{self.name}: the robot does not come to rest on its ground; a shorter inner_step, softer contacts "
@@ -70,7 +64,7 @@ class Robot:
                 raise DescriptionError(f"{self.name}: there is no input or output {name!r}.")
         self._in = np.array([INPUTS.index(name) for name in inputs], int)
         self._out = np.array([OUTPUTS.index(name) for name in outputs], int)
-        self.u, self.y = np.array([self._values[name] for name in inputs], float), np.zeros(len(outputs))
+        self.u, self.y = np.array([self.values[name] for name in inputs], float), np.zeros(len(outputs))
 
     def set(self, name: str, value: Any) -> None:
         value = checked(self.name, name, value)
@@ -81,21 +75,18 @@ class Robot:
             raise DescriptionError(f"{self.name}.{name} is a parameter and can be set only before the start.")
         if not self._running:
             self._model = None if name not in INPUTS or name == "sprocket_speed" else self._model
-        self._values[name] = value
+        self.values[name] = value
 
     def get(self, name: str) -> Any:
         if name == "sprocket_radius":
-            return Geometry(self._values).pitch_radius
+            return Geometry(self.values).pitch_radius
         if name in OUTPUTS:
             return float(self.model.outputs[OUTPUTS.index(name)])
         if name in INPUTS and self._model is not None:
             return float(self._model.inputs[INPUTS.index(name)])
-        if name not in self._values:
+        if name not in self.values:
             raise DescriptionError(f"{self.name}: there is no variable {name!r}.")
-        return self._values[name]
-
-    def enter_initialization(self, start: float, stop: float | None) -> None:
-        pass
+        return self.values[name]
 
     def exit_initialization(self) -> None:
         self.model.tell()
@@ -106,7 +97,7 @@ class Robot:
             self.model.inputs[self._in] = self.u
         else:
             for place, value in zip(self._in, self.u):
-                if value != self._values[INPUTS[place]]:
+                if value != self.values[INPUTS[place]]:
                     self.set(INPUTS[place], float(value))
 
     def read(self) -> None:
@@ -146,14 +137,11 @@ class Robot:
         self.model.tell()
 
     @staticmethod
-    def pack(out: str | Path, **starts: Any) -> Path:
+    def pack(out: Path, **starts: Any) -> Path:
         """Robot.fmu in the folder `out`: the same vehicle for other hosts."""
         from .robot_fmu import build
 
         return build(out, **starts)
-
-    def terminate(self) -> None:
-        pass
 
     def close(self) -> None:
         self._model = None

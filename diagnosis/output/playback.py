@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,24 +27,34 @@ class Playback(Part):
 
     can_roll_back = True
 
-    def __init__(self, name: str, log: str, folder: str = ".", held: list[str] = ()):
-        self.name, self.log = name, []
+    def __init__(self, name: str, log: str, folder: str = ".", held: Iterable[str] = ()):
         table = pd.read_csv(Path(folder) / log)
-        self._time = table["time"].to_numpy(float)
-        self._columns = {column: table[column].to_numpy(float) for column in table.columns if column != "time"}
-        self._held = set(held)
-        self.variables = {c: Variable(c, start=float(v[0]), depends_on=(), causality="output") for c, v in self._columns.items()}
-        self.u = self.y = np.zeros(0)
-        self._names: list[str] = []
+        columns = {column: table[column].to_numpy(float) for column in table.columns if column != "time"}
+        self._play(name, table["time"].to_numpy(float), columns, {}, held)
+
+    def _play(
+        self,
+        name: str,
+        time: np.ndarray,
+        columns: dict[str, np.ndarray],
+        types: dict[str, str],
+        held: Iterable[str],
+    ) -> None:
+        """Become the part that plays these columns, of these types (Real where none is told)."""
+        super().__init__(
+            name,
+            [
+                Variable(c, start=x[0].item(), depends_on=(), causality="output", type=types.get(c, "Real"))
+                for c, x in columns.items()
+            ],
+        )
+        self._time, self._columns, self._held = time, columns, set(held)
         self._now = 0.0
 
-    def bind(self, inputs, outputs) -> None:
-        self.u, self.y, self._names = np.zeros(len(inputs)), np.zeros(len(outputs)), list(outputs)
-
-    def get(self, name: str):
+    def get(self, name: str) -> float:
         return self._at(name, self._now)
 
-    def set(self, name: str, value) -> None:
+    def set(self, name: str, value: Any) -> None:
         raise KeyError(name)
 
     def _at(self, name: str, time: float) -> float:
@@ -53,7 +65,7 @@ class Playback(Part):
 
     def at(self, time: float) -> None:
         """Fill y for this time without a step."""
-        for place, name in enumerate(self._names):
+        for place, name in enumerate(self.outputs):
             self.y[place] = self._at(name, time)
 
     def enter_initialization(self, start: float, stop: float | None) -> None:
@@ -65,10 +77,10 @@ class Playback(Part):
     def step(self, time: float, size: float) -> None:
         self._now = time + size
 
-    def save(self):
+    def save(self) -> float:
         return self._now
 
-    def restore(self, state) -> None:
+    def restore(self, state: float) -> None:
         self._now = state
 
     def reset(self) -> None:
@@ -79,38 +91,17 @@ class PowerStage(Part):
     """A duty times the supply's voltage."""
 
     can_roll_back = True
+    described = (
+        Variable("duty", start=0.0, causality="input"),
+        Variable("supply_voltage", start=0.0, causality="input"),
+        Variable("voltage", start=0.0, depends_on=("duty", "supply_voltage"), causality="output"),
+    )
 
     def __init__(self, name: str, folder: str = "."):
-        self.name, self.log = name, []
-        given = ("duty", "supply_voltage")
-        self.variables = {n: Variable(n, start=0.0, causality="input") for n in given} | {
-            "voltage": Variable("voltage", start=0.0, depends_on=given, causality="output")
-        }
-        self.reset()
+        super().__init__(name)
 
-    def bind(self, inputs, outputs) -> None:
-        self.u, self.y, self._names = np.zeros(len(inputs)), np.zeros(len(outputs)), list(inputs)
-
-    def get(self, name: str):
-        return self.values["duty"] * self.values["supply_voltage"] if name == "voltage" else self.values[name]
-
-    def set(self, name: str, value) -> None:
-        self.values[name] = float(value)
-
-    def write(self) -> None:
-        self.values.update(zip(self._names, self.u.tolist()))
-
-    def read(self) -> None:
-        self.y[:] = self.get("voltage")
-
-    def save(self):
-        return dict(self.values)
-
-    def restore(self, state) -> None:
-        self.values = dict(state)
-
-    def reset(self) -> None:
-        self.values = {"duty": 0.0, "supply_voltage": 0.0}
+    def compute(self) -> None:
+        self.values["voltage"] = self.values["duty"] * self.values["supply_voltage"]
 
 
 def _command(name, ch, components: list[str], play, values: dict) -> list[str]:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from selflock.master.face import Variable
 from selflock.master.simulation import run as run_system
 from selflock.master.system import Component, Connection, System, did_you_mean, load
 from selflock.master.wiring import wire
@@ -48,15 +47,7 @@ class Signals(Playback):
     """Columns of a log given as arrays."""
 
     def __init__(self, name: str, time: np.ndarray, columns: dict[str, np.ndarray], types: dict[str, str]):
-        self.name, self.log = name, []
-        self._time, self._columns = time, columns
-        self._held = {column for column in columns if types[column] != "Real"}
-        self.variables = {
-            c: Variable(c, start=x[0], depends_on=(), causality="output", type=types[c]) for c, x in columns.items()
-        }
-        self.u = self.y = np.zeros(0)
-        self._names: list[str] = []
-        self._now = 0.0
+        self._play(name, time, columns, types, [column for column in columns if types[column] != "Real"])
 
 
 class Parts:
@@ -67,12 +58,11 @@ class Parts:
         wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
         try:
             self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
-            self.continuous = {name for name, part in wiring.parts.items() if hasattr(part, "at")}
+            self.algorithm = wiring.algorithm
             self.values = wiring.values
             self.links = {f"{link.target}.{link.input}": link for link in wiring.links}
         finally:
             wiring.close()
-        self.order = self.system.run.order or list(self.system.components)
         self.inputs: dict[str, list[str]] = {component: [] for component in self.system.components}
         for name, variable in self.variables.items():
             if variable.causality == "input":
@@ -114,11 +104,7 @@ class Parts:
 
     def ahead(self, source: str, target: str) -> bool:
         """Whether a component is given the source's value of the end of its step."""
-        return (
-            self.system.run.algorithm == "gauss-seidel"
-            and source not in self.continuous
-            and self.order.index(source) < self.order.index(target)
-        )
+        return self.algorithm.ahead(source, target)
 
     def replay(self, group: Group, run: MeasuredRun, wanted: list[str]) -> dict[str, np.ndarray]:
         """The variables `wanted` of a group at the times of a run."""
@@ -142,7 +128,7 @@ class Parts:
             options = {"time": time, "columns": columns, "types": types}
             components = {LOG: Component(part="selflock.diagnosis.systems.parts:Signals", options=options), **components}
             connections |= {name: Connection(f"{LOG}.{name}", convert=False) for name in columns}
-        order = [LOG] * bool(columns) + [name for name in self.order if name in group.members]
+        order = [LOG] * bool(columns) + [name for name in self.system.order if name in group.members]
         part = System(
             self.system.name,
             folder=self.system.folder,

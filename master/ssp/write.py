@@ -16,7 +16,6 @@ from pathlib import Path
 
 from lxml import etree
 
-from ..code import load_part
 from ..errors import DescriptionError
 from ..face import Part, Variable
 from ..system import Component, Run, System, load
@@ -42,7 +41,7 @@ def export(system: System | Path | str, out: Path | str, allow_code: bool = Fals
         raise DescriptionError("[[faults]] have no place in SSP 1.0; take them out of the system before exporting it.")
     wiring = wire(system)
     try:
-        files = _fmus(system)
+        files = _fmus(wiring)
         documents = {"SystemStructure.ssd": _structure(wiring, files)}
         for name in system.components:
             if wiring.values.get(name):
@@ -77,21 +76,20 @@ def _set_file(system: System, name: str) -> str:
     return f"resources/{_plain(name)}{alike.index(name) + 1 if alike[1:] else ''}.ssv"
 
 
-def _fmus(system: System) -> dict[str, tuple[str, bytes]]:
+def _fmus(wiring: Wiring) -> dict[str, tuple[str, bytes]]:
     """For each component the name its FMU has in the archive, and the FMU's bytes; equal FMUs are kept once."""
     found: dict[str, tuple[str, bytes]] = {}
     names: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as folder:
-        for name, component in system.components.items():
+        for name, component in wiring.system.components.items():
             if component.part:
-                pack = getattr(load_part(component.part, f"[components.{name}]", system.allow_code), "pack", None)
-                if pack is None:
+                path = wiring.parts[name].pack(Path(folder), **component.options)
+                if path is None:
                     raise DescriptionError(
                         f"{name}: {component.part} runs inside our master only; it cannot be packed as an FMU."
                     )
-                path = pack(Path(folder), **component.options)
             else:
-                path = fmu_path(component, system)
+                path = fmu_path(component, wiring.system)
             data = Path(path).read_bytes()
             content, stem = hashlib.sha256(data).hexdigest(), _plain(Path(path).stem)
             taken = names.setdefault(
@@ -203,7 +201,7 @@ def _parameter_set(wiring: Wiring, name: str) -> etree._Element:
 
 def _named_units(part: Part) -> dict[str, tuple]:
     """What each unit of a part's variables means: exponents, factor, offset; from the FMU, or by its name."""
-    declared = getattr(part, "units", None) or {}
+    declared = part.units
     units = {}
     for name in {v.unit for v in part.variables.values() if v.unit}:
         known = known_unit(name, declared)

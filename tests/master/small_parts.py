@@ -4,67 +4,20 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from selflock.master.errors import PartFailed
-from selflock.master.face import Variable
-
-
-class Small:
-    """What every small part shares: variables as attributes of the same name."""
-
-    can_roll_back = True
-    described: tuple[Variable, ...] = ()
-
-    def __init__(self, name: str):
-        self.name = name
-        self.variables = {v.name: v for v in self.described}
-        self.log: list[str] = []
-        self.u = self.y = np.zeros(0)
-        for v in self.described:
-            setattr(self, v.name, v.start)
-
-    def bind(self, inputs, outputs):
-        self.inputs, self.outputs = list(inputs), list(outputs)
-        self.u, self.y = np.zeros(len(inputs)), np.zeros(len(outputs))
-
-    def set(self, name, value):
-        setattr(self, name, value)
-
-    def get(self, name):
-        return getattr(self, name)
-
-    def enter_initialization(self, start, stop): ...
-    def exit_initialization(self): ...
-
-    def write(self):
-        for name, value in zip(self.inputs, self.u.tolist()):
-            setattr(self, name, value)
-        self.compute()
-
-    def read(self):
-        for k, name in enumerate(self.outputs):
-            self.y[k] = getattr(self, name)
-
-    def compute(self): ...
-
-    def step(self, time, size): ...
-
-    def save(self):
-        return {k: v for k, v in vars(self).items() if isinstance(v, (float, int, bool, str))}
-
-    def restore(self, state):
-        vars(self).update(state)
-
-    def reset(self): ...
-    def terminate(self): ...
-
-    def close(self):
-        self.closed = True
+from selflock.master import Part, PartFailed, Variable
 
 
 def real(name, causality, unit="", start=0.0, **more):
     return Variable(name, unit, start, causality=causality, **more)
+
+
+class Small(Part):
+    """A part that can roll back and says when it was closed."""
+
+    can_roll_back = True
+
+    def close(self):
+        self.closed = True
 
 
 class Mass(Small):
@@ -81,23 +34,25 @@ class Mass(Small):
     )
 
     def set(self, name, value):
-        setattr(self, "v" if name == "v0" else name, value)
+        super().set("v" if name == "v0" else name, value)
 
     def step(self, time, size):
         n = 50
         h = size / n
+        own = self.values
+        mass, stiffness, damping, force = (own[name] for name in ("mass", "stiffness", "damping", "force"))
+
+        def rate(x, v):
+            return v, (force - stiffness * x - damping * v) / mass
+
         for _ in range(n):
-
-            def rate(x, v):
-                return v, (self.force - self.stiffness * x - self.damping * v) / self.mass
-
-            x, v = self.x, self.v
+            x, v = own["x"], own["v"]
             a1 = rate(x, v)
             a2 = rate(x + h / 2 * a1[0], v + h / 2 * a1[1])
             a3 = rate(x + h / 2 * a2[0], v + h / 2 * a2[1])
             a4 = rate(x + h * a3[0], v + h * a3[1])
-            self.x += h / 6 * (a1[0] + 2 * a2[0] + 2 * a3[0] + a4[0])
-            self.v += h / 6 * (a1[1] + 2 * a2[1] + 2 * a3[1] + a4[1])
+            own["x"] += h / 6 * (a1[0] + 2 * a2[0] + 2 * a3[0] + a4[0])
+            own["v"] += h / 6 * (a1[1] + 2 * a2[1] + 2 * a3[1] + a4[1])
 
 
 class Spring(Small):
@@ -112,16 +67,14 @@ class Spring(Small):
         real("reaction", "output", "N", depends_on=()),
     )
 
-    def exit_initialization(self):
-        self.compute()
-
     def compute(self):
-        self.force = self.stiffness * self.length
-        self.reaction = -self.force
+        v = self.values
+        v["force"] = v["stiffness"] * v["length"]
+        v["reaction"] = -v["force"]
 
     def step(self, time, size):
-        self.length += (self.v2 - self.v1) * size
-        self.compute()
+        v = self.values
+        v["length"] += (v["v2"] - v["v1"]) * size
 
 
 class Gain(Small):
@@ -135,21 +88,8 @@ class Gain(Small):
     )
 
     def compute(self):
-        self.y_ = self.gain * self.u_ + self.shift
-
-    u_ = y_ = 0.0
-
-    def write(self):
-        if self.inputs:
-            self.u_ = float(self.u[0])
-        self.compute()
-
-    def read(self):
-        if self.outputs:
-            self.y[0] = self.y_
-
-    def set(self, name, value):
-        setattr(self, "u_" if name == "u" else name, value)
+        v = self.values
+        v["y"] = v["gain"] * v["u"] + v["shift"]
 
 
 class Integrator(Small):
@@ -157,23 +97,8 @@ class Integrator(Small):
 
     described = (real("u", "input"), real("y", "output", depends_on=()))
 
-    def __init__(self, name):
-        super().__init__(name)
-        self.state, self.given = 0.0, 0.0
-
-    def write(self):
-        if self.inputs:
-            self.given = float(self.u[0])
-
-    def set(self, name, value):
-        setattr(self, "given" if name == "u" else name, value)
-
-    def read(self):
-        if self.outputs:
-            self.y[:] = self.state
-
     def step(self, time, size):
-        self.state += self.given * size
+        self.values["y"] += self.values["u"] * size
 
 
 class Clock(Small):
@@ -182,7 +107,7 @@ class Clock(Small):
     described = (real("angle", "output", "rad", depends_on=()),)
 
     def at(self, time):
-        self.angle = math.sin(time)
+        self.values["angle"] = math.sin(time)
         self.read()
 
 
@@ -199,9 +124,10 @@ class Types(Small):
     )
 
     def step(self, time, size):
-        self.flag_out = not self.flag_out
-        self.count_out += 1
-        self.word_out = f"{self.word}b"[-5:]
+        v = self.values
+        v["flag_out"] = not v["flag_out"]
+        v["count_out"] += 1
+        v["word_out"] = f"{v['word']}b"[-5:]
 
 
 class Fragile(Integrator):
@@ -210,8 +136,9 @@ class Fragile(Integrator):
     described = (*Integrator.described, real("fails_at", "parameter", "s", 0.5))
 
     def step(self, time, size):
-        if time >= self.fails_at - 1e-12:
-            raise PartFailed(self.name, time, size, "Error", {"u": self.given}, ["the shaft broke"], "a thicker shaft.")
+        if time >= self.values["fails_at"] - 1e-12:
+            given = {"u": self.values["u"]}
+            raise PartFailed(self.name, time, size, "Error", given, ["the shaft broke"], "a thicker shaft.")
         super().step(time, size)
 
 
@@ -225,19 +152,7 @@ class Listener(Small):
         self.heard = []
 
     def step(self, time, size):
-        self.heard.append((time, size, self.u_given(), self.w))
-
-    def write(self):
-        self.given = dict(zip(self.inputs, self.u.tolist()))
-        self.w = self.given.get("w", 0.0)
-
-    def u_given(self):
-        return self.given.get("u", 0.0)
-
-    def set(self, name, value): ...
-
-    def read(self):
-        self.y[:] = 0.0
+        self.heard.append((time, size, self.values["u"], self.values["w"]))
 
 
 class Push(Small):
@@ -245,8 +160,8 @@ class Push(Small):
 
     described = (real("force", "output", "N", depends_on=()), real("strength", "parameter", "N", 1.0), real("v", "input", "m/s"))
 
-    def read(self):
-        self.y[:] = self.strength
+    def compute(self):
+        self.values["force"] = self.values["strength"]
 
 
 class Thermometer(Small):
@@ -269,7 +184,7 @@ class Careful(Integrator):
     described = (*Integrator.described, real("longest", "parameter", "s", 1.0))
 
     def step(self, time, size):
-        if size > self.longest + 1e-12:
+        if size > self.values["longest"] + 1e-12:
             raise PartFailed(self.name, time, size, "Discard to fmi2DoStep", {}, ["too long for me"])
         super().step(time, size)
 
@@ -283,4 +198,4 @@ class Wheel(Small):
     )
 
     def step(self, time, size):
-        self.angle += self.speed * size
+        self.values["angle"] += self.values["speed"] * size

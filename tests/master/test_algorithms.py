@@ -147,7 +147,7 @@ def test_observer_and_progress_see_every_step(system):
     seen, told = [], []
     master.run(
         system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=0.25),
-        observe=lambda t, parts: seen.append((t, parts["i"].state)),
+        observe=lambda t, parts: seen.append((t, parts["i"].get("y"))),
         progress=told.append,
     )
     assert seen == [(0.0, 0.0), (0.25, 0.25), (0.5, 0.5), (0.75, 0.75), (1.0, 1.0)]

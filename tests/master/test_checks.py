@@ -176,7 +176,9 @@ def test_settings_are_taken_as_the_variable_wants_them(system):
     got = {}
     description = system({"m": "Mass", "t": "Types"}, open_inputs=True, stop=0.1, step=0.1)
     settings = {"m.mass": "2.5", "t.flag": "True", "t.count": "7", "t.word": 3}
-    master.run(description, settings=settings, observe=lambda time, parts: got.update(m=parts["m"].mass, t=vars(parts["t"])))
+    master.run(
+        description, settings=settings, observe=lambda time, parts: got.update(m=parts["m"].get("mass"), t=parts["t"].values)
+    )
     assert got["m"] == 2.5 and got["t"]["flag"] is True and got["t"]["count"] == 7 and got["t"]["word"] == "3"
 
 

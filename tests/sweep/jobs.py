@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from selflock.master import PartFailed
-from selflock.master.face import Variable
+from selflock.master import Part, PartFailed, Variable
 
 
 def draw(context, item):
@@ -58,42 +57,18 @@ def look(context, item):
     return {"there": (context.folder / "unpacked").exists()}
 
 
-class Brittle:
+class Brittle(Part):
     """A part of a system that breaks at t = 0.005 s where `load` is above 1, and dies with its process above 2."""
 
-    can_roll_back = False
-
-    def __init__(self, name):
-        self.name, self.log = name, []
-        self.variables = {
-            "load": Variable("load", "", 0.0, minimum=0.0, causality="parameter"),
-            "y": Variable("y", "N.m", 0.0, depends_on=(), causality="output"),
-        }
-        self.reset()
-
-    def reset(self):
-        self.load, self.log = 0.0, []
-
-    def bind(self, inputs, outputs):
-        self.u, self.y = np.zeros(len(inputs)), np.zeros(len(outputs))
-
-    def set(self, name, value):
-        self.load = float(value)
-
-    def get(self, name):
-        return self.load
+    described = (
+        Variable("load", "", 0.0, minimum=0.0, causality="parameter"),
+        Variable("y", "N.m", 0.0, depends_on=(), causality="output"),
+    )
 
     def step(self, time, size):
-        if self.load > 2.0:
+        load = self.values["load"]
+        if load > 2.0:
             os.kill(os.getpid(), signal.SIGKILL)
-        if self.load > 1.0 and time > 0.0045:
-            self.log.append(f"Error: {self.load} is too much")
-            raise PartFailed(self.name, time, size, "Error", {}, self.log)
-        self.y[:] = self.load
-
-    def enter_initialization(self, start, stop): ...
-    def exit_initialization(self): ...
-    def write(self): ...
-    def read(self): ...
-    def terminate(self): ...
-    def close(self): ...
+        if load > 1.0 and time > 0.0045:
+            raise PartFailed(self.name, time, size, "Error", {}, [f"Error: {load} is too much"])
+        self.values["y"] = load

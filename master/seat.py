@@ -1,0 +1,202 @@
+"""A part's place in a run: where its inputs come from, and its own steps.
+
+- A part with a smaller step h = H/m makes m steps; under Gauss-Seidel what it takes from parts stepped before is
+  interpolated between their outputs at t_n and t_n+1, at the end of each of its steps. What it takes from others is
+  carried on from t_n to the start of each of its steps, where the source also puts out its derivative; else held.
+- A part with a larger step h = M·H steps once in M macro steps; its outputs are then shown on the straight line
+  from its old values to its new ones. Booleans, integers and discrete values wait for its step's end.
+- A source that is a function of time is evaluated at the start of each step of each part that listens to it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .errors import DescriptionError
+from .face import view
+from .wiring import Link, Wiring
+
+
+class Seat:
+    """A part's place in a run: its buffers, and where its inputs come from, all found before the first step."""
+
+    def __init__(self, name: str, wiring: Wiring):
+        self.name = name
+        self.part = wiring.parts[name]
+        self.cycle = self.part.stepper()
+        self.timed, self.parallel = self.part.timed, self.part.parallel
+        inputs, outputs = wiring.bound[name]
+        self.inputs, self.outputs = list(inputs), list(outputs)
+        self.u, self.out = view(self.part.u), view(self.part.y)
+        run = wiring.system.run
+        own = wiring.system.components[name].step
+        self.small, self.large = _ratios(name, own, run.step)
+        self.size = run.step / self.small * self.large
+        self.shown = view(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
+        self.before = view(self.part.y.copy())  # `shown` at the start of the macro step
+        self.even = self.small == self.large == 1  # steps with the master
+        self.keep = False  # whether anyone interpolates from `before`
+        self.origin = view(self.part.y.copy())  # outputs at the start of a long step
+        variables = [self.part.variables[output] for output in self.outputs]
+        self.smooth = [v.type == "Real" and v.variability == "continuous" for v in variables]
+        self.evaluated = math.nan  # time of the last `at`
+        self.plain, self.scaled, self.between, self.carried, self.clocked, self.texts = [], [], [], [], [], []
+        self.rates = {v.derivative_of: j for j, v in enumerate(variables) if v.derivative_of}
+        self.ports, self.input_faults, self.output_faults = [], [], []
+
+    def listen(self, link: Link, source: Seat, ahead: bool) -> None:
+        """Take an input from `source`; `ahead`: it has made the macro step before this part does."""
+        if link.text:
+            self.texts.append((link.input, source.part, link.output))
+            return
+        i, j = self.inputs.index(link.input), source.outputs.index(link.output)
+        if source.timed:
+            self.clocked.append((source, i, j, link.factor, link.offset))
+        elif ahead and self.small > 1 and source.smooth[j]:
+            source.keep = True
+            self.between.append((i, source, j, link.factor, link.offset))
+        elif self.small > 1 and link.output in source.rates:
+            self.carried.append((i, source.shown, j, source.rates[link.output], link.factor, link.offset))
+        elif link.factor == 1.0 and link.offset == 0.0:
+            self.plain.append((i, source.shown, j))
+        else:
+            self.scaled.append((i, source.shown, j, link.factor, link.offset))
+
+    def gather(self, time: float, since: float, part_done: float) -> None:
+        """Inputs for a step from `time`, `since` after the communication point; at its end `part_done` of the macro step is over."""
+        u = self.u
+        for i, y, j in self.plain:
+            u[i] = y[j]
+        if self.scaled:
+            for i, y, j, factor, offset in self.scaled:
+                u[i] = factor * y[j] + offset
+        if self.between:
+            for i, source, j, factor, offset in self.between:
+                old = source.before[j]
+                u[i] = factor * (old + (source.shown[j] - old) * part_done) + offset
+        if self.texts:
+            for name, source, output in self.texts:
+                self.part.set(name, source.get(output))
+        if self.clocked or self.carried:
+            self.look(time, since)
+
+    def look(self, time: float, since: float) -> None:
+        """Inputs that are known at `time`: functions of time, and what is carried on by its derivative."""
+        for i, y, j, rate, factor, offset in self.carried:
+            self.u[i] = factor * (y[j] + y[rate] * since) + offset
+        for source, i, j, factor, offset in self.clocked:
+            if source.evaluated != time:
+                source.evaluate(time)
+            self.u[i] = factor * source.out[j] + offset
+
+    def evaluate(self, time: float) -> None:
+        self.part.at(time)
+        self.evaluated = time
+        for fault in self.output_faults:
+            fault(time, self.out)
+
+    def go(self, time: float, size: float) -> None:
+        """One step with the inputs gathered."""
+        if self.input_faults:
+            for fault in self.input_faults:
+                fault(time, self.u)
+        self.cycle(time, size)
+        if self.output_faults:
+            for fault in self.output_faults:
+                fault(time + size, self.out)
+        if self.ports:
+            for port in self.ports:
+                port.add(size)
+
+    def settle(self) -> None:
+        """Choose, once all is known, the shortest way through a macro step.
+
+        stroke(index, time, step): take inputs and step, for Gauss-Seidel; collect and move: the same in two, for Jacobi.
+        """
+        self.stroke, self.collect, self.move = self._stroke, self._collect, self._move
+        more = self.scaled, self.between, self.carried, self.clocked, self.texts, self.input_faults, self.output_faults
+        if not self.even or self.keep or self.parallel or any(more):
+            return
+        u, plain, cycle, ports = self.u, self.plain, self.cycle, self.ports
+
+        def collect(index: int, time: float, step: float) -> None:
+            for i, y, j in plain:
+                u[i] = y[j]
+
+        def move(index: int, time: float, step: float) -> None:
+            cycle(time, step)
+            for port in ports:
+                port.add(step)
+
+        def stroke(index: int, time: float, step: float) -> None:
+            for i, y, j in plain:
+                u[i] = y[j]
+            cycle(time, step)
+            for port in ports:
+                port.add(step)
+
+        self.stroke, self.collect, self.move = stroke, collect, move
+
+    def _stroke(self, index: int, time: float, step: float) -> None:
+        self.turn(index, time, step, True)
+
+    def _collect(self, index: int, time: float, step: float) -> None:
+        if self.large == 1 or index % self.large == 0:
+            self.gather(time, 0.0, 0.0)
+            if self.parallel and self.even and not self.input_faults:
+                self.part.begin(time, step)
+
+    def _move(self, index: int, time: float, step: float) -> None:
+        self.turn(index, time, step, False)
+
+    def turn(self, index: int, time: float, step: float, gather: bool) -> None:
+        """This part's share of macro step `index`, from `time`. `gather`: renew inputs before every own step."""
+        if self.keep:
+            self.before[:] = self.shown
+        if self.even:
+            if gather:
+                self.gather(time, 0.0, 1.0)
+            self.go(time, step)
+        elif self.small > 1:
+            for k in range(self.small):
+                since = step * k / self.small
+                if gather:
+                    self.gather(time + since, since, (k + 1) / self.small)
+                else:
+                    self.look(time + since, since)
+                self.go(time + since, self.size)
+        else:
+            phase = index % self.large
+            if phase == 0:
+                self.origin[:] = self.out
+                if gather:
+                    self.gather(time, 0.0, 1.0)
+                self.go(time, self.size)
+            self.show((phase + 1) / self.large)
+
+    def show(self, done: float) -> None:
+        """Outputs of a long step as they are when `done` of it is over."""
+        for j, smooth in enumerate(self.smooth):
+            old, new = self.origin[j], self.out[j]
+            self.shown[j] = old + (new - old) * done if smooth and done < 1.0 else old if done < 1.0 else new
+
+
+def _ratios(name: str, own: float, step: float) -> tuple[int, int]:
+    """How many own steps make one macro step, or how many macro steps one own step."""
+    if not own:
+        return 1, 1
+    for value, result in ((step / own, lambda n: (n, 1)), (own / step, lambda n: (1, n))):
+        n = round(value) if value < 1e9 else 0
+        if n >= 1 and abs(value - n) < 1e-9 * n:
+            return result(n)
+    raise DescriptionError(
+        f"[components.{name}] step = {own:g} s neither divides the communication step {step:g} s nor is a multiple of it."
+    )
+
+
+def seats(wiring: Wiring) -> list[Seat]:
+    """Every part's seat, in the order of stepping, listening to the others."""
+    table = {name: Seat(name, wiring) for name in wiring.system.order}
+    for link in wiring.links:
+        table[link.target].listen(link, table[link.source], wiring.algorithm.ahead(link.source, link.target))
+    return list(table.values())

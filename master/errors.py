@@ -1,4 +1,4 @@
-"""What can go wrong while coupling. The tree stands in fmus.errors."""
+"""What can go wrong while coupling. The tree of all errors stands in `selflock/errors.py`."""
 
 from ..fmus.errors import SelflockError
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from . import errors
     from .diagnosis import diagnose, replay
     from .master import load, run
-    from .master.pack import build_all as build
+    from .packing import build
     from .study import study
     from .sweep import sweep
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["__version__", "build", "diagnose", "errors", "load", "replay", "run", "study", "sweep"]
 
 _FROM = {
-    "build": ("selflock.master.pack", "build_all"),
+    "build": ("selflock.packing", "build"),
     "diagnose": ("selflock.diagnosis", "diagnose"),
     "load": ("selflock.master", "load"),
     "replay": ("selflock.diagnosis", "replay"),

@@ -65,9 +65,9 @@ def build(
     ] = None,
 ) -> None:
     """Pack the components as FMUs that run alone in any FMI 2.0 tool."""
-    from selflock.master.pack import build_all
+    from selflock.packing import build as build_fmus
 
-    for path in build_all(out, only):
+    for path in build_fmus(out, only):
         console.print(path)
 
 

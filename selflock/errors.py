@@ -1,4 +1,15 @@
-"""All errors that selflock raises for a user's mistake; the tree stands in selflock.fmus.errors."""
+"""All errors that selflock raises for a user's mistake.
+
+    SelflockError
+    ├── BuildError            an FMU cannot be packed                 (selflock.fmus.errors)
+    ├── DescriptionError      a system description is wrong           (selflock.master.errors)
+    ├── PartFailed            a coupled part failed while it ran      (selflock.master.errors)
+    ├── ResultError           a result file cannot be read or written (selflock.master.errors)
+    ├── DataError             a rig or a log cannot be used           (selflock.diagnosis.errors)
+    └── SweepError            a sweep cannot be run or gone on with   (selflock.sweep.errors)
+
+Each names the thing and says what to do, in one message.
+"""
 
 from __future__ import annotations
 

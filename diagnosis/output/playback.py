@@ -17,7 +17,6 @@ from ..residuals import drive
 from ..residuals.compare import gear_inputs
 from ..residuals.drive_experiment import DriveExperiment
 
-
 VOLTAGES = ("voltage", "supply_voltage")
 """Columns of a played log that are held from row to row."""
 

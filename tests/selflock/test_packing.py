@@ -10,14 +10,14 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from selflock.fmus.errors import BuildError
-from selflock.master.pack import build_all
+from selflock.packing import build
 
 NAMES = ("Reducer", "Motor", "Controller", "Load", "Sensor", "Robot", "Setpoints")
 
 
 @pytest.fixture(scope="module")
 def packed(tmp_path_factory):
-    return {path.stem: path for path in build_all(tmp_path_factory.mktemp("fmus"))}
+    return {path.stem: path for path in build(tmp_path_factory.mktemp("fmus"))}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -50,4 +50,4 @@ def test_the_description_says_all_there_is_to_say(packed, name):
 
 def test_a_name_that_is_none_is_told(tmp_path):
     with pytest.raises(BuildError, match="no FMU 'Engine'"):
-        build_all(tmp_path, ["Engine"])
+        build(tmp_path, ["Engine"])

@@ -70,7 +70,7 @@ def _add_units(root: Element, names: list[str]) -> None:
     definitions = SubElement(root, "UnitDefinitions")
     for name in names:
         unit = units.parse(name)
-        powers = {base: str(power) for base, power in zip(units.BASES, unit.powers) if power}
+        powers = {base: str(power) for base, power in unit.exponents.items()}
         conversion = {"factor": _text(unit.factor)} if unit.factor != 1.0 else {}
         conversion |= {"offset": _text(unit.offset)} if unit.offset != 0.0 else {}
         SubElement(SubElement(definitions, "Unit", name=name), "BaseUnit", powers | conversion)

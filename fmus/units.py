@@ -20,27 +20,33 @@ class Unit(NamedTuple):
     factor: float = 1.0
     offset: float = 0.0
 
+    @property
+    def exponents(self) -> dict[str, int]:
+        """The powers that are not zero, by base."""
+        return {base: power for base, power in zip(BASES, self.powers) if power}
 
-def _of(factor: float = 1.0, offset: float = 0.0, **powers: int) -> Unit:
+
+def of(factor: float = 1.0, offset: float = 0.0, **powers: int) -> Unit:
+    """The unit with these powers of the bases."""
     return Unit(tuple(powers.get(base, 0) for base in BASES), factor, offset)
 
 
 SYMBOLS = {
-    **{base: _of(**{base: 1}) for base in BASES},
-    "1": _of(),
-    "N": _of(kg=1, m=1, s=-2),
-    "J": _of(kg=1, m=2, s=-2),
-    "W": _of(kg=1, m=2, s=-3),
-    "V": _of(kg=1, m=2, s=-3, A=-1),
-    "Ohm": _of(kg=1, m=2, s=-3, A=-2),
-    "H": _of(kg=1, m=2, s=-2, A=-2),
-    "Hz": _of(s=-1),
-    "deg": _of(rad=1, factor=pi / 180),
-    "degC": _of(K=1, offset=273.15),
-    "g": _of(kg=1, factor=1e-3),
-    "mm": _of(m=1, factor=1e-3),
-    "ms": _of(s=1, factor=1e-3),
-    "min": _of(s=1, factor=60.0),
+    **{base: of(**{base: 1}) for base in BASES},
+    "1": of(),
+    "N": of(kg=1, m=1, s=-2),
+    "J": of(kg=1, m=2, s=-2),
+    "W": of(kg=1, m=2, s=-3),
+    "V": of(kg=1, m=2, s=-3, A=-1),
+    "Ohm": of(kg=1, m=2, s=-3, A=-2),
+    "H": of(kg=1, m=2, s=-2, A=-2),
+    "Hz": of(s=-1),
+    "deg": of(rad=1, factor=pi / 180),
+    "degC": of(K=1, offset=273.15),
+    "g": of(kg=1, factor=1e-3),
+    "mm": of(m=1, factor=1e-3),
+    "ms": of(s=1, factor=1e-3),
+    "min": of(s=1, factor=60.0),
 }
 
 

@@ -13,8 +13,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 from fmpy import fmi2
-from fmpy.model_description import ModelDescription, ModelVariable
+from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable
 
+from ..fmus.units import BASES, Unit
 from . import binary
 from .errors import DescriptionError, PartFailed
 from .face import Part, Variable, view
@@ -340,15 +341,13 @@ def _kind(variable: ModelVariable) -> str:
     return "Integer" if variable.type == "Enumeration" else variable.type
 
 
-def units_of(described: ModelDescription) -> dict[str, tuple]:
-    """What an FMU says of its units, as master.units takes it: by name exponents, factor and offset to SI."""
+def units_of(described: ModelDescription) -> dict[str, Unit]:
+    """What an FMU says of its units, by their names."""
     return {u.name: _si(u.baseUnit) for u in described.unitDefinitions if u.baseUnit is not None}
 
 
-def _si(unit) -> tuple[dict[str, int], float, float]:
-    """A BaseUnit: its exponents, and factor and offset from it to SI."""
-    exponents = {base: getattr(unit, base) for base in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
-    return {base: int(e) for base, e in exponents.items() if e}, float(unit.factor), float(unit.offset)
+def _si(unit: BaseUnit) -> Unit:
+    return Unit(tuple(int(getattr(unit, base) or 0) for base in BASES), float(unit.factor), float(unit.offset))
 
 
 def _variables(described: ModelDescription) -> Iterator[Variable]:

@@ -1,4 +1,4 @@
-"""Units at connections: the same dimension is converted, another one refused.
+"""Units at connections, whoever names them: the same dimension is converted, another one refused.
 
 A unit is what it says of itself in the FMU (BaseUnit: exponents, factor, offset); where it says nothing, pint
 knows the name. Angles count as dimensionless, except that rad/s and 1/s are never taken for one another: one
@@ -8,10 +8,19 @@ turn is 2π rad, and which is meant cannot be known.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cache
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
+from ..fmus.units import Unit, of
 from .errors import DescriptionError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+Declared = Mapping[str, Unit]  # what an FMU says of its units, by their names
+NOTHING: Declared = MappingProxyType({})
 
 _BASE = {
     "kilogram": "kg",
@@ -26,27 +35,16 @@ _BASE = {
 _NAMES = {"%": "percent", "1": "", "-": "", "rev": "turn", "1/min": "1/minute"}
 
 
-@dataclass(frozen=True)
-class Unit:
-    """SI value = factor · number + offset."""
-
-    exponents: tuple[tuple[str, int], ...]
-    factor: float = 1.0
-    offset: float = 0.0
-
-    def without_angle(self) -> dict[str, int]:
-        return {base: e for base, e in self.exponents if base != "rad"}
-
-
-def unit(name: str, declared: dict[str, tuple] | None = None) -> Unit | None:
+def unit(name: str, declared: Declared = NOTHING) -> Unit | None:
     """The unit called `name`; `declared`: what the FMU says of its units. None when nobody knows it."""
-    if declared and name in declared:
-        exponents, factor, offset = declared[name]
-        return Unit(tuple(sorted(exponents.items())), factor, offset)
-    return _pint_unit(name)
+    return declared[name] if name in declared else _pint_unit(name)
 
 
-def conversion(source: str, target: str, of_source: dict | None = None, of_target: dict | None = None) -> tuple[float, float]:
+def _without_angle(unit: Unit) -> dict[str, int]:
+    return {base: power for base, power in unit.exponents.items() if base != "rad"}
+
+
+def conversion(source: str, target: str, of_source: Declared = NOTHING, of_target: Declared = NOTHING) -> tuple[float, float]:
     """factor and offset that take a number in unit `source` to unit `target`.
 
     No unit on either side: passed on as it is. Raises DescriptionError with the reason.
@@ -58,23 +56,23 @@ def conversion(source: str, target: str, of_source: dict | None = None, of_targe
         if source == target:
             return 1.0, 0.0
         raise DescriptionError(f"nobody knows the unit {source if a is None else target}")
-    if a.without_angle() != b.without_angle():
+    if _without_angle(a) != _without_angle(b):
         raise DescriptionError(f"{source} cannot be converted to {target}")
-    if a.exponents != b.exponents and a.without_angle() == {"s": -1}:
+    if a.powers != b.powers and _without_angle(a) == {"s": -1}:
         raise DescriptionError(
             f"{source} and {target} differ by the angle of a turn, or do not; give the factor and convert = false"
         )
     return a.factor / b.factor, (a.offset - b.offset) / b.factor
 
 
-def to_si(name: str, declared: dict | None = None) -> float:
+def to_si(name: str, declared: Declared = NOTHING) -> float:
     """Factor from unit `name` to SI; 1 where the unit is unknown."""
     known = unit(name, declared) if name else None
     return known.factor if known else 1.0
 
 
 @cache
-def _registry():
+def _registry() -> UnitRegistry:
     import pint
 
     return pint.UnitRegistry()
@@ -90,12 +88,12 @@ def _pint_unit(name: str) -> Unit | None:
     try:
         registry = _registry()
         if not text:
-            return Unit(())
+            return of()
         parsed = registry.parse_units(text)
         one, zero = (registry.Quantity(x, parsed).to_base_units() for x in (1.0, 0.0))
         exponents = {_BASE[base]: int(e) for base, e in one.unit_items() if base in _BASE and e == int(e)}
         if len(exponents) != len(list(one.unit_items())):
             return None
-        return Unit(tuple(sorted(exponents.items())), float(one.magnitude - zero.magnitude), float(zero.magnitude))
+        return of(float(one.magnitude - zero.magnitude), float(zero.magnitude), **exponents)
     except Exception:  # pint's many ways to say that it does not know
         return None

@@ -23,7 +23,7 @@ def conversion(given: str, wanted: str) -> tuple[float, float]:
         raise ValueError(f"unit {given!r} is not known; write SI units such as rad/s, N.m, V, A, or rpm, deg, mN.m")
     if target is None:
         raise ValueError(f"nothing can be converted to {wanted!r}, which is not known")
-    if dict(target.exponents).get("rad") and not dict(known.exponents).get("rad"):
+    if target.exponents.get("rad") and not known.exponents.get("rad"):
         raise ValueError(f"unit {given!r} names no angle and cannot be {wanted!r}; write rad, deg, turn, rad/s, rpm or deg/s")
     try:
         return between(given, wanted)

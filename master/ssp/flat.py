@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import DescriptionError
-from ..units import conversion
+from ..units import Declared, conversion
 
 Port = tuple[str, str]  # (element path, connector); the path of a system is that of the system itself
 
@@ -26,13 +26,13 @@ class Affine:
 
 
 @dataclass(frozen=True)
-class Unit:
-    """A unit's name and what the document or FMU that uses the name says of it, as master.units takes it."""
+class Named:
+    """A unit's name, and what the document or FMU that uses the name says of its units."""
 
     name: str
-    declared: dict[str, tuple]
+    declared: Declared
 
-    def to(self, other: Unit, where: str) -> Affine:
+    def to(self, other: Named, where: str) -> Affine:
         """From this unit to another one. Raises DescriptionError where they measure different things."""
         try:
             return Affine(*conversion(self.name, other.name, self.declared, other.declared))
@@ -41,7 +41,7 @@ class Unit:
 
 
 @dataclass
-class Link:
+class Joint:
     """One ssd:Connection between two ports, with what it does to the value."""
 
     start: Port

@@ -18,13 +18,13 @@ from pathlib import Path
 import fmpy
 from lxml import etree
 
+from ...fmus.units import BASES, Unit, of
 from ..errors import DescriptionError
 from ..fmu import units_of
 from .archive import ANNOTATION, inside, parse, tag, unpack
-from .flat import Affine, Flat, Link, Port, Unit
+from .flat import Affine, Flat, Joint, Named, Port
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
-BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 def read(path: Path, folder: Path, variant: str = "SystemStructure.ssd") -> Flat:
@@ -39,11 +39,11 @@ def read(path: Path, folder: Path, variant: str = "SystemStructure.ssd") -> Flat
 class _Reader:
     def __init__(self, root: Path):
         self.root = root
-        self.units: dict[Port, Unit | None] = {}
-        self.links: list[Link] = []
+        self.units: dict[Port, Named | None] = {}
+        self.links: list[Joint] = []
         self.kinds: dict[Port, str] = {}
         self.ports: dict[str, set[str]] = {}
-        self.bindings: list[tuple[int, int, Port, object, Unit | None, Affine]] = []  # depth, order, …
+        self.bindings: list[tuple[int, int, Port, object, Named | None, Affine]] = []  # depth, order, …
         self.flat = Flat("", "")
 
     def read(self, document: Path) -> Flat:
@@ -64,7 +64,7 @@ class _Reader:
         self._resolve()
         return flat
 
-    def _system(self, node: etree._Element, path: str, base: Path, units: dict[str, tuple], depth: int) -> None:
+    def _system(self, node: etree._Element, path: str, base: Path, units: dict[str, Unit], depth: int) -> None:
         """Take in a system and all below it. `path` is "" for the outermost."""
         self._connectors(node, path, units)
         children = {}
@@ -87,7 +87,7 @@ class _Reader:
             self._connection(connection, path, children)
         self._parameters(node, path, base, base, depth)
 
-    def _component(self, node: etree._Element, path: str, base: Path, units: dict[str, tuple], depth: int) -> None:
+    def _component(self, node: etree._Element, path: str, base: Path, units: dict[str, Unit], depth: int) -> None:
         kind, source = node.get("type", FMU), node.get("source")
         if kind in (SSD, SSP):
             source, _, fragment = source.partition("#")
@@ -119,12 +119,12 @@ class _Reader:
         own = units_of(description)
         for variable in description.modelVariables:
             unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
-            self.units[path, variable.name] = Unit(unit, own) if unit else None
+            self.units[path, variable.name] = Named(unit, own) if unit else None
             self.kinds[path, variable.name] = variable.causality or "local"
         self._connectors(node, path, units)
         self._parameters(node, path, base, file.parent, depth)
 
-    def _connectors(self, node: etree._Element, path: str, units: dict[str, tuple]) -> None:
+    def _connectors(self, node: etree._Element, path: str, units: dict[str, Unit]) -> None:
         connectors = node.find(tag("ssd:Connectors"))
         self.ports[path] = {connector.get("name") for connector in ([] if connectors is None else connectors)}
         for connector in [] if connectors is None else connectors:
@@ -138,7 +138,7 @@ class _Reader:
             text = None if real is None else real.get("unit")
             if text is not None and text not in units:
                 raise DescriptionError(f"{path or 'the system'}: connector {name!r} has unit {text!r}, which is not in Units.")
-            unit = Unit(text, units) if text else None
+            unit = Named(text, units) if text else None
             if path in self.flat.fmus:
                 if (path, name) not in self.kinds:
                     raise DescriptionError(f"{path}: connector {name!r} is not a variable of its FMU.")
@@ -165,7 +165,7 @@ class _Reader:
                 )
             ends.append(port)
         self.links.append(
-            Link(*ends, _transform(node, ".".join(ends[1])), node.get("suppressUnitConversion") not in ("true", "1"))
+            Joint(*ends, _transform(node, ".".join(ends[1])), node.get("suppressUnitConversion") not in ("true", "1"))
         )
 
     def _parameters(self, node: etree._Element, path: str, base: Path, component_base: Path, depth: int) -> None:
@@ -211,13 +211,13 @@ class _Reader:
 
     def _resolve(self) -> None:
         """Follow every connection from an FMU's input back to an FMU's output, and every value down to FMUs."""
-        into: dict[Port, Link] = {}
+        into: dict[Port, Joint] = {}
         for link in self.links:
             start, end = self._oriented(link)
             if end in into:
                 raise DescriptionError(f"{'.'.join(end)} has two sources: {'.'.join(into[end].start)} and {'.'.join(start)}.")
-            into[end] = Link(start, end, link.transform, link.convert)
-        outof: dict[Port, list[Link]] = {}
+            into[end] = Joint(start, end, link.transform, link.convert)
+        outof: dict[Port, list[Joint]] = {}
         for link in into.values():
             outof.setdefault(link.start, []).append(link)
         for port in into:
@@ -238,7 +238,7 @@ class _Reader:
                 value = convert.then(change)(value) if convert.then(change) != Affine() else value
             self.flat.start.update(self._down(port, value, outof))
 
-    def _oriented(self, link: Link) -> tuple[Port, Port]:
+    def _oriented(self, link: Joint) -> tuple[Port, Port]:
         """SSP connections run from start to end; a connection written backwards to an FMU's input is refused."""
         for port, wrong in ((link.start, ("input", "parameter")), (link.end, ("output",))):
             if port[0] in self.flat.fmus and self.kinds.get(port) in wrong:
@@ -248,7 +248,7 @@ class _Reader:
                 )
         return link.start, link.end
 
-    def _through(self, link: Link) -> Affine:
+    def _through(self, link: Joint) -> Affine:
         where = f"{'.'.join(link.start)} → {'.'.join(link.end)}"
         start, end = self.units.get(link.start), self.units.get(link.end)
         change = start.to(end, where) if link.convert and start and end else Affine()
@@ -268,7 +268,7 @@ class _Reader:
             f"a parameter set of {path or 'the system'} names {name!r}, which is neither a variable nor a connector of it."
         )
 
-    def _down(self, port: Port, value, outof: dict[Port, list[Link]]):
+    def _down(self, port: Port, value, outof: dict[Port, list[Joint]]):
         """The FMU variables that a value given at a port reaches, each with the value in its unit."""
         if port[0] in self.flat.fmus:
             yield port, value
@@ -292,17 +292,17 @@ def _transform(node: etree._Element, where: str) -> Affine:
     return Affine()
 
 
-def _read_units(root: etree._Element) -> dict[str, tuple]:
-    """Exponents, factor and offset of each ssc:Unit in an ssd or ssv document, by name."""
+def _read_units(root: etree._Element) -> dict[str, Unit]:
+    """Each ssc:Unit in an ssd or ssv document, by name."""
     units = {}
     for node in root.iter(tag("ssc:Unit")):
         base = node.find(tag("ssc:BaseUnit"))
-        exponents = {name: int(base.get(name)) for name in BASES if base.get(name, "0") != "0"}
-        units[node.get("name")] = exponents, float(base.get("factor", "1")), float(base.get("offset", "0"))
+        powers = {name: int(base.get(name, "0")) for name in BASES}
+        units[node.get("name")] = of(float(base.get("factor", "1")), float(base.get("offset", "0")), **powers)
     return units
 
 
-def _value(parameter: etree._Element, units: dict[str, tuple], what: str) -> tuple[object, Unit | None]:
+def _value(parameter: etree._Element, units: dict[str, Unit], what: str) -> tuple[object, Named | None]:
     """The value and unit of an ssv:Parameter."""
     for child in parameter:
         kind, text = etree.QName(child).localname, child.get("value")
@@ -310,7 +310,7 @@ def _value(parameter: etree._Element, units: dict[str, tuple], what: str) -> tup
             unit = child.get("unit")
             if unit is not None and unit not in units:
                 raise DescriptionError(f"{what}: {parameter.get('name')} has unit {unit!r}, which is not in its Units.")
-            return float(text), Unit(unit, units) if unit else None
+            return float(text), Named(unit, units) if unit else None
         if kind == "Integer":
             return int(text), None
         if kind == "Boolean":

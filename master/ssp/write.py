@@ -16,6 +16,7 @@ from pathlib import Path
 
 from lxml import etree
 
+from ...fmus.units import Unit, of
 from ..errors import DescriptionError
 from ..face import Part, Variable
 from ..system import Component, Run, System, load
@@ -186,7 +187,7 @@ def _parameter_set(wiring: Wiring, name: str) -> etree._Element:
     part = wiring.parts[name]
     root = etree.Element(tag("ssv:ParameterSet"), version="1.0", name=SET, nsmap={key: NAMESPACES[key] for key in ("ssv", "ssc")})
     parameters = etree.SubElement(root, tag("ssv:Parameters"))
-    used = {}
+    used: dict[str, Unit] = {}
     for variable, value in wiring.values[name].items():
         described = part.variables[variable]
         parameter = etree.SubElement(parameters, tag("ssv:Parameter"), name=variable)
@@ -194,32 +195,25 @@ def _parameter_set(wiring: Wiring, name: str) -> etree._Element:
         element = etree.SubElement(parameter, tag(f"ssv:{described.type}"), value=text)
         if described.type == "Real" and described.unit:
             element.set("unit", described.unit)
-            used[described.unit] = _named_units(part).get(described.unit)
+            used[described.unit] = _named_units(part)[described.unit]
     _units(root, used, "ssv")
     return root
 
 
-def _named_units(part: Part) -> dict[str, tuple]:
-    """What each unit of a part's variables means: exponents, factor, offset; from the FMU, or by its name."""
-    declared = part.units
-    units = {}
-    for name in {v.unit for v in part.variables.values() if v.unit}:
-        known = known_unit(name, declared)
-        units[name] = (dict(known.exponents), known.factor, known.offset) if known else ({}, 1.0, 0.0)
-    return units
+def _named_units(part: Part) -> dict[str, Unit]:
+    """What each unit of a part's variables means, from the FMU, or by its name."""
+    return {name: known_unit(name, part.units) or of() for name in {v.unit for v in part.variables.values() if v.unit}}
 
 
-def _units(root: etree._Element, units: dict[str, tuple], prefix: str) -> None:
+def _units(root: etree._Element, units: dict[str, Unit], prefix: str) -> None:
     if not units:
         return
     element = etree.SubElement(root, tag(f"{prefix}:Units"))
-    for name, (exponents, factor, offset) in sorted(units.items()):
-        unit = etree.SubElement(element, tag("ssc:Unit"), name=name)
-        attributes = {base: str(exponent) for base, exponent in exponents.items()}
-        attributes |= {
-            key: repr(value) for key, value, plain in (("factor", factor, 1.0), ("offset", offset, 0.0)) if value != plain
-        }
-        etree.SubElement(unit, tag("ssc:BaseUnit"), **attributes)
+    for name, unit in sorted(units.items()):
+        attributes = {base: str(exponent) for base, exponent in sorted(unit.exponents.items())}
+        changes = (("factor", unit.factor, 1.0), ("offset", unit.offset, 0.0))
+        attributes |= {key: repr(value) for key, value, plain in changes if value != plain}
+        etree.SubElement(etree.SubElement(element, tag("ssc:Unit"), name=name), tag("ssc:BaseUnit"), attributes)
 
 
 def _documentation(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from selflock import master
+from selflock.fmus.units import of
 from selflock.master.fmu import FmuPart
 
 
@@ -85,7 +86,7 @@ def test_a_step_discarded_whole_asks_for_a_smaller_one(system, native):
 
 def test_enumerations_are_integers_and_units_are_those_of_the_fmu(native):
     part = FmuPart("r", native("relaxation"))
-    assert part.units["degC"] == ({"K": 1}, 1.0, 273.15)
+    assert part.units["degC"] == of(offset=273.15, K=1)
     assert part.variables["rate"].minimum == 0.0 and part.variables["rate"].start == 1e6
     assert part.variables["flow"].depends_on == ("u",) and part.variables["x"].depends_on == ()
     part.close()

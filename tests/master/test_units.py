@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from selflock.fmus.units import of
 from selflock.master.errors import DescriptionError
 from selflock.master.units import conversion, to_si
 
@@ -38,7 +39,7 @@ def test_refused(source, target):
 
 
 def test_what_an_fmu_says_of_its_units_counts_first():
-    declared = {"turn": ({"rad": 1}, 2 * math.pi, 0.0), "degC": ({"K": 1}, 1.0, 273.15)}
+    declared = {"turn": of(2 * math.pi, rad=1), "degC": of(offset=273.15, K=1)}
     assert conversion("turn", "rad", declared) == (pytest.approx(2 * math.pi), 0.0)
     assert conversion("degC", "K", declared) == (1.0, 273.15)
     assert to_si("turn", declared) == pytest.approx(2 * math.pi)

@@ -5,8 +5,10 @@ Whatever file is added to a component's `effects` folder is held to this.
 
 import inspect
 import random
+import re
 from importlib import import_module
 from math import cos, isfinite, sin
+from pathlib import Path
 
 import pytest
 
@@ -202,3 +204,10 @@ def test_its_own_check_is_the_fmu_s(effect):
             slave.enter_initialization_mode()
             slave.exit_initialization_mode()
             assert slave._fault == effect.check(values)
+
+
+def test_the_page_of_the_fmus_names_every_effect():
+    rows = (Path(__file__).parents[2] / "docs/fmus.md").read_text().splitlines()
+    for component, law in LAWS.items():
+        (row,) = [row for row in rows if row.startswith(f"| {component.capitalize()} ")]
+        assert set(re.findall("`(.+?)`", row.split("|")[4])) == {effect.name for effect in law.EFFECTS}

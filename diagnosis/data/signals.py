@@ -6,6 +6,8 @@ connection are one signal (the motor's speed is the speed of the reducer's input
 
 from __future__ import annotations
 
+from selflock.fmus.chain import CONNECTIONS
+
 SIGNALS = {
     # name: (unit, what it is)
     "controller.angle_setpoint": ("rad", "angle that the controller is asked for, output side"),
@@ -25,18 +27,11 @@ SIGNALS = {
     "load.speed": ("rad/s", "speed of the load, which is the reducer's output speed"),
 }
 
-ALIASES = {
-    "motor.speed": "reducer.input_speed",
+ALIASES = {target: source for target, source in CONNECTIONS.items() if target not in SIGNALS} | {
     "motor.angle": "reducer.input_angle",
     "reducer.imposed_angle": "reducer.input_angle",
     "reducer.imposed_speed": "reducer.input_speed",
-    "reducer.motor_torque": "motor.torque",
     "reducer.motor_torque_required": "motor.torque",
-    "reducer.output_angle": "load.angle",
-    "reducer.output_speed": "load.speed",
-    "controller.angle": "load.angle",
-    "controller.speed": "load.speed",
-    "load.torque": "reducer.output_torque",
 }
 
 SPEED_OF = {"reducer.input_angle": "reducer.input_speed", "load.angle": "load.speed"}

@@ -15,6 +15,7 @@ import numpy as np
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
+from selflock.fmus import chain
 from selflock.fmus.build import build
 
 from ..data.rig import split
@@ -104,7 +105,7 @@ def with_fmus(experiment: DriveExperiment, fmus: dict[str, Path], residual: Resi
         "gear": lambda p, *a: _play(path, own(p), GEAR, a[:-2], a[-2], a[-1:]),
         "motor": lambda p, u, w, dt, *out: _shifted(path, own(p), u, w, dt, out),
         "controller": lambda p, *a: _play(path, own(p), CONTROL, a[:-2], _from_start(a[-2]), a[-1:]),
-        "drive": lambda *a: _chain([fmus.get(prefix + c) for c in COMPONENTS], list(of_log.values()), *a),
+        "drive": lambda *a: _chain({c: fmus.get(prefix + c) for c in COMPONENTS}, of_log, *a),
     }[kind]
     kernels = SimpleNamespace(**{**vars(experiment.setting.kernels), "whole" if kind == "drive" else kind: loop})
     return experiment.but_with(replace(experiment.setting, kernels=kernels))
@@ -169,46 +170,55 @@ class _Fmu:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+SETPOINTS = {"angle_setpoint": "log.angle_setpoint", "speed_setpoint": "log.speed_setpoint"}
+GIVES = {
+    "controller": ("voltage",),
+    "motor": ("current", "torque"),
+    "reducer": ("input_angle", "input_speed", "output_torque"),
+    "load": ("angle", "speed"),
+}
+"""What a row of the whole drive has, of each component."""
+
+
 def _chain(paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out) -> None:
     """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of single logs."""
-    own = [_starts_of_log(p, names) for p, names in zip((pc, pm, pr, pl), of_log)]
-    angle, speed = float(start[2]), float(start[3])
-    fmus = []
-    if closed:
-        fmus.append(_Fmu(paths[0], own[0], *CONTROL, [wanted[0], rate[0], angle, speed, start[1], 0.0]))
-    motor = _Fmu(paths[1], own[1], *MOTOR, [0.0, float(start[1])])
-    softer = {
-        **own[2],
+    own = {part: _starts_of_log(p, names) for p, (part, names) in zip((pc, pm, pr, pl), of_log.items())}
+    now = {f"{part}.{name}": 0.0 for part, names in GIVES.items() for name in names}
+    now |= dict(zip(("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed"), start.tolist()))
+    own["reducer"] |= {
         "kinematic": False,
         "shaft_stiffness": pr.shaft_stiffness,
         "shaft_damping": pr.shaft_damping,
-        "initial_speed": float(start[1]),
+        "initial_speed": now["reducer.input_speed"],
     }
-    gear = _Fmu(
-        paths[2],
-        softer,
-        ("motor_torque", "output_angle", "output_speed"),
-        ("input_angle", "input_speed", "output_torque"),
-        [0.0, angle, speed],
-    )
-    load = _Fmu(paths[3], {**own[3], "start_angle": angle, "start_speed": speed}, ("torque",), ("angle", "speed"), [0.0])
-    fmus += [motor, gear, load]
-    input_angle, input_speed, delivered, u, current, torque = float(start[0]), float(start[1]), 0.0, 0.0, 0.0, 0.0
+    own["load"] |= {"start_angle": now["load.angle"], "start_speed": now["load.speed"]}
+    given = {part: chain.inputs(part) for part in chain.ORDER} | {"controller": SETPOINTS | chain.inputs("controller")}
+    log = {"log.angle_setpoint": wanted, "log.speed_setpoint": rate}
+    now |= {name: float(x[0]) for name, x in log.items()}
+    fmus: dict[str, _Fmu] = {}
+
+    def step(part: str, size: float) -> None:
+        found = fmus[part].step([now[source] for source in given[part].values()], size)
+        now.update(zip((f"{part}.{name}" for name in GIVES[part]), found))
+
     try:
-        for i, step in enumerate(dt.tolist()):
+        for part in chain.ORDER if closed else chain.ORDER[:-1]:
+            first = [now[source] for source in given[part].values()]
+            fmus[part] = _Fmu(paths[part], own[part], tuple(given[part]), GIVES[part], first)
+        for i, size in enumerate(dt.tolist()):
             for _ in range(parts if i else 0):
-                current, torque = motor.step([u, input_speed], step / parts)
-                input_angle, input_speed, delivered = gear.step([torque, angle, speed], step / parts)
-                angle, speed = load.step([delivered], step / parts)
-            u = float(voltage[i])
+                for part in chain.ORDER[:-1]:
+                    step(part, size / parts)
+            now["controller.voltage"] = float(voltage[i])
             if closed:
-                (u,) = fmus[0].step([wanted[i], rate[i], angle, speed, input_speed, delivered], step)
-                u *= supply[i] if supply[i] > 0.0 else 1.0
+                now |= {name: float(x[i]) for name, x in log.items()}
+                step("controller", size)
+                now["controller.voltage"] *= supply[i] if supply[i] > 0.0 else 1.0
             if powered[i] == 0.0:
-                u = pm.voltage_constant * input_speed
-            out[:, i] = (u, current, torque, input_angle, input_speed, delivered, angle, speed)
+                now["controller.voltage"] = pm.voltage_constant * now["reducer.input_speed"]
+            out[:, i] = [now[f"{part}.{name}"] for part, names in GIVES.items() for name in names]
     finally:
-        for fmu in fmus:
+        for fmu in fmus.values():
             fmu.close()
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from selflock.fmus import chain
 from selflock.master.face import Part, Variable
 
 from ..data.log import write_csv
@@ -103,6 +104,12 @@ class PowerStage(Part):
         self.values["voltage"] = self.values["duty"] * self.values["supply_voltage"]
 
 
+def _chained(part: str, name) -> list[str]:
+    """The connections that the drive's chain gives to a part, but the command, which may come through a power stage."""
+    sources = {target: source.split(".") for target, source in chain.inputs(part).items() if target != "voltage"}
+    return [f'"{name(part)}.{target}" = "{name(owner)}.{output}"' for target, (owner, output) in sources.items()]
+
+
 def _command(name, ch, components: list[str], play, values: dict) -> list[str]:
     """The connection from the controller to the motor: a voltage, or a duty of the measured supply."""
     if not ch.has("motor.duty", "motor.supply_voltage"):
@@ -171,25 +178,13 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
             wanted = ch.raw("controller.angle_setpoint")
             play("angle_setpoint", wanted, f"{name('controller')}.angle_setpoint")
             play("speed_setpoint", drive.speed_setpoint(wanted, {}, ch), f"{name('controller')}.speed_setpoint")
-            connections += [
-                f'"{name("controller")}.angle" = "{name("load")}.angle"',
-                f'"{name("controller")}.speed" = "{name("load")}.speed"',
-                f'"{name("controller")}.motor_speed" = "{name("reducer")}.input_speed"',
-                f'"{name("controller")}.output_torque" = "{name("reducer")}.output_torque"',
-                *_command(name, ch, components, play, values),
-            ]
+            connections += [*_chained("controller", name), *_command(name, ch, components, play, values)]
         elif electric:
             play("voltage", drive.voltage(electric, values, ch), f"{name('motor')}.voltage")
         component("motor")
         component("reducer", f"kinematic = false\ninitial_speed = {float(first.speed[0])!r}")
         component("load", f"start_angle = {float(second.angle[0])!r}\nstart_speed = {float(second.speed[0])!r}")
-        connections += [
-            f'"{name("motor")}.speed" = "{name("reducer")}.input_speed"',
-            f'"{name("reducer")}.motor_torque" = "{name("motor")}.torque"',
-            f'"{name("load")}.torque" = "{name("reducer")}.output_torque"',
-            f'"{name("reducer")}.output_angle" = "{name("load")}.angle"',
-            f'"{name("reducer")}.output_speed" = "{name("load")}.speed"',
-        ]
+        connections += [line for part in ("motor", "reducer", "load") for line in _chained(part, name)]
     if not components:
         return None
     write_csv(pd.DataFrame(columns), out / "inputs.csv")

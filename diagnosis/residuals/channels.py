@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from selflock.fmus.sensor import sensor as probe
+
 from ..data.log import MeasuredRun
+from . import laws
 from .setting import Setting
 
 PIECE = 100_000
@@ -73,16 +76,16 @@ class Channels:
         return self.run.good.get(full, np.isfinite(self.run.signals[full]))
 
     def true(self, name: str, values: dict[str, float]) -> np.ndarray:
-        """A channel as it was before its sensor: bias, scale and lag undone (a resolution cannot be)."""
+        """A channel as it was before its sensor: lag, scale and bias undone (a resolution cannot be)."""
         x = self.raw(name)
-        bias, factor, lag = (self.sensor(name, key, values) for key in ("bias", "scale_factor", "lag_time"))
-        if bias is not None:
-            x = x - bias
-        if factor is not None:
-            x = x / factor
-        if lag:
-            x = x + lag * derivative(smooth(x, window(lag, self.dt)), np.cumsum(self.dt))
-        return x
+        p = self.sensor(name, values)
+        if p is None:
+            return x
+        if lag := probe.lag(p, 0.0):
+            x = probe.before_lag(p, x, derivative(smooth(x, window(lag, self.dt)), np.cumsum(self.dt)))
+        value = np.empty(len(x))
+        self.setting.kernels.undo(p, x, value)
+        return value
 
     def taken_steps(self) -> np.ndarray:
         """Time from each sample that is simulated to the next, s: over what is left out, too."""
@@ -107,9 +110,9 @@ class Channels:
             self.memory[key] = away
         return self.memory[key]
 
-    def sensor(self, name: str, key: str, values: dict[str, float]) -> float | None:
-        """What `values` say of a channel's sensor; None where they say nothing."""
-        return values.get(f"sensor.{self.prefix}{name}.{key}")
+    def sensor(self, name: str, values: dict[str, float]):
+        """Parameters of a channel's sensor; None where `values` say nothing of it."""
+        return laws.sensor(self.prefix + name, values)
 
 
 def window(seconds: float, dt: np.ndarray) -> int:

@@ -51,9 +51,10 @@ def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(Non
     first, second = drive.both(values, ch)
     law = drive.law("reducer", values, ch)
     delivered = drive.delivered(values, ch, second, take)
-    windup = delivered * (1.0 / law.shaft_stiffness + law.compliance) + 0.5 * law.backlash * np.sign(delivered)
     speed = first.speed[take]
     before = first.angle[take] - speed * ch.dt[take]
+    windup = np.empty(len(before))
+    ch.setting.kernels.windup(law, before, delivered, windup)
     return (before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio), first
 
 
@@ -117,9 +118,10 @@ def redundant(side: str, values: dict, ch: Channels) -> Compared:
 def twist(values: dict, ch: Channels) -> Compared:
     """The angle of the load behind the gear's spring and play."""
     _, second = drive.both(values, ch)
-    out = np.empty(len(ch.dt))
-    angle = ch.true("reducer.input_angle", values)
-    ch.setting.kernels.twist(drive.law("reducer", values, ch), angle, drive.delivered(values, ch, second), out)
+    law = drive.law("reducer", values, ch)
+    angle, windup = ch.true("reducer.input_angle", values), np.empty(len(ch.dt))
+    ch.setting.kernels.windup(law, angle, drive.delivered(values, ch, second), windup)
+    out = angle / law.gear_ratio - windup
     good = ch.good("reducer.input_angle") & ch.good("load.angle") & second.sliding & _pressed(ch)
     if good.any():  # where the encoders' zeros lie is nobody's fault
         out -= np.mean((out - ch.raw("load.angle"))[good])

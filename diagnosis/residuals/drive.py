@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .channels import Channels, ShaftMotion, derivative, motion
-from .kernels import kernels
-from .laws import parameters
+from .laws import LAGS, parameters
 
 MOST_KEPT = 1_000_000
 """Samples of all motions of a shaft that are remembered beside the first: an hour's motion is 90 MB."""
@@ -106,19 +105,15 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
 
     x: at all samples, or at those that are taken.
     """
-    bias, factor, lag, step = (ch.sensor(channel, key, values) for key in ("bias", "scale_factor", "lag_time", "resolution"))
-    if factor is not None:
-        x = x * factor
-    if bias is not None:
-        x = x + bias
-    if lag:
-        way, whole, parts = slice(None, None, 1 if lag > 0.0 else -1), len(x) == len(ch.dt), []
-        behind = [] if whole else ch.gaps + 1  # where it begins anew
-        for part, dt in zip(np.split(x, behind), np.split(ch.dt if whole else ch.dt[ch.take], behind)):
-            y = np.empty(len(part))
-            kernels().lag(part[way], dt, abs(lag), y)
-            parts.append(y[way])
-        x = np.concatenate(parts)
-    if step:
-        x = step * np.floor(x / step + 0.5)
-    return x
+    p = ch.sensor(channel, values)
+    if p is None:
+        return x
+    reverse = any(getattr(p, name) < 0.0 for name in LAGS)
+    p = p._replace(**{name: abs(getattr(p, name)) for name in LAGS})
+    way, whole, parts = slice(None, None, -1 if reverse else 1), len(x) == len(ch.dt), []
+    behind = [] if whole else ch.gaps + 1  # where it begins anew
+    for part, dt in zip(np.split(x, behind), np.split(ch.dt if whole else ch.dt[ch.take], behind)):
+        reading = np.empty(len(part))
+        ch.setting.kernels.read(p, part[way], dt, reading)
+        parts.append(reading[way])
+    return np.concatenate(parts)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from selflock.fmus.load.load import State, moment_of_inertia
+
 from ..data.log import VALID
 from . import drive
 from .channels import Channels
@@ -69,7 +71,7 @@ def stretches(ch: Channels) -> list[slice]:
 
 def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
     """Stiffness of the output shaft, parts of a step, damping: as given, or as stiff as so many parts carry."""
-    inertia = load.inertia + load.mass * load.arm**2
+    inertia = max(moment_of_inertia(load, State(0.0, 0.0)), 1e-12)
     behind = reducer.shaft_inertia * reducer.gear_ratio**2
     together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
     parts = int(np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS))

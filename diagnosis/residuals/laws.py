@@ -7,6 +7,8 @@ from functools import cache
 from importlib import import_module
 from math import inf
 
+from selflock.fmus.effect import LAG
+from selflock.fmus.sensor.effects import EFFECTS
 from selflock.fmus.slave import Variable, rows
 
 from ..data.rig import Rig, split, suggest
@@ -19,8 +21,12 @@ MODULES = {
     "reducer": "selflock.fmus.reducer.shaft",
     "load": "selflock.fmus.load.load",
 }
-_TABLES = {**MODULES, "reducer": "selflock.fmus.reducer.law"}
-LAWS = {component: import_module(module) for component, module in _TABLES.items()}
+_TABLES = {**MODULES, "reducer": "selflock.fmus.reducer.law", "sensor": "selflock.fmus.sensor.sensor"}
+LAWS = {component: import_module(_TABLES[component]) for component in MODULES}
+
+
+LAGS = [p.name for effect in EFFECTS for p in effect.parameters if p.role == LAG]
+"""Time constants of a sensor; one below 0 stands for its mirror image in time."""
 
 
 @cache
@@ -41,6 +47,13 @@ def parameters(component: str, name: str, values: dict[str, float]):
     kind, start = _type(component), len(name) + 1
     given = {key[start:]: value for key, value in values.items() if key.startswith(name + ".")}
     return kind(**{key: float(value) for key, value in given.items() if key in kind._fields})
+
+
+def sensor(channel: str, values: dict[str, float]):
+    """The Parameters of a channel's sensor; None where `values` say nothing of it."""
+    kind = _type("sensor")
+    given = {name: values[full] for name in kind._fields if (full := f"sensor.{channel}.{name}") in values}
+    return kind(**given) if given else None
 
 
 def check_names(rig: Rig) -> None:

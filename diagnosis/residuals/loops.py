@@ -4,19 +4,25 @@ Plain functions, compiled together with the laws (kernels.py). Times: sample i i
 sample i is held until t[i + 1]. Arrays are float64, SI.
 """
 
-from math import cos, exp
-
 from selflock.fmus.controller import pd
 from selflock.fmus.load import load
 from selflock.fmus.motor import dc
-from selflock.fmus.reducer import shaft
+from selflock.fmus.reducer import law, shaft
+from selflock.fmus.sensor import sensor
 
 
-def lag(x, dt, time, y):
-    """First-order lag of values held over each step, settled at the start, as fmus.sensor has it."""
-    y[0] = x[0]
-    for i in range(1, len(x)):
-        y[i] = x[i] - (x[i] - y[i - 1]) * exp(-dt[i] / time)
+def read(p, value, dt, reading):
+    """What a sensor, settled at the start, makes of values held over each step."""
+    s = sensor.start(p, value[0])
+    for i in range(len(value)):
+        s, out = sensor.advance(p, s, value[i], dt[i])
+        reading[i] = out.reading if s.filtered - s.filtered == 0.0 else s.filtered  # what breaks down has no steps
+
+
+def undo(p, reading, value):
+    """The values of which a sensor without lag and steps makes these readings."""
+    for i in range(len(reading)):
+        value[i] = sensor.undone(p, reading[i])
 
 
 def motor(p, voltage, speed, dt, current, torque):
@@ -31,26 +37,16 @@ def motor(p, voltage, speed, dt, current, torque):
 
 
 def shaft_torque(p, current, speed, angle, dt, torque):
-    """Torque of a measured current; the copper loss warms as in the motor's law."""
-    heat = 0.0
+    """Torque of a measured current of a motor that is cold at first."""
+    s = dc.State(current[0], angle[0], 0.0, 1.0)
     for i in range(len(dt)):
-        x = dc.Condition(0.0, speed[i], current[i], angle[i], heat)
-        loss = (p.resistance + dc.added_resistance(p, x)) * current[i] * current[i]
-        if p.thermal_time > 0.0:
-            heat = loss - (loss - heat) * exp(-dt[i] / p.thermal_time)
-        torque[i] = p.torque_constant / (1.0 + dc.weakening(p, x)) * current[i] + dc.added_torque(p, x)
+        s, torque[i] = dc.follow(p, s, current[i], speed[i], angle[i], dt[i])
 
 
 def load_torque(p, angle, speed, acceleration, torque):
     """Torque that the load takes for a motion."""
     for i in range(len(angle)):
-        s = load.State(angle[i], speed[i])
-        torque[i] = (
-            load.moment_of_inertia(p, s) * acceleration[i]
-            + load.gravity_moment(p, s) * cos(angle[i] + p.arm_angle + load.tilt(p, s))
-            + p.damping * speed[i]
-            + p.constant_torque
-        )
+        torque[i] = load.driving_torque(p, load.State(angle[i], speed[i]), acceleration[i])
 
 
 def gear(p, angle, speed, output_angle, output_speed, dt, torque):
@@ -61,16 +57,13 @@ def gear(p, angle, speed, output_angle, output_speed, dt, torque):
         torque[i] = out.input_torque
 
 
-def twist(p, input_angle, output_torque, output_angle):
-    """Angle of the load behind spring and play: the flank that carries the torque, or the one touched last."""
-    stiffness = 1.0 / (1.0 / p.shaft_stiffness + p.compliance)
+def windup(p, input_angle, output_torque, wound):
+    """Wind-up of spring and play under an output torque, on the flank that carries it, or the one touched last."""
     side = 0.0
     for i in range(len(input_angle)):
-        if output_torque[i] > 0.0:
-            side = 0.5 * p.backlash
-        elif output_torque[i] < 0.0:
-            side = -0.5 * p.backlash
-        output_angle[i] = input_angle[i] / p.gear_ratio - output_torque[i] / stiffness - side
+        side = law.flank(output_torque[i], side)
+        x = law.Condition(1.0, 0.0, input_angle[i], 0.0, output_torque[i], 0.0, 0.0, 0.0)
+        wound[i] = law.wound_up(p, x, side)
 
 
 def controller(p, angle_setpoint, speed_setpoint, angle, speed, motor_speed, output_torque, dt, voltage):

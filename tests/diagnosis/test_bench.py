@@ -121,8 +121,9 @@ def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio)
 
 
 LAWS_OF = {
-    "lag": (), "motor": (loops.dc,), "shaft_torque": (loops.dc,), "load_torque": (loops.load,), "gear": (loops.shaft,),
-    "twist": (loops.shaft,), "controller": (loops.pd,), "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
+    "read": (loops.sensor,), "undo": (loops.sensor,), "motor": (loops.dc,), "shaft_torque": (loops.dc,),
+    "load_torque": (loops.load,), "gear": (loops.shaft,), "windup": (loops.shaft,), "controller": (loops.pd,),
+    "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
 }  # fmt: skip
 NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2}
 
@@ -135,7 +136,13 @@ def test_all_loops_are_compiled():
 def test_kernels_agree_with_the_plain_laws(name):
     """Looped over as plain Python, with an effect of each component on."""
     rng, n = np.random.default_rng(), 50
-    on = {"motor.brush_voltage": 0.7, "reducer.viscous_damping": 1e-3, "controller.dead_zone": 0.1, "load.tilt": 0.1}
+    on = {
+        "motor.brush_voltage": 0.7,
+        "reducer.viscous_damping": 1e-3,
+        "controller.dead_zone": 0.1,
+        "load.tilt": 0.1,
+        "sensor.lag_time": 0.02,
+    }
     plain, compiled = getattr(loops, name), getattr(kernels(), name)
     names = list(signature(plain).parameters)[len(LAWS_OF[name]) :]
     shapes = {"start": 4, "out": (8, n)}

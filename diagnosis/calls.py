@@ -71,7 +71,7 @@ class _teller:
             return lambda *_: None
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        self.bar = Progress(TextColumn("{task.description:32}"), BarColumn(), TimeElapsedColumn(), transient=True)
+        self.bar = Progress(TextColumn("{task.description:32}", markup=False), BarColumn(), TimeElapsedColumn(), transient=True)
         self.bar.start()
         task = self.bar.add_task("", total=1.0)
         return lambda what, share: self.bar.update(task, description=what, completed=share)

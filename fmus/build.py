@@ -30,7 +30,7 @@ from xml.etree.ElementTree import indent, tostring
 
 import pythonfmu
 
-from . import documentation, loader
+from . import documentation, loader, shown
 from .errors import BuildError
 from .slave import Slave
 
@@ -78,7 +78,13 @@ def built(name: str, **starts: Any) -> Path:
     """The FMU from the user's cache, built if it is not there yet. Safe beside other processes that do the same."""
     face = face_of(name)
     sources = sources_of(face)
-    recipe = [Path(__file__), LICENSE, Path(documentation.__file__), *sorted(Path(loader.__file__).parent.glob("*.[chp]*"))]
+    recipe = [
+        Path(__file__),
+        LICENSE,
+        Path(documentation.__file__),
+        Path(shown.__file__),
+        *sorted(Path(loader.__file__).parent.glob("*.[chp]*")),
+    ]
     key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), (loader.compiler() or "").encode())
     path = cache_folder() / f"{name}_{key}" / f"{name}.fmu"
     return path if path.is_file() else pack(face, sources, path, starts)

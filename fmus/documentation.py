@@ -13,6 +13,7 @@ from math import cos, pi, sin
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
 from .effect import Effect
+from .shown import policy
 
 if TYPE_CHECKING:
     from .slave import Slave
@@ -107,7 +108,7 @@ def page(slave: Slave, key: str) -> str:
     name, effects = face.__name__, getattr(slave.law, "EFFECTS", ())
     laws = [cleandoc(module.__doc__ or "") for module in face.explained or (slave.law,)]
     parts = [
-        f"<h1>{name}.fmu</h1><p>{escape(face.__doc__ or '')}</p>",
+        f"<h1>{escape(name)}.fmu</h1><p>{escape(face.__doc__ or '')}</p>",
         "<h2>Equations</h2>",
         *(_prose(law) for law in laws),
         *(f"<figure>{svg}<figcaption>{escape(text)}</figcaption></figure>" for svg, text in _drawn(slave)),
@@ -121,7 +122,7 @@ def page(slave: Slave, key: str) -> str:
     if effects:
         parts.append(f"<h2>Effects</h2><p>Off by default.</p>{_effects(effects, slave)}")
     parts.append(f"<p>Content {key}. FMI 2.0 for co-simulation.</p>")
-    head = f"<meta charset='utf-8'><meta name='viewport' content='width=device-width'><title>{name}.fmu</title><style>{STYLE}</style>"
+    head = f"<meta charset='utf-8'>{policy()}<meta name='viewport' content='width=device-width'><title>{name}.fmu</title><style>{STYLE}</style>"
     return f"<!DOCTYPE html><html lang='en'><head>{head}</head><body>{''.join(parts)}</body></html>"
 
 

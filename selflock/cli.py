@@ -11,6 +11,7 @@ from rich.console import Console
 
 from selflock import extras
 from selflock.fmus.errors import SelflockError
+from selflock.fmus.shown import visible
 
 app = typer.Typer(
     name="selflock",
@@ -19,14 +20,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-console = Console()
-errors = Console(stderr=True, soft_wrap=True)
+console = Console(markup=False, emoji=False)
+errors = Console(stderr=True, soft_wrap=True, markup=False, emoji=False)
 
 AllowCode = Annotated[
     bool,
     typer.Option("--allow-code", help="Load parts of other packages than this one: whoever wrote the system runs code as you."),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
+
+
+def say(text: object, **how: bool) -> None:
+    """Print what may hold names of strangers."""
+    console.print(visible(text), **how)
 
 
 def _overrides(pairs: list[str]) -> dict[str, str]:
@@ -46,7 +52,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from selflock import __version__
 
-        console.print(f"selflock {__version__}", highlight=False)
+        say(f"selflock {__version__}", highlight=False)
         raise typer.Exit
 
 
@@ -68,7 +74,7 @@ def build(
     from selflock.packing import build as build_fmus
 
     for path in build_fmus(out, only):
-        console.print(path)
+        say(path)
 
 
 @app.command()
@@ -85,9 +91,7 @@ def run(
     from selflock.master import run as run_system
 
     settings = _overrides(set_ or [])
-    console.print(
-        run_system(system, settings, stop, out, progress=True, step=step, algorithm=algorithm, allow_code=allow_code).summary()
-    )
+    say(run_system(system, settings, stop, out, progress=True, step=step, algorithm=algorithm, allow_code=allow_code).summary())
 
 
 @app.command()
@@ -97,7 +101,7 @@ def study(out: Out = Path("out/study")) -> None:
 
     result = run_study(out, progress=True)
     console.print(result.table())
-    console.print(f"Open [bold]{result.report}[/bold]")
+    say(f"Open {result.report}")
 
 
 @app.command()
@@ -110,7 +114,7 @@ def replay(
     """Impose a measured motion on the simulation and draw what it computes over what was measured."""
     from selflock.diagnosis import replay as run_replay
 
-    console.print(run_replay(rig, log, out, allow_code).summary())
+    say(run_replay(rig, log, out, allow_code).summary())
 
 
 @app.command()
@@ -132,7 +136,7 @@ def diagnose(
     from selflock.diagnosis import diagnose as run_diagnosis
 
     result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code)
-    console.print(result.summary())
+    say(result.summary())
     raise typer.Exit(result.exit_code)
 
 
@@ -161,7 +165,7 @@ def chance(
         scheduler=scheduler,
         progress=True,
     )
-    console.print(measure_chance(rig, logs, test or [], draws, seed, out, spread).summary(), markup=False)
+    say(measure_chance(rig, logs, test or [], draws, seed, out, spread).summary())
 
 
 @app.command()
@@ -174,10 +178,10 @@ def example(
 
     if name is None:
         for known, path in examples.files().items():
-            console.print(f"{known:20} {examples.about(path)}", markup=False, highlight=False)
+            say(f"{known:20} {examples.about(path)}", highlight=False)
         return
     for path in examples.copy(name, out):
-        console.print(path)
+        say(path)
 
 
 @app.command()
@@ -189,7 +193,7 @@ def export(
     """Write a system as a standard SSP 1.0 archive with its FMUs inside."""
     from selflock.master.ssp import export as export_ssp
 
-    console.print(export_ssp(system, out, allow_code))
+    say(export_ssp(system, out, allow_code))
 
 
 @app.command()
@@ -203,9 +207,7 @@ def sweep(
     """Run a system over many parameter values; go on where an interrupted sweep stopped."""
     from selflock.sweep import sweep as run_sweep
 
-    console.print(
-        run_sweep(study_file, out, workers=workers, scheduler=scheduler, progress=True, allow_code=allow_code).summary()
-    )
+    say(run_sweep(study_file, out, workers=workers, scheduler=scheduler, progress=True, allow_code=allow_code).summary())
 
 
 @app.command("sweep-report")
@@ -213,7 +215,7 @@ def sweep_report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="The
     """Draw the plots a designer looks at."""
     from selflock.sweep import report
 
-    console.print(f"Open [bold]{report(folder)}[/bold]")
+    say(f"Open {report(folder)}")
 
 
 def main() -> None:
@@ -227,8 +229,8 @@ def main() -> None:
         text = missing or str(error)
         if isinstance(error, OSError) and error.filename:
             text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable."
-        errors.print("[bold red]error:[/bold red] ", end="")
-        errors.print(text, markup=False, highlight=False)
+        errors.print("error: ", style="bold red", end="")
+        errors.print(visible(text), highlight=False)
         sys.exit(2)
 
 

@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
+from selflock.fmus.shown import policy
 from selflock.master.system import load
 from selflock.vehicle import Robot
 
@@ -50,6 +51,8 @@ def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[
         loader=PackageLoader("selflock.study", "."), undefined=StrictUndefined, autoescape=True, trim_blocks=True
     )
     postures = next(one.postures for one in done if one.postures)
+    data = json.dumps(_motion(runs, postures), separators=(",", ":")).replace("<", "\\u003c")
+    script = f"const D = {data};\n{Path(__file__).with_name('report.js').read_text(encoding='utf-8')}"
     html = environment.get_template("report.html.j2").render(
         facts=runs.facts,
         claims=claims,
@@ -57,8 +60,8 @@ def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[
         parameters=parameters(SYSTEM.read_text(encoding="utf-8")),
         step=load(SYSTEM).run.step,
         done=[(one.case.name, one.seconds, _worst_bond(one.energy)) for one in done],
-        motion=_script_data(_motion(runs, postures)),
-        script=Markup(Path(__file__).with_name("report.js").read_text(encoding="utf-8")),
+        policy=Markup(policy(script)),
+        script=Markup(script),
     )
     path.write_text(html, encoding="utf-8")
     return path
@@ -75,10 +78,6 @@ def _worst_bond(energy: pd.DataFrame) -> tuple[str, float, float]:
     """The connection whose coupling swallowed or made the most energy: its name, J, parts of what crossed it."""
     worst = energy.loc[energy["lost"].abs().idxmax()]
     return str(worst.name), float(worst["lost"]), float(worst["relative"])
-
-
-def _script_data(data: dict) -> Markup:
-    return Markup(json.dumps(data, separators=(",", ":")).replace("</", "<\\/"))
 
 
 def _motion(runs: Runs, postures: dict[float, dict]) -> dict:

@@ -12,6 +12,7 @@ from typing import Any
 import pandas as pd
 
 from selflock import master
+from selflock.fmus.shown import visible
 
 from .check import check
 from .engine import map_runs
@@ -76,7 +77,7 @@ def sweep(
     rows = map_runs(
         run_one, study.items, context=bench, folder=out, about=about,
         columns=lambda item: {**item["parameters"], "version": version},
-        workers=workers, scheduler=scheduler, progress=progress, title=study.name,
+        workers=workers, scheduler=scheduler, progress=progress, title=visible(study.name),
     )  # fmt: skip
     return SweepResult(Path(out), study, pd.DataFrame(rows))
 

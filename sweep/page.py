@@ -14,6 +14,8 @@ from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 from matplotlib.figure import Figure as Plot
 
+from selflock.fmus.shown import literal, policy
+
 from . import charts
 from .analysis import sensitivity
 from .campaign import cause
@@ -47,19 +49,19 @@ def report(folder: str | Path) -> Path:
     for section in sections:
         for name, plot in section.plots.items():
             buffer = io.BytesIO()
-            plot.savefig(buffer, dpi=130, metadata={"Software": None})
+            literal(plot).savefig(buffer, dpi=130, metadata={"Software": None})
             (folder / "figures" / f"{name}.png").write_bytes(buffer.getvalue())
             section.images.append((base64.b64encode(buffer.getvalue()).decode(), round(96 * plot.get_figwidth())))
     page = Environment(loader=PackageLoader("selflock.sweep", "."), autoescape=True).get_template("report.html.j2")
     path = folder / "report.html"
     path.write_text(
         page.render(
-            name=study.name, description=study.data.get("description", ""), sections=sections,
+            policy=Markup(policy()), name=study.name, description=study.data.get("description", ""), sections=sections,
             total=len(table), good=len(good),
             failed=int((table["status"] == "failed").sum()), missing=int((table["status"] == "missing").sum()),
             fmus=about["fmus"], versions=about["versions"],
         ),
-        encoding="utf-8",
+        encoding="utf-8", errors="backslashreplace",
     )  # fmt: skip
     return path
 

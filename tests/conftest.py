@@ -1,6 +1,83 @@
 """Tests run side by side: threads inside them would only stand in each other's way."""
 
 import os
+import re
+import shutil
+import subprocess
+
+import pytest
 
 for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
+
+HOSTILE = '"\'><script>document.documentElement.dataset.owned=1</script><img src=x onerror="document.documentElement.dataset.owned=2">$\\frac{'
+"""A name that runs as a script, twice, wherever it is put into a page as it is, and breaks a figure that takes it for a formula."""
+
+ADDRESSES = ("href", "src", "srcset", "action", "formaction", "data", "poster", "background", "xlink:href")
+
+
+@pytest.fixture(scope="session")
+def hostile():
+    return HOSTILE
+
+
+@pytest.fixture
+def harmless():
+    """harmless(page, scripts=0): the page loads nothing, runs no script but its own, and forbids the rest. Returns its tree."""
+    from lxml import html
+
+    def check(page, scripts=0):
+        tree = html.document_fromstring(page.read_bytes(), parser=html.HTMLParser(encoding="utf-8"))
+        found = tree.xpath("//script")
+        assert len(found) == scripts and not any(script.attrib for script in found)
+        for element in tree.iter():
+            assert not isinstance(element.tag, str) or element.tag not in (
+                "iframe",
+                "object",
+                "embed",
+                "link",
+                "base",
+                "form",
+                "math",
+            )
+            for name, value in element.attrib.items():
+                assert not name.lower().startswith("on"), (element.tag, name)
+                assert name.lower() not in ADDRESSES or value.startswith(("data:image/png;base64,", "#")), (
+                    element.tag,
+                    name,
+                    value[:80],
+                )
+                assert "javascript:" not in value.lower()
+        assert "url(" not in "".join(tree.xpath("//style/text()")).lower()
+        rules = tree.xpath("//head/meta[@http-equiv='Content-Security-Policy']/@content")
+        assert len(rules) == 1 and "default-src 'none'" in rules[0]
+        assert "unsafe-inline" not in rules[0].replace("style-src 'unsafe-inline'", "") and ("script-src" in rules[0]) == bool(
+            scripts
+        )
+        return tree
+
+    return check
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """browser(page): what a real browser makes of the page, as HTML, after its scripts ran."""
+    program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if program is None:
+        pytest.skip("there is no Chromium here")
+
+    def show(page):
+        options = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run")
+        options += (
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--virtual-time-budget=3000",
+        )
+        data = f"--user-data-dir={tmp_path_factory.mktemp('browser')}"
+        command = [program, *options, data, "--dump-dom", page.as_uri()]
+        shown = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+        assert re.search("<html", shown)
+        return shown
+
+    return show

@@ -10,6 +10,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from selflock.fmus.shown import literal
+
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending
 from ..search.candidate import Candidate
@@ -37,6 +39,7 @@ def subplots(rows: int = 1, columns: int = 1, figsize: tuple = (6.4, 4.8), layou
 
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure."""
+    literal(figure)
     if figure.get_layout_engine() is None:
         figure.tight_layout()
     figure.savefig(path)

@@ -6,7 +6,10 @@ import base64
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, select_autoescape
+from jinja2 import Environment, PackageLoader
+from markupsafe import Markup
+
+from selflock.fmus.shown import policy
 
 from ..data.faults import DataFault
 from ..judge.depends import Dependence
@@ -55,9 +58,10 @@ def write(
         }
         for stage in (outcome.stages if outcome else [])
     ]
-    environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=select_autoescape())
+    environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=True)
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
     page = environment.get_template("report.html.j2").render(
+        policy=Markup(policy()),
         rig=experiment.rig,
         result=result,
         says=SAYS[result.verdict],
@@ -69,5 +73,5 @@ def write(
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},
     )
     path = out / "report.html"
-    path.write_text(page)
+    path.write_text(page, encoding="utf-8", errors="backslashreplace")
     return path

@@ -16,6 +16,8 @@ from pathlib import Path
 
 from lxml import etree
 
+from selflock.fmus.shown import policy
+
 from ...fmus.units import Unit, of
 from ..errors import DescriptionError
 from ..face import Part, Variable
@@ -233,7 +235,7 @@ def _documentation(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> str:
     )
     run = system.run
     return (
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(system.name)}</title>"
+        f"<!doctype html><html lang=en><meta charset=utf-8>{policy()}<title>{escape(system.name)}</title>"
         "<style>body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}"
         "table{border-collapse:collapse}td,th{border-top:1px solid #ccc;padding:.3rem .8rem;text-align:left;vertical-align:top}</style>"
         f"<h1>{escape(system.name)}</h1><p>{escape(system.description)}</p>"

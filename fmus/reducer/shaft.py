@@ -40,6 +40,7 @@ from .travel import held, travel
 from .wedge import (
     backdriving_slope,
     cone,
+    cone_of,
     driving_slope,
     least_torque,
     normal_force,
@@ -114,19 +115,9 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
         level = preload_torque(mu, p.preload, t)
         # Where F is one line of P over the whole step, or monotone in P, both ends inside the cone are enough.
         if torque * torque1 > 0.0 and level == 0.0 or torque == torque1 or back >= 0.0:
-            forward = torque / ratio + level
-            backward = torque / ratio - level
-            if torque > 0.0:
-                high, low = max(torque * drive, forward), min(torque * back, backward)
-            else:
-                high, low = max(torque * back, forward), min(torque * drive, backward)
+            low, high = cone_of(torque, drive, back, level, ratio)
             if low <= motor_torque <= high:
-                forward = torque1 / ratio + level
-                backward = torque1 / ratio - level
-                if torque1 > 0.0:
-                    high, low = max(torque1 * drive, forward), min(torque1 * back, backward)
-                else:
-                    high, low = max(torque1 * back, forward), min(torque1 * drive, backward)
+                low, high = cone_of(torque1, drive, back, level, ratio)
                 if low <= motor_torque <= high:
                     return s, Output(
                         motor_torque,

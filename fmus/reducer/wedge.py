@@ -86,8 +86,16 @@ def sliding_torque(output_torque, s, mu, preload, t, ratio):
 
 def cone(output_torque, mu, preload, t, ratio):
     """Least and greatest input torque F under which the gear rests at output torque P, N.m: (7), (8), (14) solved."""
-    low = sliding_torque(output_torque, -1.0, mu, preload, t, ratio)
-    return low, sliding_torque(output_torque, 1.0, mu, preload, t, ratio)
+    level = preload_torque(mu, preload, t)
+    return cone_of(output_torque, driving_slope(mu, t, ratio), backdriving_slope(mu, t, ratio), level, ratio)
+
+
+def cone_of(output_torque, driving, backdriving, level, ratio):
+    """The cone from the slopes of F and the friction of the preload: the `sliding_torque` of either direction."""
+    forward, backward = output_torque / ratio + level, output_torque / ratio - level
+    if output_torque > 0.0:
+        return min(output_torque * backdriving, backward), max(output_torque * driving, forward)
+    return min(output_torque * driving, backward), max(output_torque * backdriving, forward)
 
 
 def least_torque(low, high):

@@ -1,5 +1,8 @@
 """The chain of the drive: complete, of variables that there are, and what the compiled loop over a whole drive does."""
 
+import tomllib
+from importlib import resources
+
 import numpy as np
 import pytest
 
@@ -63,3 +66,14 @@ def test_the_loop_over_a_whole_drive_follows_it(closed):
     whole = (np.ones(n), np.zeros(n), voltage, wanted, rate, np.full(n, step), parts, start, expected)
     loops.whole(*laws, float(closed), *whole)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["robot.toml", "four_drives.toml"])
+def test_the_study_s_systems_follow_it(name):
+    """Each drive of the robot, up to what it drives."""
+    system = tomllib.loads((resources.files("selflock.study") / name).read_text())
+    drives = [part.removesuffix("controller") for part in system["components"] if part.endswith("_controller")]
+    assert drives
+    for target, source in chain.CONNECTIONS.items():
+        if "load" not in target + source:
+            assert [system["connections"][drive + target] for drive in drives] == [drive + source for drive in drives]

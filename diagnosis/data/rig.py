@@ -52,7 +52,7 @@ class Rig:
     parameters: dict[str, float]  # nominal, "component.parameter"
     uncertain: dict[str, tuple[float, float]] = field(default_factory=dict)  # refitted in every search
     known: frozenset[str] = frozenset()  # never questioned
-    time: LogColumn | None = None
+    time: LogColumn = LogColumn("time", "time")
     run: str = ""  # column that tells runs apart
     linear: bool = False
     drives: tuple[str, ...] = ("",)  # prefixes of the drives, such as "front_", "rear_"
@@ -151,9 +151,9 @@ def _rig(path: Path, data: dict) -> Rig:
 def _typed(path: Path, where: str, given: dict, types: dict[str, type]) -> dict[str, Any]:
     """The keys of a table, each known and of its type; numbers as finite floats."""
     _only(path, f"key of {where}", given, types)
-    found = {}
+    found: dict[str, Any] = {}
     for key, value in given.items():
-        kind = types[key]
+        kind: Any = types[key]
         if kind is float:
             found[key] = _number(path, f"{where} {key}", value)
         elif type(value) is kind and (kind is not list or all(isinstance(item, str) for item in value)):

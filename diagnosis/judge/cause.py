@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 
 @dataclass
@@ -23,3 +23,7 @@ class Cause:
         if self.effect == "parameter":
             return f"parameter {next(iter(self.parameters))}"
         return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
+
+    def row(self) -> dict:
+        """As diagnosis.json has it; a channel is a sensor's."""
+        return {key: value for key, value in asdict(self).items() if key != "channel" or value}

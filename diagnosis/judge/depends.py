@@ -100,11 +100,11 @@ def _quiet(experiment: Experiment, residual: Residual, r: np.ndarray, here: np.n
 
 def _means(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A variable's mean in each bin, and where there is one."""
-    total, count = 0.0, 0
+    total, count = np.zeros(here.size), np.zeros(here.size, int)
     for i, x in enumerate(parts):
         sums, counts = layout.bin(layout.place[i], x, np.isfinite(x))
         total, count = total + sums, count + counts
-    return (total / np.maximum(count, 1)).reshape(here.shape), here & (np.asarray(count).reshape(here.shape) > 0)
+    return (total / np.maximum(count, 1)).reshape(here.shape), here & (count.reshape(here.shape) > 0)
 
 
 def _regressors(layout: Blocks, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray | None]:
@@ -127,7 +127,7 @@ def _functions(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> lis
         return []
     most = int(known.sum() // 4)
     found = []
-    for quantiles in [q for q in KNOTS if len(q) <= most] or [np.linspace(0.0, 1.0, max(2, most))]:
+    for quantiles in [q for q in KNOTS if len(q) <= most] or [tuple(np.linspace(0.0, 1.0, max(2, most)))]:
         knots = np.unique(np.quantile(x[known], quantiles))
         found.append(np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None])
     return found

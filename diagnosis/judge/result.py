@@ -6,6 +6,7 @@ import json
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from .cause import Cause
 from .gain import Gain
@@ -40,17 +41,14 @@ class Diagnosis:
 
     def data(self) -> dict:
         """What diagnosis.json holds: plain numbers, texts and lists."""
-        found = {
+        found: dict[str, Any] = {
             "verdict": self.verdict,
             "faults": self.faults,
             "blame": self.blame,
-            "causes": [asdict(c) for c in self.causes],
+            "causes": [c.row() for c in self.causes],
             "gain": asdict(self.gain),
             "remainder": self.remainder,
         }
-        for cause in found["causes"]:
-            if not cause["channel"]:
-                cause.pop("channel")
         if self.step:
             found["step"] = self.step.row()
         if self.extension:

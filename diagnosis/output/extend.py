@@ -7,6 +7,7 @@ must give the same error.
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -27,7 +28,7 @@ from ..search.hypotheses import COMPONENTS, Hypothesis
 from .playback import write_system
 
 
-def extend(mending: Mending, out: Path, causes: list[Hypothesis]) -> dict:
+def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis]) -> dict:
     """Write the extended FMUs, parameters.toml and extended.toml; run the FMUs on held-out data."""
     experiment, residual, after, blocks = mending.experiment, mending.residual, mending.after, mending.blocks
     values = {**experiment.rig.parameters, **after}
@@ -110,6 +111,9 @@ def with_fmus(experiment: DriveExperiment, fmus: dict[str, Path], residual: Resi
     kernels = SimpleNamespace(**{**vars(experiment.setting.kernels), "whole" if kind == "drive" else kind: loop})
     return experiment.but_with(replace(experiment.setting, kernels=kernels))
 
+
+Names = tuple[tuple[str, ...], tuple[str, ...]]
+"""Inputs and outputs of an FMU."""
 
 GEAR = (("imposed_angle", "imposed_speed", "output_angle", "output_speed"), ("input_torque",))
 MOTOR = (("voltage", "speed"), ("current", "torque"))
@@ -222,8 +226,10 @@ def _chain(paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, want
             fmu.close()
 
 
-def _play(path: Path, before: dict, names, inputs, dt: np.ndarray, out) -> None:
-    """MeasuredRun an FMU under FMPy: inputs[i] over a step of dt[i], outputs at its end."""
+def _play(
+    path: Path, before: dict, names: Names, inputs: Sequence[np.ndarray], dt: np.ndarray, out: Sequence[np.ndarray]
+) -> None:
+    """Run an FMU under FMPy: inputs[i] over a step of dt[i], outputs at its end."""
     fmu = _Fmu(path, before, *names, [float(x[0]) for x in inputs])
     try:
         for i, (row, step) in enumerate(zip(np.stack(inputs, axis=1).tolist(), dt.tolist())):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib import rc_context
@@ -19,7 +20,7 @@ from ..search.selection import Selection
 from ..search.step import Stage
 
 BEFORE, AFTER, MEASURED, BAND = "#c2571a", "#1f6fb2", "#222222", "#1f6fb233"
-STYLE = {
+STYLE: dict[str, Any] = {
     "font.size": 10,
     "axes.grid": True,
     "grid.alpha": 0.25,
@@ -27,11 +28,13 @@ STYLE = {
     "axes.spines.right": False,
     "figure.dpi": 110,
 }
-styled = rc_context(STYLE)
+styled = rc_context(STYLE)  # type: ignore[arg-type]
 """Decorates what draws: the style holds while it does, and nobody else's is touched."""
 
 
-def subplots(rows: int = 1, columns: int = 1, figsize: tuple = (6.4, 4.8), layout: str | None = None, **more) -> tuple:
+def subplots(
+    rows: int = 1, columns: int = 1, figsize: tuple = (6.4, 4.8), layout: Literal["constrained", "tight"] | None = None, **more
+) -> tuple:
     """A figure and its axes, known to nobody else."""
     figure = Figure(figsize=figsize, layout=layout)
     return figure, figure.subplots(rows, columns, **more)
@@ -58,14 +61,15 @@ def traces(mending: Mending, path: Path, compared: list | None = None, title: st
     if experiment.steady:
         x = experiment.variables(residual, mending.after)["speed"][0]
         order = np.argsort(x)
-        x, part, i = x[order], order, 0
+        i, x, part = 0, x[order], order
         if (x < 0.0).any() and (x > 0.0).any():  # no line through standstill, where the torque is another
             turn = np.searchsorted(x, 0.0)
             x, part = np.insert(x, turn, np.nan), np.insert(order, turn, order[0])
         top.plot(x, np.where(old[0][2][part], old[0][1][part], np.nan), "o", color=MEASURED, ms=4, label="measured")
         label = "speed in rad/s" if not experiment.rig.linear else "speed in m/s"
     else:
-        i, part = _worst(experiment, old, mending.blocks)
+        i, stretch = _worst(experiment, old, mending.blocks)
+        part = np.arange(len(experiment.runs[i]))[stretch]
         x, label = experiment.runs[i].time[part], "time in s"
         shown = np.where(old[i][2][part], old[i][1][part], np.nan)
         top.plot(x, shown, color=MEASURED, lw=1.0, label="measured")
@@ -152,7 +156,7 @@ def where(mending: Mending, noise: float, path: Path) -> Path:
     return save(figure, path)
 
 
-ROLES = {
+ROLES: dict[str, dict[str, Any]] = {
     "named": {"facecolor": AFTER},
     "not to be told from it": {"facecolor": "#7fa8c9"},
     "best, dropped later": {"facecolor": "white", "edgecolor": AFTER, "hatch": "////"},
@@ -164,7 +168,7 @@ def role(outcome: Selection, stage: Stage, candidate: Candidate) -> str:
     """What became of a candidate of a step, one of ROLES: a later step may drop or exchange the best."""
     label = candidate.hypothesis.label
     named = {cause.hypothesis.label for cause in outcome.causes}
-    chosen = [kept.winner.hypothesis.label for kept in outcome.kept if kept.candidates is stage.candidates]
+    chosen = [kept.winner.hypothesis.label for kept in outcome.kept if kept.winner and kept.candidates is stage.candidates]
     if label in chosen or (candidate is stage.winner and label in named):
         return "named"
     if candidate is stage.winner:

@@ -48,9 +48,11 @@ class ChanceStudy:
     runs: list[MeasuredRun]
     held: list[bool]
     seed: int
-    left: np.ndarray | None = None  # what the best model leaves on the measured log, in units of its noise (blocks, samples)
-    problem: Problem | None = None  # of the measured log
-    base: np.ndarray | None = None  # the misfit of the base simulation on it
+    left: np.ndarray = field(
+        init=False
+    )  # what the best model leaves on the measured log, in units of its noise (blocks, samples)
+    problem: Problem = field(init=False)  # of the measured log, once opened
+    base: np.ndarray = field(init=False)  # the misfit of the base simulation on it
 
     def open(self, _folder: Any = None) -> ChanceStudy:
         """Lay out the log, fit the nominal drive. Always the same numbers, so every worker does it for itself."""
@@ -63,7 +65,7 @@ class ChanceStudy:
     def measured(self) -> Stage:
         """The first stage on the measured log; what its best model leaves is what draws are made of."""
         stage = first_stage(self.problem, np.random.default_rng(self.seed))
-        best = stage.candidates[0].fit if stage.candidates and stage.candidates[0].fit else stage.base.fit
+        best = stage.candidates[0].fit if stage.candidates and stage.candidates[0].fit else stage.base.fitted
         self.left = best.misfit.reshape(self.problem.shape)
         return stage
 
@@ -75,7 +77,7 @@ class ChanceStudy:
         return replace(self.problem, shift=errors.ravel() - self.base)
 
     def __getstate__(self) -> dict:
-        return self.__dict__ | {"problem": None, "base": None}
+        return {key: value for key, value in self.__dict__.items() if key not in ("problem", "base")}
 
 
 def first_stage(problem: Problem, rng: np.random.Generator) -> Stage:

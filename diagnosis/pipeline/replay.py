@@ -129,7 +129,8 @@ def _by_fmu(experiment: DriveExperiment, residual: Residual, values: dict, folde
     name = residual.prefix + part
     given = starts(part, name, {**experiment.rig.parameters, **values})
     path = build(part.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if part == "reducer" else {}))
-    return with_fmus(experiment, {name: path}, residual).compare(residual, values)
+    theirs = with_fmus(experiment, {name: path}, residual)
+    return (theirs or experiment).compare(residual, values)
 
 
 def _points(experiment: DriveExperiment, residual: Residual, compared) -> pd.DataFrame:

@@ -98,13 +98,13 @@ class Channels:
     @property
     def gaps(self) -> np.ndarray:
         """Which of the samples simulated are the last before some that are left out."""
-        return np.flatnonzero(np.diff(self.take) > 1)
+        return np.zeros(0, int) if self.take is None else np.flatnonzero(np.diff(self.take) > 1)
 
     def away_from_gaps(self, samples: int) -> np.ndarray:
         """Which of the samples simulated are so far from those left out that a window of `samples` does not reach them."""
         key = ("away", samples)
         if key not in self.memory:
-            away = np.ones(len(self.take), bool)
+            away = np.ones(len(self.taken_steps()), bool)
             for shift in range(-(samples // 2), samples // 2 + 1):
                 away[np.clip(self.gaps + shift + (shift <= 0), 0, len(away) - 1)] = False
             self.memory[key] = away
@@ -149,6 +149,7 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
     samples = samples if samples >= 5 else 0
     time = np.cumsum(dt)
     if speed is None:
+        assert angle is not None, "a motion is measured by an angle or a speed"
         fine = derivative(smooth(angle, samples), time)
         plain = derivative(angle, time)
     else:

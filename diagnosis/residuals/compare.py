@@ -99,6 +99,7 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
 def load(values: dict, ch: Channels) -> Compared:
     """The torque that the load takes for its measured motion."""
     second = drive.shaft("load.", values, ch)
+    assert second is not None, "compared where the load's motion is measured"
     out = np.empty(len(ch.dt))
     ch.setting.kernels.load_torque(drive.law("load", values, ch), second.angle, second.speed, second.acceleration, out)
     name = "reducer.output_torque"

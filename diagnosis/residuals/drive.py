@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .blocks import compared
 from .channels import Channels, ShaftMotion, derivative, motion
 from .laws import LAGS, parameters
 
@@ -58,6 +59,7 @@ def both(values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
     ratio = ch.setting.value(f"{ch.prefix}reducer.gear_ratio", values)
     first, second = shaft("reducer.input_", values, ch), shaft("load.", values, ch)
     if first is None:
+        assert second is not None, "a drive that moves has a shaft that is measured"
         first = ShaftMotion(
             second.angle * ratio,
             second.speed * ratio,
@@ -111,8 +113,8 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
     reverse = any(getattr(p, name) < 0.0 for name in LAGS)
     p = p._replace(**{name: abs(getattr(p, name)) for name in LAGS})
     way, whole, parts = slice(None, None, -1 if reverse else 1), len(x) == len(ch.dt), []
-    behind = [] if whole else ch.gaps + 1  # where it begins anew
-    for part, dt in zip(np.split(x, behind), np.split(ch.dt if whole else ch.dt[ch.take], behind)):
+    behind = np.zeros(0, int) if whole else ch.gaps + 1  # where it begins anew
+    for part, dt in zip(np.split(x, behind), np.split(compared(ch.dt, ch.take, len(x)), behind)):
         reading = np.empty(len(part))
         ch.setting.kernels.read(p, part[way], dt, reading)
         parts.append(reading[way])

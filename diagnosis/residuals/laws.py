@@ -76,6 +76,8 @@ def _check(rig: Rig, table: str, given: Iterable[tuple[str, float]], sensors: bo
                 f"{rig.path}: {where} {name!r}: what a sensor is known to do belongs in [columns], as factor and offset."
             )
         row = _row(rig, where, name)
+        if row is None:
+            raise DataError(f"{rig.path}: {where} {name!r}: {value:.6g} is a value for all of a component; name the parameter.")
         low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
         if not low <= value <= high:
             unit = f" {row.unit}" if row.unit else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from .noise import floor
 from .residual import Residual
 
 Values = dict[str, float]
+Kind = TypeVar("Kind", bound=Experiment)
 
 
 def samples(experiment: Experiment, residual: Residual, values: Values, blocks: np.ndarray) -> tuple[list, list]:
@@ -38,10 +40,10 @@ def sizes(experiment: Experiment, misfit: np.ndarray, present: np.ndarray) -> di
 
 
 @dataclass(frozen=True, eq=False)
-class Mending:
+class Mending(Generic[Kind]):
     """One residual of an experiment under the values `before` and `after`, in these `blocks` (bool, one each)."""
 
-    experiment: Experiment
+    experiment: Kind
     residual: Residual
     before: Values
     after: Values

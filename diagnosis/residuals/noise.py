@@ -100,8 +100,8 @@ def _by_neighbours(experiment: Experiment, residual: Residual, values: dict) -> 
         wide = x[2:] - x[:-2]
         after = np.where(wide > 0.0, (x[1:-1] - x[:-2]) / np.where(wide > 0.0, wide, 1.0), 0.5)  # weight of the point after
         off.append((e[1:-1] - (1.0 - after) * e[:-2] - after * e[2:]) / np.sqrt(1.0 + after**2 + (1.0 - after) ** 2))
-    off = abs(np.concatenate(off)) if off else np.zeros(0)
-    return float(np.median(off)) / 0.6745 if len(off) >= 3 else 0.0
+    sizes = abs(np.concatenate(off)) if off else np.zeros(0)
+    return float(np.median(sizes)) / 0.6745 if len(sizes) >= 3 else 0.0
 
 
 def of_bins(misfit: np.ndarray, present: np.ndarray, steady: bool, lag: int) -> float:

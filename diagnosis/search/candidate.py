@@ -33,6 +33,12 @@ class Candidate:
     linear: float = 0.0  # the gain of the first, linear look
 
     @property
+    def fitted(self) -> Fit:
+        """The fit, of a candidate that was fitted."""
+        assert self.fit is not None, f"{self.hypothesis.label} was not fitted"
+        return self.fit
+
+    @property
     def errors(self) -> np.ndarray:
         """Mean loss of each training block."""
         return self.losses.sum(1)
@@ -75,7 +81,7 @@ def better(a: Candidate | None, b: Candidate, chance_level: float, whole: bool) 
 
 def _ends(candidate: Candidate) -> bool:
     """Whether a number that the hypothesis sets free is at the end of its range."""
-    at = candidate.fit.values
+    at = candidate.fitted.values
     return any(
         at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < 1e-3 * (p.high - p.low) for p in candidate.free
     )
@@ -114,5 +120,5 @@ def same_law(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
     effects = [a.hypothesis.effect, b.hypothesis.effect]
     if a.hypothesis.component != b.hypothesis.component or effects.count("parameter") != 1:
         return False
-    difference = (a.fit.misfit - b.fit.misfit)[rows]
+    difference = (a.fitted.misfit - b.fitted.misfit)[rows]
     return bool(np.sqrt(np.mean(difference**2)) < 0.05 * size)

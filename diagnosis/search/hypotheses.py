@@ -165,10 +165,11 @@ def _effect(rig: Rig, name: str, component: str, effect: Effect) -> Hypothesis:
         parameter = next(p for p in base(component) if p.name == extra)
         if not rig.questioned(full) or full in rig.uncertain:
             continue
-        p = _parameter(rig, full, parameter)
-        if full not in rig.parameters and p.nominal > 0.0:  # no data sheet says: a time constant may be anything
-            p = replace(p, low=max(parameter.low, p.nominal / 1000.0), high=min(parameter.high, p.nominal * 10.0))
-        free.append(p if p.above else replace(p, companion=True))
+        beside = _parameter(rig, full, parameter)
+        if full not in rig.parameters and beside.nominal > 0.0:  # no data sheet says: a time constant may be anything
+            low, high = max(parameter.low, beside.nominal / 1000.0), min(parameter.high, beside.nominal * 10.0)
+            beside = replace(beside, low=low, high=high)
+        free.append(beside if beside.above else replace(beside, companion=True))
     return _of(effect, name, tuple(free))
 
 

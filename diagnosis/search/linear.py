@@ -106,7 +106,7 @@ class Draws:
     def cross(self, columns: np.ndarray, part: slice) -> np.ndarray:
         """X_b' e_b for each draw (draws, blocks, k)."""
         turned, errors = columns.transpose(0, 2, 1), np.ascontiguousarray(self.errors[:, part])
-        if self.order is None:
+        if self.order is None or self.signs is None:
             return np.matmul(turned, errors[..., None])[None, ..., 0].astype(float)
         pairs = np.matmul(turned, errors.T).transpose(0, 2, 1).astype(float)  # (block, block, k)
         return pairs[np.arange(len(columns))[None, :], self.order] * self.signs[..., None]

@@ -106,7 +106,7 @@ def directions(misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray,
 
 def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) -> list[Direction]:
     """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step)."""
-    found = []
+    found: list[Direction] = []
     amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]})
     if not any(
         np.any(misfit({**base, **off, leader.name: value}) != at)

@@ -65,13 +65,15 @@ class ForwardSelection:
         self.tell("fit of the nominal drive", 0.0)
         problem = self.problem = self.problem.with_noise()
         first = base = problem.fit(problem.base_free, problem.nominal)
-        causes, stages, kept = [], [], []
+        causes: list[Candidate] = []
+        stages: list[Stage] = []
+        kept: list[Stage] = []
         while len(stages) < MOST_STEPS:
             stage = self.step(base, [c.hypothesis for c in causes])
             stages.append(stage)
             if stage.winner is None:
                 break
-            base = stage.winner.fit
+            base = stage.winner.fitted
             again = next((i for i, c in enumerate(causes) if c.hypothesis.same_cause(stage.winner.hypothesis)), None)
             if again is None:
                 causes.append(stage.winner)
@@ -81,7 +83,7 @@ class ForwardSelection:
                 kept[again] = replace(kept[again], winner=causes[again])
         if len(causes) > 1:
             causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
-            base = standing.fit
+            base = standing.fitted
         whole = problem.experiment.whole()
         if whole is not problem.experiment:  # the last word on the numbers has the whole log
             self.tell("last fit", 0.0)
@@ -100,7 +102,7 @@ class ForwardSelection:
         """Drop causes that later ones have made needless: an early guess may stand for a later, better one."""
         for gone in list(causes[:-1]):
             rest = [c for c in causes if c is not gone]
-            without = self._standing(self.problem.with_these(rest, whole.fit))
+            without = self._standing(self.problem.with_these(rest, whole.fitted))
             if not worse(without, whole, self.chance_level):
                 stages = [s for s in stages if s.winner is not gone]
                 causes, whole = rest, without
@@ -108,17 +110,17 @@ class ForwardSelection:
 
     def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Two causes may do with fewer numbers what a first guess and its helpers did."""
-        opening, values, best = stages[0], whole.fit.values, None
+        opening, values, best = stages[0], whole.fitted.values, None
         named = [c.hypothesis for c in causes]
         for rival in opening.candidates:
-            strong = rival.fit is not None and rival.gain >= RIVALS * opening.winner.gain
+            strong = rival.fit is not None and rival.gain >= RIVALS * (opening.winner.gain if opening.winner else 0.0)
             if not strong or any(rival.hypothesis.same_cause(h) for h in named):
                 continue
             for cause, stage in zip(causes[1:], stages[1:]):
                 free = tuple({p.name: p for p in (*self.problem.base_free, *rival.free, *cause.free)}.values())
                 if len(free) >= len(whole.free):
                     continue
-                start = {**values, **rival.fit.values, **{p.name: values[p.name] for p in cause.free}}
+                start = {**values, **rival.fitted.values, **{p.name: values[p.name] for p in cause.free}}
                 pair = self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
                 merit = len(free), pair.errors.mean()
                 if not worse(pair, whole, self.chance_level) and (best is None or merit < best[0]):

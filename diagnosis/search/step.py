@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
-import numba
 import numpy as np
+from numba.core import config
 
 from selflock.fmus.effect import LAG, LATE, PHASE
 
@@ -99,7 +99,7 @@ class Step:
         fitted = [c for c in stage.candidates if c.fit]
         if not fitted:
             return stage
-        left = problem.taught(fitted[0].fit.misfit * fitted[0].fit.weights)
+        left = problem.taught(fitted[0].fitted.misfit * fitted[0].fitted.weights)
         self.tell("chance", 0.0)
         stage.by_chance = linear.chance(ways, left, DRAWS, rng) / max(float((left**2).sum()), 1e-300)
         stage.chance_level = self.chance_level = float(np.quantile(stage.by_chance, 0.95))
@@ -123,7 +123,7 @@ class Step:
     def _shows(self, candidate: Candidate) -> bool:
         """Whether a cause lowers the error of samples somewhere, not of their averages alone."""
         experiment, train = self.problem.experiment, self.problem.train
-        before, after = (self.problem.absolute(fit.values) for fit in (self.base, candidate.fit))
+        before, after = (self.problem.absolute(fit.values) for fit in (self.base, candidate.fitted))
         if experiment.layout.per_bin == 1:  # then bins are samples
             return True
         return any(Mending(experiment, one, before, after, train).improvement >= SHOWS for one in experiment.residuals)
@@ -131,13 +131,14 @@ class Step:
     def _resolved(self, candidate: Candidate) -> bool:
         """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""
         step = max(float(np.median(ch.dt)) for ch in self.problem.experiment.channels.values())
-        late = [candidate.fit.values[p.name] for p in candidate.free if p.role in LATE]
+        late = [candidate.fitted.values[p.name] for p in candidate.free if p.role in LATE]
         return not late or max(late) >= step
 
     def _each(self, what: str, do: Callable, items: Sequence) -> list:
         """do(item) of all items, in their order; as many at a time as numba is allowed threads, two at most."""
         done = []
-        with ThreadPoolExecutor(min(2, numba.config.NUMBA_NUM_THREADS)) as pool:
+        threads = min(2, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # made as numba is imported
+        with ThreadPoolExecutor(threads) as pool:
             for result in pool.map(do, items):
                 done.append(result)
                 self.tell(what, len(done) / len(items))
@@ -198,6 +199,7 @@ class Step:
                     best = found if more(found, best)[0] <= MATTERS else best
                 else:
                     best = better(best, found, self.chance_level, whole)
+        assert best is not None, "the best way of acting is always tried"
         return best
 
     def _start(self, way: Direction) -> dict:

@@ -42,7 +42,7 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
         if signal not in SIGNALS or signal in columns or source not in logged or parts.variables[source].unit != unit(signal):
             continue
         factor, offset, late = 1.0, 0.0, False
-        if source != name:
+        if link and source != name:
             factor, offset, late = link.factor, link.offset, parts.ahead(link.source, component)
         old = next((c for c in rig.columns if c.signal == source), LogColumn(source, source))
         columns[signal] = LogColumn(

@@ -54,7 +54,8 @@ class Parts:
     """The system of a rig: its variables, its links, and groups of its components on measured inputs."""
 
     def __init__(self, rig: Rig):
-        self.rig, self.system = rig, load(rig.system, rig.allow_code)
+        assert rig.system is not None, "a rig of a system names it"
+        self.rig, self.path, self.system = rig, rig.system, load(rig.system, rig.allow_code)
         wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
         try:
             self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
@@ -81,7 +82,7 @@ class Parts:
                     raise DataError(f"{self.rig.path}: [columns] {name!r} is a {causality}: put its value under [parameters].")
             elif name.split(".")[0] in self.system.components:
                 near = did_you_mean(name, self.variables)
-                raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.rig.system.name} has no such variable{near}")
+                raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.path.name} has no such variable{near}")
 
     def group(self, wanted: list[str], measured: set[str]) -> Group:
         """The components in `wanted` with all that the log must be helped out with."""
@@ -96,7 +97,7 @@ class Parts:
                 source = f"{link.source}.{link.output}" if link else ""
                 if name in measured:
                     feeds.append(Feed(name, name))
-                elif source in measured:
+                elif link and source in measured:
                     feeds.append(Feed(name, source, link.factor, link.offset, self.ahead(link.source, component)))
                 elif link:
                     todo.append(link.source)

@@ -63,7 +63,7 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows):
     )  # fmt: skip
     problem = SimpleNamespace(experiment=experiment, train=np.ones(10, bool), absolute=dict)
     base, fit = (SimpleNamespace(values={"amount": amount}) for amount in (0.0, effect))
-    assert Step._shows(SimpleNamespace(problem=problem, base=base), SimpleNamespace(fit=fit)) == shows
+    assert Step._shows(SimpleNamespace(problem=problem, base=base), SimpleNamespace(fitted=fit)) == shows
 
 
 @pytest.mark.parametrize("before, after, floor, stays", [

@@ -11,22 +11,10 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
+from ..rules import RULES
 from .log import VALID, MeasuredRun
 from .rig import Rig, split
 from .signals import ANGLE_OF, COMMANDS, GIVEN, SIGNALS, SPEED_OF
-
-CORRUPTED = 12.0
-"""A sample this many robust deviations from its neighbours is corrupted: chance gives one in 1e32 for a normal law."""
-
-SPIKE = 3
-"""Longest corrupted stretch in samples; what lasts longer may be real."""
-
-
-SURE = 4.0
-"""A steady-state point moves whose mean speed is this many times its uncertainty; one at rest has no direction."""
-
-PARTS = 8
-"""Parts of a run whose means tell that uncertainty."""
 
 _MAY_REST = {"reducer.input_angle", "load.angle", "motor.supply_voltage", "motor.temperature"}
 
@@ -90,12 +78,12 @@ def _clock(run: MeasuredRun, rig: Rig) -> list[DataFault]:
         return faults
     steps = np.diff(run.time)
     usual = float(np.median(steps))
-    for place in np.flatnonzero(steps > 4 * usual):
+    for place in np.flatnonzero(steps > RULES.data.gap * usual):
         detail = f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual"
         rows = int(run.rows[place]), int(run.rows[place + 1])
         faults.append(DataFault(run.log, "time", *rows, "missing", run.name, detail))
-    uneven = np.mean(abs(steps - usual) > 0.5 * usual)
-    if uneven > 0.05:
+    uneven = np.mean(abs(steps - usual) > RULES.data.uneven * usual)
+    if uneven > RULES.data.most_uneven:
         detail = f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"
         faults += _spans(run, "time", np.ones(len(run), bool), "irregular", detail)
     return faults
@@ -103,13 +91,13 @@ def _clock(run: MeasuredRun, rig: Rig) -> list[DataFault]:
 
 def _at_rest(run: MeasuredRun, rig: Rig) -> list[DataFault]:
     """A steady-state point whose mean speed may as well be zero: which way friction acts there is not known."""
-    faults = []
+    faults, parts = [], RULES.data.mean_parts
     for name, x in run.signals.items():
         good = run.good[name]
-        if split(name, rig.drives)[1] not in ANGLE_OF or good.sum() < 5 * PARTS:
+        if split(name, rig.drives)[1] not in ANGLE_OF or good.sum() < RULES.data.part_samples * parts:
             continue
-        means = np.array([part.mean() for part in np.array_split(x[good], PARTS)])
-        if abs(means.mean()) < SURE * means.std(ddof=1) / np.sqrt(PARTS):
+        means = np.array([part.mean() for part in np.array_split(x[good], parts)])
+        if abs(means.mean()) < RULES.data.moves * means.std(ddof=1) / np.sqrt(parts):
             detail = f"a mean of {means.mean():.3g} that may be zero: the direction of friction is not known"
             faults += _spans(run, name, np.ones(len(run), bool), "at rest", detail)
             run.good[name] = np.zeros(len(x), bool)
@@ -118,21 +106,22 @@ def _at_rest(run: MeasuredRun, rig: Rig) -> list[DataFault]:
 
 def _corrupted(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
     """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %."""
-    x, n = run.signals[name], len(run)
+    x, n, rules = run.signals[name], len(run), RULES.data
     bad = np.zeros(n, bool)
     good = run.good[name]
-    if good.sum() < 20:
+    if good.sum() < rules.spike_samples:
         return bad
     filled = np.interp(np.arange(n), np.flatnonzero(good), x[good])
-    away = abs(filled - median_filter(filled, size=2 * SPIKE + 1, mode="reflect"))
-    scale = max(1.4826 * float(np.median(away)), float(np.quantile(away, 0.98)) / 3.0, resolution(filled))
-    spread = float(np.subtract(*np.quantile(filled, [0.98, 0.02])))
-    suspect = (away > CORRUPTED * scale) & (away > 0.25 * spread)
+    away = abs(filled - median_filter(filled, size=2 * rules.spike + 1, mode="reflect"))
+    tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
+    scale = max(rules.deviation * float(np.median(away)), tail, resolution(filled))
+    spread = _spread(filled, rules.range_quantiles)
+    suspect = (away > rules.corrupted * scale) & (away > rules.spike_range * spread)
     ends = np.ones(n, bool)
-    ends[SPIKE:-SPIKE] = False  # there a step looks like a spike: it must be larger than the signal itself
-    suspect &= ~ends | (away > 1.5 * spread)
+    ends[rules.spike : -rules.spike] = False  # there a step looks like a spike: it must be larger than the signal itself
+    suspect &= ~ends | (away > rules.spike_range_at_ends * spread)
     starts, lengths = _stretches(suspect)
-    short = suspect[starts] & (lengths <= SPIKE)
+    short = suspect[starts] & (lengths <= rules.spike)
     return np.repeat(short, lengths)
 
 
@@ -142,32 +131,38 @@ def _stretches(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return starts, np.diff(np.concatenate([starts, [len(x)]]))
 
 
+def _spread(x: np.ndarray, quantiles: tuple[float, float]) -> float:
+    """How far apart these quantiles of x are."""
+    return float(np.ptp(np.quantile(x, quantiles)))
+
+
 def _clipped(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
     """The same extreme value again and again in a finely resolved channel that otherwise hardly repeats a value."""
-    x = run.signals[name]
+    x, rules = run.signals[name], RULES.data
     bad = np.zeros(len(x), bool)
     finite = x[np.isfinite(x)]
     levels = len(np.unique(finite))
-    if bare in _MAY_REST or levels < 100:
+    if bare in _MAY_REST or levels < rules.clipped_levels:
         return bad
+    most = max(rules.clipped_samples, rules.clipped_samples * len(finite) / levels)
     starts, lengths = _stretches(x)
     for extreme in (finite.max(), finite.min()):
         at = x == extreme
-        long = (lengths >= 3) & at[starts]
-        if extreme != 0.0 and long.sum() >= 2 and at.sum() > max(10, 10 * len(finite) / levels):
+        long = (lengths >= rules.clipped_stretch) & at[starts]
+        if extreme != 0.0 and long.sum() >= rules.clipped_stretches and at.sum() > most:
             bad |= at
     return bad
 
 
 def _frozen(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
     """One value for much longer than this channel's own noise allows, while others say that the drive moved."""
-    x = run.signals[name]
+    x, rules = run.signals[name], RULES.data
     bad = np.zeros(len(x), bool)
-    if len(x) < 100 or bare in {"motor.supply_voltage", "motor.temperature"}:
+    if len(x) < rules.frozen_samples or bare in {"motor.supply_voltage", "motor.temperature"}:
         return bad
     same = np.diff(x) == 0
-    usual = np.clip(np.median([np.mean(part) for part in np.array_split(same, 20)]), 1e-3, 0.95)
-    limit = max(20.0, np.log(1e-9 / len(x)) / np.log(usual))
+    usual = np.clip(np.median([np.mean(part) for part in np.array_split(same, rules.frozen_parts)]), *rules.frozen_shares)
+    limit = max(rules.frozen_shortest, np.log(rules.frozen_chance / len(x)) / np.log(usual))
     starts, lengths = _stretches(x)
     for start, length in zip(starts[lengths >= limit], lengths[lengths >= limit]):
         if _others_move(run, name, bare, slice(start, start + length)):
@@ -188,9 +183,9 @@ def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice) -> bool
         values = run.signals.get(prefix + witness)
         if values is None or prefix + witness == name or not np.all(np.isfinite(values[stretch])):
             continue
-        part, spread = values[stretch], np.ptp(np.quantile(values[np.isfinite(values)], [0.02, 0.98]))
-        moved = np.ptp(np.quantile(part, [0.05, 0.95])) if bare not in SPEED_OF else np.median(abs(part))
-        if spread > 0 and moved > 0.1 * spread:
+        part, spread = values[stretch], _spread(values[np.isfinite(values)], RULES.data.range_quantiles)
+        moved = _spread(part, RULES.data.witness_quantiles) if bare not in SPEED_OF else np.median(abs(part))
+        if spread > 0 and moved > RULES.data.witness_share * spread:
             return True
     return False
 
@@ -198,4 +193,4 @@ def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice) -> bool
 def resolution(values: np.ndarray) -> float:
     """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
     steps = np.diff(np.unique(values[np.isfinite(values)]))
-    return float(np.quantile(steps, 0.05)) if len(steps) else 0.0
+    return float(np.quantile(steps, RULES.data.smallest_step)) if len(steps) else 0.0

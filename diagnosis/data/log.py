@@ -11,6 +11,7 @@ import pandas as pd
 from pyarrow import Table, csv
 
 from ..errors import DataError
+from ..rules import RULES
 from .rig import LogColumn, Rig, split, suggest
 from .signals import SIGNALS, canonical, unit
 from .units import conversion, is_unit
@@ -20,12 +21,6 @@ VALID = "rig.valid"
 
 HELD = ("controller.voltage", "motor.voltage", "motor.duty")
 """In a table of `selflock run` a row has the command of the step that ends there; here that of the step that begins."""
-
-SHORTEST = 30
-"""Fewer samples than this tell nothing."""
-
-SAME = 0.5
-"""Share of the rows that may repeat the time before; more, and the time was written too coarsely."""
 
 
 @dataclass
@@ -63,7 +58,9 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     path = Path(path)
     table = _table(path)
     if table.empty or not len(table.columns):
-        raise DataError(f"{path}: is empty. Export the log again; it needs a header line and at least {SHORTEST} samples.")
+        raise DataError(
+            f"{path}: is empty. Export the log again; it needs a header line and at least {RULES.data.shortest_log} samples."
+        )
     named = _named(table, rig) if rig.named else []
     columns = list(rig.columns) + named
     data: dict[str, np.ndarray] = {}
@@ -87,9 +84,9 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         runs.append(
             _ordered(path, MeasuredRun(path.name, str(name), rows, time[rows], {k: v[rows] for k, v in data.items()}), rig)
         )
-    if sum(len(run) for run in runs) < SHORTEST:
+    if sum(len(run) for run in runs) < RULES.data.shortest_log:
         raise DataError(
-            f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {SHORTEST}, better some seconds."
+            f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {RULES.data.shortest_log}, better some seconds."
         )
     return runs
 
@@ -264,7 +261,7 @@ def _ordered(path: Path, run: MeasuredRun, rig: Rig) -> MeasuredRun:
             'Rows that are points of steady state belong to a rig of kind = "steady".'
         )
     steps = np.diff(run.time[finite])
-    if rig.kind != "steady" and np.mean(steps == 0.0) > SAME:
+    if rig.kind != "steady" and np.mean(steps == 0.0) > RULES.data.same_times:
         raise DataError(
             f"{where}column {rig.time.column!r} has only {len(np.unique(run.time[finite]))} different times in "
             f"{len(run)} rows. Export it with more digits."

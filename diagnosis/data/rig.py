@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import DataError
+from ..rules import RULES
 from .signals import ALIASES, SIGNALS, canonical, unit
 from .units import conversion
 
@@ -24,9 +25,6 @@ _TIME = {"column": str, "unit": str, "factor": float}
 _COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
 _CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed")}
-
-LIKE = 0.85
-"""Similarity from which on a name of no signal is taken for a misspelt one."""
 
 
 @dataclass(frozen=True)
@@ -214,7 +212,7 @@ def _signal(path: Path, name: str, bare: str) -> str:
         return signal
     if bare.split(".")[0] in {"controller", "motor", "reducer", "load"}:
         raise DataError(f"{path}: [columns] {name!r} is not a variable that a log can hold.{suggest(bare, SIGNALS)}")
-    if difflib.get_close_matches(bare.lower(), [*SIGNALS, *ALIASES], n=1, cutoff=LIKE):
+    if difflib.get_close_matches(bare.lower(), [*SIGNALS, *ALIASES], n=1, cutoff=RULES.data.like_name):
         raise DataError(
             f"{path}: [columns] {name!r} is no variable of the drive.{suggest(bare.lower(), [*SIGNALS, *ALIASES])} "
             "If it is another quantity, give it another name."

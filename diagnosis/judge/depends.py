@@ -18,27 +18,7 @@ from ..residuals.blocks import Blocks
 from ..residuals.experiment import Experiment
 from ..residuals.noise import of_bins
 from ..residuals.residual import Residual
-
-_TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
-KNOTS = tuple(np.linspace(0.0, 1.0, 11)), (*_TAIL, 0.5, *(1.0 - q for q in reversed(_TAIL)))
-"""Quantiles of a variable between which a free function of it is straight, in two ways; what predicts more counts.
-
-Few knots are learnt from few blocks; many at the ends see what is touched seldom.
-"""
-
-DRAWS = 99
-SIGNIFICANT = 0.02
-RIDGE = 1e-3
-"""Share of a free function's own weight that holds it back where little is known of it."""
-
-LINES = 400
-"""Lines of a spectrum are looked for up to so many periods in the longest run."""
-
-QUIET = 1.15
-"""A remainder no more than this many times the noise is none."""
-
-RELEVANT = 0.06
-"""Share of the variance that a variable must explain to be named."""
+from ..rules import RULES
 
 
 @dataclass(frozen=True)
@@ -54,19 +34,20 @@ def depends(
 ) -> list[Dependence]:
     """What the misfit (blocks, bins of all residuals) depends on beyond chance and enough to matter, strongest first."""
     found: list[Dependence] = []
+    rules = RULES.judge
     blocks = experiment.layout.count
-    if blocks < 6:
+    if blocks < rules.blocks:
         return []
-    folds = np.arange(blocks) % 5
-    orders = np.stack([np.arange(blocks), *(rng.permutation(blocks) for _ in range(DRAWS))])
-    signs = np.concatenate([np.ones((1, blocks)), rng.choice([-1.0, 1.0], (DRAWS, blocks))])
+    folds = np.arange(blocks) % rules.folds
+    orders = np.stack([np.arange(blocks), *(rng.permutation(blocks) for _ in range(rules.draws))])
+    signs = np.concatenate([np.ones((1, blocks)), rng.choice([-1.0, 1.0], (rules.draws, blocks))])
     lines = {} if experiment.steady else _lines(experiment, misfit, present, folds, signs)
     for residual in experiment.residuals:
         part = experiment.slice(residual)
         r, here = misfit[:, part] * present[:, part], present[:, part]
-        if here.sum() < 12 or _quiet(experiment, residual, r, here):
+        if here.sum() < rules.bins or _quiet(experiment, residual, r, here):
             continue
-        r = np.clip(r, *np.quantile(r[here], [0.005, 0.995])) * here
+        r = np.clip(r, *np.quantile(r[here], rules.tails)) * here
         shares: dict[str, np.ndarray] = {}
         known = experiment.variables(residual, values)
         free = [(label, found) for label, parts in known.items() for found in _functions(experiment.layout, parts, here)]
@@ -82,8 +63,8 @@ def depends(
             continue
         best_by_chance = np.max([s[1:] for s in shares.values()], axis=0)
         for label, s in shares.items():
-            chance = (1 + int((best_by_chance >= s[0]).sum())) / (1 + DRAWS)
-            if chance <= SIGNIFICANT and s[0] >= RELEVANT:
+            chance = (1 + int((best_by_chance >= s[0]).sum())) / (1 + rules.draws)
+            if chance <= rules.significant and s[0] >= rules.variance:
                 found.append(Dependence(label, residual.name, float(s[0]), chance))
     found.sort(key=lambda d: -d.share)
     return found
@@ -93,7 +74,7 @@ def _quiet(experiment: Experiment, residual: Residual, r: np.ndarray, here: np.n
     """Whether a residual's misfit is its noise: then nothing remains, whatever it goes with."""
     if experiment.steady:
         return False
-    return float(np.sqrt(np.mean(r[here] ** 2))) < QUIET * of_bins(
+    return float(np.sqrt(np.mean(r[here] ** 2))) < RULES.judge.quiet * of_bins(
         r, here, False, 1 + experiment.reach(residual) // experiment.layout.per_bin
     )
 
@@ -122,12 +103,13 @@ def _regressors(layout: Blocks, known: dict[str, list[np.ndarray]], here: np.nda
 
 def _functions(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> list[np.ndarray]:
     """Free functions of a variable, (blocks, bins, knots): 1 at a knot, 0 from its neighbours on; none of a constant."""
+    rules = RULES.judge
     x, known = _means(layout, parts, here)
-    if known.sum() < 12 or np.ptp(x[known]) <= 1e-12 * max(1.0, abs(x[known]).max()):
+    if known.sum() < rules.bins or np.ptp(x[known]) <= rules.constant * max(1.0, abs(x[known]).max()):
         return []
-    most = int(known.sum() // 4)
+    most = int(known.sum() // rules.knot_bins)
     found = []
-    for quantiles in [q for q in KNOTS if len(q) <= most] or [tuple(np.linspace(0.0, 1.0, max(2, most)))]:
+    for quantiles in [q for q in rules.knots if len(q) <= most] or [tuple(np.linspace(0.0, 1.0, max(2, most)))]:
         knots = np.unique(np.quantile(x[known], quantiles))
         found.append(np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None])
     return found
@@ -147,7 +129,9 @@ def _lines(
     )
     longest = max(run.time[-1] - run.time[0] for run in experiment.runs)
     usual = np.median(np.concatenate([np.diff(t[k]) for t, k in zip(time, known)]))
-    frequencies = np.arange(3.0 / longest, min(0.25 / usual, LINES / longest), 0.5 / longest)
+    rules = RULES.judge
+    fastest = min(rules.line_fastest / usual, rules.line_most / longest)
+    frequencies = np.arange(rules.line_slowest / longest, fastest, rules.line_apart / longest)
     if len(frequencies) < 2:
         return {}
     kept = (misfit * present).reshape(experiment.layout.count, len(experiment.residuals), experiment.layout.bins)
@@ -190,6 +174,6 @@ def _shares(r: np.ndarray, columns: np.ndarray, folds: np.ndarray, orders: np.nd
     for fold in np.unique(folds):
         seen, unseen = folds != fold, folds == fold
         known = gram[seen].sum(0)
-        amount = np.linalg.solve(known + np.diag(1.0 + RIDGE * np.diag(known)), sums[:, seen].sum(1).T).T
+        amount = np.linalg.solve(known + np.diag(1.0 + RULES.judge.ridge * np.diag(known)), sums[:, seen].sum(1).T).T
         left = left + ((amount @ gram[unseen].sum(0) - 2.0 * sums[:, unseen].sum(1)) * amount).sum(1)
     return -left / np.maximum(energy, 1e-300)

@@ -8,8 +8,7 @@ import numpy as np
 
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, rms
-
-DRAWS = 400
+from ..rules import RULES
 
 
 @dataclass
@@ -40,8 +39,8 @@ def measure(mending: Mending, names: list[str], rng: np.random.Generator, new: l
         sums += np.bincount(block[t], e[t] ** 2, count)
         counts += np.bincount(block[t], minlength=count)
     there = np.flatnonzero(counts)
-    picks = rng.choice(there, (DRAWS, len(there)))
-    low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), [0.025, 0.975]))
+    picks = rng.choice(there, (RULES.judge.bootstraps, len(there)))
+    low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), RULES.judge.interval))
     was, now, noise = mending.levels(new)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
     what = "the torque at the motor's shaft" if residual.kind == "gear" else residual.output
@@ -61,7 +60,7 @@ def _regimes(mending: Mending, old: list[np.ndarray], new: list[np.ndarray], tru
     known = abs(np.concatenate([s[t] for s, t in zip(speeds, trusted)]))
     if not len(known):
         return []
-    edges = np.unique(np.round(np.quantile(known, [0.0, 0.33, 0.67, 1.0]), 12))
+    edges = np.unique(np.round(np.quantile(known, RULES.judge.speeds), RULES.judge.speed_digits))
     word = "m/s" if experiment.rig.linear else "rad/s"
     for low, high in zip(edges[:-1], edges[1:]):
         parts[f"speed {low:.3g} to {high:.3g} {word}"] = [(abs(s) >= low) & (abs(s) <= high) for s in speeds]
@@ -72,7 +71,7 @@ def _regimes(mending: Mending, old: list[np.ndarray], new: list[np.ndarray], tru
     rows = []
     for where, masks in parts.items():
         inside = [t & m for t, m in zip(trusted, masks)]
-        if sum(int(m.sum()) for m in inside) >= 3:
+        if sum(int(m.sum()) for m in inside) >= RULES.judge.regime_samples:
             rows.append(
                 {
                     "where": where,
@@ -98,7 +97,8 @@ def blame(experiment: Experiment, base: np.ndarray, present: np.ndarray, causes:
     clean = {
         c
         for residual in experiment.residuals
-        if len(residual.components) == 1 and excess[residual.name] < 0.2 * present[:, experiment.slice(residual)].sum()
+        if len(residual.components) == 1
+        and excess[residual.name] < RULES.judge.acquitted * present[:, experiment.slice(residual)].sum()
         for c in residual.components
     }
     shares: dict[str, float] = {}
@@ -120,5 +120,5 @@ def blame(experiment: Experiment, base: np.ndarray, present: np.ndarray, causes:
     return [
         {"component": name, "share": round(float(share / total), 4)}
         for name, share in sorted(shares.items(), key=lambda x: -x[1])
-        if share > 0.005 * total
+        if share > RULES.judge.told_share * total
     ]

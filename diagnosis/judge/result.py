@@ -8,6 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from ..rules import RULES
 from .cause import Cause
 from .gain import Gain
 from .time_step import TimeStep
@@ -40,7 +41,7 @@ class Diagnosis:
         return self.folder / "report.html" if self.folder else None
 
     def data(self) -> dict:
-        """What diagnosis.json holds: plain numbers, texts and lists."""
+        """What diagnosis.json holds: plain numbers, texts and lists; `rules`: those that it was made with."""
         found: dict[str, Any] = {
             "verdict": self.verdict,
             "faults": self.faults,
@@ -53,6 +54,7 @@ class Diagnosis:
             found["step"] = self.step.row()
         if self.extension:
             found["extension"] = self.extension
+        found["rules"] = RULES.by_name()
         return _finite(found)
 
     def write(self, folder: Path) -> None:

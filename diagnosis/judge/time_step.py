@@ -21,15 +21,10 @@ from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, most_mended
 from ..residuals.noise import floor
 from ..residuals.residual import Residual
+from ..rules import RULES
 from .cause import Cause
 from .gain import measure
 from .verdict import Judgement
-
-PARTS = 4
-"""Parts of a step: of an error that grows with the step, three quarters go."""
-
-ENOUGH = 0.5
-"""Share of the error above the noise floor (of squares) that a finer step must take away to be the cause."""
 
 
 @dataclass(frozen=True)
@@ -54,18 +49,21 @@ class TimeStep:
     @property
     def explains(self) -> bool:
         """Whether a finer step alone closes the error, and as well as the causes found."""
-        above = self.before**2 - self.noise**2
-        return self.ratio > 1.0 and self.before**2 - self.after**2 > ENOUGH * above and self.after < 1.05 * self.left
+        rules, above = RULES.judge, self.before**2 - self.noise**2
+        closes = self.before**2 - self.after**2 > rules.step_enough * above
+        return self.ratio > rules.step_moves and closes and self.after < rules.step_as_good * self.left
 
     def row(self) -> dict:
         """As diagnosis.json has it."""
         return asdict(self) | {"ratio": self.ratio, "explains": self.explains}
 
     def __str__(self) -> str:
-        moves = f"{PARTS} parts of a step move the simulation ({self.residual}) by {100 * self.ratio:.0f} % of its noise"
-        if self.ratio < 1.0:
+        moves = (
+            f"{RULES.judge.parts} parts of a step move the simulation ({self.residual}) by {100 * self.ratio:.0f} % of its noise"
+        )
+        if self.ratio < RULES.judge.step_moves:
             return f"the step of {self.size:.3g} s is fine enough: {moves}"
-        if self.after > 0.9 * self.before:
+        if self.after > RULES.judge.step_little * self.before:
             share = 100 * self.moved / self.before
             return f"the step of {self.size:.3g} s is not what is wrong: {moves}, {share:.1f} % of its error"
         return (
@@ -131,21 +129,22 @@ def to_blame(
 
 def errors_of(fine: Experiment, residual: Residual, values: dict, errors: list[np.ndarray]) -> list[np.ndarray]:
     """Errors of a refined experiment at the rows of the log; what cannot be simulated there stays as it was."""
-    found = [(measured - simulated)[::PARTS] for simulated, measured, _ in fine.compare(residual, values)]
+    found = [(measured - simulated)[:: RULES.judge.parts] for simulated, measured, _ in fine.compare(residual, values)]
     return [np.where(np.isfinite(f), f, e) for f, e in zip(found, errors)]
 
 
 def refined(experiment: DriveExperiment, held: bool) -> DriveExperiment:
-    """The same comparisons in parts of steps; row i of the log is sample i · PARTS."""
-    return experiment.finer([_between(run, experiment.rig.drives, held) for run in experiment.runs], PARTS)
+    """The same comparisons in parts of steps; row i of the log is sample i times as many."""
+    return experiment.finer([_between(run, experiment.rig.drives, held) for run in experiment.runs], RULES.judge.parts)
 
 
 def _between(run: MeasuredRun, drives: tuple[str, ...], held: bool) -> MeasuredRun:
     """A run with rows between its rows; one is good where both its neighbours are."""
-    rows = np.arange((len(run) - 1) * PARTS + 1)
-    before = rows // PARTS
-    after = np.minimum(before + (rows % PARTS > 0), len(run) - 1)
-    line = lambda x: np.interp(rows / PARTS, np.arange(len(run)), x)
+    parts = RULES.judge.parts
+    rows = np.arange((len(run) - 1) * parts + 1)
+    before = rows // parts
+    after = np.minimum(before + (rows % parts > 0), len(run) - 1)
+    line = lambda x: np.interp(rows / parts, np.arange(len(run)), x)
     still = {name for name in run.signals if name == VALID or (held and split(name, drives)[1] in GIVEN)}
     signals = {name: x[before] if name in still else line(x) for name, x in run.signals.items()}
     good = {name: g[before] & g[after] for name, g in run.good.items()}

@@ -12,42 +12,15 @@ from selflock.fmus.effect import LATE
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, most_mended, sizes
 from ..residuals.residual import Residual
+from ..rules import RULES
 from ..search.candidate import Candidate
 from ..search.fit import Fit
 from ..search.problem import Problem
 from ..search.selection import Selection
-from ..search.step import SHOWS
 from . import advice
 from .cause import Cause
-from .depends import QUIET, Dependence, depends
+from .depends import Dependence, depends
 from .gain import Gain, measure
-
-ENOUGH = 0.55
-"""Share of the error above the noise floor that causes must close while something significant remains."""
-
-MANY, MUCH = 3, 0.35
-"""So many causes, none of which takes this share of the error, nor the first as much as those after it: guesses."""
-
-AHEAD = 0.05
-"""Share of the error by which a free function of one variable, which may bend as it likes, must outdo causes."""
-
-HALF = 0.5
-"""... and from which on many causes are guesses, whatever they explain."""
-
-STILL = 0.2
-"""Share of what causes leave that goes with a variable as strongly as if they had not touched it."""
-
-NEARLY = 0.9
-"""Share of the error that causes must close where it goes most with a place, and what they leave still does."""
-
-HELP = 0.05
-"""Share of the held-out error that causes must take away."""
-
-EXCESS = 1.6
-"""Error in units of the noise from which on something is missing, whether or not anything is seen to go with it."""
-
-OFF = 1.3
-"""... and of a residual, for its error to be the one to tell of."""
 
 
 @dataclass
@@ -79,13 +52,13 @@ class Judge:
         nothing = replace(outcome, causes=[], kept=[], final=base)
         found = self._gained(outcome, before)
         # held-out data without the error can refute nothing
-        silent = found.gain.before < QUIET * found.gain.noise_floor
-        if outcome.causes and not silent and found.gain.after > (1.0 - HELP) * found.gain.before:
+        silent = found.gain.before < RULES.judge.quiet * found.gain.noise_floor
+        if outcome.causes and not silent and found.gain.after > (1.0 - RULES.judge.help) * found.gain.before:
             found = self._gained(nothing, before)
         found.left = self._dependences(found.mending.after)
         if found.outcome.causes and found.left:
             missing = self._dependences(before)
-            little = found.gain.closed < ENOUGH and not silent
+            little = found.gain.closed < RULES.judge.enough and not silent
             if little or _guesses(outcome) or self._stands_there(found, missing) or self._outdone(found, missing):
                 left = missing or found.left
                 found = self._gained(nothing, before)
@@ -99,7 +72,9 @@ class Judge:
         old, new = problem.absolute(without.values), problem.absolute(outcome.final.values)
         residual = most_mended(experiment, old, new, self.train)
         was, now, noise = Mending(experiment, residual, old, new, self.judged).levels()
-        if was < QUIET * noise or now <= (1.0 - SHOWS) * was:  # data without the error can refute nothing
+        if (
+            was < RULES.judge.quiet * noise or now <= (1.0 - RULES.search.shows) * was
+        ):  # data without the error can refute nothing
             return None
         return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
 
@@ -118,7 +93,7 @@ class Judge:
 
     def _most_off(self, outcome: Selection) -> Residual:
         """The residual that is off most; the gear's where none is."""
-        off = {name: size if size > OFF else 0.0 for name, size in _sizes(outcome.problem, outcome.base).items()}
+        off = {name: size if size > RULES.judge.off else 0.0 for name, size in _sizes(outcome.problem, outcome.base).items()}
         return max(self.experiment.residuals, key=lambda c: (off[c.name], c.kind == "gear"))
 
     def _residual(self, dependence: Dependence) -> Residual:
@@ -131,7 +106,7 @@ class Judge:
         """
         most = lambda dependences: [(d.variable, d.residual) for d in dependences[:1]]
         return (
-            found.gain.closed < NEARLY
+            found.gain.closed < RULES.judge.nearly
             and most(missing) == most(found.left)
             and missing[0].variable in ("position", "output position")
             and "angle" not in self._residual(missing[0]).reading
@@ -143,21 +118,21 @@ class Judge:
         Of many causes half of the error is enough: they have bent to it with as many numbers as a free function has.
         Not asked of steady-state points, which are too few to tell a law from a free function.
         """
-        experiment = self.experiment
+        experiment, rules = self.experiment, RULES.judge
         if experiment.steady:
             return False
         r, left = experiment.misfit(found.mending.before), experiment.misfit(found.mending.after)
         energies = np.stack([(x**2).sum(0) for x in (r, left, left - r)])
-        many = len(found.outcome.causes) >= MANY
+        many = len(found.outcome.causes) >= rules.many
         for d in missing:
             residual = self._residual(d)
             if d.variable == residual.reading:  # it goes with itself, as a coarse one does
                 continue
             was, now, moved = energies[:, experiment.slice(residual)].sum(1)
-            still = any((e.variable, e.residual) == (d.variable, d.residual) and e.share >= STILL for e in found.left)
+            still = any((e.variable, e.residual) == (d.variable, d.residual) and e.share >= rules.still for e in found.left)
             closed = 1.0 - now / max(was, 1e-300)
-            claimed = moved > AHEAD * was  # of a residual that the causes leave alone they say nothing
-            if claimed and still and d.share > (min(closed, HALF) if many else closed + AHEAD):
+            claimed = moved > rules.ahead * was  # of a residual that the causes leave alone they say nothing
+            if claimed and still and d.share > (min(closed, rules.half) if many else closed + rules.ahead):
                 return True
         return False
 
@@ -165,14 +140,14 @@ class Judge:
 def _guesses(outcome: Selection) -> bool:
     """Whether many causes take a little of the error each, as guesses at something that is none of them do."""
     drops = [c.drop for c in outcome.causes]
-    return len(drops) >= MANY and max(drops) < MUCH and drops[0] < sum(drops[1:])
+    return len(drops) >= RULES.judge.many and max(drops) < RULES.judge.much and drops[0] < sum(drops[1:])
 
 
 def verdict(causes: list[Cause], left: list[Dependence], outcome: Selection) -> str:
     """Nothing is missing only where what is left is noise."""
     if causes:
         return "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"
-    return "unknown" if left or max(_sizes(outcome.problem, outcome.final).values()) > EXCESS else "none"
+    return "unknown" if left or max(_sizes(outcome.problem, outcome.final).values()) > RULES.judge.excess else "none"
 
 
 def _sizes(problem: Problem, fit: Fit) -> dict[str, float]:
@@ -186,7 +161,7 @@ def named(outcome: Selection) -> list[Cause]:
     problem = outcome.problem
     intervals = outcome.final.intervals(problem.rows, problem.blocks)
     values = problem.absolute(outcome.final.values)
-    step = problem.experiment.step
+    step, (of_range, of_value) = problem.experiment.step, RULES.judge.determined
     found = []
     for candidate, stage in zip(outcome.causes, outcome.kept):
         parameters = {}
@@ -201,7 +176,7 @@ def named(outcome: Selection) -> list[Cause]:
                 "low": low + shift,
                 "high": high + shift,
                 "unit": p.unit,
-                "determined": bool(high - low < min(0.9 * (p.high - p.low), 4.0 * max(abs(fitted), 1e-300))),
+                "determined": bool(high - low < min(of_range * (p.high - p.low), of_value * max(abs(fitted), 1e-300))),
             }
         h, rivals = candidate.hypothesis, [c.hypothesis for c in stage.tied]
         found.append(

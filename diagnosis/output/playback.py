@@ -17,6 +17,7 @@ from ..data.log import write_csv
 from ..residuals import drive
 from ..residuals.compare import gear_inputs
 from ..residuals.drive_experiment import DriveExperiment
+from ..rules import RULES
 
 VOLTAGES = ("voltage", "supply_voltage")
 """Columns of a played log that are held from row to row."""
@@ -189,7 +190,7 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
         return None
     write_csv(pd.DataFrame(columns), out / "inputs.csv")
     step = float(np.median(run.time[1:] - run.time[:-1]))
-    step = min(step, 5e-4) if any("initial_speed" in c for c in components) else step
+    step = min(step, RULES.pipeline.longest_step) if any("initial_speed" in c for c in components) else step
     stop = np.floor(columns["time"][-1] / step) * step
     text = [
         "# The extended simulation on the last log: selflock run extended.toml -o result.csv",

@@ -30,9 +30,10 @@ from ..errors import DataError
 from ..output.figures import AFTER, BEFORE, MEASURED, save, styled, subplots
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import check_names
+from ..rules import RULES
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
-from ..search.step import SIGNIFICANT, Stage
+from ..search.step import Stage
 from . import hold_out as blocks
 from .run import gather, problem_of
 
@@ -118,7 +119,7 @@ class Chance:
     @property
     def size(self) -> float:
         """Share of logs without effect in which the quick draws call the best hypothesis significant."""
-        return float(np.mean([row["quick"] <= SIGNIFICANT for row in self.draws]))
+        return float(np.mean([row["quick"] <= RULES.search.significant for row in self.draws]))
 
     def by_chance(self, gains: np.ndarray) -> float:
         """Share of draws in which chance does as well as the measured log's best, that log counted with them."""
@@ -132,7 +133,7 @@ class Chance:
                      "quantiles": _quantiles(self.full)},
             "quick": {"draws": len(self.quick), "chance": self.by_chance(self.quick),
                       "quantiles": _quantiles(self.quick)},
-            "level": SIGNIFICANT, "passed": self.size,
+            "level": RULES.search.significant, "passed": self.size,
             "found": {name: names.count(name) for name in sorted(set(names), key=lambda n: (-names.count(n), n))},
         }  # fmt: skip
 
@@ -148,7 +149,7 @@ class Chance:
             lines.append(f"    {name:24}" + "".join(f"  {100 * q:.3g}" for q in said[kind]["quantiles"].values()))
         lines.append(
             f"  The quick draws call the best of a log without effect significant in {100 * self.size:.1f} % of logs "
-            f"(meant: {100 * SIGNIFICANT:.0f} %)."
+            f"(meant: {100 * RULES.search.significant:.0f} %)."
         )
         lines.append("  found by chance: " + ", ".join(f"{name} ({count})" for name, count in list(said["found"].items())[:6]))
         if self.failed:
@@ -241,8 +242,8 @@ def _plot(found: Chance, path: Path) -> Path:
         most = max(most, mine)
     else:
         axes.annotate(f"measured log: {name}, {mine:.3g} % →", (0.99, 0.76), xycoords="axes fraction", ha="right")
-    axes.axhline(SIGNIFICANT, color="0.5", lw=0.8, ls=":")
-    axes.annotate(f"level of a cause, {SIGNIFICANT:g}", (0.995, SIGNIFICANT), xycoords=("axes fraction", "data"),
+    axes.axhline(RULES.search.significant, color="0.5", lw=0.8, ls=":")
+    axes.annotate(f"level of a cause, {RULES.search.significant:g}", (0.995, RULES.search.significant), xycoords=("axes fraction", "data"),
                   ha="right", va="bottom", fontsize=8, color="0.4")  # fmt: skip
     axes.set(
         yscale="log", ylim=(0.5 / max(len(found.full), len(found.quick), 50), 1.2), xlim=(0.0, 1.08 * most),

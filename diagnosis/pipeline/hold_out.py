@@ -11,17 +11,12 @@ from ..data.rig import split as split_name
 from ..data.signals import ANGLE_OF, GIVEN, SIGNALS
 from ..errors import DataError
 from ..residuals.experiment import Experiment
-
-FEWEST = 8
-"""Training blocks without which nothing can be told from chance."""
-
-MOST_BAD = 0.5
-"""Share of a channel's samples that may be faulty before the log is refused."""
+from ..rules import RULES
 
 
 def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> tuple[np.ndarray, list[str]]:
     """True for blocks to train on, and names of what is held out, which is never nothing."""
-    count = experiment.layout.count
+    count, rules = experiment.layout.count, RULES.pipeline
     if any(held):
         train = ~np.array(held)[experiment.layout.owner]
         names = sorted({run.log for run, h in zip(runs, held) if h})
@@ -40,12 +35,12 @@ def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> 
                 f"{experiment.rig.path}: hold_out = {EVERY_SECOND!r} needs two runs, and there is one. Leave it out: blocks are held out then."
             )
     else:
-        train = np.arange(count) % 3 != 2
+        train = np.arange(count) % rules.every != rules.every - 1
         names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]
-    if train.sum() < FEWEST:
+    if train.sum() < rules.fewest_blocks:
         raise DataError(
             f"{experiment.rig.path}: the logs make {int(train.sum())} blocks to learn from, too few to tell a cause from "
-            f"chance. Give a longer log or more runs (at least {FEWEST} points or about {FEWEST * 20 * 2} samples)."
+            f"chance. Give a longer log or more runs (at least {rules.fewest_blocks} points or about {rules.fewest_blocks * RULES.residuals.shortest_block * 2} samples)."
         )
     _refuse_rest(experiment, runs, train)
     return train, names
@@ -54,7 +49,7 @@ def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> 
 def _refuse_rest(experiment: Experiment, runs: list[MeasuredRun], train: np.ndarray) -> None:
     """Data in which nothing can be compared: friction is told only where a shaft moves one way for sure."""
     compared = experiment.present({}).any(axis=1)
-    for blocks, what, least in ((train, "to learn from", FEWEST), (~train, "to judge by", 1)):
+    for blocks, what, least in ((train, "to learn from", RULES.pipeline.fewest_blocks), (~train, "to judge by", 1)):
         found = int((compared & blocks).sum())
         if found < least:
             logs = ", ".join(sorted({runs[i].log for i in experiment.layout.owner[blocks]}))
@@ -80,7 +75,7 @@ def refuse_useless(rig: Rig, runs: list[MeasuredRun], faults: list[DataFault]) -
         where = having[0].log
         if asked == 0:
             raise DataError(f"{where}: column {rig.valid!r} is 0 in every row, so no sample counts. Is it the right one?")
-        if len(values) < (1.0 - MOST_BAD) * asked:
+        if len(values) < (1.0 - RULES.pipeline.most_faulty) * asked:
             raise DataError(
                 f"{where}: column {column!r} ({name}) is faulty in {asked - len(values)} of {asked} samples. "
                 "Measure again, or leave the column out."

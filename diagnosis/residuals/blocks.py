@@ -7,12 +7,7 @@ from copy import copy
 import numpy as np
 
 from ..data.log import MeasuredRun
-
-BLOCKS = 36
-"""Blocks that all runs together are cut into, about."""
-
-BINS = 250
-"""Averages kept of each block: what is left of noise then is small, and fits are fast."""
+from ..rules import RULES
 
 
 class Blocks:
@@ -24,12 +19,12 @@ class Blocks:
     """
 
     def __init__(self, runs: list[MeasuredRun], steady: bool, owner: np.ndarray | None = None):
-        total = sum(len(run) for run in runs)
+        total, rules = sum(len(run) for run in runs), RULES.residuals
         if steady:
             length, per_bin = 1, 1
         else:
-            length = max(20, min(int(np.ceil(total / BLOCKS)), max(len(run) for run in runs)))
-            per_bin = max(1, int(np.ceil(length / BINS)))
+            length = max(rules.shortest_block, min(int(np.ceil(total / rules.blocks)), max(len(run) for run in runs)))
+            per_bin = max(1, int(np.ceil(length / rules.bins)))
         self.per_bin = per_bin
         run_of: list[int] = []
         self.place: list[np.ndarray] = []

@@ -10,11 +10,9 @@ from scipy.ndimage import gaussian_filter1d
 from selflock.fmus.sensor import sensor as probe
 
 from ..data.log import MeasuredRun
+from ..rules import RULES
 from . import laws
 from .setting import Setting
-
-PIECE = 100_000
-"""Samples that are differentiated at a time."""
 
 
 @dataclass
@@ -116,22 +114,26 @@ class Channels:
 
 
 def window(seconds: float, dt: np.ndarray) -> int:
-    """An odd number of samples that lasts about so long, at least 5."""
-    return max(5, int(seconds / np.median(dt)) | 1)
+    """An odd number of samples that lasts about so long, at least the shortest window."""
+    return max(RULES.residuals.shortest_window, int(seconds / np.median(dt)) | 1)
 
 
 def smooth(x: np.ndarray, samples: int) -> np.ndarray:
     """Gaussian average over about so many samples (six standard deviations): no overshoot, little fast noise left."""
-    return gaussian_filter1d(x, samples / 6.0, mode="nearest", truncate=3.0) if 5 <= samples <= len(x) else x
+    if not RULES.residuals.shortest_window <= samples <= len(x):
+        return x
+    deviations = RULES.residuals.window_deviations
+    return gaussian_filter1d(x, samples / deviations, mode="nearest", truncate=0.5 * deviations)
 
 
 def derivative(x: np.ndarray, time: np.ndarray) -> np.ndarray:
     """dx/dt at all samples: numpy's gradient, which needs six times the memory of x, over one piece after another."""
     found = np.empty(len(x))
-    for first in range(0, len(x), PIECE):
+    size = RULES.residuals.piece
+    for first in range(0, len(x), size):
         before = max(0, first - 1)
-        piece = slice(before, first + PIECE + 1)
-        found[first : first + PIECE] = np.gradient(x[piece], time[piece])[first - before :][:PIECE]
+        piece = slice(before, first + size + 1)
+        found[first : first + size] = np.gradient(x[piece], time[piece])[first - before :][:size]
     return found
 
 
@@ -145,8 +147,9 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
 
     Whatever is compared with it can be smoothed in the same way: smoothing and differentiating change places.
     """
+    rules = RULES.residuals
     samples = min(samples, (len(dt) - 1) | 1)
-    samples = samples if samples >= 5 else 0
+    samples = samples if samples >= rules.shortest_window else 0
     time = np.cumsum(dt)
     if speed is None:
         assert angle is not None, "a motion is measured by an angle or a speed"
@@ -160,8 +163,9 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
     else:
         angle = smooth(angle, samples) if samples else angle
     rough = plain - fine  # half of it may be at rest, where a coarse sensor shows no noise
-    noise = max(_quantile(rough, 0.5) / 0.6745, _quantile(rough, 0.9) / 1.645) / np.sqrt(max(1, samples) / 2.25)
-    still = max(4.0 * noise, 5e-3 * _quantile(fine.copy(), 0.98), 1e-12)
+    noise = max(_quantile(rough, 0.5) / rules.normal_median, _quantile(rough, 0.9) / rules.normal_tenth)
+    noise /= np.sqrt(max(1, samples) / rules.smoothed_noise)
+    still = max(rules.still_noise * noise, rules.still_speed * _quantile(fine.copy(), rules.high_speed), 1e-12)
     moving = abs(fine) > still
     same = np.sign(fine).astype(np.int8) * moving
     reach = samples // 2 + 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rules import RULES
 from . import drive
 from .channels import Channels, ShaftMotion, derivative, smooth
 
@@ -131,12 +132,12 @@ def twist(values: dict, ch: Channels) -> Compared:
 
 def _pressed(ch: Channels) -> np.ndarray:
     """Where the nominal output torque is far enough from zero to press one flank for sure, and has been for a while."""
-    key = ("pressed", ch.smoothing)
+    key, rules = ("pressed", ch.smoothing), RULES.residuals
     if key not in ch.memory:
         torque = drive.delivered({}, ch, drive.both({}, ch)[1])
-        side = np.sign(torque) * (abs(torque) > 0.1 * np.quantile(abs(torque), 0.9))
+        side = np.sign(torque) * (abs(torque) > rules.pressed * np.quantile(abs(torque), rules.high_torque))
         steady = side != 0.0
-        for shift in range(1, 2 * ch.smoothing):
+        for shift in range(1, rules.pressed_windows * ch.smoothing):
             steady[shift:] &= side[shift:] == side[:-shift]
         ch.memory[key] = steady
     return ch.memory[key]

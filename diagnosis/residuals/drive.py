@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rules import RULES
 from .blocks import compared
 from .channels import Channels, ShaftMotion, derivative, motion
 from .laws import LAGS, parameters
-
-MOST_KEPT = 1_000_000
-"""Samples of all motions of a shaft that are remembered beside the first: an hour's motion is 90 MB."""
 
 
 def law(component: str, values: dict, ch: Channels):
@@ -42,7 +40,7 @@ def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
     for name in (angle, speed):
         if ch.has(name):
             found.sliding &= ch.good(name)
-    if ch.setting.balanced and (not kept or (len(kept) + 1) * ch.setting.samples <= MOST_KEPT):
+    if ch.setting.balanced and (not kept or (len(kept) + 1) * ch.setting.samples <= RULES.residuals.motions_remembered):
         kept[told] = found
     return found
 

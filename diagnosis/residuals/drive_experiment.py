@@ -11,6 +11,7 @@ from ..data.log import MeasuredRun
 from ..data.rig import Rig, split
 from ..data.signals import MOVES, SIGNALS
 from ..errors import DataError
+from ..rules import RULES
 from . import drive
 from .blocks import Blocks
 from .channels import Channels, derivative
@@ -19,34 +20,20 @@ from .kernels import kernels
 from .residual import Residual, residuals
 from .setting import Setting
 
-MOST = 3_000
-"""Samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it."""
-
-MOST_WHOLE = 4_500
-"""Samples of a whole drive simulated in a fit: of longer logs, the first part of each block, started as measured."""
-
-LONGEST = 0.045
-"""s; a longer smoothing window would blur the motion itself."""
-
-WINDOWS = (5, 7, 11, 17, 25, 41, 61)
-"""Samples of the smoothing windows that are tried."""
-
-STRETCH = 80
-"""Samples in a stretch of a long log."""
-
 
 class DriveExperiment(Experiment):
     """All runs of a measurement of drives under one rig. `sampled`: of long logs a part is simulated, as a fit needs it."""
 
     def __init__(self, rig: Rig, runs: list[MeasuredRun], sampled: bool = False):
         super().__init__()
+        rules = RULES.residuals
         self.rig, self.steady, self.original = rig, rig.kind == "steady", runs
         self.runs, owner = points(runs, bool(rig.run)) if self.steady else (runs, None)
         total = sum(len(run) for run in self.runs)
-        self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, 11))
+        self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, rules.usual_window))
         self.layout = Blocks(self.runs, self.steady, owner)
-        few = sampled and total > 1.5 * MOST and not self.steady
-        self.channels = self._channels(takes=[stretches(len(run), MOST / total) if few else None for run in self.runs])
+        few = sampled and total > rules.sampled_from * rules.samples and not self.steady
+        self.channels = self._channels(takes=[stretches(len(run), rules.samples / total) if few else None for run in self.runs])
         self.residuals = tuple(
             residual
             for prefix in rig.drives
@@ -60,7 +47,7 @@ class DriveExperiment(Experiment):
                 "current or voltage, or set-points and a voltage; docs/rig.md lists what goes together."
             )
         if sampled and any(residual.kind == "drive" for residual in self.residuals):
-            share = MOST_WHOLE / total if total > 1.5 * MOST_WHOLE else None
+            share = rules.samples_whole / total if total > rules.sampled_from * rules.samples_whole else None
             self.channels = self._channels(takes=[share and self.layout.firsts(i, share) for i in range(len(self.runs))])
         smoothing = {prefix: self._smoothing(prefix) for prefix in rig.drives}
         self.setting = replace(self.setting, smoothing=smoothing)
@@ -81,21 +68,22 @@ class DriveExperiment(Experiment):
 
     def _smoothing(self, prefix: str) -> int:
         """The shortest window over which the noise of the acceleration matters no more than that of the torque."""
+        rules = RULES.residuals
         gear = next((residual for residual in self.residuals if residual.name == prefix + "gear"), None)
         if gear is None or self.steady:
             return self.setting.smoothing[prefix]
         if self.rig.smoothing > 0.0:
-            return max(5, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
+            return max(rules.shortest_window, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
         levels, step = {}, self.step
-        for samples in (n for n in WINDOWS if n == 5 or n * step <= LONGEST):
+        for samples in (n for n in rules.windows if n == rules.shortest_window or n * step <= rules.longest_window):
             tried = self.but_with(replace(self.setting, smoothing={**self.setting.smoothing, prefix: samples}, balanced=False))
             steps, count = 0.0, 0
             for simulated, measured, good in tried.compare(gear, {}):
                 e = (measured - simulated)[good]
-                if len(e) > 20:
+                if len(e) > rules.window_samples:
                     steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
             levels[samples] = steps / max(count, 1)
-        return min(samples for samples, level in levels.items() if level <= 1.15 * min(levels.values()))
+        return min(samples for samples, level in levels.items() if level <= rules.window_level * min(levels.values()))
 
     def but_with(self, setting: Setting) -> Self:
         """The same residuals in another setting."""
@@ -182,9 +170,10 @@ def in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:
 
 def stretches(n: int, share: float) -> np.ndarray:
     """Places of short stretches spread evenly over n samples, about this share of them."""
-    count = max(1, int(n * share / STRETCH))
-    firsts = np.linspace(0, max(0, n - STRETCH), count).astype(int)
-    return np.unique((firsts[:, None] + np.arange(STRETCH)).ravel().clip(0, n - 1))
+    length = RULES.residuals.stretch
+    count = max(1, int(n * share / length))
+    firsts = np.linspace(0, max(0, n - length), count).astype(int)
+    return np.unique((firsts[:, None] + np.arange(length)).ravel().clip(0, n - 1))
 
 
 def points(runs: list[MeasuredRun], averaged: bool) -> tuple[list[MeasuredRun], np.ndarray]:

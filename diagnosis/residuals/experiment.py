@@ -15,17 +15,9 @@ import numpy as np
 
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
+from ..rules import RULES
 from .blocks import Blocks, compared
 from .residual import Compared, Residual
-
-SHOWN = 60_000
-"""Samples that show what an FMU or a finer step leaves: FMPy would take longer for an hour than the whole diagnosis."""
-
-SHORT = 100
-"""Samples kept of a run that has none to show: it is there for its place among the others."""
-
-REMEMBERED = 24
-"""Misfits of a residual that are kept: a fit asks for the same values again and again."""
 
 
 class Experiment:
@@ -75,13 +67,13 @@ class Experiment:
         raise NotImplementedError
 
     def enough(self, blocks: np.ndarray) -> list[int]:
-        """Samples of each run within which there are `SHOWN` samples of these blocks, for what is slow or large."""
-        left, found = SHOWN, []
+        """Samples of each run that hold enough samples of these blocks to show something, for what is slow or large."""
+        left, found = RULES.residuals.shown, []
         for i in range(len(self.runs)):
             block = self.layout.block(i)
             places = np.flatnonzero(blocks[block])[:left]
             left -= len(places)
-            found.append(min(len(block), max(SHORT, int(places[-1]) + 1 if len(places) else 0)))
+            found.append(min(len(block), max(RULES.residuals.shown_least, int(places[-1]) + 1 if len(places) else 0)))
         return found
 
     # --- residuals ---------------------------------------------------------------------------------------------------
@@ -107,7 +99,7 @@ class Experiment:
             wild = ~np.isfinite(error) & good  # a simulation that breaks down is wrong, not absent
             if wild.any():
                 known = measured[np.isfinite(measured)]
-                error = np.where(wild, 1e3 * np.std(known) if len(known) else np.inf, error)
+                error = np.where(wild, RULES.residuals.broken * np.std(known) if len(known) else np.inf, error)
             place = compared(layout.place[i], self.channels[i, residual.prefix].take, len(error))
             sums, counts = layout.bin(place, error, good)
             total += sums
@@ -126,7 +118,7 @@ class Experiment:
         found = memory.get(key)
         if found is None:
             found = self.binned(residual, values)[0]
-            for old in [*memory][: max(0, len(memory) + 1 - REMEMBERED)]:
+            for old in [*memory][: max(0, len(memory) + 1 - RULES.residuals.remembered)]:
                 memory.pop(old, None)  # another thread may have been here
             memory[key] = found
         return found

@@ -7,16 +7,12 @@ import numpy as np
 from selflock.fmus.load.load import State, moment_of_inertia
 
 from ..data.log import VALID
+from ..rules import RULES
 from . import drive
 from .channels import Channels
 from .compare import Compared, everywhere
 
 ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
-SOFTEST = 0.3
-"""The output shaft's own frequency times the inner step, at most: explicit coupling is stable below 1."""
-
-MOST_PARTS = 4
-
 
 SHOWN = {
     "load.angle": "angle",
@@ -71,10 +67,13 @@ def stretches(ch: Channels) -> list[slice]:
 
 def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
     """Stiffness of the output shaft, parts of a step, damping: as given, or as stiff as so many parts carry."""
+    rules = RULES.residuals
     inertia = max(moment_of_inertia(load, State(0.0, 0.0)), 1e-12)
     behind = reducer.shaft_inertia * reducer.gear_ratio**2
     together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
-    parts = int(np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / SOFTEST), 1, MOST_PARTS))
-    stiffness = min(reducer.shaft_stiffness, together * (SOFTEST * parts / step) ** 2)
-    damping = min(reducer.shaft_damping, 0.4 * np.sqrt(stiffness * together))
-    return (stiffness, parts), max(damping, 0.2 * np.sqrt(stiffness * together))
+    needed = np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / rules.shaft_step)
+    parts = int(np.clip(needed, 1, rules.shaft_parts))
+    stiffness = min(reducer.shaft_stiffness, together * (rules.shaft_step * parts / step) ** 2)
+    least, most = rules.shaft_damping
+    damping = min(reducer.shaft_damping, most * np.sqrt(stiffness * together))
+    return (stiffness, parts), max(damping, least * np.sqrt(stiffness * together))

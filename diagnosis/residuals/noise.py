@@ -14,25 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..data.faults import resolution
+from ..rules import RULES
 from . import drive
 from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .residual import Residual
-
-FEWEST = 10
-"""Differences of samples without which nothing is said: the floor is 0 then."""
-
-COARSE = 0.1
-"""A resolution beyond this share of the differences shows in them."""
-
-STRETCHES = 8
-"""A run of steady state is cut into so many; every second one makes one half, so that a drift is in both."""
-
-QUIET = 0.2
-"""Share of a run's blocks whose noise is taken for that of the quieter ones."""
-
-ALIKE = 0.02
-"""Share of the largest load by which the loads of neighbouring points may differ."""
 
 
 def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
@@ -50,13 +36,14 @@ def of_samples(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int =
     quantum: resolution of the measured channel. Rounding is taken as even over a step, its noise as quantum / sqrt(12)
     (Widrow 1956); where other noise dithers it the differences have it already.
     """
+    rules = RULES.residuals
     steps = np.concatenate([(e[reach:] - e[:-reach])[t[reach:] & t[:-reach]] for e, t in zip(errors, trusted)])
     steps = abs(steps[steps != 0.0])
-    if len(steps) <= FEWEST:
+    if len(steps) <= rules.noise_samples:
         return 0.0
-    usual = float(np.median(steps)) / 0.6745
-    if quantum > COARSE * usual:  # differences are then a few multiples of the step, among which a median jumps
-        usual = float(np.sqrt(np.mean(steps[steps <= 4.0 * max(usual, quantum)] ** 2)))
+    usual = float(np.median(steps)) / rules.normal_median
+    if quantum > rules.coarse * usual:  # differences are then a few multiples of the step, among which a median jumps
+        usual = float(np.sqrt(np.mean(steps[steps <= rules.coarse_steps * max(usual, quantum)] ** 2)))
     return max(usual / np.sqrt(2.0), quantum / np.sqrt(12.0))
 
 
@@ -71,7 +58,7 @@ def _by_halves(experiment: Experiment, residual: Residual, values: dict) -> floa
     for odd in (0, 1):
         runs = []
         for run in experiment.original:
-            mine = np.arange(len(run)) * STRETCHES // len(run) % 2 == odd
+            mine = np.arange(len(run)) * RULES.residuals.half_stretches // len(run) % 2 == odd
             runs.append(replace(run, good={name: run.usable(name) & mine for name in run.signals}))
         half = DriveExperiment(experiment.rig, runs)
         ((simulated, measured, good),) = half.compare(half.residuals[place], values)
@@ -87,10 +74,11 @@ def _by_neighbours(experiment: Experiment, residual: Residual, values: dict) -> 
     Gasser, Sroka and Jennen-Steinmetz (1986), Biometrika 73, 625.
     """
     ((simulated, measured, good),) = experiment.compare(residual, values)
+    rules = RULES.residuals
     ch, error = experiment.channels[0, residual.prefix], measured - simulated
     first, second = drive.both(values, ch)
     load = drive.delivered(values, ch, second)
-    kind = np.round(load / max(ALIKE * float(abs(load).max()), 1e-300))
+    kind = np.round(load / max(rules.load_alike * float(abs(load).max()), 1e-300))
     good = good & np.isfinite(simulated)
     off = []
     for group in set(zip(np.sign(first.speed[good]), kind[good])):
@@ -101,17 +89,19 @@ def _by_neighbours(experiment: Experiment, residual: Residual, values: dict) -> 
         after = np.where(wide > 0.0, (x[1:-1] - x[:-2]) / np.where(wide > 0.0, wide, 1.0), 0.5)  # weight of the point after
         off.append((e[1:-1] - (1.0 - after) * e[:-2] - after * e[2:]) / np.sqrt(1.0 + after**2 + (1.0 - after) ** 2))
     sizes = abs(np.concatenate(off)) if off else np.zeros(0)
-    return float(np.median(sizes)) / 0.6745 if len(sizes) >= 3 else 0.0
+    return float(np.median(sizes)) / rules.normal_median if len(sizes) >= rules.point_neighbours else 0.0
 
 
 def of_bins(misfit: np.ndarray, present: np.ndarray, steady: bool, lag: int) -> float:
     """Noise of bins: from differences of near neighbours, `lag` bins apart, which what varies slowly does not reach."""
+    rules = RULES.residuals
     lag = min(lag, max(1, misfit.shape[1] // 2))
     steps = (misfit[:, lag:] - misfit[:, :-lag])[present[:, lag:] & present[:, :-lag]]
     level = float(np.sqrt(np.mean(misfit[present] ** 2))) if present.any() else 0.0
-    if steady or len(steps) < 20:
+    if steady or len(steps) < rules.bin_differences:
         steps = np.diff(misfit[present])
-    return max(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0) if len(steps) else 0.0, 1e-3 * level, 1e-300)
+    noise = float(np.median(abs(steps))) / rules.normal_median / np.sqrt(2.0) if len(steps) else 0.0
+    return max(noise, rules.least_noise * level, 1e-300)
 
 
 def of_quiet_bins(misfit: np.ndarray, present: np.ndarray, lag: int) -> float:
@@ -119,14 +109,14 @@ def of_quiet_bins(misfit: np.ndarray, present: np.ndarray, lag: int) -> float:
 
     Of equally noisy blocks the quieter ones would seem so by chance; that is made good, with the spread of a median.
     """
-    levels, counts = [], []
+    levels, counts, rules = [], [], RULES.residuals
     for r, p in zip(misfit, present):
         steps = (r[lag:] - r[:-lag])[p[lag:] & p[:-lag]]
-        if len(steps) >= 20:
-            levels.append(float(np.median(abs(steps))) / 0.6745 / np.sqrt(2.0))
+        if len(steps) >= rules.bin_differences:
+            levels.append(float(np.median(abs(steps))) / rules.normal_median / np.sqrt(2.0))
             # neighbours within the reach of smoothing are no new evidence
-            counts.append(len(steps) / max(1.0, 0.5 * lag))
-    if len(levels) < 5:
+            counts.append(len(steps) / max(1.0, rules.tied * lag))
+    if len(levels) < rules.quiet_blocks:
         return np.inf
-    spread = 1.3 / np.sqrt(np.median(counts))
-    return float(np.quantile(levels, QUIET)) / max(1.0 - 0.84 * spread, 0.5)
+    spread = rules.median_spread / np.sqrt(np.median(counts))
+    return float(np.quantile(levels, rules.quiet_share)) / max(1.0 - rules.quiet_below * spread, rules.quiet_least)

@@ -9,14 +9,9 @@ import numpy as np
 
 from selflock.fmus.effect import METAL
 
+from ..rules import RULES
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
-
-MATTERS = 0.02
-"""Share of the error's energy by which a rival must be worse to be beaten."""
-
-ALIKE = 1.002
-"""Errors within this factor are equal to the last digits: the same law twice."""
 
 
 @dataclass
@@ -49,7 +44,7 @@ def more(a: Candidate, b: Candidate) -> tuple[float, np.ndarray]:
 
     Only the residuals in which they differ count: residuals that neither touches would hide what one explains and not the other.
     """
-    apart = abs((a.losses - b.losses).mean(0)) > 1e-3 * b.losses.mean(0)
+    apart = abs((a.losses - b.losses).mean(0)) > RULES.search.apart * b.losses.mean(0)
     difference = (a.losses - b.losses)[:, apart].sum(1)
     return difference.mean() / max(b.losses[:, apart].sum(1).mean(), 1e-300), difference
 
@@ -59,9 +54,12 @@ def worse(a: Candidate, b: Candidate, chance_level: float) -> bool:
 
     chance_level: gain that the best hypothesis finds by chance in one draw of twenty.
     """
+    rules = RULES.search
     share, difference = more(a, b)
     spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
-    return share > MATTERS and (difference.mean() > 2.0 * spread or difference.mean() > 2.0 * chance_level * b.errors.mean())
+    return share > rules.matters and (
+        difference.mean() > rules.spreads * spread or difference.mean() > rules.chance_levels * chance_level * b.errors.mean()
+    )
 
 
 def equal(a: Candidate, b: Candidate, chance_level: float) -> bool:
@@ -81,9 +79,9 @@ def better(a: Candidate | None, b: Candidate, chance_level: float, whole: bool) 
 
 def _ends(candidate: Candidate) -> bool:
     """Whether a number that the hypothesis sets free is at the end of its range."""
-    at = candidate.fitted.values
+    at, near = candidate.fitted.values, RULES.search.at_end
     return any(
-        at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < 1e-3 * (p.high - p.low) for p in candidate.free
+        at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < near * (p.high - p.low) for p in candidate.free
     )
 
 
@@ -109,7 +107,7 @@ def simplest(real: Sequence[Candidate], found: Sequence[Hypothesis], chance_leve
             c.errors.mean(),
         )
 
-    return min((c for c in as_simple if c.errors.mean() <= ALIKE * least), key=doubt)
+    return min((c for c in as_simple if c.errors.mean() <= RULES.search.alike * least), key=doubt)
 
 
 def same_law(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
@@ -121,4 +119,4 @@ def same_law(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
     if a.hypothesis.component != b.hypothesis.component or effects.count("parameter") != 1:
         return False
     difference = (a.fitted.misfit - b.fitted.misfit)[rows]
-    return bool(np.sqrt(np.mean(difference**2)) < 0.05 * size)
+    return bool(np.sqrt(np.mean(difference**2)) < RULES.search.same_law * size)

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from ..rules import RULES
 from .hypotheses import Free
-
-DAMPINGS = (1e-9, 1e-3, 1e-2, 0.1, 1.0)
-"""Levenberg-Marquardt's, over columns of length 1: tried where the simulation is far from linear."""
 
 Misfit = Callable[[dict[str, float]], np.ndarray]
 
@@ -37,14 +35,16 @@ class Fit:
         lengths = np.sqrt(np.maximum((weighted**2).sum(0), 1e-300))
         weighted = weighted / lengths
         errors = self.misfit[rows] * self.weights[rows]
-        bread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-10)
+        bread = np.linalg.pinv(weighted.T @ weighted, rcond=RULES.search.singular)
         labels, places = np.unique(blocks[rows], return_inverse=True)
         scores = np.zeros((len(labels), len(self.free)))
         np.add.at(scores, places, weighted * errors[:, None])
         meat = scores.T @ scores * len(labels) / max(1, len(labels) - len(self.free))
         return bread @ meat @ bread / np.outer(lengths, lengths)
 
-    def intervals(self, rows: np.ndarray, blocks: np.ndarray, level: float = 1.96) -> dict[str, tuple[float, float]]:
+    def intervals(
+        self, rows: np.ndarray, blocks: np.ndarray, level: float = RULES.search.interval
+    ) -> dict[str, tuple[float, float]]:
         """95 % intervals, no wider than the bounds."""
         if not self.free:
             return {}
@@ -68,7 +68,7 @@ def scale(free: Free, value: float) -> float:
     """A length on which this parameter matters."""
     reach = [abs(value), abs(free.nominal)]
     if np.isfinite(free.high - free.low):
-        reach.append(0.02 * (free.high - free.low))
+        reach.append(RULES.search.range_scale * (free.high - free.low))
     return max(reach) or 1.0
 
 
@@ -87,7 +87,7 @@ def jacobian(misfit: Misfit, fixed: dict, free: Sequence[Free], values: dict, at
     columns = []
     for parameter in free:
         value = values[parameter.name]
-        step = 1e-3 * scale(parameter, value)
+        step = RULES.search.difference * scale(parameter, value)
         if value + step > parameter.high:
             step = -step
         columns.append(slope(misfit({**fixed, **values, parameter.name: value + step}), at, step))
@@ -101,11 +101,10 @@ def fit(
     start: dict,
     rows: np.ndarray,
     c: float,
-    effort: int = 25,
-    ftol: float = 1e-6,
-    xtol: float = 1e-5,
+    effort: int = RULES.search.effort,
+    tolerances: tuple[float, float] = RULES.search.tolerances,
 ) -> Fit:
-    """Least squares over `rows` from `start`, robust, within the bounds."""
+    """Least squares over `rows` from `start`, robust, within the bounds; `tolerances`: of the loss, and of the values."""
     free = tuple(free)
     if not free:
         r = misfit(fixed)
@@ -115,7 +114,7 @@ def fit(
     high = np.array([p.high for p in free])
     lengths = np.array([scale(p, start[p.name]) for p in free])
     inside = np.minimum(np.maximum([start[p.name] for p in free], low), high)
-    tiny = 1e-9 * lengths
+    tiny = RULES.search.inside * lengths
     origin = np.clip(inside, low + np.minimum(tiny, (high - low) / 4), high - np.minimum(tiny, (high - low) / 4))
     known: dict[bytes, np.ndarray] = {}
 
@@ -138,9 +137,9 @@ def fit(
         loss="soft_l1",
         f_scale=c,
         max_nfev=effort,
-        xtol=xtol,
-        ftol=ftol,
-        gtol=1e-8,
+        ftol=tolerances[0],
+        xtol=tolerances[1],
+        gtol=RULES.search.flat,
     )
     values = named(found.x)
     r = value(found.x)
@@ -171,7 +170,7 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
         high = np.array([p.high - fitted.values[p.name] for p in fitted.free]) * lengths
         steps = [
             np.clip(-np.linalg.solve(gram + damping * np.eye(len(gram)), pull), low, high) / lengths
-            for damping in (DAMPINGS if misfit else DAMPINGS[:1])
+            for damping in (RULES.search.dampings if misfit else RULES.search.dampings[:1])
         ]
         if misfit is None:
             out[unseen] = fitted.misfit[unseen] + fitted.jacobian[unseen] @ steps[0]

@@ -14,6 +14,7 @@ from ..data.rig import Rig, split
 from ..data.signals import COMMANDS, MOVES, RELATIVE
 from ..residuals.drive import both
 from ..residuals.drive_experiment import DriveExperiment
+from ..rules import RULES
 
 COMPONENTS = ("controller", "motor", "reducer", "load")
 
@@ -114,13 +115,13 @@ def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
 
     def trials(p: Free) -> tuple[float, ...]:
         if p.role == PERIOD:
-            step = experiment.step
-            return tuple(n * step for n in range(2, 41) if p.low <= n * step <= p.high)
+            step, (fewest, most) = experiment.step, RULES.search.periods
+            return tuple(n * step for n in range(fewest, most + 1) if p.low <= n * step <= p.high)
         if p.role == STEP and hypothesis.channel:
             steps = [
                 np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)])) for run in experiment.runs
             ]
-            return tuple({float(np.quantile(s, 0.05)) for s in steps if len(s)})
+            return tuple({float(np.quantile(s, RULES.data.smallest_step)) for s in steps if len(s)})
         return ()
 
     return replace(hypothesis, free=tuple(replace(p, trials=trials(p)) for p in hypothesis.free))
@@ -167,7 +168,8 @@ def _effect(rig: Rig, name: str, component: str, effect: Effect) -> Hypothesis:
             continue
         beside = _parameter(rig, full, parameter)
         if full not in rig.parameters and beside.nominal > 0.0:  # no data sheet says: a time constant may be anything
-            low, high = max(parameter.low, beside.nominal / 1000.0), min(parameter.high, beside.nominal * 10.0)
+            below, above = RULES.search.untold
+            low, high = max(parameter.low, beside.nominal / below), min(parameter.high, beside.nominal * above)
             beside = replace(beside, low=low, high=high)
         free.append(beside if beside.above else replace(beside, companion=True))
     return _of(effect, name, tuple(free))
@@ -185,20 +187,20 @@ def _free(full: str, p: Parameter, nominal: float, low: float, high: float) -> F
 
 
 def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:
-    """A nominal value may be off by a factor of five, within what physics allows."""
+    """A nominal value may be off by a factor, within what physics allows."""
     nominal = rig.parameters.get(full, parameter.off)
     if parameter.above:  # fitted as what lies above the other
         owner, (name, most, description) = full.rpartition(".")[0], parameter.above
         usual = next(p.off for p in base(split(owner, rig.drives)[1]) if p.name == name)
         over = max(0.0, nominal - rig.parameters.get(f"{owner}.{name}", usual))
         return replace(_free(full, parameter, over, 0.0, most), description=description, above=f"{owner}.{name}")
-    low, high = parameter.low, parameter.high
+    low, high, factor = parameter.low, parameter.high, RULES.search.nominal_factor
     if nominal > 0.0:
-        low, high = max(low, nominal / 5.0), min(high, nominal * 5.0)
+        low, high = max(low, nominal / factor), min(high, nominal * factor)
     elif nominal < 0.0:
-        low, high = max(low, nominal * 5.0), min(high, nominal / 5.0)
+        low, high = max(low, nominal * factor), min(high, nominal / factor)
     elif not isfinite(high - low):
-        low, high = max(low, -1e3), min(high, 1e3)
+        low, high = max(low, -RULES.search.nominal_zero), min(high, RULES.search.nominal_zero)
     return _free(full, parameter, nominal, low, high)
 
 

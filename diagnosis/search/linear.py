@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..rules import RULES
 from .screen import Direction
 
 
@@ -32,16 +33,17 @@ class Linear:
         gram: X_b' X_b (blocks, k, k); cross: X_b' e_b of each draw (draws, blocks, k). Columns have length 1.
         """
         k = gram.shape[-1]
+        ridge = RULES.search.ridge * np.eye(k)
         inside = (self.folds == np.unique(self.folds)[:, None]).astype(float)  # (folds, blocks)
         own_gram = np.tensordot(inside, gram, 1)
         own_cross = np.matmul(inside, cross)  # (draws, folds, k)
         total_gram, total_cross = gram.sum(0), cross.sum(1)
         rest = (total_cross[:, None] - own_cross).transpose(1, 2, 0)
-        step = -np.linalg.solve(total_gram - own_gram + 1e-8 * np.eye(k), rest).transpose(2, 0, 1)  # as own_cross
+        step = -np.linalg.solve(total_gram - own_gram + ridge, rest).transpose(2, 0, 1)  # as own_cross
         if limits is not None:
             step = np.clip(step, *limits)
         change = (step * (2.0 * own_cross + np.einsum("fij,rfj->rfi", own_gram, step))).sum((1, 2))
-        return change, -np.linalg.solve(total_gram + 1e-8 * np.eye(k), total_cross.T).T
+        return change, -np.linalg.solve(total_gram + ridge, total_cross.T).T
 
     def gains(self, direction: Direction | None, draws: Draws):
         """Drop of the held-out squared misfit, and the coefficients, for each draw."""

@@ -9,14 +9,10 @@ import numpy as np
 
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.noise import of_bins, of_quiet_bins
+from ..rules import RULES
 from .candidate import Candidate
 from .fit import Fit, fit, held_out, rho
 from .hypotheses import Free, Hypothesis, uncertain, vocabulary
-
-FOLDS = 5
-
-WILD = 1.03
-"""Where a linear step leaves so many times more on unseen blocks than the fit itself, it is worth simulating."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +51,7 @@ class Problem:
         """With the noise of each residual's bins from neighbouring differences, and where the robust loss turns."""
         experiment, values = self.experiment, {}
         if self.base_free:
-            values = fit(self.misfit, {}, self.base_free, self.nominal, self.rows, 1e30, effort=15).values
+            values = fit(self.misfit, {}, self.base_free, self.nominal, self.rows, 1e30, RULES.search.effort_first).values
         noise, quiet = self.noise.copy(), self.quiet.copy()
         for number, residual in enumerate(experiment.residuals):
             r, count = experiment.binned(residual, self.absolute(values))
@@ -65,7 +61,7 @@ class Problem:
                 quiet[number] = min(1.0, of_quiet_bins(r, count > 0, lag) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)
         r = found.misfit(found.nominal)[self.rows]
-        return replace(found, loss_scale=max(3.0, 2.0 * float(np.median(abs(r)))))
+        return replace(found, loss_scale=max(RULES.search.loss_scale, RULES.search.loss_median * float(np.median(abs(r)))))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -86,7 +82,7 @@ class Problem:
     def fold_of_block(self) -> np.ndarray:
         """The fold of each block; of those that do not teach 0."""
         found = np.zeros(self.shape[0], int)
-        found[self.train] = np.arange(self.train.sum()) % FOLDS
+        found[self.train] = np.arange(self.train.sum()) % RULES.search.folds
         return found
 
     @cached_property
@@ -112,9 +108,10 @@ class Problem:
                     out[p.name] = self.experiment.setting.value(p.above, values) + values[p.name]
         return out
 
-    def fit(self, free: tuple[Free, ...], start: dict, effort: int = 25) -> Fit:
+    def fit(self, free: tuple[Free, ...], start: dict, effort: int = RULES.search.effort) -> Fit:
         """Robust least squares on the samples that teach."""
-        return fit(self.misfit, {}, free, start, self.rows, self.loss_scale, effort, *((1e-4, 1e-4) if self.whole else ()))
+        tolerances = RULES.search.tolerances_whole if self.whole else RULES.search.tolerances
+        return fit(self.misfit, {}, free, start, self.rows, self.loss_scale, effort, tolerances)
 
     def with_these(self, causes: list[Candidate], fitted: Fit) -> Fit:
         """What is fitted, fitted again with these causes alone."""
@@ -125,7 +122,7 @@ class Problem:
     def held_out(self, fitted: Fit) -> np.ndarray:
         """Misfit of each fold under the fit to the others: linear where that can be believed, else simulated."""
         linear = held_out(fitted, self.rows, self.folds)
-        if not self.whole and self.block_loss(linear).sum() < WILD * self.block_loss(fitted.misfit).sum():
+        if not self.whole and self.block_loss(linear).sum() < RULES.search.wild * self.block_loss(fitted.misfit).sum():
             return linear
         return held_out(fitted, self.rows, self.folds, self.misfit, self.loss_scale)
 

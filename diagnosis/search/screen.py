@@ -14,20 +14,9 @@ import numpy as np
 
 from selflock.fmus.effect import ORDER, PHASE
 
+from ..rules import RULES
 from .fit import change, scale, slope
 from .hypotheses import Free, Hypothesis
-
-PER_DECADE = 2
-"""Values tried in a decade of a parameter that shapes an effect."""
-
-HIGHEST_ORDER = 64
-"""Waves in a turn are looked for up to this number."""
-
-JUMPS = 11
-"""Amounts tried of a parameter that acts only from a finite amount on."""
-
-MOST_STARTS = 40
-"""Combinations of shapes tried for one way of acting, orders apart."""
 
 
 @dataclass
@@ -90,7 +79,8 @@ def directions(misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray,
     found: list[Direction] = []
     for leader in leading:
         on = {**switched, **{p.name: p.nominal for p in amplitudes}}
-        on[leader.name] = leader.nominal + _step(leader) * (10.0 if leader.nominal + 10.0 * _step(leader) <= leader.high else 1.0)
+        much = RULES.search.leading * _step(leader)
+        on[leader.name] = leader.nominal + (much if leader.nominal + much <= leader.high else _step(leader))
         there = misfit({**base, **on})
         shapes = [p for p in inside if p not in amplitudes and _shapes(misfit, base, on, p, there)]
         found += _ways(misfit, base, off, at, hypothesis, (leader, *companions), shapes)
@@ -107,7 +97,8 @@ def directions(misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray,
 def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) -> list[Direction]:
     """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step)."""
     found: list[Direction] = []
-    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, JUMPS + 2)[1:-1]})
+    rules = RULES.search
+    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, rules.jumps + 2)[1:-1]})
     if not any(
         np.any(misfit({**base, **off, leader.name: value}) != at)
         for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}
@@ -127,9 +118,9 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) 
         shapes = [p for p in others if _shapes(misfit, base, on, p, there)]
         for values in product(*(sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
             tried(value, {p.name: v for p, v in zip(shapes, values)})
-    step = (leader.high - leader.low) / (JUMPS + 1)
-    for _ in range(3 if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
-        step /= 3.0
+    step = (leader.high - leader.low) / (rules.jumps + 1)
+    for _ in range(rules.closer if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
+        step /= rules.closer_by
         best = min(
             found,
             key=lambda way: (np.abs(at[:, way.part] + way.columns[..., 0] * way.jump) - np.abs(at[:, way.part])).sum(),
@@ -146,7 +137,7 @@ def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes) -> list[Directi
     shapes = [p for p in shapes if p is not phase]
     axes = [_grid(p) for p in shapes]
     thin = [i for i, p in enumerate(shapes) if p.role != ORDER]
-    while thin and np.prod([len(axes[i]) for i in thin]) > MOST_STARTS:
+    while thin and np.prod([len(axes[i]) for i in thin]) > RULES.search.most_starts:
         longest = max(thin, key=lambda i: len(axes[i]))
         axes[longest] = axes[longest][::2]
     found = []
@@ -164,7 +155,7 @@ def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes) -> list[Directi
 
 
 def _step(p: Free) -> float:
-    step = 1e-3 * scale(p, p.nominal)
+    step = RULES.search.difference * scale(p, p.nominal)
     return -step if p.nominal + 2.0 * step > p.high else step
 
 
@@ -176,46 +167,49 @@ def _column(misfit, base: dict, here: dict, p: Free, at: np.ndarray) -> np.ndarr
 
 def _proportional(misfit, base: dict, here: dict, p: Free, at: np.ndarray) -> bool:
     """Whether p acts by itself from its nominal value on, and twice as much gives twice the change."""
-    step = _step(p)
+    step, rules = _step(p), RULES.search
     zero = misfit({**base, **here, p.name: p.nominal})
-    if not p.companion and np.abs(zero - at).max() > 1e-9 * (1.0 + np.abs(at).max()):
+    if not p.companion and np.abs(zero - at).max() > rules.alone * (1.0 + np.abs(at).max()):
         return False
     once = change(misfit({**base, **here, p.name: p.nominal + step}), zero)
     size = np.sqrt((once**2).sum())
-    if not np.isfinite(size) or size <= 1e-12 * np.sqrt((at**2).sum()):
+    if not np.isfinite(size) or size <= rules.unfelt * np.sqrt((at**2).sum()):
         return False
     twice = change(misfit({**base, **here, p.name: p.nominal + 2.0 * step}), zero)
-    return bool(np.sqrt(((twice - 2.0 * once) ** 2)[(once != 0.0) & (twice != 0.0)].sum()) < 0.2 * size)
+    return bool(np.sqrt(((twice - 2.0 * once) ** 2)[(once != 0.0) & (twice != 0.0)].sum()) < rules.proportional * size)
 
 
 def _bends(misfit, base: dict, off: dict, at: np.ndarray, p: Free) -> bool:
     """Whether a large amount of p acts otherwise than a small one would make expect: limits and dead zones do."""
+    share, most = RULES.search.bend_at, RULES.search.bend
     column = _column(misfit, base, off, p, at)
-    for value in (0.7 * p.nominal + 0.3 * p.low, 0.7 * p.nominal + 0.3 * p.high):
+    for value in ((1.0 - share) * p.nominal + share * p.low, (1.0 - share) * p.nominal + share * p.high):
         moved = change(misfit({**base, **off, p.name: value}), at)
-        if value != p.nominal and np.sum((moved - column * (value - p.nominal)) ** 2) > 0.25 * np.sum(moved**2) > 0.0:
+        if value != p.nominal and np.sum((moved - column * (value - p.nominal)) ** 2) > most * np.sum(moved**2) > 0.0:
             return True
     return False
 
 
 def _shapes(misfit, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
     """Whether p matters while its amplitude is on; too narrow a range, or a value told by the rig, is no question."""
-    if p.told or (p.low > 0.0 and p.high < 2.0 * p.low):
+    rules = RULES.search
+    if p.told or (p.low > 0.0 and p.high < rules.narrow * p.low):
         return False
-    values = [0.5 * np.pi] if p.role == PHASE else _grid(p)[:: max(1, len(_grid(p)) // 3)]
+    values = [0.5 * np.pi] if p.role == PHASE else _grid(p)[:: max(1, len(_grid(p)) // rules.probes)]
     return any(np.any(misfit({**base, **on, p.name: value}) != there) for value in values)
 
 
 def _grid(p: Free) -> list[float]:
     """Values to start from: orders one by one, wide ranges by decades, others at a few places."""
+    rules = RULES.search
     if p.role == ORDER:
-        return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, HIGHEST_ORDER)) + 1)]
+        return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, rules.highest_order)) + 1)]
     if p.role == PHASE:
         return [0.0]
-    if p.low >= 0.0 and (p.low == 0.0 or p.high / p.low > 30.0):
-        lowest = max(p.low, 1e-4 * p.high)
-        count = int(np.ceil(PER_DECADE * np.log10(p.high / lowest)))
+    if p.low >= 0.0 and (p.low == 0.0 or p.high / p.low > rules.decades_from):
+        lowest = max(p.low, rules.lowest * p.high)
+        count = int(np.ceil(rules.per_decade * np.log10(p.high / lowest)))
         return [*np.geomspace(lowest, p.high, count + 1)[:-1]]
     if p.low > 0.0:
-        return [*np.geomspace(p.low, p.high, 5)[1:-1]]
-    return [*np.linspace(p.low, p.high, 5)[1:-1]]
+        return [*np.geomspace(p.low, p.high, rules.places)[1:-1]]
+    return [*np.linspace(p.low, p.high, rules.places)[1:-1]]

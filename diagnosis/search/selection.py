@@ -13,22 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..rules import RULES
 from .candidate import Candidate, worse
 from .fit import Fit
 from .hypotheses import Hypothesis
 from .problem import Problem
 from .step import Stage, Step
-
-CLEAN = 1.08
-"""A residual whose error is no more than this many times its noise has nothing missing."""
-
-LEFT = 1.15
-"""... once a cause is found: nature's formula is never exactly ours."""
-
-RIVALS = 0.3
-"""Share of the winner's gain from which a rival is tried again beside the causes found later."""
-
-MOST_STEPS = 4
 
 
 @dataclass
@@ -55,7 +45,7 @@ class ForwardSelection:
         problem: Problem,
         rng: np.random.Generator,
         tell: Callable[[str, float], None] = lambda *_: None,
-        clean: float = CLEAN,
+        clean: float = RULES.search.clean,
     ):
         self.problem, self.rng, self.tell, self.clean = problem, rng, tell, clean
         self.chance_level = np.inf
@@ -68,7 +58,7 @@ class ForwardSelection:
         causes: list[Candidate] = []
         stages: list[Stage] = []
         kept: list[Stage] = []
-        while len(stages) < MOST_STEPS:
+        while len(stages) < RULES.search.most_steps:
             stage = self.step(base, [c.hypothesis for c in causes])
             stages.append(stage)
             if stage.winner is None:
@@ -88,13 +78,15 @@ class ForwardSelection:
         if whole is not problem.experiment:  # the last word on the numbers has the whole log
             self.tell("last fit", 0.0)
             problem = problem.on(whole).with_noise()
-            first = problem.fit(first.free, dict(first.values), effort=8)
-            base = problem.fit(base.free, dict(base.values), effort=8)
+            first = problem.fit(first.free, dict(first.values), RULES.search.effort_last)
+            base = problem.fit(base.free, dict(base.values), RULES.search.effort_last)
         return Selection(problem, stages, causes, kept, base, first)
 
     def step(self, base: Fit, found: list[Hypothesis]) -> Stage:
         """One step over a base that holds the causes `found`."""
-        stage = Step(self.problem, base, found, LEFT if found else self.clean, self.chance_level, self.tell).play(self.rng)
+        stage = Step(self.problem, base, found, RULES.search.left if found else self.clean, self.chance_level, self.tell).play(
+            self.rng
+        )
         self.chance_level = stage.chance_level
         return stage
 
@@ -113,7 +105,9 @@ class ForwardSelection:
         opening, values, best = stages[0], whole.fitted.values, None
         named = [c.hypothesis for c in causes]
         for rival in opening.candidates:
-            strong = rival.fit is not None and rival.gain >= RIVALS * (opening.winner.gain if opening.winner else 0.0)
+            strong = rival.fit is not None and rival.gain >= RULES.search.rivals * (
+                opening.winner.gain if opening.winner else 0.0
+            )
             if not strong or any(rival.hypothesis.same_cause(h) for h in named):
                 continue
             for cause, stage in zip(causes[1:], stages[1:]):

@@ -12,29 +12,13 @@ from numba.core import config
 from selflock.fmus.effect import LAG, LATE, PHASE
 
 from ..residuals.mending import Mending
-from .candidate import MATTERS, Candidate, better, equal, more, same_law, simplest
+from ..rules import RULES
+from .candidate import Candidate, better, equal, more, same_law, simplest
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
 from .problem import Problem
 from .screen import Direction, directions
-
-DRAWS = 199
-SIGNIFICANT = 0.02
-"""A cause must do better than the best by chance in all but this share of draws."""
-
-RELEVANT = 0.04
-"""... and lower the error of some residual by this share at least: smaller gains may be a matter of formulas."""
-
-SHOWS = 0.01
-"""... and that over single samples by this share: averages of many show what smoothing bends, far below the noise."""
-
-SMALL = 0.01
-"""Share of its range from which a number of a whole drive is fitted."""
-
-FULL_FITS = 8
-STARTS = 4
-"""Sets of free numbers that a hypothesis is fitted with, at most; of a whole drive half as many."""
 
 
 @dataclass
@@ -84,7 +68,7 @@ class Step:
 
     def play(self, rng: np.random.Generator) -> Stage:
         """Look, fit, judge, and compare with chance."""
-        problem, base = self.problem, self.base
+        problem, base, rules = self.problem, self.base, RULES.search
         problem.experiment.forget()  # what the base says of sensors is asked all the time
         stage = Stage(Candidate(Hypothesis("", "none", ()), base.free, base, self.losses), [], chance_level=self.chance_level)
         if not problem.experiment.steady and (self.errors <= self.enough).all():  # no cause would be believed: see _candidate
@@ -101,12 +85,13 @@ class Step:
             return stage
         left = problem.taught(fitted[0].fitted.misfit * fitted[0].fitted.weights)
         self.tell("chance", 0.0)
-        stage.by_chance = linear.chance(ways, left, DRAWS, rng) / max(float((left**2).sum()), 1e-300)
-        stage.chance_level = self.chance_level = float(np.quantile(stage.by_chance, 0.95))
+        stage.by_chance = linear.chance(ways, left, rules.draws, rng) / max(float((left**2).sum()), 1e-300)
+        stage.chance_level = self.chance_level = float(np.quantile(stage.by_chance, rules.chance_quantile))
         for c in fitted:
             c.gain = float((self.losses - c.losses).sum() / max(fitted[0].errors.sum(), 1e-300))
-            c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + DRAWS)
-        real = [c for c in fitted if c.chance <= SIGNIFICANT and c.drop >= RELEVANT and self._resolved(c) and self._shows(c)]
+            c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + rules.draws)
+        beyond = [c for c in fitted if c.chance <= rules.significant and c.drop >= rules.relevant]
+        real = [c for c in beyond if self._resolved(c) and self._shows(c)]
         if real:
             winner = stage.winner = simplest(real, self.found, self.chance_level)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
@@ -117,7 +102,7 @@ class Step:
         return (
             equal(rival, winner, self.chance_level)
             and len(rival.free) <= len(winner.free)
-            and not same_law(rival, winner, self.problem.rows, self.problem.loss_scale / 3.0)
+            and not same_law(rival, winner, self.problem.rows, self.problem.loss_scale / RULES.search.same_misfit)
         )
 
     def _shows(self, candidate: Candidate) -> bool:
@@ -126,7 +111,9 @@ class Step:
         before, after = (self.problem.absolute(fit.values) for fit in (self.base, candidate.fitted))
         if experiment.layout.per_bin == 1:  # then bins are samples
             return True
-        return any(Mending(experiment, one, before, after, train).improvement >= SHOWS for one in experiment.residuals)
+        return any(
+            Mending(experiment, one, before, after, train).improvement >= RULES.search.shows for one in experiment.residuals
+        )
 
     def _resolved(self, candidate: Candidate) -> bool:
         """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""
@@ -135,9 +122,9 @@ class Step:
         return not late or max(late) >= step
 
     def _each(self, what: str, do: Callable, items: Sequence) -> list:
-        """do(item) of all items, in their order; as many at a time as numba is allowed threads, two at most."""
+        """do(item) of all items, in their order; as many at a time as numba is allowed threads, a few at most."""
         done = []
-        threads = min(2, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # made as numba is imported
+        threads = min(RULES.search.threads, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # made as numba is imported
         with ThreadPoolExecutor(threads) as pool:
             for result in pool.map(do, items):
                 done.append(result)
@@ -170,7 +157,8 @@ class Step:
         def judge(ways: list[Direction]) -> Candidate:
             return self._judge(ways) if ways[0].gain > 0.0 else self._unfitted(ways[0])
 
-        candidates = self._each("fits", judge, groups[:FULL_FITS]) + [self._unfitted(ways[0]) for ways in groups[FULL_FITS:]]
+        most = RULES.search.fits
+        candidates = self._each("fits", judge, groups[:most]) + [self._unfitted(ways[0]) for ways in groups[most:]]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 
     def _unfitted(self, way: Direction) -> Candidate:
@@ -178,13 +166,13 @@ class Step:
 
     def _judge(self, ways: list[Direction]) -> Candidate:
         """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps."""
-        base, whole = self.base, self.problem.whole
+        base, whole, rules = self.base, self.problem.whole, RULES.search
         best: Candidate | None = None
         seen: list[tuple] = []
         joint = [way for way in ways if whole and len(way.amplitudes) > 1][:1]  # however little the look promises
         for way in (*joint, *ways):
-            promising = way.gain >= 0.5 * ways[0].gain or any(way is j for j in joint)
-            if not promising or len(seen) >= (STARTS // 2 if whole else STARTS):
+            promising = way.gain >= rules.promising * ways[0].gain or any(way is j for j in joint)
+            if not promising or len(seen) >= (rules.starts_whole if whole else rules.starts):
                 continue
             start = self._start(way)
             usual, every, fewest = _sets(way, base)
@@ -196,7 +184,7 @@ class Step:
                 fitted = self.problem.fit((*base.free, *extra), {**base.values, **{name: start[name] for name in names}})
                 found = self._candidate(way.hypothesis, extra, fitted, ways[0].gain)
                 if extra is fewest and best is not None:
-                    best = found if more(found, best)[0] <= MATTERS else best
+                    best = found if more(found, best)[0] <= rules.matters else best
                 else:
                     best = better(best, found, self.chance_level, whole)
         assert best is not None, "the best way of acting is always tried"
@@ -206,8 +194,8 @@ class Step:
         """Where the linear look says; of a whole drive, which is far from linear, a small amount in that direction."""
         start = way.start()
         for p in way.amplitudes if self.problem.whole else ():
-            most = SMALL * (p.high - p.low if np.isfinite(p.high - p.low) else 1.0)
-            start[p.name] = p.nominal + float(np.clip(0.1 * (start[p.name] - p.nominal), -most, most))
+            most = RULES.search.small * (p.high - p.low if np.isfinite(p.high - p.low) else 1.0)
+            start[p.name] = p.nominal + float(np.clip(RULES.search.small_look * (start[p.name] - p.nominal), -most, most))
         return start
 
     def _candidate(self, hypothesis: Hypothesis, extra: tuple[Free, ...], fitted: Fit, linear: float) -> Candidate:

@@ -19,7 +19,6 @@ from ..errors import DataError
 from ..judge.depends import depends
 from ..judge.gain import blame, measure
 from ..judge.result import Diagnosis
-from ..judge.verdict import EXCESS
 from ..output import figures
 from ..output.report import write
 from ..pipeline import hold_out as division
@@ -30,11 +29,9 @@ from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, rms, sizes
 from ..residuals.noise import floor, of_bins
 from ..residuals.residual import Compared, Residual
+from ..rules import RULES
 from .ours import as_drive
 from .parts import Group, Parts
-
-FINE = 1e-3
-"""Share of a channel's size below which no error matters: a log without noise is no reason to look closer."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +169,7 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     left = depends(experiment, misfit, present, {}, rng)
     level = sizes(experiment, misfit, present)
     seen = {d.residual for d in left}
-    off = {name for name, size in level.items() if size > EXCESS or (size > 1.05 and name in seen)}
+    off = {name for name, size in level.items() if size > RULES.judge.excess or (size > RULES.pipeline.off_seen and name in seen)}
     left = [d for d in left if d.residual in off]
     residual = max(experiment.residuals, key=lambda c: (c.name in off, level[c.name]))
     mending = Mending(experiment, residual, {}, {}, ~train)
@@ -200,4 +197,4 @@ def _noise(experiment: SystemExperiment, residual: Residual) -> float:
     """Of a residual's bins, in its unit."""
     binned, count = experiment.binned(residual, {})
     size = rms([measured[good] for _, measured, good in experiment.compare(residual, {})])
-    return max(of_bins(binned, count > 0, False, 1), FINE * size)
+    return max(of_bins(binned, count > 0, False, 1), RULES.pipeline.fine * size)

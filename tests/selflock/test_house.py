@@ -19,7 +19,7 @@ FLOORS = (
     ("selflock.master",),
     ("selflock.vehicle",),
     ("selflock.study",),
-    ("selflock.sweep", "selflock.diagnosis.errors"),
+    ("selflock.sweep", "selflock.diagnosis.errors", "selflock.diagnosis.rules"),
     ("selflock.diagnosis.data",),
     ("selflock.diagnosis.residuals",),
     ("selflock.diagnosis.search",),

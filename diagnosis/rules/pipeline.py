@@ -1,0 +1,33 @@
+"""The whole way: what teaches and what judges, what is run again, others' systems."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .rule import developed, rule
+
+END_TO_END = developed("contest, gain on held-out data, blame, remainder and result file end to end")
+SYSTEMS = developed("Any FMU system on a log: each component alone on its measured inputs")
+
+
+@dataclass(frozen=True)
+class PipelineRules:
+    # --- what teaches and what judges: pipeline.hold_out
+    fewest_blocks: int = rule(8, "training blocks without which nothing can be told from chance", END_TO_END)
+    every: int = rule(3, "without a log to judge, every so manyth block is held out", END_TO_END)
+    most_faulty: float = rule(0.5, "share of a channel's samples that may be faulty before the log is refused", END_TO_END)
+
+    # --- what is run again: output.playback
+    longest_step: float = rule(
+        5e-4, "s; step of an extended system of a whole drive, at most", developed("the system that plays the log")
+    )
+
+    # --- others' systems: systems.system
+    fine: float = rule(
+        1e-3, "share of a channel's size below which no error matters: a log without noise is no reason to look closer", SYSTEMS
+    )
+    off_seen: float = rule(
+        1.05,
+        "error in units of the noise from which on a component is off, where its error is seen to go with something",
+        SYSTEMS,
+    )

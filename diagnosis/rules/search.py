@@ -1,0 +1,144 @@
+"""Hypotheses, the first look, fits, steps and what is believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .rule import developed, rule
+
+FIRST = developed("the contest of hypotheses over them")
+AMOUNTS = developed("the reducer FMU on a measured motion with its known load; rigs of the four measured drives")
+CLOSER = developed("Amounts of a threshold are tried closer around the best")
+END_TO_END = developed("contest, gain on held-out data, blame, remainder and result file end to end")
+LONG = "long logs are fitted on stretches, then once on the whole"
+NONLINEAR = developed("A whole drive is far from linear: fits start from small amounts of all numbers")
+GUESSES = developed("Unknown where many guesses share the error; luck of the folds is no gain")
+
+
+@dataclass(frozen=True)
+class SearchRules:
+    # --- what a fit may change: search.hypotheses
+    nominal_factor: float = rule(5.0, "a nominal value may be off by this factor", FIRST)
+    nominal_zero: float = rule(1e3, "bounds of what is nominally 0 and has no bounds of its own", FIRST)
+    untold: tuple[float, float] = rule(
+        (1000.0, 10.0),
+        "what no data sheet says and an effect frees is searched down to a 1000th and up to 10 times its usual value",
+        developed("the extended FMUs run again under FMPy") + ". A time constant may be anything",
+    )
+    periods: tuple[int, int] = rule((2, 40), "samples of the sampling periods that are tried", AMOUNTS)
+
+    # --- the first look: search.screen
+    per_decade: int = rule(2, "values tried in a decade of a parameter that shapes an effect", FIRST)
+    decades_from: float = rule(30.0, "ratio of its bounds from which on a range is tried by decades", FIRST)
+    lowest: float = rule(1e-4, "share of the upper bound from which on decades are counted", FIRST)
+    places: int = rule(5, "places in another range, its ends among them, which are not tried", FIRST)
+    probes: int = rule(3, "of the values tried, those that tell whether a parameter shapes an effect, about", FIRST)
+    narrow: float = rule(2.0, "ratio of its bounds below which a parameter is no question", FIRST)
+    highest_order: int = rule(64, "waves in a turn are looked for up to this number", FIRST)
+    most_starts: int = rule(40, "combinations of shapes tried for one way of acting, orders apart", "a limit of time; " + FIRST)
+    leading: float = rule(10.0, "difference steps that an amplitude is switched on by, while shapes are looked for", FIRST)
+    alone: float = rule(1e-9, "share of the misfit that an amplitude at its nominal value may move it by", FIRST)
+    unfelt: float = rule(1e-12, "share of the misfit below which a parameter does not act", FIRST)
+    proportional: float = rule(0.2, "share by which twice the amount may miss twice the change", FIRST)
+    bend_at: float = rule(
+        0.3, "share of the way to its bounds at which a parameter is asked whether it acts in proportion", AMOUNTS
+    )
+    bend: float = rule(0.25, "share of the change (of squares) by which it may miss proportion", AMOUNTS)
+    jumps: int = rule(11, "amounts tried of a parameter that acts only from a finite amount on", AMOUNTS)
+    closer: int = rule(3, "times that such amounts are tried closer around the best", CLOSER)
+    closer_by: float = rule(3.0, "by which factor closer each time", CLOSER)
+
+    # --- fits: search.fit, search.problem
+    loss_scale: float = rule(
+        3.0, "deviations of noise from which on a misfit counts less than its square (soft_l1), at least", FIRST
+    )
+    loss_median: float = rule(2.0, "the same in medians of the absolute misfit", FIRST)
+    effort: int = rule(25, "simulations of a fit, Jacobians apart, at most", "a limit of time; " + FIRST)
+    effort_first: int = rule(15, "the same before the noise is known", "a limit of time; " + FIRST)
+    effort_last: int = rule(8, "the same in the last fit over all samples", f'a limit of time, with "{LONG}"')
+    tolerances: tuple[float, float] = rule((1e-6, 1e-5), "relative change of the loss, and of the values, that ends a fit", FIRST)
+    tolerances_whole: tuple[float, float] = rule((1e-4, 1e-4), "the same of a whole drive", NONLINEAR)
+    flat: float = rule(1e-8, "gradient that ends a fit", "scipy's own value")
+    difference: float = rule(1e-3, "share of its scale by which a parameter is moved for a derivative", FIRST)
+    range_scale: float = rule(0.02, "share of its range that is a parameter's scale, at least", FIRST)
+    inside: float = rule(1e-9, "share of its scale by which a fit starts inside its bounds", FIRST)
+    singular: float = rule(1e-10, "share of the largest singular value below which a direction is not determined", END_TO_END)
+    interval: float = rule(1.96, "standard errors to either side of a value: a 95 % interval", "theory: Φ⁻¹(0.975)")
+    ridge: float = rule(1e-8, "added to normal equations of columns of length 1, so that they can be solved", FIRST)
+
+    # --- blocks not seen: search.problem, search.fit
+    folds: int = rule(5, "folds of the blocks that teach; each is judged under the fit to the others", FIRST)
+    wild: float = rule(
+        1.03,
+        "where a linear step leaves so many times more on unseen blocks than the fit itself, it is simulated",
+        GUESSES + '; 1.2 before, with "Folds are simulated where a linear step cannot be believed"',
+    )
+    dampings: tuple[float, ...] = rule(
+        (1e-9, 1e-3, 1e-2, 0.1, 1.0),
+        "Levenberg-Marquardt's, over columns of length 1: tried where the simulation is far from linear",
+        NONLINEAR,
+    )
+
+    # --- which hypotheses are fitted: search.step
+    fits: int = rule(8, "hypotheses that are fitted in a step, those that look best", "a limit of time; " + FIRST)
+    starts: int = rule(
+        4,
+        "sets of free numbers that a hypothesis is fitted with, at most",
+        'a limit of time; not studied. First said in "The contest in four files"',
+    )
+    starts_whole: int = rule(2, "the same of a whole drive", "a limit of time; not studied")
+    promising: float = rule(0.5, "share of the best way's gain from which on another way is fitted", FIRST)
+    small: float = rule(0.01, "share of its range within which a number of a whole drive starts", NONLINEAR)
+    small_look: float = rule(0.1, "share of what the linear look says that it starts from", NONLINEAR)
+    threads: int = rule(
+        2, "hypotheses looked at or fitted at a time, at most", "not studied; the machine of the development has two cores"
+    )
+
+    # --- what is believed: search.step, search.candidate
+    draws: int = rule(199, "draws of what the search finds by chance", FIRST)
+    significant: float = rule(
+        0.02,
+        "share of draws in which chance may do as well as a cause",
+        FIRST + ". Measured since (docs/diagnosis.md): on two drives it calls 1 and 10 of 60 logs without effect significant",
+    )
+    chance_quantile: float = rule(0.95, "quantile of the draws that is told as the chance level: one draw of twenty", AMOUNTS)
+    relevant: float = rule(
+        0.04,
+        "share by which a cause must lower the error of some residual: smaller gains may be a matter of formulas",
+        FIRST + ". Measured since (docs/diagnosis.md): where nothing is hidden 2.2 % are found, which no chance gives",
+    )
+    shows: float = rule(
+        0.01,
+        "and that over single samples by this share: averages of many show what smoothing bends, far below the noise",
+        developed("A cause must show in samples, not in averages of many alone"),
+    )
+    clean: float = rule(
+        1.08, "a residual whose error is no more than this many times its noise has nothing missing", developed(LONG)
+    )
+    left: float = rule(1.15, "the same once a cause is found: nature's formula is never exactly ours", GUESSES)
+    matters: float = rule(0.02, "share of the error's energy by which a rival must be worse to be beaten", GUESSES)
+    apart: float = rule(
+        1e-3,
+        "share of a residual's loss from which on two candidates differ in it",
+        developed("Rivals are compared where they differ, not diluted by comparisons that neither touches"),
+    )
+    spreads: float = rule(
+        2.0,
+        "standard errors over blocks beyond which a difference is no variation",
+        "theory: about 95 % of a normal law; " + FIRST,
+    )
+    chance_levels: float = rule(2.0, "chance levels beyond which a difference is no variation", AMOUNTS)
+    alike: float = rule(1.002, "errors within this factor are equal to the last digits: the same law twice", AMOUNTS)
+    same_law: float = rule(0.05, "share of a usual misfit within which two laws are the same", AMOUNTS)
+    same_misfit: float = rule(3.0, "a usual misfit: the loss scale over this", AMOUNTS)
+    at_end: float = rule(1e-3, "share of its range within which a number is at the end of it", NONLINEAR)
+
+    # --- step after step: search.selection
+    most_steps: int = rule(
+        4, "steps of the search, at most", developed("a cause may be given more of its numbers in a later round")
+    )
+    rivals: float = rule(
+        0.3,
+        "share of the winner's gain from which a rival is tried again beside the causes found later",
+        developed("Two causes found together are tried in the place of a first guess and its helpers"),
+    )

@@ -1,0 +1,69 @@
+import ast
+import json
+from pathlib import Path
+
+import pytest
+
+from selflock.diagnosis.judge.gain import Gain
+from selflock.diagnosis.judge.result import Diagnosis
+from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.rules.__main__ import page
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("one", RULES.listed(), ids=lambda one: one.name)
+def test_a_rule_says_what_it_means_and_where_it_came_from(one):
+    assert len(one.meaning) > 10 and len(one.origin) > 5
+    assert "|" not in one.meaning + one.origin  # of a table
+
+
+def test_the_page_is_that_of_the_rules():
+    made = page()
+    assert (ROOT / "docs/rules.md").read_text() == made, "make it again: python -m selflock.diagnosis.rules > docs/rules.md"
+    assert all(made.count(f"| `{name}` |") == 1 for name in RULES.by_name())
+
+
+def test_a_diagnosis_carries_the_rules_that_it_was_made_with():
+    gain = Gain("", "", 1.0, 1.0, 1.0, 1.0, 0.0, 1.0, [])
+    told = Diagnosis("none", [], [], [], gain, {}).data()["rules"]
+    assert told == json.loads(json.dumps(RULES.by_name())) and told["search.relevant"] == RULES.search.relevant
+
+
+ELSEWHERE = {  # what decides nothing
+    "judge/result.py": {"EXIT"},  # codes of the command
+    "search/hypotheses.py": {"SIDES"},  # places in a tuple
+    "pipeline/chance.py": {"LEVELS"},  # quantiles that are told
+    "output/figures.py": {"STYLE"},
+}
+
+
+def numbers(node: ast.expr) -> bool:
+    """Whether a value has a number in it, the places of a subscript and the insides of functions apart."""
+    if isinstance(node, (ast.Subscript, ast.Lambda)):
+        return isinstance(node, ast.Subscript) and numbers(node.value)
+    if isinstance(node, ast.Constant):
+        return isinstance(node.value, (int, float)) and not isinstance(node.value, bool)
+    return any(numbers(child) for child in ast.iter_child_nodes(node))
+
+
+def constants(path: Path) -> set[str]:
+    """Names of a module that are given a number as it is loaded, outside functions and classes."""
+    found = set()
+    for node in ast.parse(path.read_text()).body:
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        if targets and node.value is not None and numbers(node.value):
+            found |= {name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name)}
+    return found
+
+
+def test_no_number_that_steers_stands_outside_the_rules():
+    room = ROOT / "diagnosis"
+    paths = [path for path in sorted(room.rglob("*.py")) if room / "rules" not in path.parents]
+    found = {str(path.relative_to(room)): names for path in paths if (names := constants(path))}
+    assert len(paths) > 30 and found == ELSEWHERE, "a number that steers the diagnosis belongs into diagnosis/rules/"
+
+
+def test_every_rule_is_used():
+    text = "".join(path.read_text() for path in sorted((ROOT / "diagnosis").rglob("*.py")) if path.parent.name != "rules")
+    assert not [name for name in RULES.by_name() if f".{name.partition('.')[2]}" not in text]

@@ -14,7 +14,7 @@ SYSTEMS = developed("Any FMU system on a log: each component alone on its measur
 class PipelineRules:
     # --- what teaches and what judges: pipeline.hold_out
     fewest_blocks: int = rule(8, "training blocks without which nothing can be told from chance", END_TO_END)
-    every: int = rule(3, "without a log to judge, every so manyth block is held out", END_TO_END)
+    every: int = rule(3, "one block in so many is held out where no log judges", END_TO_END)
     most_faulty: float = rule(0.5, "share of a channel's samples that may be faulty before the log is refused", END_TO_END)
 
     # --- what is run again: output.playback

@@ -34,7 +34,7 @@ class ResidualRules:
         "samples of a whole drive simulated in a fit: of longer logs, the first part of each block, started as measured",
         'a limit of time, with "half the time, and nearer to linear"',
     )
-    sampled_from: float = rule(1.5, "times these samples from which on a log is sampled", "a limit of time; " + REPLAYED)
+    sampled_from: float = rule(1.5, "times these samples from which on a log is sampled", REPLAYED)
     stretch: int = rule(
         80,
         "samples in a stretch of a long log",

@@ -12,7 +12,7 @@ CLOSER = developed("Amounts of a threshold are tried closer around the best")
 END_TO_END = developed("contest, gain on held-out data, blame, remainder and result file end to end")
 LONG = "long logs are fitted on stretches, then once on the whole"
 NONLINEAR = developed("A whole drive is far from linear: fits start from small amounts of all numbers")
-GUESSES = developed("Unknown where many guesses share the error; luck of the folds is no gain")
+GUESSES = developed("luck of the folds is no gain")
 
 
 @dataclass(frozen=True)

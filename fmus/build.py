@@ -17,12 +17,12 @@ nor that of an older build. The same content always makes the same bytes.
 
 from __future__ import annotations
 
+import functools
 import hashlib
+import io
 import os
-import tempfile
 import zipfile
 from collections.abc import Iterable
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from xml.etree.ElementTree import indent, tostring
 
 import pythonfmu
 
-from . import documentation, loader, shown
+from . import cache, documentation, loader, shown
 from .errors import BuildError
 from .slave import Slave
 
@@ -75,7 +75,7 @@ def build(name: str, out: str | Path, **starts: Any) -> Path:
 
 
 def built(name: str, **starts: Any) -> Path:
-    """The FMU from the user's cache, built if it is not there yet. Safe beside other processes that do the same."""
+    """The FMU from the user's cache, built if it is not there yet or not as it was built. Safe beside other processes that do the same."""
     face = face_of(name)
     sources = sources_of(face)
     recipe = [
@@ -86,11 +86,10 @@ def built(name: str, **starts: Any) -> Path:
         *sorted(Path(loader.__file__).parent.glob("*.[chp]*")),
     ]
     key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), (loader.compiler() or "").encode())
-    path = cache_folder() / f"{name}_{key}" / f"{name}.fmu"
-    return path if path.is_file() else pack(face, sources, path, starts)
+    return cache.kept(f"{name}_{key}/{name}.fmu", lambda path: pack(face, sources, path, starts))
 
 
-@cache
+@functools.cache
 def face_of(name: str) -> type[Slave]:
     """The class behind the name of an FMU."""
     if name not in FACES:
@@ -182,32 +181,14 @@ def _guid(files: dict[str, bytes]) -> str:
 
 def _write_zip(path: Path, files: dict[str, bytes]) -> None:
     """Write at once or not at all: nobody ever sees half an FMU."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+        for name, text in sorted(files.items(), key=lambda item: (item[0] != "modelDescription.xml", item[0])):
+            entry = zipfile.ZipInfo(name, EARLIEST)
+            entry.compress_type, entry.create_system = zipfile.ZIP_DEFLATED, 3
+            entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
+            archive.writestr(entry, text)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, unfinished = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
+        cache.write(path, content.getvalue())
     except OSError as error:
         raise BuildError(f"Cannot write {path}: {error.strerror}.") from error
-    try:
-        with os.fdopen(handle, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
-            for name, content in sorted(files.items(), key=lambda item: (item[0] != "modelDescription.xml", item[0])):
-                entry = zipfile.ZipInfo(name, EARLIEST)
-                entry.compress_type, entry.create_system = zipfile.ZIP_DEFLATED, 3
-                entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
-                archive.writestr(entry, content)
-        os.chmod(unfinished, 0o644)
-        os.replace(unfinished, path)
-    except BaseException:
-        Path(unfinished).unlink(missing_ok=True)
-        raise
-
-
-def cache_folder() -> Path:
-    """SELFLOCK_CACHE, else the user's cache folder, else the temporary folder."""
-    caches = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(caches, "selflock")
-    try:
-        Path(home).mkdir(parents=True, exist_ok=True)
-        usable = os.access(home, os.W_OK)
-    except OSError:
-        usable = False
-    return Path(home) if usable else Path(tempfile.gettempdir()) / f"selflock-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"

@@ -12,10 +12,7 @@ their package, are kept in the same way.
 from __future__ import annotations
 
 import hashlib
-import os
-import shutil
 import sys
-import tempfile
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -23,7 +20,7 @@ from types import FunctionType, ModuleType
 
 from numba import njit
 
-from selflock.fmus.build import cache_folder
+from selflock.fmus import cache
 
 LAWS = "selflock.fmus"
 PREFIX = "_compiled_"
@@ -78,18 +75,7 @@ def _copied(sources: dict[Path, bytes], beside: str = "") -> Path:
     digest = hashlib.sha256(beside.encode())
     for path, content in sources.items():
         digest.update(f"{path.as_posix()} {len(content)}\n".encode() + content)
-    target = cache_folder() / f"laws_{digest.hexdigest()[:16]}"
-    if not target.is_dir():
-        target.parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(dir=target.parent))
-        for path, content in sources.items():
-            (draft / path).parent.mkdir(parents=True, exist_ok=True)
-            (draft / path).write_bytes(content)
-        try:
-            os.replace(draft, target)
-        except OSError:  # another process was faster
-            shutil.rmtree(draft, ignore_errors=True)
-    return target
+    return cache.copied(f"laws_{digest.hexdigest()[:16]}", {path.as_posix(): content for path, content in sources.items()})
 
 
 def _law(path: Path) -> bool:
@@ -115,5 +101,5 @@ def _wrap(function: FunctionType, second: str, wrapped: dict[FunctionType, objec
         for cell in cells:
             if _ours(cell.cell_contents, second):
                 cell.cell_contents = _wrap(cell.cell_contents, second, wrapped)
-        wrapped[function] = njit(function, nogil=True, error_model="numpy", cache=not cells)
+        wrapped[function] = cache.sealed(njit(function, nogil=True, error_model="numpy", cache=not cells))
     return wrapped[function]

@@ -19,6 +19,8 @@ from numba import njit, types
 from numba.extending import intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
 
+from ..fmus.cache import sealed
+
 WORDS = 27  # doubles of a C body that are looked through: up to the bias velocities
 JOINT_WORDS = 28  # the same of a pivot joint, up to its accumulated impulse
 
@@ -27,7 +29,7 @@ def compiled(function, **options):
     """numba's njit with a cache on disk where a place for it can be written, without one where not."""
     options["error_model"] = "numpy"
     try:
-        return njit(function, cache=True, **options)
+        return sealed(njit(function, cache=True, **options))
     except RuntimeError:  # numba found no writable place
         return njit(function, **options)
 

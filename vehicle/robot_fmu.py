@@ -10,14 +10,12 @@ is told so in a sentence.
 
 from __future__ import annotations
 
-import os
-import shutil
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..fmus import cache
 from ..fmus.slave import Slave
 from . import tables
 
@@ -114,23 +112,12 @@ def _vehicle(identity: str) -> type:
 
 
 def _copied(identity: str) -> Path:
-    """The folder of the copy, made if it is not there, safe beside others that make it; where none can be made, the FMU's own."""
-    home = os.environ.get("SELFLOCK_CACHE") or os.path.join(
-        os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "selflock"
-    )
-    target = Path(home) / f"vehicle_{identity}"
+    """The folder of the copy; where none can be made, the FMU's own."""
+    files = {file.name: file.read_bytes() for file in HERE.glob("*.py")}
     try:
-        if not target.is_dir():
-            target.parent.mkdir(parents=True, exist_ok=True)
-            draft = tempfile.mkdtemp(dir=target.parent)
-            shutil.copytree(HERE, draft, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
-            try:
-                os.replace(draft, target)
-            except OSError:  # another process was faster
-                shutil.rmtree(draft, ignore_errors=True)
+        return cache.copied(f"vehicle_{identity}", files)
     except OSError:
         return HERE
-    return target
 
 
 def sources() -> dict[str, bytes]:
@@ -139,6 +126,7 @@ def sources() -> dict[str, bytes]:
 
     names = [
         *SHARED,
+        "fmus/cache.py",
         "fmus/errors.py",
         "master/errors.py",
         "master/face.py",

@@ -1,11 +1,15 @@
-"""Tests run side by side: threads inside them would only stand in each other's way."""
+"""Tests run side by side: threads inside them would only stand in each other's way. And where their random numbers come from."""
 
 import os
 import re
+import secrets
 import shutil
 import subprocess
 
+import numpy as np
 import pytest
+
+pytest_plugins = ["pytester"]
 
 for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
@@ -81,3 +85,11 @@ def browser(tmp_path_factory):
         return shown
 
     return show
+
+
+@pytest.fixture
+def rng(request):
+    """Another generator in each run, whose seed a failure prints; SELFLOCK_SEED=... draws the same again."""
+    seed = int(os.environ.get("SELFLOCK_SEED") or secrets.randbits(32))
+    request.node.add_report_section("setup", "random numbers", f"SELFLOCK_SEED={seed} draws the same again")
+    return np.random.default_rng(seed)

@@ -36,7 +36,7 @@ kind = "{kind}"
 STEP = 1e-3
 
 
-def inverse(folder, friction=0.03, n=6000, noise=1e-5):
+def inverse(folder, rng, friction=0.03, n=6000, noise=1e-5):
     """A log made with the wedge's closed form (eq 2-13): F = P tan(alpha + phi) driving, P tan(alpha - phi) back-driving."""
     (folder / "rig.toml").write_text(RIG.format(kind="inverse"))
     time = np.arange(n) * STEP
@@ -45,7 +45,7 @@ def inverse(folder, friction=0.03, n=6000, noise=1e-5):
     load = 2.0 + 0.05 * acceleration / 50.0
     alpha, phi = np.arctan(1 / 50.0), np.arctan(friction)
     torque = load * np.where(load * speed > 0.0, np.tan(alpha + phi), np.tan(alpha - phi)) + 1e-4 * acceleration
-    torque += noise * np.random.default_rng().standard_normal(n)
+    torque += noise * rng.standard_normal(n)
     pd.DataFrame({"time": time, "speed": speed, "torque": torque}).to_csv(folder / "log.csv", index=False)
     rig = rigs.load(folder / "rig.toml")
     runs = read(folder / "log.csv", rig)
@@ -58,23 +58,23 @@ def error(bench, residual, values):
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
-def test_the_closed_form_of_the_wedge_leaves_only_noise(tmp_path):
-    bench = inverse(tmp_path)
+def test_the_closed_form_of_the_wedge_leaves_only_noise(tmp_path, rng):
+    bench = inverse(tmp_path, rng)
     (gear,) = bench.residuals
     assert gear.components == ("reducer", "load")
     assert error(bench, gear, {}) < 3e-5
     assert error(bench, gear, {"reducer.friction_kinetic": 0.025}) > 5e-3
 
 
-def test_residuals_are_binned_by_block_and_absent_where_the_shaft_turns_round(tmp_path):
-    bench = inverse(tmp_path)
+def test_residuals_are_binned_by_block_and_absent_where_the_shaft_turns_round(tmp_path, rng):
+    bench = inverse(tmp_path, rng)
     present = bench.present({})
     assert bench.misfit({}).shape == present.shape and present.shape[0] == bench.layout.count
     assert 0.8 < present.mean() < 1.0
 
 
-def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path):
-    bench = inverse(tmp_path)
+def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path, rng):
+    bench = inverse(tmp_path, rng)
     (gear,) = bench.residuals
     nominal = bench.compare(gear, {})[0][0]
     np.testing.assert_allclose(bench.compare(gear, {"sensor.motor.torque.bias": 0.1})[0][0], nominal + 0.1, atol=1e-12)
@@ -89,8 +89,8 @@ def test_a_sensor_is_undone_on_inputs_and_applied_to_outputs(tmp_path):
     )  # earlier by the lag
 
 
-def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path):
-    bench = inverse(tmp_path, friction=0.04)
+def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path, rng):
+    bench = inverse(tmp_path, rng, friction=0.04)
     (gear,) = bench.residuals
     held = np.arange(bench.layout.count) % 3 == 2
     gain = measure(Mending(bench, gear, {}, {"reducer.friction_kinetic": 0.04}, held), ["block"], np.random.default_rng(0))
@@ -99,16 +99,16 @@ def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path):
     assert worse.closed == 0.0 and worse.regimes[0]["after"] > worse.regimes[0]["before"]
 
 
-def test_the_vocabulary_is_that_of_the_components_and_channels_in_play(tmp_path):
-    bench = inverse(tmp_path)
+def test_the_vocabulary_is_that_of_the_components_and_channels_in_play(tmp_path, rng):
+    bench = inverse(tmp_path, rng)
     labels = {h.label for h in vocabulary(bench.rig, bench.components, bench.measured, bench)}
     assert {"reducer stribeck", "reducer ripple", "load tilt", "sensor bias (motor.torque)", "reducer.friction_kinetic"} <= labels
     assert not any(label.startswith(("motor ", "controller")) for label in labels)
 
 
 @pytest.mark.parametrize("ratio", [50.0, 5000.0])
-def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio):
-    bench = inverse(tmp_path)
+def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio, rng):
+    bench = inverse(tmp_path, rng)
     bench = DriveExperiment(replace(bench.rig, parameters={**bench.rig.parameters, "reducer.gear_ratio": ratio}), bench.runs)
     turns = 2.0 * 60.0 / 1.3 / (2.0 * np.pi)  # of 60 sin(1.3 t) rad/s over its 6 s, to and fro
     (ripple,) = [h for h in vocabulary(bench.rig, bench.components, bench.measured, bench) if h.effect == "ripple"]
@@ -133,9 +133,9 @@ def test_all_loops_are_compiled():
 
 
 @pytest.mark.parametrize("name", LAWS_OF)
-def test_kernels_agree_with_the_plain_laws(name):
+def test_kernels_agree_with_the_plain_laws(name, rng):
     """Looped over as plain Python, with an effect of each component on."""
-    rng, n = np.random.default_rng(), 50
+    n = 50
     on = {
         "motor.brush_voltage": 0.7,
         "reducer.viscous_damping": 1e-3,
@@ -163,8 +163,8 @@ def test_kernels_agree_with_the_plain_laws(name):
     assert any(np.any(found[0][key] != arrays[key]) for key in names)
 
 
-def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
-    bench = inverse(tmp_path)
+def test_the_head_of_a_bench_compares_the_same_samples(tmp_path, rng):
+    bench = inverse(tmp_path, rng)
     (gear,) = bench.residuals
     whole, short = bench.compare(gear, {})[0], bench.head([2000]).compare(gear, {})[0]
     edge = 2000 - 2 * bench.reach(gear)  # smoothing ends there
@@ -174,11 +174,11 @@ def test_the_head_of_a_bench_compares_the_same_samples(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_comparison_names_all_that_it_uses(tmp_path):
+def test_a_comparison_names_all_that_it_uses(tmp_path, rng):
     """What a residual does not use may change without changing it: else a remembered residual would be another's."""
     from .plant import bench as plant
 
-    rig, log, _ = plant.hide([], seed=int(np.random.default_rng().integers(1000)), duration=4.0).write(tmp_path)
+    rig, log, _ = plant.hide([], seed=int(rng.integers(1000)), duration=4.0).write(tmp_path)
     rig = rigs.load(rig)
     runs = read(log, rig)
     check(runs, rig)
@@ -198,11 +198,11 @@ def test_a_comparison_names_all_that_it_uses(tmp_path):
 
 
 @pytest.fixture
-def drive_bench(tmp_path):
+def drive_bench(tmp_path, rng):
     """A sound hidden drive, 4 s at 500 Hz with all its channels."""
     from .plant import bench as plant
 
-    rig, log, _ = plant.hide([], seed=int(np.random.default_rng().integers(1000)), duration=4.0).write(tmp_path)
+    rig, log, _ = plant.hide([], seed=int(rng.integers(1000)), duration=4.0).write(tmp_path)
     rig = rigs.load(rig)
     runs = read(log, rig)
     check(runs, rig)
@@ -267,9 +267,9 @@ def test_a_sensors_lag_begins_anew_behind_a_gap(drive_bench):
         np.testing.assert_allclose(shown, held, rtol=1e-12)
 
 
-def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path):
+def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path, rng):
     """Elsewhere it is counted from the kinetic one; a range in the rig is that of the number itself."""
-    inverse(tmp_path)
+    inverse(tmp_path, rng)
     path = tmp_path / "rig.toml"
     path.write_text(path.read_text() + '"reducer.friction_static" = 0.05\n')
     for more, wanted in (("", 0.03 + 0.4), ('[uncertain]\n"reducer.friction_static" = [0.2, 0.7]\n', 0.4)):

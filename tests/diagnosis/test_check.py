@@ -17,8 +17,7 @@ def rig(tmp_path):
 
 
 @pytest.fixture
-def run():
-    rng = np.random.default_rng()
+def run(rng):
     time = np.arange(N) * 1e-3
     speed = 40.0 * np.sin(3.0 * time)
     torque = 0.1 * np.sign(speed) + 0.05 * np.sin(3.0 * time) + 2e-3 * rng.standard_normal(N)
@@ -80,9 +79,8 @@ def test_missing_samples(rig, run):
 
 
 @pytest.mark.parametrize("speed, rests", [(0.0, True), (0.5, False), (-0.5, False)])
-def test_a_steady_state_point_that_may_be_at_rest(rig, speed, rests):
+def test_a_steady_state_point_that_may_be_at_rest(rig, speed, rests, rng):
     """Noise of 2 rad/s over 4000 samples leaves a mean uncertain by 0.03 rad/s."""
-    rng = np.random.default_rng()
     steady = Rig(rig.path, "bench", "steady", rig.columns, {}, time=rig.time, run="run")
     noisy = MeasuredRun(
         "log.csv",

@@ -11,11 +11,6 @@ from selflock.diagnosis.residuals.drive_experiment import in_turn
 BLOCKS, BINS = 36, 100
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng()
-
-
 def shares(x, r, beside=None, draws=0, rng=None):
     """Of r (blocks, bins) by a free function of x, alone or with a second one that goes with `beside`; first as it is, then drawn."""
     layout = Blocks([MeasuredRun("log", "", np.arange(x.size), np.arange(x.size) * 1e-3, {})], steady=False)

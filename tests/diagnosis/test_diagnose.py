@@ -17,8 +17,8 @@ from selflock.diagnosis.search import problem as ground
 from .test_bench import inverse
 
 
-def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_path):
-    inverse(tmp_path, friction=0.04, noise=2e-3)
+def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_path, rng):
+    inverse(tmp_path, rng, friction=0.04, noise=2e-3)
     out = tmp_path / "out"
     result = diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=out)
     data = json.loads((out / "diagnosis.json").read_text())
@@ -92,8 +92,8 @@ def test_a_whole_drive_in_closed_loop_has_its_report(tmp_path, monkeypatch):
     assert {"report.html", "missing.png", "motor.fmu"} <= {p.name for p in (tmp_path / "out").iterdir()}
 
 
-def test_replay_by_the_command(tmp_path):
-    inverse(tmp_path)
+def test_replay_by_the_command(tmp_path, rng):
+    inverse(tmp_path, rng)
     out = tmp_path / "replay"
     answer = CliRunner().invoke(app, ["replay", str(tmp_path / "rig.toml"), str(tmp_path / "log.csv"), "-o", str(out)])
     assert answer.exit_code == 0, answer.output

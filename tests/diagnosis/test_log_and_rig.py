@@ -227,8 +227,7 @@ def test_what_teaches_does_not_judge(tmp_path):
         diagnosis.diagnose(write(tmp_path, 'hold_out = "every second run"'), [path], out=None)
 
 
-def test_a_log_at_rest_carries_no_diagnosis(tmp_path):
-    rng = np.random.default_rng()
+def test_a_log_at_rest_carries_no_diagnosis(tmp_path, rng):
     still = pd.DataFrame(
         {"time": np.arange(3000) * 1e-3, "n": 0.1 * rng.standard_normal(3000), "m": 20.0 + rng.standard_normal(3000)}
     )
@@ -260,8 +259,8 @@ def test_samples_that_do_not_count_are_no_fault(tmp_path):
 
 
 @pytest.mark.parametrize("files", [1, 3])
-def test_steady_rows_of_all_logs_are_points_and_a_single_run_is_one(tmp_path, files):
-    rng, rig = np.random.default_rng(), rigs.load(write(tmp_path, unit="").parent / "rig.toml")
+def test_steady_rows_of_all_logs_are_points_and_a_single_run_is_one(tmp_path, files, rng):
+    rig = rigs.load(write(tmp_path, unit="").parent / "rig.toml")
     rig = replace(rig, kind="steady")
     speeds = np.concatenate([np.linspace(-90.0, -10.0, 20), np.linspace(10.0, 90.0, 20)])
     paths = [tmp_path / f"{i}.csv" for i in range(files)]

@@ -15,11 +15,6 @@ N = 20_000
 SIGMA = 0.03
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng()
-
-
 def found(error, **more):
     return of_samples([error], [np.ones(len(error), bool)], **more)
 

@@ -14,11 +14,6 @@ from selflock.fmus.effect import ORDER, PHASE
 BLOCKS, SAMPLES = 20, 50
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng()
-
-
 def line(rng, noise=0.1):
     x = rng.uniform(-1.0, 1.0, BLOCKS * SAMPLES)
     y = 0.7 * x + 0.2 + noise * rng.standard_normal(len(x))
@@ -58,13 +53,17 @@ def test_the_loss_is_quadratic_then_linear():
 
 
 def test_held_out_residuals_are_those_of_fits_without_the_fold(rng):
-    x, _, free, residual = line(rng)
+    """The model is linear: one Gauss-Newton step is the other folds' least-squares line, but for the last digits (2e-10 in
+    1500 seeds). A fit by `fit` would be no measure of it: at a loss that turns as far out as this one, 1 + (r/c)^2 keeps
+    four digits of (r/c)^2, and its cost has steps; it missed that line by 1e-3 in one seed of sixty, by 0.0075 once."""
+    x, y, free, residual = line(rng)
     rows, folds = np.ones(len(x), bool), np.repeat(np.arange(BLOCKS) % 4, SAMPLES)
     found = fit(residual, {}, free, {"slope": 0.0, "level": 0.0}, rows, 1e6)
     left_out = held_out(found, rows, folds)
     for fold in range(4):
-        alone = fit(residual, {}, free, found.values, folds != fold, 1e6)
-        np.testing.assert_allclose(left_out[folds == fold], alone.misfit[folds == fold], atol=1e-3)
+        slope, level = np.polyfit(x[folds != fold], y[folds != fold], 1)
+        alone = residual({"slope": slope, "level": level})
+        np.testing.assert_allclose(left_out[folds == fold], alone[folds == fold], atol=1e-8)
 
 
 def _linear(rng):

@@ -18,9 +18,8 @@ BINS = 50
     ((1.2, 1.4, 20.0), (1.0, 1.0, 1.0), "motor"), ((1.2, 3.0, 20.0), (1.0, 1.0, 0.02), "motor"), ((2.0, 1.4, 1.1), (1.0, 1.0, 1.0), "gear"),
     ((1.2, 1.1, 1.2), (1.0, 1.0, 1.0), "gear"),
 ])  # fmt: skip
-def test_the_error_is_that_of_the_comparison_that_is_off_most(sizes, shares, told):
+def test_the_error_is_that_of_the_comparison_that_is_off_most(sizes, shares, told, rng):
     """However few of its bins have samples; the gear's where none is off."""
-    rng = np.random.default_rng()
     residuals = [SimpleNamespace(name=name, kind=name) for name in ("gear", "controller", "motor")]
     present = np.concatenate([np.arange(30 * BINS).reshape(30, BINS) % round(1 / share) == 0 for share in shares], axis=1)
     misfit = np.repeat(sizes, BINS) * rng.choice([-1.0, 1.0], (30, 3 * BINS)) * present
@@ -51,9 +50,9 @@ def test_what_stands_in_the_way_is_no_cause_that_leaves_it_there(missing, left, 
 
 
 @pytest.mark.parametrize("effect, samples_in_a_bin, shows", [(0.05, 50, False), (1.0, 50, True), (0.05, 1, True)])
-def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows):
+def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows, rng):
     """An effect of a twentieth of the noise; where bins are samples the error's drop has been asked for already."""
-    n, noise = 5000, np.random.default_rng().standard_normal(5000)
+    n, noise = 5000, rng.standard_normal(5000)
     gear = SimpleNamespace(prefix="", uses=lambda name: True)
     layout = SimpleNamespace(per_bin=samples_in_a_bin, block=lambda run: np.arange(n) // 500)
     experiment = SimpleNamespace(

@@ -30,8 +30,7 @@ def test_configurations():
 
 
 @BOTH
-def test_speed_and_acceleration_are_the_derivatives(turns):
-    rng = np.random.default_rng()
+def test_speed_and_acceleration_are_the_derivatives(turns, rng):
     h = 1e-5
     for time in rng.uniform(0.1, 9.9, 300):
         before, here, after = (motion(turns, t) for t in (time - h, time, time + h))

@@ -8,8 +8,6 @@ import pytest
 from selflock.master.errors import DescriptionError
 from selflock.vehicle import ground, kernel
 
-RNG = np.random.default_rng()
-
 
 def smooth(c_max, h, x):
     """Eq 24 as printed."""
@@ -18,10 +16,10 @@ def smooth(c_max, h, x):
     return c_max * (3 / h**2 * x**2 - 2 / h**3 * x**3) if x <= h else c_max
 
 
-def test_normal_force_is_the_printed_law_with_the_rate_of_the_distance():
+def test_normal_force_is_the_printed_law_with_the_rate_of_the_distance(rng):
     for _ in range(300):
-        k, e, c, h = 10 ** RNG.uniform(2, 6), RNG.uniform(1, 2.5), 10 ** RNG.uniform(0, 3), 10 ** RNG.uniform(-4, -2)
-        x, rate = RNG.uniform(-1, 3) * h, RNG.normal() * 0.1
+        k, e, c, h = 10 ** rng.uniform(2, 6), rng.uniform(1, 2.5), 10 ** rng.uniform(0, 3), 10 ** rng.uniform(-4, -2)
+        x, rate = rng.uniform(-1, 3) * h, rng.normal() * 0.1
         distance_rate = -rate
         expected = max(0.0, k * x**e - smooth(c, h, x) * distance_rate) if x > 0 else 0.0
         assert kernel.normal_force(k, e, c, h, x, rate) == pytest.approx(expected, rel=1e-12, abs=1e-15)
@@ -56,7 +54,7 @@ def test_friction_sticks_like_a_spring_and_slips_at_the_limit():
     assert kernel.friction(p, 0.0, 0.3, 1e-3)[0] == 0.0
 
 
-def test_clearance_against_dense_points():
+def test_clearance_against_dense_points(rng):
     """The distance from a polyline is that to the nearest of many points on it; its sign says which side."""
     for text in (
         "flat",
@@ -75,8 +73,8 @@ def test_clearance_against_dense_points():
             pieces.append(np.column_stack([x, np.interp(x, gx, gy) if a < b else c + t * (d - c)]))
         dense = np.vstack(pieces)
         for _ in range(60):
-            x = RNG.uniform(-0.5, 1.0)
-            y = ground.height(gx, gy, x) + RNG.uniform(-0.04, 0.08)
+            x = rng.uniform(-0.5, 1.0)
+            y = ground.height(gx, gy, x) + rng.uniform(-0.04, 0.08)
             distance, nx, ny = kernel.clearance(gx, gy, x, y, 0.3)
             nearest = np.min(np.hypot(dense[:, 0] - x, dense[:, 1] - y))
             assert abs(distance) == pytest.approx(nearest, abs=3e-4)

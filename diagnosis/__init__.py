@@ -4,7 +4,7 @@
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 
-Rooms, each standing on those before it: data, residuals, search, judge, output, pipeline, systems; calls joins them.
+Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems; calls joins them.
 """
 
 from .calls import diagnose, replay

@@ -187,7 +187,7 @@ def _free(full: str, p: Parameter, nominal: float, low: float, high: float) -> F
 
 
 def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:
-    """A nominal value may be off by a factor, within what physics allows."""
+    """A nominal value may be off by the rules' `nominal_factor`, within what physics allows."""
     nominal = rig.parameters.get(full, parameter.off)
     if parameter.above:  # fitted as what lies above the other
         owner, (name, most, description) = full.rpartition(".")[0], parameter.above

@@ -4,7 +4,7 @@ BIN = .venv/bin
 PIP = $(BIN)/pip install --quiet --disable-pip-version-check
 ROOMS = fmus master vehicle study diagnosis sweep examples
 
-.PHONY: setup study test test-fast test-peers lint types wheel clean
+.PHONY: setup study test test-fast test-peers lint house types docs wheel clean
 
 setup: .venv/developed
 
@@ -32,18 +32,24 @@ test-fast: setup
 
 # The same systems in libcosim and Ecos (the latter needs the system's libtbb12).
 test-peers: setup
-	$(PIP) '.[masters]'
+	$(PIP) --editable '.[masters]'
 	$(BIN)/python -m pytest tests/peers
 
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-# mypy reads the rooms as the one package that they are installed as.
-types: setup
+# mypy and the documents read the rooms as the one package that they are installed as.
+house:
 	@rm -rf build/house && mkdir -p build/house/selflock
 	@ln -s $(addprefix $(CURDIR)/,$(wildcard selflock/*.py selflock/py.typed) $(ROOMS)) build/house/selflock
+
+types: setup house
 	$(BIN)/mypy
+
+docs: setup house
+	$(PIP) --editable '.[docs]'
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 # Built, installed into a fresh environment, used beside files named like the rooms.
 wheel: setup

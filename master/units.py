@@ -48,6 +48,9 @@ def conversion(source: str, target: str, of_source: Declared = NOTHING, of_targe
     """factor and offset that take a number in unit `source` to unit `target`.
 
     No unit on either side: passed on as it is. Raises DescriptionError with the reason.
+
+    >>> conversion("degC", "K")
+    (1.0, 273.15)
     """
     if not source or not target or source == target and not (of_source or of_target):
         return 1.0, 0.0

@@ -1,9 +1,13 @@
 """Robot drives with self-locking gears: FMUs, a master that couples them, a published study, and the diagnosis of measured drives.
 
-    import selflock
+    >>> import selflock
+    >>> from selflock import examples
+    >>> _ = examples.copy("bench")
+    >>> result = selflock.run("bench.toml", {"gear.friction_kinetic": 0.005}, stop=0.01)
+    >>> result.table.shape[0]  # a pandas table, one row each millisecond, one column each component.variable
+    11
 
-    result = selflock.run("bench.toml", {"gear.friction_kinetic": 0.005})
-    found = selflock.diagnose("rig.toml", ["log.csv"], out="out/diagnosis")
+and from a measurement to its cause, `found = selflock.diagnose("rig.toml", ["log.csv"], out="out/diagnosis")`.
 
 Rooms: `selflock.fmus` (laws and FMUs), `selflock.master` (systems), `selflock.vehicle`, `selflock.study`, `selflock.diagnosis`,
 `selflock.sweep`. The last word of a room's own is called as the room itself: `selflock.study("out")`, `selflock.sweep("chart.toml", "out")`.

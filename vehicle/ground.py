@@ -18,6 +18,11 @@ def profile(text: str) -> tuple[np.ndarray, np.ndarray]:
 
     flat · slope:30 (a plane through the origin) · slope:30,1.0 (level up to x = 1 m) · step:0.1,1.0 ·
     stairs:0.17,0.29,4,1.0 (rise, run, count, start) · polyline:0,0;1,0.1;2,0 (x never decreasing).
+    Raises DescriptionError.
+
+    >>> x, y = profile("step:0.1,2.0")
+    >>> height(x, y, 1.9), height(x, y, 2.1)  # m
+    (0.0, 0.1)
     """
     kind, _, rest = text.partition(":")
     kind = kind.strip().lower()

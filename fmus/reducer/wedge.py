@@ -104,7 +104,11 @@ def least_torque(low, high):
 
 
 def driving_efficiency(mu, t):
-    """P w_out / (F w_in) while the load resists, (1 - mu t) / (1 + mu/t): LossyGear's eta_mf1."""
+    """P w_out / (F w_in) while the load resists, (1 - mu t) / (1 + mu/t): LossyGear's eta_mf1.
+
+    >>> round(driving_efficiency(0.02, 1 / 50), 3)  # at the limit of self-locking half is lost
+    0.5
+    """
     return (1.0 - mu * t) / (1.0 + mu / t)
 
 

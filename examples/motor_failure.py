@@ -5,13 +5,15 @@ python examples/motor_failure.py [picture.png]
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 
-from selflock import master, study
+from selflock import master
+from selflock.study import figures
 from selflock.study.figures import COLOURS, STYLE, sketch
 
-ROBOT = Path(study.__file__).parent / "robot.toml"
+ROBOT = Path(figures.__file__).parent / "robot.toml"
 FAILS_AT = 8.5  # s; the robot was lifted from 6 to 8 s
 
 
@@ -19,7 +21,7 @@ def run(friction: float, track: str = "segmented", observe=None) -> master.Resul
     """The study's manoeuvre with gears of this friction and motors that give no torque from FAILS_AT on."""
     system = master.load(ROBOT)
     system.faults = [master.Fault(f"{side}_motor.torque", "drop-out", FAILS_AT) for side in ("front", "rear")]
-    settings = {"robot.track": track}
+    settings: dict[str, Any] = {"robot.track": track}
     for side in ("front", "rear"):
         settings |= {f"{side}_reducer.friction_kinetic": friction, f"{side}_reducer.friction_static": friction}
         settings |= {f"{side}_controller.friction_static": friction, f"{side}_controller.irreversible": friction > 0.02}
@@ -33,7 +35,7 @@ def main(picture: str = "motor_failure.png") -> None:
     )
     axes = grid["curve"]
     for friction, label in ((0.0, "μ = 0: the gear can be driven back"), (0.03, "μ = 0.03: the gear locks itself")):
-        last = {}
+        last: dict[str, Any] = {}
         table = run(
             friction, observe=lambda time, parts: last.update(posture=parts["robot"].posture()) if time > 9.9985 else None
         ).table

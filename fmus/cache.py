@@ -137,13 +137,13 @@ def sealed(function: Any) -> Any:
     """A function compiled by numba, of which what is on disk is checked before it is loaded; compiled again where it is off."""
     file = getattr(getattr(function, "_cache", None), "_cache_file", None)
     if file is not None:
-        file.__class__ = _sealed(type(file))
+        file.__class__ = _sealed(file.__class__)
     return function
 
 
 @cache
-def _sealed(kind: type) -> type:
-    class Sealed(kind):  # type: ignore[misc, valid-type]
+def _sealed(kind: Any) -> type:
+    class Sealed(kind):
         def _load_index(self) -> Any:
             try:
                 return super()._load_index()

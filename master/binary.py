@@ -128,7 +128,7 @@ def _open(digest: str, path: Path) -> Binary:
 
 # --- the voice of the instances ----------------------------------------------------------------------------------
 
-_voices: dict[int | bytes, deque] = {}  # by the number given as environment, and by the instance's name
+_voices: dict[int | bytes, deque[str]] = {}  # by the number given as environment, and by the instance's name
 _numbers = itertools.count(1)
 
 
@@ -152,9 +152,10 @@ def _proxy() -> ctypes.CDLL:
     return library
 
 
-def callbacks(instance: str) -> tuple[fmi2.fmi2CallbackFunctions, deque]:
+def callbacks(instance: str) -> tuple[fmi2.fmi2CallbackFunctions, deque[str]]:
     """The callback functions for one instance, and the list in which its log lines arrive."""
-    number, lines = next(_numbers), deque(maxlen=LINES_KEPT)
+    number = next(_numbers)
+    lines: deque[str] = deque(maxlen=LINES_KEPT)
     _voices[number] = _voices[instance.encode()] = lines
     functions = fmi2.fmi2CallbackFunctions()
     functions.logger = _hear

@@ -47,7 +47,7 @@ def compiled_loops(path: Path) -> dict[str, object]:
     """The functions of a source file, by name, compiled on first use, with the compiled selves of the laws that it imports."""
     name = f"{PREFIX}{path.parent.name}_{path.stem}"
     if name not in sys.modules:
-        laws = Path(_second().__file__).parent.name
+        laws = _folder(_second()).name
         _load(name, _copied({Path(path.name): path.read_bytes()}, f"{laws} {name}") / path.name)
         for key, value in list(vars(sys.modules[name]).items()):
             if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
@@ -57,11 +57,16 @@ def compiled_loops(path: Path) -> dict[str, object]:
     return {key: value for key, value in vars(sys.modules[name]).items() if hasattr(value, "py_func")}
 
 
+def _folder(module: ModuleType) -> Path:
+    """Where a package's sources lie."""
+    return Path(next(iter(module.__path__)))
+
+
 def _second() -> ModuleType:
     """The laws' second self, loaded if it is not yet."""
     second = PREFIX + LAWS.rpartition(".")[2]
     if second not in sys.modules:
-        folder = Path(import_module(LAWS).__file__).parent
+        folder = _folder(import_module(LAWS))
         laws = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
         _load(second, _copied({path: content for path, content in laws.items() if _law(path)}) / "__init__.py")
     return sys.modules[second]
@@ -86,6 +91,8 @@ def _law(path: Path) -> bool:
 def _load(name: str, path: Path) -> None:
     inside = [str(path.parent)] if path.name == "__init__.py" else None
     spec = spec_from_file_location(name, path, submodule_search_locations=inside)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} cannot be loaded")
     sys.modules[name] = module_from_spec(spec)
     spec.loader.exec_module(sys.modules[name])
 

@@ -12,13 +12,14 @@ Where the whole system is one convoy that nobody observes, many macro steps with
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic as numba_intrinsic
 
 from .algorithms import Algorithm
 from .energy import Port
@@ -30,6 +31,11 @@ if TYPE_CHECKING:
 
 STRETCH = 1000  # macro steps between two looks at the results
 MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK = range(6)
+
+
+def intrinsic(function: Callable) -> Callable[..., Any]:
+    """numba's intrinsic; called without the typing context, which numba's own annotation counts among the arguments."""
+    return numba_intrinsic(function)
 
 
 def _call(builder, address, kinds, args):
@@ -127,7 +133,7 @@ def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows
     return count, fill, -1, 0
 
 
-def address(values: memoryview, place: int = 0) -> int:
+def address(values: memoryview[float], place: int = 0) -> int:
     """Where a number of a part's buffer lies."""
     return ctypes.addressof(ctypes.c_char.from_buffer(values)) + place * values.itemsize
 

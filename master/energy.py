@@ -32,7 +32,7 @@ class Port:
 
     __slots__ = ("u", "i", "y", "j", "scale", "state")
 
-    def __init__(self, u: memoryview, i: int, y: memoryview, j: int, scale: float):
+    def __init__(self, u: memoryview[float], i: int, y: memoryview[float], j: int, scale: float):
         self.u, self.i, self.y, self.j, self.scale = u, i, y, j, scale
         self.state = view(np.array([y[j], 0.0, 0.0]))
 

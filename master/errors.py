@@ -1,6 +1,13 @@
 """What can go wrong while coupling. The tree of all errors stands in `selflock/errors.py`."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from ..fmus.errors import SelflockError
+
+if TYPE_CHECKING:
+    from .results import Result
 
 
 class DescriptionError(SelflockError):
@@ -14,7 +21,7 @@ class ResultError(SelflockError):
 class PartFailed(SelflockError):
     """A part failed. Carries what a person needs to find out why; the run keeps its results so far."""
 
-    result = None  # master.Result: what was computed until then
+    result: Result | None = None  # what was computed until then
 
     def __init__(self, part: str, time: float, size: float, status: str, inputs: dict, log: list, hint: str = ""):
         self.part, self.time, self.size, self.status = part, time, size, status

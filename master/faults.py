@@ -10,9 +10,10 @@ import random
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import NoReturn
 
 from .errors import DescriptionError
+from .face import Variable
 from .seat import Seat
 from .system import Fault
 from .wiring import Wiring, typed
@@ -42,26 +43,26 @@ class Faults:
             change, integer = change_of(fault), seat.part.variables[name].type != "Real"
             (seat.input_faults if is_input else seat.output_faults).append(_at(position, change, integer))
         for seat in seats.values():
-            for fault in seat.output_faults:
-                fault(self._wiring.system.run.start, seat.out)
+            for wrong in seat.output_faults:
+                wrong(self._wiring.system.run.start, seat.out)
 
     def switch(self, time: float) -> None:
         for parameter in self.parameters:
             parameter.switch(time)
 
 
-def _at(position: int, change: Change, integer: bool):
-    def fault(time: float, values: memoryview) -> None:
+def _at(position: int, change: Change, integer: bool) -> Callable[[float, memoryview[float]], None]:
+    def fault(time: float, values: memoryview[float]) -> None:
         value = change(time, values[position])
         values[position] = round(value) if integer else value
 
     return fault
 
 
-def _check(fault: Fault, variable) -> None:
+def _check(fault: Fault, variable: Variable) -> None:
     where = f"[[faults]] {fault.variable}"
 
-    def refuse(why: str):
+    def refuse(why: str) -> NoReturn:
         raise DescriptionError(f"{where}: {why}")
 
     if variable.type == "String":
@@ -89,12 +90,13 @@ def change_of(fault: Fault) -> Change:
     """What a fault does to a value at a time."""
     begin, end = fault.start, fault.stop
 
+    amount = fault.value or 0.0
+
     if fault.kind == "offset":
-        return lambda time, value: value + fault.value if begin <= time < end else value
+        return lambda time, value: value + amount if begin <= time < end else value
 
     if fault.kind == "drop-out":
-        lost = 0.0 if fault.value is None else fault.value
-        return lambda time, value: lost if begin <= time < end else value
+        return lambda time, value: amount if begin <= time < end else value
 
     if fault.kind == "noise":
         gauss = random.Random(fault.seed).gauss
@@ -113,7 +115,8 @@ def change_of(fault: Fault) -> Change:
 
         return stuck
 
-    times, values = deque(), deque()
+    times: deque[float] = deque()
+    values: deque[float] = deque()
 
     def delay(time: float, value: float) -> float:
         times.append(time)
@@ -138,10 +141,10 @@ def change_of(fault: Fault) -> Change:
 class _Parameter:
     """A parameter that is wrong for a while."""
 
-    def __init__(self, wiring: Wiring, component: str, variable: Any, fault: Fault):
+    def __init__(self, wiring: Wiring, component: str, variable: Variable, fault: Fault):
         self.part, self.variable, self.fault = wiring.parts[component], variable, fault
         self.right = wiring.values.get(component, {}).get(variable.name, variable.start)
-        wrong = fault.value if fault.kind == "stuck" else (self.right or 0.0) + fault.value
+        wrong = fault.value if fault.kind == "stuck" else (self.right or 0.0) + (fault.value or 0.0)
         self.wrong = typed(variable, wrong, f"[[faults]] {fault.variable}")
         self.active = False
 

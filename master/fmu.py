@@ -23,7 +23,12 @@ from .native import Exchange, Native
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 SETTABLE = ("parameter", "structuralParameter", "input")
-KIND = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": ctypes.c_char_p}
+KIND: dict[str, type[c_double] | type[c_int] | type[ctypes.c_char_p]] = {
+    "Real": c_double,
+    "Integer": c_int,
+    "Boolean": c_int,
+    "String": ctypes.c_char_p,
+}
 PARTIAL_STEPS = 1000  # how often an FMU may discard the rest of one step
 
 HINTS = {
@@ -118,13 +123,13 @@ class FmuPart(Part):
     def set(self, name: str, value: Any) -> None:
         variable = self._variable(name)
         kind = _kind(variable)
-        value = str(value).encode() if kind == "String" else float(value) if kind == "Real" else int(value)
-        self._call(f"fmi2Set{kind}", byref(c_uint(variable.valueReference)), c_size_t(1), byref(KIND[kind](value)))
+        given: Any = str(value).encode() if kind == "String" else float(value) if kind == "Real" else int(value)
+        self._call(f"fmi2Set{kind}", byref(c_uint(variable.valueReference)), c_size_t(1), byref(KIND[kind](given)))
 
     def get(self, name: str) -> Any:
         variable = self._variable(name)
         kind = _kind(variable)
-        value = KIND[kind]()
+        value: Any = KIND[kind]()
         self._call(f"fmi2Get{kind}", byref(c_uint(variable.valueReference)), c_size_t(1), byref(value))
         if kind == "String":
             return (value.value or b"").decode("utf-8", "replace")
@@ -310,7 +315,7 @@ class _Block:
         self.real = kind == "Real"  # the C call works on `u` or `y` itself
         self.function = part._function(self.name)
         self._references = np.array(references, dtype=np.uint32)
-        self.own = values[first : first + len(references)] if self.real else np.zeros(len(references), dtype=np.intc)
+        self.own: np.ndarray = values[first : first + len(references)] if self.real else np.zeros(len(references), dtype=np.intc)
         self.references = c_void_p(self._references.ctypes.data)
         self.count = c_size_t(len(references))
         self.pointer = c_void_p(self.own.ctypes.data)
@@ -322,7 +327,7 @@ class _Block:
             self.pointer,
             self.copies,
             view(values),
-            memoryview(self.own),
+            self.own.data,
             self.name,
         )
 
@@ -370,7 +375,7 @@ def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:
 
     start = v.start
     if start is not None and kind != "String":
-        start = {"Real": float, "Integer": int, "Boolean": lambda t: str(t).lower() in ("true", "1")}[kind](start)
+        start = str(start).lower() in ("true", "1") if kind == "Boolean" else float(start) if kind == "Real" else int(start)
     return Variable(
         v.name, causality="parameter" if v.causality == "structuralParameter" else v.causality or "local", type=kind,
         unit=attribute("unit") or "", start=start, minimum=number(attribute("min")), maximum=number(attribute("max")),

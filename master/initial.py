@@ -43,7 +43,7 @@ def _order(wiring: Wiring) -> tuple[list[list[str]], list[Node]]:
         graph[link.source, link.output] = {
             (back.source, back.output) for back in given.get(link.source, ()) if depends is None or back.input in depends
         }
-    loops = []
+    loops: list[list[str]] = []
     while True:
         try:
             return loops, list(TopologicalSorter(graph).static_order())

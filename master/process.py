@@ -200,25 +200,27 @@ def serve(descriptor: int) -> None:
 class _Host:
     """The FMU in this process, with its states and its last failure."""
 
+    part: Part  # from "open" on, which is asked first
+
     def __init__(self):
-        self.part: Part | None = None
+        self.opened = False
         self.states: list[Any] = []
         self.saved = 0
         self.error: SelflockError | None = None
 
     def log(self) -> list[str]:
-        return list(self.part.log) if self.part else []
+        return list(self.part.log) if self.opened else []
 
     def call(self, method: str, arguments: tuple) -> Any:
         if method == "open":
             from .fmu import FmuPart
 
-            self.part = FmuPart(*arguments)
+            self.part, self.opened = FmuPart(*arguments), True
             return self.part.variables, self.part.units, self.part.can_roll_back, self.part.variable_step
         if method == "bind":
             return self.bind(*arguments)
         if method == "failure":
-            raise self.error
+            raise self.error or SelflockError("nothing failed")
         if method == "save":
             self.states = [*self.states[-7:], self.part.save()]  # the master comes back to a recent one, if at all
             self.saved += 1
@@ -249,5 +251,5 @@ class _Host:
             return _FAILED
 
     def close(self) -> None:
-        if self.part is not None:
+        if self.opened:
             self.part.close()

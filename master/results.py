@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import math
 import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,7 @@ import pyarrow.csv as csv
 import pyarrow.parquet as pq
 
 from .errors import ResultError
-from .face import Variable
+from .face import Variable, view
 
 ROWS = 4096  # in memory before they are written; a multiple of 16
 PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
@@ -32,8 +34,10 @@ def header(column: Variable) -> str:
     return f"{column.name} [{column.unit}]" if column.unit else column.name
 
 
-class Sink:
+class Sink(ABC):
     """Takes rows of numbers and strings, keeps or writes them in pieces."""
+
+    path: Path | None = None  # of the file, where it is one
 
     def __init__(self, columns: list[Variable]):
         self.columns = columns
@@ -41,7 +45,7 @@ class Sink:
         self._texts = [c.name for c in columns if c.type == "String"]
         self.width = len(self._numbers)
         self.block = np.empty((ROWS, self.width))
-        self.flat = memoryview(self.block.reshape(-1))  # row r starts at r · width
+        self.flat = view(self.block.reshape(-1))  # row r starts at r · width
         self.words: list[list[str]] = []
         self.fill = self._good = 0  # rows in the block, and how many of them were looked at
 
@@ -63,20 +67,23 @@ class Sink:
 
     def _frame(self) -> pd.DataFrame:
         block = self.block[: self.fill]
-        data = {c.name: block[:, k].astype(KINDS[c.type]) for k, c in enumerate(self._numbers)}
+        data: dict[str, Any] = {c.name: block[:, k].astype(KINDS[c.type]) for k, c in enumerate(self._numbers)}
         data |= {name: [row[k] for row in self.words] for k, name in enumerate(self._texts)}
         return pd.DataFrame({c.name: data[c.name] for c in self.columns})
 
+    @abstractmethod
     def put(self, frame: pd.DataFrame) -> None:
-        raise NotImplementedError
+        """Keep or write some rows."""
+
+    @abstractmethod
+    def table(self) -> pd.DataFrame:
+        """All rows."""
 
     def close(self) -> None:
         self.flush()
 
 
 class Memory(Sink):
-    path = None
-
     def __init__(self, columns: list[Variable]):
         super().__init__(columns)
         self._frames: list[pd.DataFrame] = []
@@ -93,6 +100,8 @@ class Memory(Sink):
 
 
 class File(Sink):
+    path: Path
+
     def __init__(self, columns: list[Variable], path: Path):
         super().__init__(columns)
         self.path = path
@@ -142,7 +151,7 @@ class Parquet(File):
         self._writer.close()
 
 
-FILES = {".csv": Csv, ".parquet": Parquet}
+FILES: dict[str, Callable[[list[Variable], Path], File]] = {".csv": Csv, ".parquet": Parquet}
 
 
 def sink(columns: list[Variable], path: Path | str | None) -> Sink:
@@ -170,9 +179,10 @@ def read(path: Path | str) -> tuple[pd.DataFrame, dict[str, str]]:
             return table.replace_schema_metadata(None).to_pandas(), units
         if path.suffix.lower() == ".csv":
             frame = csv.read_csv(path, convert_options=csv.ConvertOptions(null_values=[], strings_can_be_null=False)).to_pandas()
-            split = [re.fullmatch(r"(.*?)(?: \[(.*)\])?", name).groups() for name in frame.columns]
-            frame.columns = pd.Index([name for name, _ in split])
-            return frame, {name: unit or "" for name, unit in split}
+            split = [re.sub(r" \[.*\]$", "", header) for header in frame.columns]
+            units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
+            frame.columns = pd.Index(split)
+            return frame, units
     except FileNotFoundError:
         raise ResultError(f"There is no result file {path}.") from None
     except (OSError, ValueError, pa.ArrowException) as error:
@@ -193,7 +203,7 @@ class Result:
     rejected: int  # steps done again, under step control
     duration: float  # wall time in s
     path: Path | None
-    sink: Any = field(repr=False)
+    sink: Sink = field(repr=False)
 
     @property
     def table(self) -> pd.DataFrame:

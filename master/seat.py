@@ -11,10 +11,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
+from .energy import Port
 from .errors import DescriptionError
-from .face import view
+from .face import Part, view
 from .wiring import Link, Wiring
+
+if TYPE_CHECKING:  # at run time memoryview has no parameter
+    Buffer = memoryview[float]
+    Wrong = Callable[[float, Buffer], None]  # a fault: at a time, makes a number of a buffer wrong
 
 
 class Seat:
@@ -40,9 +47,17 @@ class Seat:
         variables = [self.part.variables[output] for output in self.outputs]
         self.smooth = [v.type == "Real" and v.variability == "continuous" for v in variables]
         self.evaluated = math.nan  # time of the last `at`
-        self.plain, self.scaled, self.between, self.carried, self.clocked, self.texts = [], [], [], [], [], []
+        # Where inputs come from: place in `u`; buffer or seat, and the place there; factor and offset.
+        self.plain: list[tuple[int, Buffer, int]] = []
+        self.scaled: list[tuple[int, Buffer, int, float, float]] = []
+        self.between: list[tuple[int, Seat, int, float, float]] = []  # interpolated over the macro step
+        self.carried: list[tuple[int, Buffer, int, int, float, float]] = []  # carried on by a rate, whose place comes fourth
+        self.clocked: list[tuple[Seat, int, int, float, float]] = []  # from a function of time
+        self.texts: list[tuple[str, Part, str]] = []
         self.rates = {v.derivative_of: j for j, v in enumerate(variables) if v.derivative_of}
-        self.ports, self.input_faults, self.output_faults = [], [], []
+        self.ports: list[Port] = []
+        self.input_faults: list[Wrong] = []
+        self.output_faults: list[Wrong] = []
 
     def listen(self, link: Link, source: Seat, ahead: bool) -> None:
         """Take an input from `source`; `ahead`: it has made the macro step before this part does."""
@@ -75,8 +90,8 @@ class Seat:
                 old = source.before[j]
                 u[i] = factor * (old + (source.shown[j] - old) * part_done) + offset
         if self.texts:
-            for name, source, output in self.texts:
-                self.part.set(name, source.get(output))
+            for name, giver, output in self.texts:
+                self.part.set(name, giver.get(output))
         if self.clocked or self.carried:
             self.look(time, since)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -207,13 +207,24 @@ class _failing:
         return False
 
 
+@dataclass
+class _Piece:
+    """Numbers side by side in a part's buffer that stand side by side in a row, from place `first` on."""
+
+    first: int
+    values: memoryview[float]
+    begin: int
+    count: int
+
+
 class Recorder:
     """Writes rows: first the time, then each component's recorded variables."""
 
     def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
         self.sink = sink
         self.timed = [seat for seat in seats.values() if seat.timed]
-        self.pieces, self.texts = [], []  # (first, last, values) in a row; (part, name)
+        self.texts: list[tuple[Part, str]] = []
+        pieces: list[_Piece] = []
         position = 1
         for name, chosen in wiring.record.items():
             seat, part = seats[name], wiring.parts[name]
@@ -225,14 +236,13 @@ class Recorder:
                     values, k = seat.shown, seat.outputs.index(variable)
                 else:
                     values, k = seat.u, seat.inputs.index(variable)
-                last = self.pieces[-1] if self.pieces else None
-                if last and last[2] is values and last[4] == k:  # next to the one before: copied together
-                    last[1] += 1
-                    last[4] += 1
+                last = pieces[-1] if pieces else None
+                if last and last.values is values and last.begin + last.count == k:  # next to the one before: copied together
+                    last.count += 1
                 else:
-                    self.pieces.append([position, position + 1, values, k, k + 1])
+                    pieces.append(_Piece(position, values, k, 1))
                 position += 1
-        self.pieces = [(first, last, values[k:end]) for first, last, values, k, end in self.pieces]
+        self.pieces = [(p.first, p.first + p.count, p.values[p.begin : p.begin + p.count]) for p in pieces]
 
     def row(self, time: float) -> None:
         sink = self.sink
@@ -312,6 +322,6 @@ class _Progress:
 
     def tell(self, time: float) -> None:
         fraction = (time - self.start) / self.length
-        if fraction >= self.next or fraction >= 1.0:
+        if self.function and (fraction >= self.next or fraction >= 1.0):
             self.next = fraction + 0.005
             self.function(fraction)

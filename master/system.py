@@ -10,7 +10,7 @@ import tomllib
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from .algorithms import ALGORITHMS
 from .control import CONTROLS
@@ -114,6 +114,9 @@ class System:
         raise DescriptionError(f"{where}: there is no component {parts[0]}{did_you_mean(parts[0], self.components)}")
 
 
+Made = TypeVar("Made", Run, Component, Connection, Bond, Fault)
+
+
 def did_you_mean(name: str, known) -> str:
     """The end of a sentence about an unknown name."""
     known = list(known)
@@ -213,16 +216,17 @@ def check_choice(what: str, value: str, choices) -> None:
         raise DescriptionError(f'{what} = "{value}" is unknown; choose from: {", ".join(c for c in choices if c)}.')
 
 
-def _make(kind: type, table: dict[str, Any], where: str):
+def _make(kind: type[Made], table: dict[str, Any], where: str) -> Made:
     """A dataclass from a table, its keys and types checked."""
-    known = {f.name: f for f in fields(kind)}
+    known = {f.name: str(f.type) for f in fields(kind)}
     _check_keys(table, ["from" if key == "source" else key for key in known] + ["source"] * (kind is Connection), where)
     for key, value in table.items():
-        wanted = known[key].type
+        wanted = known[key]
         if not _fits(value, wanted):
             raise DescriptionError(f"{where} {key} = {value!r}: {_WANTED[wanted.split('[')[0].split(' ')[0]]} is wanted here.")
+    values: dict[str, Any] = {key: float(v) if known[key].startswith("float") else v for key, v in table.items()}
     try:
-        return kind(**{key: float(v) if known[key].type.startswith("float") else v for key, v in table.items()})
+        return kind(**values)
     except TypeError as error:
         raise DescriptionError(
             f"{where}: {str(error).split(') ')[-1].replace('__init__()', '')} is not all there is to say."

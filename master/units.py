@@ -94,9 +94,10 @@ def _pint_unit(name: str) -> Unit | None:
             return of()
         parsed = registry.parse_units(text)
         one, zero = (registry.Quantity(x, parsed).to_base_units() for x in (1.0, 0.0))
-        exponents = {_BASE[base]: int(e) for base, e in one.unit_items() if base in _BASE and e == int(e)}
-        if len(exponents) != len(list(one.unit_items())):
+        powers = {base: float(power.real) for base, power in one.unit_items()}
+        if any(base not in _BASE or power != int(power) for base, power in powers.items()):
             return None
+        exponents = {_BASE[base]: int(power) for base, power in powers.items()}
         return of(float(one.magnitude - zero.magnitude), float(zero.magnitude), **exponents)
     except Exception:  # pint's many ways to say that it does not know
         return None

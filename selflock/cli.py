@@ -30,9 +30,9 @@ AllowCode = Annotated[
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
 
 
-def say(text: object, **how: bool) -> None:
+def say(text: object, highlight: bool | None = None) -> None:
     """Print what may hold names of strangers."""
-    console.print(visible(text), **how)
+    console.print(visible(text), highlight=highlight)
 
 
 def _overrides(pairs: list[str]) -> dict[str, str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -22,7 +23,7 @@ from .turns import FRONT, REAR, motion
 COLOURS = {0.0: "#2f6fae", 0.01: "#3c9a74", 0.02: "#d99a1c", 0.03: "#c2413a"}
 ENDS = {"front": "#7a5ea8", "rear": "#1f7f93"}
 FAINT, INK, SHADE = "#b8bec6", "#20262e", "#eef1f4"
-STYLE = {
+STYLE: dict[Any, Any] = {  # of matplotlib's rcParams
     "font.size": 9.5,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -172,8 +173,8 @@ def input_torque(mu: float):
 def output_torque(runs: Runs) -> Figure:
     figure, axes = _canvas("rear output torque in N·m")
     for mode, mu, run in runs.each():
-        dashes = {"linestyle": (0, (4, 2))} if mode == "kinematic" else {}
-        axes.plot(run.time, run.P, color=COLOURS[mu], lw=0.9, label=f"μ = {mu:g}, {mode}", **dashes)
+        dashes = (0, (4, 2)) if mode == "kinematic" else "-"
+        axes.plot(run.time, run.P, color=COLOURS[mu], lw=0.9, label=f"μ = {mu:g}, {mode}", linestyle=dashes)
     _frame(axes, *(_settled(run, run.P) for _, _, run in runs.each()))
     _legend(axes)
     return figure

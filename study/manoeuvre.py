@@ -42,12 +42,13 @@ class Setpoints(Part):
     the start on at constant speed or with a smooth start; a negative speed drives forward.
     """
 
+    described = (*PARAMETERS, *OUTPUTS)
     can_roll_back = True
 
     def __init__(self, name: str = "setpoints", **options):
         if options:
             raise TypeError(f"{name}: the set-points take no options; got {', '.join(options)}.")
-        super().__init__(name, (*PARAMETERS, *OUTPUTS))
+        super().__init__(name)
         self.reset()
 
     def reset(self) -> None:

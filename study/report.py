@@ -6,6 +6,7 @@ import base64
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,15 +34,15 @@ PHASES = [
 ]
 
 # What is drawn of a posture, back to front; widths in mm.
-LINES = {"chassis": {"fill": "#d5dce3", "colour": "#8b95a0", "width": 3}} | {
-    f"{end}_{what}": style | ({"colour": colour} if "colour" not in style else {})
-    for end, colour in ENDS.items()
-    for what, style in {
-        "track": {"fill": "#ffffffd8", "colour": "#20262e", "width": 8, "links": True},
-        "sprocket": {"wheel": True, "width": 4},
-        "idler": {"wheel": True, "width": 4},
-        "holder": {"width": 14},
-    }.items()
+CHASSIS: dict[str, Any] = {"fill": "#d5dce3", "colour": "#8b95a0", "width": 3}
+AT_EACH_END: dict[str, dict[str, Any]] = {
+    "track": {"fill": "#ffffffd8", "colour": "#20262e", "width": 8, "links": True},
+    "sprocket": {"wheel": True, "width": 4},
+    "idler": {"wheel": True, "width": 4},
+    "holder": {"width": 14},
+}
+LINES = {"chassis": CHASSIS} | {
+    f"{end}_{what}": {"colour": colour} | style for end, colour in ENDS.items() for what, style in AT_EACH_END.items()
 }
 
 
@@ -137,7 +138,7 @@ def parameters(system: str) -> list[tuple[str, str, str, str]]:
             unit, _, source = entry[3].partition("·")
             found.append((f"{component}.{entry[1]}", entry[2].strip('"'), unit.strip(), source.strip()))
     named = {name for name, *_ in found}
-    for variable in Robot.variables.values():
+    for variable in Robot.described:
         if variable.causality == "parameter" and f"robot.{variable.name}" not in named:
             found.append((f"robot.{variable.name}", _plain(variable.start), variable.unit, variable.description))
     return found

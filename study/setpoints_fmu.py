@@ -9,8 +9,8 @@ from ..fmus.slave import Slave
 from . import turns
 
 
-class State(NamedTuple):
-    """Time in s."""
+class Time(NamedTuple):
+    """The state: time in s."""
 
     time: float
 
@@ -18,15 +18,15 @@ class State(NamedTuple):
 class Law:
     """A turn: its speed rises by 3x^2 - 2x^3 over the ramp, stays, and falls likewise; at rest it is exactly 0."""
 
-    Parameters, State, Output = turns.Parameters, State, turns.Output
+    Parameters, State, Output = turns.Parameters, Time, turns.Output
 
     @staticmethod
-    def start(p: turns.Parameters) -> State:
-        return State(0.0)
+    def start(p: turns.Parameters) -> Time:
+        return Time(0.0)
 
     @staticmethod
-    def advance(p: turns.Parameters, s: State, dt: float) -> tuple[State, turns.Output]:
-        return State(s.time + dt), turns.setpoints(p, s.time + dt)
+    def advance(p: turns.Parameters, s: Time, dt: float) -> tuple[Time, turns.Output]:
+        return Time(s.time + dt), turns.setpoints(p, s.time + dt)
 
 
 class Setpoints(Slave):
@@ -41,11 +41,11 @@ class Setpoints(Slave):
         super().setup_experiment(start_time, stop_time, tolerance)
         self._start = start_time
 
-    def begin(self, p: turns.Parameters) -> State:
-        return State(self._start)
+    def begin(self, p: turns.Parameters, *inputs: float) -> Time:
+        return Time(self._start)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        self._state = State(current_time)  # the host's clock: no drift
+        self._state = Time(current_time)  # the host's clock: no drift
         return super().do_step(current_time, step_size)
 
 

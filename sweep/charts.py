@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps
-from matplotlib.colors import LogNorm
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure as Plot
 from matplotlib.ticker import FuncFormatter
 
@@ -85,7 +85,8 @@ def front(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
     best = good[pareto(good[names].to_numpy(float))].sort_values(names[0])
     plot = Plot(figsize=(7, 4.8), layout="constrained")
     axes = plot.subplots()
-    drawn = axes.scatter(good[names[0]], good[names[1]], c=good[names[2]], s=18, alpha=0.5, cmap="plasma")
+    scale = Normalize(good[names[2]].min(), good[names[2]].max())
+    drawn = axes.scatter(good[names[0]], good[names[1]], c=good[names[2]], s=18, alpha=0.5, cmap="plasma", norm=scale)
     axes.scatter(
         best[names[0]],
         best[names[1]],
@@ -93,7 +94,7 @@ def front(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
         s=55,
         edgecolor="black",
         cmap="plasma",
-        norm=drawn.norm,
+        norm=scale,
         label="no other run is better",
     )
     plot.colorbar(drawn, ax=axes, label=label(study, names[2]))

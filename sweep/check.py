@@ -46,8 +46,8 @@ def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, 
             key = canonical([component, values])
             if key not in seen:
                 seen[key] = _objection(wiring.parts[component], {**wiring.values.get(component, {}), **values}, study.stop)
-            if seen[key] is not None:
-                refused.append((number, seen[key]))
+            if (objection := seen[key]) is not None:
+                refused.append((number, objection))
                 break
     if refused:
         reasons = list(dict.fromkeys(reason for _, reason in refused))

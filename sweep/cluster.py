@@ -66,7 +66,9 @@ def _work_there(name: str, function: Callable, items: list) -> tuple:
     worker = get_worker()
     if worker.nanny:  # a process of its own: what is unpacked there goes with it, even if it is killed
         tempfile.tempdir = worker.local_directory
-    return work(function, worker.plugins[name].parcel.open(worker.local_directory), items)
+    held = worker.plugins[name]
+    assert isinstance(held, Holder)
+    return work(function, held.parcel.open(worker.local_directory), items)
 
 
 @contextmanager

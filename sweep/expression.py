@@ -67,8 +67,10 @@ class Expression:
 
     def _value(self, node: ast.expr, known: Mapping[str, Any]) -> Any:
         match node:
-            case ast.Constant(value=value):
-                return value if isinstance(value, (bool, str)) else float(value)
+            case ast.Constant(value=bool() | str() as value):
+                return value
+            case ast.Constant(value=int() | float() as value):
+                return float(value)
             case ast.Name(id=name):
                 return self._named(self.columns.get(name, name), known)
             case ast.List(elts=items) | ast.Tuple(elts=items):

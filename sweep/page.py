@@ -6,6 +6,7 @@ import base64
 import io
 import json
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,7 +29,7 @@ from .study import Study, from_dict
 class Section:
     title: str
     text: str = ""
-    plots: dict[str, Plot] = field(default_factory=dict)  # by file name
+    plots: Mapping[str, Plot] = field(default_factory=dict)  # by file name
     rows: pd.DataFrame | None = None
     images: list[tuple[str, int]] = field(default_factory=list)  # PNG, and its width on the page in px
 
@@ -94,12 +95,12 @@ def _sections(study: Study, table: pd.DataFrame, good: pd.DataFrame):
             )
         if charts.role(study, "friction", "ratio", "moving", "holding", "hold_times"):
             plot, best = charts.duty(study, good)
-            plots = {"duty_cycle": plot, "chart": charts.chart(study, good)}
+            chart = charts.chart(study, good)
             yield Section(
                 "Energy of a duty cycle",
                 "One manoeuvre and then holding still. At and beyond the self-locking limit, tan φ = tan α, holding"
                 " costs nothing; every bit of friction more makes moving dearer.",
-                {name: plot for name, plot in plots.items() if plot is not None},
+                {"duty_cycle": plot} | ({"chart": chart} if chart is not None else {}),
                 best,
             )
         if charts.role(study, "pareto"):

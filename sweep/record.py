@@ -7,7 +7,7 @@ What may stand in one is in expression.py.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,7 @@ def _mean(time: np.ndarray, y: np.ndarray) -> float:
     return np.trapezoid(y, time) / (time[-1] - time[0]) if len(time) > 1 else y[0]
 
 
-KINDS = {
+KINDS: dict[str, Callable[[np.ndarray, np.ndarray], float]] = {
     "final": lambda time, y: y[-1],
     "first": lambda time, y: y[0],
     "min": lambda time, y: y.min(),
@@ -36,7 +36,7 @@ KINDS = {
     "mean": _mean,  # over time
     "rms": lambda time, y: np.sqrt(_mean(time, y * y)),
     "integral": _integral,  # over time, by trapezoids between communication points
-    "value": None,  # of parameters and figures alone
+    "value": lambda time, y: y[0],  # of parameters and figures alone
 }
 
 

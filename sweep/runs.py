@@ -71,7 +71,8 @@ def adapt(system: System, settings: dict[str, Any]) -> tuple[System, dict[str, A
         target, _, key = name.removeprefix("connections.").rpartition(".")
         if target not in connections or key not in ("factor", "offset"):
             raise SweepError(f"{name}: there is no such connection; write connections.component.input.factor, or .offset.")
-        connections[target] = replace(connections[target], **{key: float(value)})
+        change: dict[str, Any] = {key: float(value)}
+        connections[target] = replace(connections[target], **change)
     return replace(system, connections=connections), {name: value for name, value in settings.items() if name not in wires}
 
 

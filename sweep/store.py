@@ -17,7 +17,9 @@ import json
 import os
 import shutil
 from collections.abc import Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pyarrow as pa
@@ -25,8 +27,9 @@ import pyarrow.parquet as pq
 
 from .errors import SweepError
 
+fcntl: ModuleType | None
 try:
-    import fcntl
+    fcntl = import_module("fcntl")
 except ImportError:  # not on Windows: there two sweeps at once in one folder are not noticed
     fcntl = None
 

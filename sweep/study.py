@@ -155,10 +155,11 @@ def _axis(name: str, table: dict) -> list[dict[str, Any]]:
         return [{name: _plain(value)} for value in table["values"]]
     if "grid" in table:
         grid = table["grid"]
-        space = {"linear": np.linspace, "log": np.geomspace}.get(grid.get("spacing", "linear"))
-        if space is None:
+        spacing = grid.get("spacing", "linear")
+        if spacing not in ("linear", "log"):
             raise SweepError(f"[vary.{name}]: spacing is linear or log.")
-        return [{name: float(value)} for value in space(grid["from"], grid["to"], grid["count"])]
+        ends = grid["from"], grid["to"], grid["count"]
+        return [{name: float(value)} for value in (np.geomspace(*ends) if spacing == "log" else np.linspace(*ends))]
     return [
         {name: label, **{key: _plain(value) for key, value in choice.items() if "." not in key}}
         for label, choice in table["choices"].items()

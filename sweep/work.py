@@ -50,7 +50,8 @@ class Parcel:
 
     def __setstate__(self, state: tuple) -> None:
         self.name, self.content = state
-        self.context, self.is_open, self.lock = None, False, threading.Lock()
+        self.context: Any = None
+        self.is_open, self.lock = False, threading.Lock()
 
     def open(self, folder: str | Path) -> Any:
         with self.lock:

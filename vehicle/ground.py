@@ -51,7 +51,7 @@ def profile(text: str) -> tuple[np.ndarray, np.ndarray]:
         x = values[1] if len(values) == 2 else 1.0
         points = [(-FAR, 0.0), (x, 0.0), (x, values[0]), (x + FAR, values[0])]
     elif kind == "stairs" and len(values) in (3, 4) and values[0] != 0.0 and values[1] > 0.0 and values[2] >= 1.0:
-        rise, run, count, x = *values[:3], values[3] if len(values) == 4 else 1.0
+        (rise, run, count), x = values[:3], values[3] if len(values) == 4 else 1.0
         points = [(-FAR, 0.0)]
         for i in range(int(count)):
             points += [(x + i * run, i * rise), (x + i * run, (i + 1) * rise)]
@@ -62,8 +62,8 @@ def profile(text: str) -> tuple[np.ndarray, np.ndarray]:
         points = [(points[0][0] - FAR, points[0][1]), *points, (points[-1][0] + FAR, points[-1][1])]
     else:
         raise DescriptionError(f"ground = {text!r} is not known. Write one of: {KINDS}.")
-    x, y = (np.array(values, float) for values in zip(*points))
-    return x, y
+    xs, ys = (np.array(column, float) for column in zip(*points))
+    return xs, ys
 
 
 def height(x: np.ndarray, y: np.ndarray, at: float) -> float:

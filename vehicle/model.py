@@ -308,6 +308,7 @@ class Model:
     def _memory(self) -> list[np.ndarray]:
         """Views of pymunk's memory: the state of every body, and the impulse from which a joint's next step starts."""
         lay = self.layout
+        assert lay is not None  # asked for only where `exact`
         state = ((lay.position, 2), (lay.velocity, 2), (lay.angle, 1), (lay.angular_velocity, 1), (lay.transform, 6))
         views = [munk.doubles(body._body, offset, count) for body in self.bodies for offset, count in state]
         return views + [munk.doubles(joint._constraint, lay.impulse, 2) for joint in self.joints]

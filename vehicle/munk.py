@@ -9,20 +9,26 @@ and the vehicle uses pymunk's batch interface, slower and with the same numbers.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pymunk
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic as numba_intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
 
 from ..fmus.cache import sealed
 
 WORDS = 27  # doubles of a C body that are looked through: up to the bias velocities
 JOINT_WORDS = 28  # the same of a pivot joint, up to its accumulated impulse
+
+
+def intrinsic(function: Callable) -> Callable[..., Any]:
+    """numba's intrinsic; called without the typing context, which numba's own annotation counts among the arguments."""
+    return numba_intrinsic(function)
 
 
 def compiled(function, **options):
@@ -82,9 +88,8 @@ def layout() -> Layout | None:
     norms = np.hypot(jolt[:-1], jolt[1:])
     found = [i for i in range(len(norms)) if joint.impulse > 0.0 and norms[i] == joint.impulse]
     places.append(found[0] if len(found) == 1 else None)
-    if None in places:
-        return None
-    return Layout(*(8 * place for place in places))
+    known = [8 * place for place in places if place is not None]
+    return Layout(*known) if len(known) == len(places) else None
 
 
 def _place(words: np.ndarray, values: tuple[float, ...]) -> int | None:

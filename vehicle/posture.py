@@ -68,4 +68,4 @@ def _belt(model: Model, hinge: np.ndarray, angle: float, travel: float) -> np.nd
     for share in np.linspace(0.0, 1.0, 97):
         x, y, ux, uy = kernel.outline(p, (travel + share * perimeter) % perimeter)
         points.append((x + model.values["shoe_height"] * uy, y - model.values["shoe_height"] * ux))
-    return _moved(np.array(points), *hinge, angle)
+    return _moved(np.array(points), hinge[0], hinge[1], angle)

@@ -26,8 +26,10 @@ class Robot(Part):
     Rolling back is exact where pymunk's memory could be read (see munk.py); `can_roll_back` says so.
     """
 
+    described = tuple(VARIABLES.values())
+
     def __init__(self, name: str = "robot", **settings: Any):
-        super().__init__(name, VARIABLES.values())
+        super().__init__(name)
         self.log: list[str] = []
         self.can_roll_back = munk.layout() is not None
         self._settings = settings

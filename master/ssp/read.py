@@ -153,7 +153,7 @@ class _Reader:
             self.units[path, name] = unit
 
     def _connection(self, node: etree._Element, path: str, children: dict[str, str]) -> None:
-        ends = []
+        ends: list[Port] = []
         for side in ("start", "end"):
             element, connector = node.get(f"{side}Element"), node.get(f"{side}Connector")
             if element is not None and element not in children:
@@ -164,8 +164,9 @@ class _Reader:
                     f"{path or 'the system'}: a connection names {'.'.join(port)!r}, which is not a connector."
                 )
             ends.append(port)
+        start, end = ends
         self.links.append(
-            Joint(*ends, _transform(node, ".".join(ends[1])), node.get("suppressUnitConversion") not in ("true", "1"))
+            Joint(start, end, _transform(node, ".".join(end)), node.get("suppressUnitConversion") not in ("true", "1"))
         )
 
     def _parameters(self, node: etree._Element, path: str, base: Path, component_base: Path, depth: int) -> None:
@@ -179,7 +180,7 @@ class _Reader:
             if values is None:
                 raise DescriptionError(f"{what}: neither a source nor values are given.")
             mapping = binding.find(tag("ssd:ParameterMapping"))
-            renamed = None
+            renamed: dict[str, list[tuple[str, Affine, bool]]] | None = None
             if mapping is not None:
                 entries = self._content(mapping, None, "ssm:ParameterMapping", base, component_base, what)
                 renamed = {}
@@ -233,7 +234,7 @@ class _Reader:
         for _, _, (path, name), value, unit, change in sorted(self.bindings, key=lambda entry: entry[:2]):
             port = self._port(path, name)
             own = self.units.get(port)
-            if _number(value):
+            if isinstance(value, (int, float)) and not isinstance(value, bool):
                 convert = unit.to(own, f"value of {'.'.join(port)}") if unit and own else Affine()
                 value = convert.then(change)(value) if convert.then(change) != Affine() else value
             self.flat.start.update(self._down(port, value, outof))

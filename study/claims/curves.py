@@ -40,9 +40,9 @@ class Curves:
         """Output torque of the rear reducer, N.m."""
         return self["rear_reducer.output_torque"]
 
-    def inside(self, window) -> np.ndarray:
+    def inside(self, window: str | tuple[float, float]) -> np.ndarray:
         """Mask of a window given by name or as (start, stop) in s."""
-        start, stop = WINDOWS.get(window, window) if isinstance(window, str) else window
+        start, stop = WINDOWS[window] if isinstance(window, str) else window
         mask = (self.time >= start - 1e-9) & (self.time <= stop + 1e-9)
         if mask.sum() < 3:
             raise ResultError(f"The run ends at {self.time[-1]:g} s and has nothing to say about {start:g}–{stop:g} s.")

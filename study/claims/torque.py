@@ -55,6 +55,7 @@ def constant_at_rest(runs: Runs) -> list[Check]:
         nearest = least(apart(run.mean(run.P, one), run.mean(run.P, other)) for _, _, run in runs.each())
         checks.append(Check(f"mean P of {one} and {other} apart", nearest, ">", 0.05))
     still = runs.standstill
+    assert still is not None  # one of the study's runs
     checks += [
         Check(f"standing still: standard deviation of P / mean in {w}", still.ripple(still.P, w), "<=", 0.005) for w in HOLDS
     ]

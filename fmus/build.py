@@ -49,7 +49,7 @@ from {package}.model import {name}
 MODEL = '''\
 """The face of this FMU with its start values."""
 
-from .{module} import {name} as Face
+from .{module} import {face} as Face
 
 
 class {name}(Face):
@@ -97,6 +97,11 @@ def face_of(name: str) -> type[Slave]:
     return getattr(import_module(FACES[name]), name)
 
 
+def name_of(face: type[Slave]) -> str:
+    """The name of a face's FMU: that of the class, without the Fmu that keeps it apart from a part of the same name."""
+    return face.__name__.removesuffix("Fmu")
+
+
 def sources_of(face: type[Slave]) -> dict[str, bytes]:
     """The files that a face needs to run: what is shared, its own folder and what it names in `needs`."""
     folder = ROOT / "fmus" / _inside(face).split(".")[1]
@@ -110,7 +115,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     Sources go in as they are: they import one another relatively, so that they find one another in any package.
     """
     starts = dict(starts or {})
-    name, module = face.__name__, _inside(face)
+    name, module = name_of(face), _inside(face)
     key = _hash(sources, starts, name.encode())
     package, script = f"selflock_{key}", f"selflock_{key}_{name.lower()}"
     model = _model(face, starts)
@@ -118,7 +123,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     files: dict[str, bytes] = {f"resources/{package}/{file}": text for file, text in sources.items()}
     for folder in {parent for file in sources for parent in Path(file).parents}:
         files.setdefault(f"resources/{package}/{folder.as_posix()}/__init__.py".replace("/./", "/"), b"")
-    names = {"package": package, "module": module, "name": name, "key": key, "starts": starts}
+    names = {"package": package, "module": module, "face": face.__name__, "name": name, "key": key, "starts": starts}
     files[f"resources/{package}/model.py"] = MODEL.format(**names).encode()
     files[f"resources/{script}.py"] = SCRIPT.format(**names).encode()
     files["resources/slavemodule.txt"] = script.encode()
@@ -138,7 +143,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
 
 def _model(face: type[Slave], starts: dict[str, Any]) -> Slave:
     """The slave as it will be in the FMU, tried once: start values that cannot work are refused here."""
-    name = face.__name__
+    name = name_of(face)
     plain = {row.name: row for row in (*face.inputs, *face.parameters)}
     for key, value in starts.items():
         if key not in plain:

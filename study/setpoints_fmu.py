@@ -15,7 +15,7 @@ class Time(NamedTuple):
     time: float
 
 
-class Law:
+class Course:
     """A turn: its speed rises by 3x^2 - 2x^3 over the ramp, stays, and falls likewise; at rest it is exactly 0."""
 
     Parameters, State, Output = turns.Parameters, Time, turns.Output
@@ -29,10 +29,10 @@ class Law:
         return Time(s.time + dt), turns.setpoints(p, s.time + dt)
 
 
-class Setpoints(Slave):
+class SetpointsFmu(Slave):
     """Set-points of the study's manoeuvre: the motion of the track holders and the driving of the sprockets."""
 
-    law = Law
+    law = Course
     outputs = turns.OUTPUTS
     parameters = turns.PARAMETERS
     _start = 0.0
@@ -55,4 +55,4 @@ def build(out: str | Path, **starts: Any) -> Path:
 
     names = [*SHARED, "fmus/errors.py", "study/turns.py", "study/setpoints_fmu.py"]
     files = {name: (ROOT / name).read_bytes() for name in names}
-    return pack(Setpoints, files, Path(out) / "Setpoints.fmu", starts)
+    return pack(SetpointsFmu, files, Path(out) / "Setpoints.fmu", starts)

@@ -39,7 +39,7 @@ class Vehicle:
     """
 
 
-class Robot(Slave):
+class RobotFmu(Slave):
     """Tracked robot with two pairs of track holders on uneven ground, seen from the side; needs pymunk, numba and numpy."""
 
     law = Vehicle
@@ -99,7 +99,7 @@ class Robot(Slave):
 def _vehicle(identity: str) -> type:
     """The class of the vehicle; in an FMU from a copy of its sources in the user's cache, where numba keeps what it compiles."""
     package = sys.modules[__package__]
-    if identity != Robot.identity and hasattr(package, "__path__"):
+    if identity != RobotFmu.identity and hasattr(package, "__path__"):
         package.__path__ = [str(_copied(identity))]
     try:
         from .robot import Robot as part
@@ -140,4 +140,4 @@ def build(out: str | Path, **starts: Any) -> Path:
     from ..fmus.build import pack
 
     path = Path(out) if str(out).endswith(".fmu") else Path(out) / "Robot.fmu"
-    return pack(Robot, sources(), path, starts)
+    return pack(RobotFmu, sources(), path, starts)

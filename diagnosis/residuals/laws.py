@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
-from math import inf
 
 from selflock.fmus.effect import LAG
 from selflock.fmus.sensor.effects import EFFECTS
@@ -78,7 +77,7 @@ def _check(rig: Rig, table: str, given: Iterable[tuple[str, float]], sensors: bo
         row = _row(rig, where, name)
         if row is None:
             raise DataError(f"{rig.path}: {where} {name!r}: {value:.6g} is a value for all of a component; name the parameter.")
-        low, high = (-inf if row.minimum is None else row.minimum), (inf if row.maximum is None else row.maximum)
+        low, high = row.low, row.high
         if not low <= value <= high:
             unit = f" {row.unit}" if row.unit else ""
             sign = " A sign belongs in [columns], as a factor." if value < 0.0 <= low else ""

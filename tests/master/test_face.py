@@ -86,3 +86,14 @@ def test_an_algorithm_knows_who_is_ahead():
     assert first.ahead("a", "b") and not first.ahead("b", "a") and not first.ahead("a", "a")
     assert not first.ahead("clock", "b")  # not stepped: known at any time, ahead of nobody
     assert not Jacobi(["a", "b"]).ahead("a", "b")
+
+
+def test_a_part_with_variables_in_the_old_order_is_told_the_new_one(tmp_path, monkeypatch):
+    (tmp_path / "of_old.py").write_text(
+        "from selflock.master.face import Part, Variable\n\n"
+        "class Old(Part):\n    variables = {'u': Variable('u', 'input', 'Real', 'N')}\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    description = master.from_dict({"components": {"x": {"part": "of_old:Old"}}})
+    with pytest.raises(master.DescriptionError, match='name, unit, start, description; write causality="input"'):
+        master.run(description, allow_code=True)

@@ -112,3 +112,14 @@ def test_the_packages_told_are_those_there():
     there = {name for name, path in MODULES.items() if path.name == "__init__.py"}
     of_data = {"selflock.examples.rigs"}  # no Python in it
     assert set(PROJECT["packages"]) == there | of_data
+
+
+def test_no_class_name_stands_for_two_things():
+    """But for the words of a law, which every component's law has of its own."""
+    of_a_law = {"State", "Output", "Condition"}
+    where: dict[str, list[str]] = {}
+    for name, path in MODULES.items():
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and node.name not in of_a_law and not node.name.startswith("_"):
+                where.setdefault(node.name, []).append(name)
+    assert not {word: modules for word, modules in where.items() if len(modules) > 1}

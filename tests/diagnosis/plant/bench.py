@@ -6,6 +6,7 @@ files = case.write(folder)                           rig.toml, train.csv, test.c
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -41,12 +42,12 @@ class Motion:
     ambient: np.ndarray
 
 
-def motion(rng: np.random.Generator, duration: float) -> Motion:
+def motion(rng: np.random.Generator, duration: float, step: float = STEP) -> Motion:
     """Moves of every speed in both directions over both signs of the load, with stops between: a drive's working day."""
-    n = int(duration / STEP)
+    n = int(duration / step)
     speed = np.zeros(n)
     start = position = rng.uniform(-0.5, 0.5)
-    k = int(0.3 / STEP)
+    k = int(0.3 / step)
     while k < n:
         target = rng.uniform(-2.2, 2.2)
         distance = abs(target - position)
@@ -54,17 +55,17 @@ def motion(rng: np.random.Generator, duration: float) -> Motion:
         top = min(np.exp(rng.uniform(np.log(0.06), np.log(4.0))), np.sqrt(distance * acceleration))
         distance = min(distance, top * rng.uniform(0.3, 0.9) + top**2 / acceleration)
         total = distance / top + top / acceleration
-        t = np.arange(0.0, total, STEP)
+        t = np.arange(0.0, total, step)
         profile = np.sign(target - position) * np.clip(np.minimum(t, total - t) * acceleration, 0.0, top)
         m = min(len(profile), n - k)
         speed[k : k + m] = profile[:m]
-        position += profile.sum() * STEP
-        k += m + (int(rng.uniform(0.05, 0.5) / STEP) if rng.random() < 0.4 else 0)
-    width = int(0.03 / STEP)
+        position += profile.sum() * step
+        k += m + (int(rng.uniform(0.05, 0.5) / step) if rng.random() < 0.4 else 0)
+    width = int(0.03 / step)
     speed = np.convolve(speed, np.ones(width) / width)[:n]
-    time = np.arange(n) * STEP
+    time = np.arange(n) * step
     ambient = 22.0 + 6.0 * np.sin(2.0 * np.pi * (rng.uniform(0.1, 0.25) * time + rng.random()))
-    return Motion(start, start + np.cumsum(speed) * STEP, speed, ambient)
+    return Motion(start, start + np.cumsum(speed) * step, speed, ambient)
 
 
 def run(drive: Drive, plan: Motion) -> np.ndarray:
@@ -202,15 +203,17 @@ def hide(
     for name in names:
         cause = DRAWS[name](rng, sheet)
         wanted = target or float(np.exp(rng.uniform(np.log(3.0), np.log(10.0))))
-        strength = _strength(cause, sheet, plans, wanted)
+        without = [] if cause.extent[0] == cause.extent[1] else [_seen(sheet, plan) for plan in plans]
+        sensed = cause.component == "sensor"
+        strength = strength_of(cause, sheet, lambda after: ratio(sheet, after, plans, sensed, without), wanted)
         causes.append(cause)
         strengths.append(strength)
-        ratios.append(ratio(sheet, sheet._replace(**cause.change(strength)), plans, cause.component == "sensor"))
-        truth = _merge(truth, cause.change(strength))
+        ratios.append(ratio(sheet, sheet._replace(**cause.change(strength)), plans, sensed))
+        truth = merge(truth, cause.change(strength))
     return Case(seed, sheet, truth, causes, strengths, ratios, plans, faulty, kind=kind)
 
 
-def _merge(drive: Drive, changes: dict) -> Drive:
+def merge(drive: Drive, changes: dict) -> Drive:
     """Sensors of two causes side by side; everything else replaces."""
     for name, value in changes.items():
         if isinstance(value, tuple):
@@ -219,15 +222,14 @@ def _merge(drive: Drive, changes: dict) -> Drive:
     return drive
 
 
-def _strength(cause: Cause, sheet: Drive, plans: list[Motion], wanted: float) -> float:
+def strength_of(cause: Cause, sheet: Drive, ratio: Callable[[Drive], float], wanted: float) -> float:
     """The strength, within what makes sense, at which the error is `wanted` times the noise: bisection in its logarithm."""
     low, high = cause.extent
     if low == high:
         return low
-    without = [_seen(sheet, plan) for plan in plans]
     for _ in range(7):
         middle = np.sqrt(low * high)
-        if ratio(sheet, sheet._replace(**cause.change(middle)), plans, cause.component == "sensor", without) > wanted:
+        if ratio(sheet._replace(**cause.change(middle))) > wanted:
             high = middle
         else:
             low = middle

@@ -1,7 +1,6 @@
-"""The physics of the hidden drive: PD controller, DC motor, wedge gear with bristle friction, load on an arm.
+"""The hidden drive as data: everything that can be hidden is a field of `Drive` whose default switches it off.
 
-Semi-implicit Euler in steps of at most 50 µs. Everything that can be hidden is a field of `Drive`
-whose default switches it off. SI units; angles in rad, load angle 0 = arm hanging down.
+SI units; angles in rad, load angle 0 = arm hanging down. What the fields do is in physics.py.
 """
 
 from __future__ import annotations
@@ -9,8 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numba import njit
+from .physics import simulate as simulate
 
 CHANNELS = (
     "setpoint_angle",
@@ -23,9 +21,10 @@ CHANNELS = (
     "speed",
     "ambient",
     "motor_torque",
+    "supply",
+    "output_torque",
 )
 SENSED = ("current", "motor_angle", "motor_speed", "angle", "speed")  # channels that can carry a sensor's error
-GRAVITY = 9.81
 
 
 class Drive(NamedTuple):
@@ -91,116 +90,25 @@ class Drive(NamedTuple):
     disturbance_frequency: float = 2.3  # Hz
     end_stop: float = 1e9  # rad, where a rubber buffer begins
     end_stop_stiffness: float = 0.0  # N.m/rad
+    dent: float = 0.0  # N.m of friction on the load, in one place
+    dent_angle: float = 0.0  # rad
+    dent_width: float = 0.2  # rad
+    loosened: float = 0.0  # relative change of friction from one moment on
+    loosened_time: float = 6.0  # s
+    current_curve: float = 0.0  # 1/A: what a current sensor shows too little, relative, per ampere
+    eccentricity: float = 0.0  # rad, of the load's encoder, once per turn
+    eccentricity_phase: float = 0.0
+    # nature's forms, of which no data sheet tells: FORMS in forms.py
+    bristle_form: int = 0  # 0 Dahl, 1 LuGre, 2 elasto-plastic
+    stribeck_form: int = 0  # 0 Lorentzian, 1 hyperbolic secant
+    viscous_form: int = 0  # 0 a little less at speed (oil thins), 1 a little more (oil is churned)
+    contact_form: int = 0  # of a play: 0 spring and damper, 1 Hunt-Crossley
+    armature_form: int = 0  # 0 inductance, brushes' voltage rounded; 1 quasi-static, brushes' voltage sharp
+    commutation: float = 0.0  # relative ripple of flux under the brushes
+    segments: float = 11.0  # of the commutator
+    chopper: float = 0.0  # s, period of a pulse-width modulation; 0: its mean
     # sensors: bias, scale error, lag and step of each channel in SENSED
     bias: tuple = (0.0,) * 5
     scale: tuple = (0.0,) * 5
     lag: tuple = (0.0,) * 5
     step: tuple = (0.0,) * 5  # seen by the controller; the recorder rounds after its noise
-
-
-@njit(cache=True)
-def _friction(d, omega, torque, travel, position, time, ambient):
-    """Friction coefficient of the wedge: Lorentzian Stribeck, powers of load, hyperbolic warm-up."""
-    mu = d.friction * (1.0 + d.stribeck / (1.0 + (omega / d.stribeck_speed) ** 2))
-    mu *= 1.0 + d.asymmetry * math.tanh(omega / 0.05)
-    level = (abs(torque) / 5.0) ** 0.9
-    driving = 0.5 + 0.5 * math.tanh(torque * omega / 0.05)
-    mu *= 1.0 + level * (d.load_driving * driving + d.load_backdriving * (1.0 - driving))
-    turn = d.ripple_order * position + d.ripple_phase
-    mu *= 1.0 + d.ripple * (math.sin(turn) + 0.15 * math.sin(2.0 * turn))
-    mu *= 1.0 + d.warm_up / (1.0 + time / d.warm_up_time) ** 2
-    mu *= 1.0 + d.wear * (travel / d.wear_distance) ** 0.9
-    mu *= 1.0 + d.ambient_friction * (ambient - 22.0) / 10.0
-    return max(mu, 0.0)
-
-
-@njit(cache=True)
-def _round(value, step):
-    return value if step <= 0.0 else step * math.floor(value / step + 0.5)
-
-
-@njit(cache=True)
-def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start):
-    """Rows of CHANNELS at every h seconds; `fine` steps between two rows; starts at rest at load angle `start`."""
-    n = len(angle_setpoint)
-    out = np.empty((n, 10))
-    dt = h / fine
-    tan, sin, cos = math.tan(d.wedge_angle), math.sin(d.wedge_angle), math.cos(d.wedge_angle)
-    stiffness = 1.0 / (1.0 / d.shaft_stiffness + d.compliance)
-    inertia = d.load_inertia + d.mass * d.arm**2
-    weight = d.mass * GRAVITY * d.arm
-    hung = weight * math.sin(start + d.tilt) + d.constant_torque
-    q, qd, omega, z, current = start, 0.0, 0.0, 0.0, 0.0
-    theta = d.gear_ratio * (start + hung / stiffness + 0.5 * d.backlash * np.sign(hung))
-    torque, drive, winding, housing, travel = 0.0, 0.0, 0.0, 0.0, 0.0
-    command, since = 0.0, 1e9
-    late = np.zeros(int(d.delay / dt) + 1)
-    slot = 0
-    filtered = np.array([0.0, theta, 0.0, q, 0.0])
-    reading = np.zeros(5)
-    for k in range(n):
-        true = (current, theta, omega, q, qd)
-        for j in range(5):
-            # a first-order lag, exact over a held sample, then scale and bias
-            filtered[j] += (true[j] - filtered[j]) * (1.0 if d.lag[j] <= 0.0 else 1.0 - math.exp(-h / d.lag[j]))
-            reading[j] = filtered[j] * (1.0 + d.scale[j]) + d.bias[j]
-        since += h
-        if since >= d.sampling - 1e-9:
-            since = 0.0
-            command = d.angle_gain * (angle_setpoint[k] - _round(reading[3], d.step[3]))
-            command += d.speed_gain * (speed_setpoint[k] - _round(reading[4], d.step[4]))
-            command = min(max(command, d.voltage_min), d.voltage_max)
-            command = math.copysign(max(abs(command) - d.dead_zone, 0.0), command)
-        out[k, 0], out[k, 1] = angle_setpoint[k], speed_setpoint[k]
-        for j in range(5):
-            out[k, 3 + j] = reading[j]
-        out[k, 8] = ambient[k]
-        out[k, 9] = drive
-        for i in range(fine):
-            time = (k + i / fine) * h
-            late[slot] = command
-            slot = (slot + 1) % len(late)
-            voltage = late[slot]
-            if i == 0:
-                out[k, 2] = voltage  # what acts, not what was computed
-            # supply, brushes, winding (two thermal masses), armature
-            voltage *= 1.0 - d.supply_resistance * max(voltage * current, 0.0) / d.supply_voltage**2
-            voltage -= d.brush_drop * math.tanh(current / 0.03)
-            heat = d.resistance * current**2 * d.heating
-            winding += dt * (0.8 * heat - winding) / d.heating_time
-            housing += dt * (0.2 * heat - housing) / (6.0 * d.heating_time)
-            resistance = d.resistance * (1.0 + 0.0039 * (winding + housing))
-            flux = 1.0 / (1.0 + (current / d.saturation_current) ** 2)
-            pull = dt / d.inductance
-            current = (current + pull * (voltage - d.voltage_constant * flux * omega)) / (1.0 + pull * resistance)
-            drive = d.torque_constant * flux * current - d.cogging * math.sin(d.cogging_order * theta)
-            # shaft: spring with play
-            twist = theta / d.gear_ratio - q
-            play = min(max(twist, -0.5 * d.backlash), 0.5 * d.backlash)
-            torque = stiffness * (twist - play)
-            if twist != play or d.backlash == 0.0:
-                torque += d.shaft_damping * (omega / d.gear_ratio - qd)
-            # bristle friction on the wedge, its normal force with a rounded preload
-            mu = _friction(d, omega, torque, travel, theta / d.gear_ratio, time, ambient[k])
-            bent = z + (math.copysign(1.0, omega) - z) * (1.0 - math.exp(-abs(omega) * dt / d.bristle))
-            rate = (bent - z) / dt
-            z = bent
-            grip = mu * min(max(z + 4e-4 * rate, -1.0), 1.0)
-            normal = torque / (cos - grip * math.copysign(sin, torque))
-            press = abs(normal) if d.preload == 0.0 else (normal**6 + d.preload**6) ** (1.0 / 6.0)
-            load = torque * tan + grip * press / cos
-            load += d.viscous * omega * (1.0 + (omega / 40.0) ** 2) ** -0.05
-            omega += dt / d.shaft_inertia * (drive - load)
-            theta += dt * omega
-            travel += dt * abs(omega)
-            # load
-            outside = d.disturbance * math.sin(2.0 * math.pi * d.disturbance_frequency * time)
-            over = abs(q) - d.end_stop
-            if over > 0.0:
-                outside -= math.copysign(d.end_stop_stiffness * over**1.2, q)
-            qd += dt / inertia * (torque + outside - d.constant_torque - weight * math.sin(q + d.tilt))
-            q += dt * qd
-        if not abs(q) < 50.0:
-            out[k + 1 :] = np.nan
-            return out
-    return out

@@ -44,3 +44,56 @@ def spoil(table: pd.DataFrame, kind: str, rng: np.random.Generator, after: float
         raise ValueError(kind)
     names = {"frozen": "frozen", "spike": "corrupted", "nan": "non-finite", "gap": "missing"}
     return table, {"channel": channel, "first": first, "last": last, "kind": names[kind]}
+
+
+def spoil_recording(table: pd.DataFrame, rng: np.random.Generator, channels: tuple[str, ...]) -> tuple[pd.DataFrame, list[dict]]:
+    """A recording with every kind of fault and one clipped channel; each stretch of faulty rows has its own entry.
+
+    A channel is frozen for 0.3 s in which it moves, single rows and a few in a row are corrupted or lost, a quarter of a
+    second is missing, and an amplifier's range ends at 0.7 of what the last channel reached.
+    """
+    table, n = table.copy(), len(table)
+    step = float(np.median(np.diff(table["time"])))
+    placed: list[dict] = []
+
+    def note(channel, first, last, kind):
+        placed.append({"channel": channel, "first": int(first), "last": int(last), "kind": kind})
+
+    def place(after: float) -> int:
+        return int(rng.integers(int(after * n), int((after + 0.1) * n)))
+
+    *others, clipped = rng.permutation([name for name in channels if name != "angle"])
+    x = table[clipped].to_numpy(copy=True)
+    limit = 0.7 * np.quantile(abs(x), 0.999)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (abs(x) > limit).astype(int), [0]])))
+    table[clipped] = np.clip(x, -limit, limit)
+    for first, last in zip(edges[::2], edges[1::2] - 1):
+        note(clipped, first, last, "clipped")
+
+    others = [*others, "angle"]
+    channel = str(rng.choice(others))
+    x, length = table[channel].to_numpy(copy=True), max(20, int(0.3 / step))
+    starts = np.arange(int(0.15 * n), int(0.3 * n), 5)
+    moved = np.array([np.ptp(x[k : k + length]) for k in starts])
+    first = int(rng.choice(starts[moved >= 0.8 * moved.max()]))
+    x[first : first + length] = x[first]
+    table[channel] = x
+    note(channel, first + 1, first + length - 1, "frozen")  # the first value was measured
+
+    channel = str(rng.choice(others))
+    spread = float(np.ptp(table[channel].quantile([0.02, 0.98])))
+    for k, length in ((place(0.4), 1), (place(0.5), 2)):
+        table.loc[k : k + length - 1, channel] += 5.0 * spread * rng.choice((-1.0, 1.0))
+        note(channel, k, k + length - 1, "corrupted")
+
+    channel, k = str(rng.choice(others)), place(0.6)
+    table.loc[k : k + 6, channel] = np.nan
+    note(channel, k, k + 6, "non-finite")
+
+    k, lost = place(0.75), max(5, int(0.25 / step))
+    table = table.drop(index=range(k + 1, k + 1 + lost)).reset_index(drop=True)
+    for fault in placed:  # rows behind the gap move up; those in it are gone
+        fault["first"], fault["last"] = (row - lost * (row > k + lost) for row in (fault["first"], fault["last"]))
+    placed = [fault for fault in placed if not k < fault["first"] <= fault["last"] <= k + lost or fault["kind"] != "clipped"]
+    note("time", k, k + 1, "missing")
+    return table, placed

@@ -17,6 +17,8 @@ COLUMNS = {
     "angle": ("load.angle", "rad"),
     "speed": ("load.speed", "rad/s"),
     "ambient": ("room.temperature", ""),
+    "supply": ("motor.supply_voltage", "V"),
+    "output_torque": ("reducer.output_torque", "N.m"),
 }
 SEEN = {
     "forward": (
@@ -64,12 +66,13 @@ def signal(channel: str) -> str:
     return COLUMNS[channel][0]
 
 
-def rig(drive: Drive, kind: str = "forward") -> str:
+def rig(drive: Drive, kind: str = "forward", channels: tuple[str, ...] = (), more: dict[str, float] | None = None) -> str:
+    """The file. channels: columns of the log, where they are not all that this kind has; more: other parameters."""
     lines = ["[rig]", 'name = "hidden bench"', f'kind = "{kind}"']
     if kind == "steady":
         lines.append('run = "run"')
     lines += ["", "[columns]"]
-    for channel in SEEN[kind]:
+    for channel in channels or SEEN[kind]:
         name, unit = COLUMNS[channel]
         lines.append(f'"{name}" = {{ column = "{channel}"' + (f', unit = "{unit}" }}' if unit else " }"))
     lines += ["", "[parameters]"]
@@ -81,4 +84,5 @@ def rig(drive: Drive, kind: str = "forward") -> str:
     if kind == "forward":
         lines.append('"controller.release_time" = 1e9')  # this controller has no rule for resting
         lines.append(f'"motor.supply_voltage" = {drive.supply_voltage!r}')
+    lines += [f'"{name}" = {value!r}' for name, value in (more or {}).items()]
     return "\n".join(lines) + "\n"

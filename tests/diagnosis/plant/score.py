@@ -63,7 +63,7 @@ def right_variable(result: dict, cause: Cause) -> bool:
 
 def fault_found(result: dict, placed: dict, reach: int = 3) -> bool:
     """The fault that was put into the log is reported by kind and channel, in the right rows."""
-    channel = placed["channel"] if placed["channel"] == "time" else signal(placed["channel"])
+    channel = signal_or_time(placed["channel"])
     return any(
         fault["kind"] == placed["kind"]
         and fault["channel"] == channel
@@ -71,6 +71,40 @@ def fault_found(result: dict, placed: dict, reach: int = 3) -> bool:
         and abs(fault["last"] - placed["last"]) <= reach
         for fault in result["faults"]
     )
+
+
+def fault_rows(result: dict, placed: list[dict], log: str, reach: int = 3) -> dict[str, list[int]]:
+    """Of each kind of fault: rows placed, of these told, rows told, of these placed (give or take `reach` rows).
+
+    A row is one of one channel.
+    """
+    put, said = _rows(placed, signal_or_time), _rows([f for f in result["faults"] if log in f["log"]], str)
+    found = {}
+    for kind in sorted(set(put) | set(said)):
+        there, told = put.get(kind, set()), said.get(kind, set())
+        widened = {(channel, row + shift) for channel, row in there for shift in range(-reach, reach + 1)}
+        found[kind] = [len(there), len(there & told), len(told), len(told & widened)]
+    return found
+
+
+def signal_or_time(channel: str) -> str:
+    return channel if channel == "time" else signal(channel)
+
+
+def _rows(listed: list[dict], name) -> dict[str, set]:
+    rows: dict[str, set] = {}
+    for fault in listed:
+        here = {(name(fault["channel"]), row) for row in range(fault["first"], fault["last"] + 1)}
+        rows.setdefault(fault["kind"], set()).update(here)
+    return rows
+
+
+def believed(result: dict, case: Case) -> list[tuple[float, bool]]:
+    """Confidence of each cause named, and whether it is there."""
+    if result["verdict"] in ("none", "unknown"):
+        return []
+    there = [expected(cause) for cause in case.causes]
+    return [(float(cause["confidence"]), _name(cause) in there) for cause in result["causes"]]
 
 
 PRODUCTS = {  # the product's name of what the plant hides, for what has the same meaning in both

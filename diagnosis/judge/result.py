@@ -13,6 +13,24 @@ from .cause import Cause
 from .gain import Gain
 from .time_step import TimeStep
 
+
+@dataclass
+class Best:
+    """The best model that the search found, where none is believed: its causes are no answer, its gain is measured."""
+
+    causes: list[Cause]
+    gain: Gain
+    why: str  # it is not believed: a sentence without its subject
+
+    def row(self) -> dict:
+        """As diagnosis.json has it."""
+        return {"causes": [c.row() for c in self.causes], "gain": asdict(self.gain), "why_not": self.why}
+
+    def __str__(self) -> str:
+        names, g = " and ".join(c.label for c in self.causes), self.gain
+        return f"best model, not believed: {names}, {g.before:.4g} -> {g.after:.4g} {g.unit}; {self.why}"
+
+
 EXIT = {"explained": 0, "ambiguous": 0, "none": 3, "unknown": 4}
 
 
@@ -29,6 +47,7 @@ class Diagnosis:
     folder: Path | None = None
     extension: dict = field(default_factory=dict)
     step: TimeStep | None = None  # what a finer step would change
+    best: Best | None = None  # where nothing is believed
 
     @property
     def exit_code(self) -> int:
@@ -50,6 +69,8 @@ class Diagnosis:
             "gain": asdict(self.gain),
             "remainder": self.remainder,
         }
+        if self.best:
+            found["best"] = self.best.row()
         if self.step:
             found["step"] = self.step.row()
         if self.extension:
@@ -79,6 +100,8 @@ class Diagnosis:
         )
         if self.remainder["significant"]:
             lines.append(f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}")
+        if self.best:
+            lines.append(f"  {self.best}")
         if self.step:
             lines.append(f"  {self.step}")
         if self.faults:

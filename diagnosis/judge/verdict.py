@@ -17,6 +17,7 @@ from ..search.candidate import Candidate
 from ..search.fit import Fit
 from ..search.problem import Problem
 from ..search.selection import Selection
+from ..search.step import CHANCE
 from . import advice
 from .cause import Cause
 from .depends import Dependence, depends
@@ -31,6 +32,8 @@ class Judgement:
     mending: Mending  # of the residual in which the gain is told: nominal, what is uncertain refitted; with the causes
     gain: Gain
     left: list[Dependence]  # with what the remainder goes
+    dropped: Judgement | None = None  # with the causes that are not believed
+    why: str = ""  # not
 
 
 class Judge:
@@ -54,16 +57,43 @@ class Judge:
         # held-out data without the error can refute nothing
         silent = found.gain.before < RULES.judge.quiet * found.gain.noise_floor
         if outcome.causes and not silent and found.gain.after > (1.0 - RULES.judge.help) * found.gain.before:
-            found = self._gained(nothing, before)
+            why = f"it lowers the error of held-out data by less than {100 * RULES.judge.help:.0f} %"
+            found = replace(self._gained(nothing, before), dropped=found, why=why)
         found.left = self._dependences(found.mending.after)
         if found.outcome.causes and found.left:
             missing = self._dependences(before)
-            little = found.gain.closed < RULES.judge.enough and not silent
-            if little or _guesses(outcome) or self._stands_there(found, missing) or self._outdone(found, missing):
-                left = missing or found.left
-                found = self._gained(nothing, before)
-                found.left = left
+            why = self._doubted(found, missing, silent)
+            if why:
+                found = replace(self._gained(nothing, before), left=missing or found.left, dropped=found, why=why)
         return found
+
+    def _doubted(self, found: Judgement, missing: list[Dependence], silent: bool) -> str:
+        """Why causes are not believed where something is left, as a sentence without its subject; "" where they are."""
+        if found.gain.closed < RULES.judge.enough and not silent:
+            return f"it closes {100 * found.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
+        if _guesses(found.outcome):
+            return "several causes that take a little each are guesses"
+        if self._stands_there(found, missing):
+            return f"the error goes most with the {missing[0].variable}, and what it leaves still does"
+        if self._outdone(found, missing):
+            return "a free function of one variable explains more"
+        return ""
+
+    def closest(self, found: Judgement) -> tuple[Judgement, str] | None:
+        """The best that the search has where nothing is believed: causes that were dropped, or what beats chance at least; and why it is not believed.
+
+        None where it does not lower the error of the data that judge either.
+        """
+        best, why, outcome = found.dropped, found.why, found.outcome
+        if best is None:
+            first = outcome.stages[0]
+            candidate = next((c for c in first.candidates if c.doubt not in ("", CHANCE)), None)
+            if candidate is None:
+                return None
+            final = outcome.problem.fit(candidate.fitted.free, dict(candidate.fitted.values), effort=8)
+            best = self._gained(replace(outcome, causes=[candidate], kept=[first], final=final), found.mending.before)
+            why = candidate.doubt
+        return (best, why) if best.gain.after < best.gain.before else None
 
     def _refuted(self, outcome: Selection) -> Selection | None:
         """The outcome without the cause found last, where that lowers no error of the data that judge."""

@@ -13,7 +13,7 @@ from ..data.log import MeasuredRun, read
 from ..data.rig import Rig
 from ..errors import DataError
 from ..judge.gain import blame
-from ..judge.result import Diagnosis
+from ..judge.result import Best, Diagnosis
 from ..judge.time_step import finest, to_blame
 from ..judge.verdict import Judge, named, verdict
 from ..output.extend import extend
@@ -91,12 +91,19 @@ def diagnose_runs(
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
+    # with draws of its own: what is written beside the answer does not change it
+    beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
+    extended = found
+    if answer == "unknown" and (closest := beside.closest(found)):
+        extended, why = closest
+        result.best = Best(named(extended.outcome), extended.gain, why)
     if out is not None and (causes or blamed is None):
         result.folder = out
         mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
-        if answer in ("explained", "ambiguous") and found.outcome.causes:
+        if extended.outcome.causes:
             tell("extended FMUs", 0.0)
-            result.extension |= extend(mending, out, [c.hypothesis for c in found.outcome.causes])
+            whole = replace(extended.mending, experiment=experiment)
+            result.extension |= extend(whole, out, [c.hypothesis for c in extended.outcome.causes])
         result.write(out)
         tell("report", 0.0)
         write(result, mending, found.outcome, left, faults, out)

@@ -26,6 +26,7 @@ class Candidate:
     gain: float = 0.0  # drop of the loss in units of the noise's
     chance: float = 1.0  # share of draws in which chance does as well
     linear: float = 0.0  # the gain of the first, linear look
+    doubt: str = ""  # why it is no cause, where it is none
 
     @property
     def fitted(self) -> Fit:

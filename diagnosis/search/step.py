@@ -20,6 +20,9 @@ from .linear import Linear
 from .problem import Problem
 from .screen import Direction, directions
 
+CHANCE = "chance finds as much"
+
+
 
 @dataclass
 class Stage:
@@ -90,12 +93,22 @@ class Step:
         for c in fitted:
             c.gain = float((self.losses - c.losses).sum() / max(fitted[0].errors.sum(), 1e-300))
             c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + rules.draws)
-        beyond = [c for c in fitted if c.chance <= rules.significant and c.drop >= rules.relevant]
-        real = [c for c in beyond if self._resolved(c) and self._shows(c)]
+            c.doubt = self._doubt(c)
+        real = [c for c in fitted if not c.doubt]
         if real:
             winner = stage.winner = simplest(real, self.found, self.chance_level)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
         return stage
+
+    def _doubt(self, candidate: Candidate) -> str:
+        """Why a candidate is no cause, as a sentence without its subject; "" where it is one."""
+        if candidate.chance > RULES.search.significant:
+            return CHANCE
+        if candidate.drop < RULES.search.relevant:
+            return f"it lowers the error of no comparison by {100 * RULES.search.relevant:.0f} %"
+        if not self._resolved(candidate):
+            return "what acts late in it does so within a sample of the log"
+        return "" if self._shows(candidate) else "it shows in averages of many samples alone"
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""

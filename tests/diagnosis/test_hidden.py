@@ -74,6 +74,20 @@ def test_what_no_hypothesis_explains_is_unknown_with_what_it_depends_on(name, tm
     assert score.right_first(result, case), _told(result, case)
 
 
+def test_the_best_model_is_written_where_none_is_believed(tmp_path):
+    """What a rule drops is an estimate all the same: its numbers, its measured gain, its FMU, and why it is no answer."""
+    case = bench.hide(["unknown.end_stop"], seed=11, target=6.0)
+    rig, train, test = case.write(tmp_path)
+    result = diagnose(rig, [train], test=[test], out=tmp_path / "out", seed=11)
+    assert result.verdict == "unknown" and not result.causes and result.gain.after == result.gain.before
+    best = score.plain(result)["best"]
+    assert best["causes"][0]["parameters"] and best["why_not"]
+    assert best["gain"]["after"] < 0.9 * best["gain"]["before"]
+    promised, found = result.extension["promised"], result.extension["fmu"]
+    assert found == pytest.approx(promised, rel=1e-6) == pytest.approx(best["gain"]["after"], rel=1e-6)
+    assert "not believed" in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_faults_in_the_data_are_told_and_do_not_hide_the_cause(tmp_path):
     case = bench.hide(["motor.brush_drop"], seed=3, target=6.0, faulty=True)
     result = _ask(case, tmp_path)

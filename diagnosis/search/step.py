@@ -23,7 +23,6 @@ from .screen import Direction, directions
 CHANCE = "chance finds as much"
 
 
-
 @dataclass
 class Stage:
     """What became of one step."""

@@ -5,8 +5,8 @@ and a row of the documentation. Adding an effect is adding a file to the compone
 
     EFFECT = Effect(
         component="reducer", name="viscous", summary="torque proportional to speed",
-        parameters=(Parameter("viscous_damping", "N.m.s/rad", 0.0, 0.0, 1.0, "viscous friction of the input shaft", AMPLITUDE),),
-        source="...", hooks={"active": active, "damping": damping}, shown_over="speed",
+        parameters=(Parameter("viscous_damping", "N.m.s/rad", 0.0, 0.0, 1.0, "b, at the input shaft", AMPLITUDE),),
+        source="...", hooks={"active": active, "viscous": viscous}, shown_over="speed",
         advice="constant speeds up to the highest, at one load",
     )
 
@@ -24,6 +24,7 @@ from pkgutil import iter_modules
 from typing import Any, Callable, NamedTuple, Optional
 
 VALUE = "value"  # of the published law, from a data sheet
+SWITCH = "switch"  # 1 or 0, in an FMU true or false: no number to look for
 CONSTANT = "constant"  # of nature, or agreed on: nobody doubts it
 METAL = "metal"  # a value that is cut in metal: doubted last
 AMPLITUDE = "amplitude"  # how much there is of an effect: acts by itself
@@ -35,7 +36,7 @@ OFFSET = "offset"  # what is read where there is nothing; acts by itself
 LAG = "lag"  # time constant of a first-order lag
 PERIOD = "period"  # something happens only so often: looked for in whole samples
 STEP = "step"  # between two readings: looked for where the channel has it
-ROLES = (VALUE, CONSTANT, METAL, AMPLITUDE, OFFSET, SHAPE, PHASE, ORDER, DELAY, LAG, PERIOD, STEP)
+ROLES = (VALUE, SWITCH, CONSTANT, METAL, AMPLITUDE, OFFSET, SHAPE, PHASE, ORDER, DELAY, LAG, PERIOD, STEP)
 """What a parameter is to its law, and so to whoever searches for its value."""
 
 SHAPES = (SHAPE, PHASE, ORDER)

@@ -28,6 +28,7 @@ from typing import Any, Callable
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
+from .effect import SWITCH
 from .variable import Variable
 
 
@@ -38,6 +39,9 @@ def rows(base: tuple, effects: tuple = ()) -> tuple[Variable, ...]:
     """
     table = {}
     for parameter in base:
+        if parameter.role == SWITCH:
+            table[parameter.name] = Variable(parameter.name, parameter.unit, bool(parameter.off), parameter.description)
+            continue
         low = None if parameter.low == -inf else parameter.low
         high = None if parameter.high == inf else parameter.high
         table[parameter.name] = Variable(parameter.name, parameter.unit, float(parameter.off), parameter.description, low, high)

@@ -21,7 +21,7 @@ from selflock.fmus.build import build
 
 from ..data.rig import split
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.laws import LAWS
+from ..residuals.laws import LAWS, as_fmu
 from ..residuals.mending import Mending
 from ..residuals.residual import Residual
 from ..search.hypotheses import COMPONENTS, Hypothesis
@@ -69,10 +69,7 @@ def starts(part: str, name: str, values: dict[str, float]) -> dict:
     """Start values of a component's FMU."""
     fields = LAWS[part].Parameters._fields
     given = {key[len(name) + 1 :]: value for key, value in values.items() if key.startswith(name + ".")}
-    found = {key: float(value) for key, value in given.items() if key in fields}
-    if "irreversible" in found:
-        found["irreversible"] = bool(found["irreversible"])
-    return found
+    return {key: as_fmu(part, key, value) for key, value in given.items() if key in fields}
 
 
 def _parameters(experiment: DriveExperiment, before: dict, after: dict, path: Path) -> None:
@@ -101,7 +98,7 @@ def with_fmus(experiment: DriveExperiment, fmus: dict[str, Path], residual: Resi
         return None
     theirs = {name for values in experiment.rig.logs.values() for name in values}  # FMUs have the rig's own values
     of_log = {c: [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == prefix + c] for c in COMPONENTS}
-    own = lambda p: _starts_of_log(p, of_log[part])
+    own = lambda p: _starts_of_log(part, p, of_log[part])
     loop = {
         "gear": lambda p, *a: _play(path, own(p), GEAR, a[:-2], a[-2], a[-1:]),
         "motor": lambda p, u, w, dt, *out: _shifted(path, own(p), u, w, dt, out),
@@ -120,9 +117,9 @@ MOTOR = (("voltage", "speed"), ("current", "torque"))
 CONTROL = (("angle_setpoint", "speed_setpoint", "angle", "speed", "motor_speed", "output_torque"), ("voltage",))
 
 
-def _starts_of_log(p, names: list[str]) -> dict:
+def _starts_of_log(part: str, p, names: list[str]) -> dict:
     """Parameters of a single log, as its FMU takes them."""
-    return {n: bool(getattr(p, n)) if n == "irreversible" else float(getattr(p, n)) for n in names}
+    return {name: as_fmu(part, name, getattr(p, name)) for name in names}
 
 
 def _from_start(dt: np.ndarray) -> np.ndarray:
@@ -186,7 +183,7 @@ GIVES = {
 
 def _chain(paths, of_log, pc, pm, pr, pl, closed, powered, supply, voltage, wanted, rate, dt, parts, start, out) -> None:
     """The whole drive made of FMUs, coupled as kernels.whole couples the laws; `of_log`: parameters of single logs."""
-    own = {part: _starts_of_log(p, names) for p, (part, names) in zip((pc, pm, pr, pl), of_log.items())}
+    own = {part: _starts_of_log(part, p, names) for p, (part, names) in zip((pc, pm, pr, pl), of_log.items())}
     now = {f"{part}.{name}": 0.0 for part, names in GIVES.items() for name in names}
     now |= dict(zip(("reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed"), start.tolist()))
     own["reducer"] |= {

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
 
-from selflock.fmus.effect import LAG
+from selflock.fmus.effect import LAG, SWITCH
 from selflock.fmus.sensor.effects import EFFECTS
 from selflock.fmus.slave import Variable, rows
 
@@ -46,6 +46,11 @@ def parameters(component: str, name: str, values: dict[str, float]):
     kind, start = _type(component), len(name) + 1
     given = {key[start:]: value for key, value in values.items() if key.startswith(name + ".")}
     return kind(**{key: float(value) for key, value in given.items() if key in kind._fields})
+
+
+def as_fmu(component: str, name: str, value: float) -> float | bool:
+    """A parameter's value as the component's FMU takes it."""
+    return bool(value) if any(p.name == name and p.role == SWITCH for p in LAWS[component].BASE) else float(value)
 
 
 def sensor(channel: str, values: dict[str, float]):

@@ -8,7 +8,7 @@ from math import isfinite
 
 import numpy as np
 
-from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, VALUE, Effect, Parameter
+from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, VALUE, Effect, Parameter
 
 from ..data.rig import Rig, split
 from ..data.signals import COMMANDS, MOVES, RELATIVE
@@ -94,7 +94,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
         said = {said for effect in beside for said in (*effect.says, *(p.name for p in effect.parameters))}
         for parameter in base(component):
             full = f"{name}.{parameter.name}"
-            if parameter.name in said or parameter.role == CONSTANT:
+            if parameter.name in said or parameter.role in (CONSTANT, SWITCH):
                 continue
             if rig.questioned(full) and full not in rig.uncertain:
                 free = (_parameter(rig, full, parameter),)

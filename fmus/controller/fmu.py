@@ -1,14 +1,7 @@
 """Controller.fmu: the controller behind the face of an FMU."""
 
-from dataclasses import replace
-
 from ..slave import Slave, Variable, rows
 from . import pd
-
-LAW = tuple(
-    replace(row, start=True, minimum=None, maximum=None, type="") if row.name == "irreversible" else row
-    for row in rows(pd.BASE, pd.EFFECTS)
-)
 
 
 class Controller(Slave):
@@ -27,7 +20,7 @@ class Controller(Slave):
     outputs = (
         Variable("voltage", "V", 0.0, "voltage U for the motor", nominal=24.0, depends_on=tuple(row.name for row in inputs)),
     )
-    parameters = LAW
+    parameters = rows(pd.BASE, pd.EFFECTS)
 
     def begin(self, p, *inputs):
         return pd.start(p, *inputs)

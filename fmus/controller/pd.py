@@ -22,7 +22,7 @@ The voltage at the end of a step is that of the inputs given for the step. Plain
 from math import floor, inf
 from typing import NamedTuple
 
-from ..effect import METAL, Parameter, join, parameters_type
+from ..effect import METAL, SWITCH, Parameter, join, parameters_type
 from ..reducer.wedge import cone, least_torque, wedge_tangent
 from .effects import EFFECTS, HOOKS
 
@@ -31,7 +31,7 @@ BASE = (
     Parameter("speed_gain", "V.s/rad", 20.0, 0.0, inf, "k_w: voltage per speed error"),
     Parameter("voltage_min", "V", -24.0, -inf, inf, "least voltage U_min"),
     Parameter("voltage_max", "V", 24.0, -inf, inf, "greatest voltage U_max"),
-    Parameter("irreversible", "", 1.0, 0.0, 1.0, "true: the gear locks itself, the hold voltage is 0"),
+    Parameter("irreversible", "", 1.0, 0.0, 1.0, "true: the gear locks itself, the hold voltage is 0", SWITCH),
     Parameter("release_time", "s", 0.3, 0.0, inf, "time in which the voltage goes to the hold voltage at rest"),
     Parameter("stop_speed", "rad/s", 0.005, 0.0, inf, "output side: the motor counts as stopped up to gear_ratio times this"),
     Parameter("hold_margin", "", 0.02, 0.0, 0.5, "how far inside the friction cone the hold torque lies, share of its width"),

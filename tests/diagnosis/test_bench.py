@@ -140,8 +140,11 @@ def test_kernels_agree_with_the_plain_laws(name, rng):
         "motor.brush_voltage": 0.7,
         "reducer.viscous_damping": 1e-3,
         "controller.dead_zone": 0.1,
-        "load.tilt": 0.1,
+        "load.tilt_error": 0.1,
         "sensor.lag_time": 0.02,
+        "sensor.bias": 0.3,
+        "motor.weakening_per_loss": 1e-3,
+        "reducer.compliance": 1e-4,
     }
     plain, compiled = getattr(loops, name), getattr(kernels(), name)
     names = list(signature(plain).parameters)[len(LAWS_OF[name]) :]

@@ -45,7 +45,9 @@ def gaps(effect) -> list[str]:
     demand({*effect.frees, *effect.says} <= base, f"frees or says what is no parameter of the {effect.component}'s law")
     for p in effect.parameters:
         demand(p.description, f"{p.name} has no description")
-        demand(p.role in set(ROLES) - {VALUE, METAL, CONSTANT, SWITCH}, f"{p.name} has no role of an effect's parameter: {p.role!r}")
+        demand(
+            p.role in set(ROLES) - {VALUE, METAL, CONSTANT, SWITCH}, f"{p.name} has no role of an effect's parameter: {p.role!r}"
+        )
         demand(isfinite(p.low) and isfinite(p.high) and p.low < p.high, f"{p.name}: bounds [{p.low}, {p.high}]")
         demand(p.low <= p.off <= p.high, f"{p.name}: off at {p.off}, outside its bounds [{p.low}, {p.high}]")
         demand((p.role == ORDER) <= (p.shaft in ("input", "output")), f"{p.name}: waves of which shaft?")

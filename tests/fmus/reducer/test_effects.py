@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from selflock.fmus.reducer import shaft, wedge
+from selflock.fmus.reducer import law, shaft, travel, wedge
 from selflock.fmus.reducer.effects import EFFECTS
 from selflock.fmus.units import parse
 
@@ -70,6 +70,19 @@ def test_every_row_of_the_vocabulary_has_its_file():
     assert [e.name for e in EFFECTS] == sorted(NAMES)
     names = [parameter.name for e in EFFECTS for parameter in e.parameters]
     assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("asymmetry", [-1.5, 0.0, 0.8])
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_rest_ends_at_the_friction_of_the_slowest_motion(asymmetry, way):
+    """A Stribeck fall that differs by direction does so at rest, too."""
+    p = P(friction_kinetic=0.01, friction_static=0.03, stribeck_speed=8.0, stribeck_asymmetry=asymmetry)
+    x = law.Condition(1.0, 0.0, 5.0, 0.09, 0.0, 0.0, 0.0, 0.0)
+    bounds = travel.held(law.extended(p, 1 / 50, x, 0.0), 50.0, 200.0)
+    s = shaft.start(p, 5.0, 1e-9 * way, 0.09, 0.0)
+    _, slow = shaft.impose(p, s, 5.0, 1e-9 * way, 0.09, 0.0, 0.0)
+    assert slow.output_torque == pytest.approx(200.0)
+    assert bounds[way > 0.0] == pytest.approx(slow.input_torque, rel=1e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -165,7 +165,8 @@ def _frozen(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
     limit = max(rules.frozen_shortest, np.log(rules.frozen_chance / len(x)) / np.log(usual))
     starts, lengths = _stretches(x)
     for start, length in zip(starts[lengths >= limit], lengths[lengths >= limit]):
-        if _others_move(run, name, bare, slice(start, start + length)):
+        chance = min(int(limit), length // 4)  # so many equal values at either end are chance, before a rest as after it
+        if _others_move(run, name, bare, slice(start + chance, start + length - chance)):
             bad[start + 1 : start + length] = True  # the first value was measured
     return bad
 

@@ -12,6 +12,7 @@ import pytest
 from selflock import extras
 
 ROOT = Path(__file__).parents[2]
+BRINGS = packages_distributions()
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 EXTRAS = {
     "fmus": [],
@@ -42,10 +43,9 @@ def imported(path):
 @pytest.mark.parametrize("room", EXTRAS)
 def test_what_a_room_imports_is_declared(room):
     allowed = declared().union(*map(declared, EXTRAS[room]))
-    brings = packages_distributions()
     for path in (ROOT / room).rglob("*.py"):
         for module in {*imported(path)} - sys.stdlib_module_names - {"selflock"}:
-            assert {name.lower() for name in brings[module]} & allowed, f"{path.relative_to(ROOT)} imports {module}"
+            assert {name.lower() for name in BRINGS[module]} & allowed, f"{path.relative_to(ROOT)} imports {module}"
 
 
 def test_every_room_is_looked_at():

@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import pytest
+
 TESTS = Path(__file__).parents[1]
 
 
@@ -16,6 +18,7 @@ def test_every_generator_has_a_seed():
     assert [line for line in found if not line.startswith("selflock/test_seeds")] == []
 
 
+@pytest.mark.slow
 def test_a_failure_prints_the_seed(pytester, monkeypatch):
     monkeypatch.delenv("SELFLOCK_SEED", raising=False)
     pytester.makeconftest((TESTS / "conftest.py").read_text())

@@ -102,6 +102,7 @@ def structure(folder, hostile):
     return folder / "index.html"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["diagnosis", "sweep", "ssp"])
 def test_names_stay_words_on_every_page(pages, harmless, hostile, name):
     tree = harmless(pages[name])

@@ -89,6 +89,7 @@ def test_parameters_are_told_with_unit_and_source():
     assert "robot.chassis_mass" in rows
 
 
+@pytest.mark.slow
 def test_the_page_runs_its_own_script_and_no_other(result, harmless, browser):
     harmless(result.report, scripts=1)
     assert "μ = 0" in browser(result.report)  # written by the script: its hash is right

@@ -12,6 +12,8 @@ import pytest
 
 import selflock
 
+pytestmark = pytest.mark.slow  # the laws are compiled anew in the copy
+
 ROOT = Path(__file__).parents[2]
 ROOMS = ("fmus", "master", "vehicle", "study", "diagnosis", "sweep")
 EXAMPLES = dict(re.findall(r"```python\n# (\S+\.py)\n(.*?)```", (ROOT / "docs/extending.md").read_text(), re.S))

@@ -44,6 +44,7 @@ def test_the_numbers_of_fmpy_and_of_a_restored_state(host, robot):
     assert seen[40:60] == seen[60:] == expected[20:]
 
 
+@pytest.mark.slow
 def test_two_robots_at_once(host, robot):
     life = [*born(robot, 0, "A", PARAMETERS), *born(robot, 1, "B", PARAMETERS)]
     for n in range(5):

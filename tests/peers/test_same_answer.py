@@ -79,6 +79,7 @@ def our_robot(robot):
     return master.run(system, stop=ROBOT_STEP * ROBOT_COUNT).table
 
 
+@pytest.mark.slow
 def test_the_robot_as_fmus_is_the_robot_in_process(our_robot):
     """Bit for bit, but for the set-points' clock: the master computes t + h, an FMU's host gives it t and h."""
     system = master.load(Path(study.__file__).parent / "robot.toml")

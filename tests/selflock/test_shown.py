@@ -115,6 +115,7 @@ def test_no_name_runs_in_a_browser(pages, browser, hostile, name):
     assert "data-owned" not in shown.partition("<body")[0] and hostile in html.fromstring(shown).text_content()
 
 
+@pytest.mark.slow
 def test_the_policy_alone_would_have_stopped_them(tmp_path, browser, hostile):
     """Even where a page forgets to escape; and without a policy the name does run, so the test above sees something."""
     for name, head in (("without", ""), ("with", policy())):

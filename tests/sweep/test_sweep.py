@@ -66,6 +66,7 @@ def write(folder: Path, system: str, study: str) -> Path:
     return folder / "study.toml"
 
 
+@pytest.mark.slow
 def test_the_same_bits_on_any_workers_and_the_closed_form(tmp_path, scheduler):
     file = write(tmp_path / "in", MOTOR, STUDY)
     ways = {"none": {"workers": 0}, "one": {"workers": 1}, "two": {"scheduler": scheduler}}
@@ -90,6 +91,7 @@ def test_the_order_of_runs_changes_no_bit(tmp_path):
     assert tables[0].equals(tables[1])
 
 
+@pytest.mark.slow
 def test_thousands_of_runs_neither_grow_nor_leave_anything(tmp_path):
     study = STUDY.replace("count = 5", "count = 150")
     before = set(os.listdir(tempfile.gettempdir()))

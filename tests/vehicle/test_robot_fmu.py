@@ -115,6 +115,7 @@ def test_it_goes_on_from_a_saved_and_from_a_serialised_state(fmu, tmp_path):
     host.slave.freeInstance()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("track", ["segmented", "belt"])
 def test_through_the_master_it_equals_the_part(fmu, track, tmp_path):
     tables = []

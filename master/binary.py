@@ -10,21 +10,20 @@ import atexit
 import ctypes
 import hashlib
 import itertools
+import re
 import shutil
 import tempfile
-import zipfile
-import zlib
 from collections import deque
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from xml.etree import ElementTree
 
 import fmpy
 import pythonfmu  # noqa: F401  ours first: FMUs made with it put the folder with their own at the head of sys.path
 from fmpy import fmi2
 from fmpy.model_description import ModelDescription
 
+from . import archive
 from .errors import DescriptionError
 
 LINES_KEPT = 50
@@ -50,58 +49,66 @@ class Binary:
             ) from None
 
 
-def open_fmu(path: Path | str) -> Binary:
-    """The FMU file at `path`, unpacked; the same content is unpacked once per process."""
+def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
+    """The FMU file at `path`, unpacked; the same content is unpacked once per process. unlimited: of any size."""
     path = Path(path)
     try:
-        content = path.read_bytes()
+        if not unlimited and path.stat().st_size > archive.LARGEST:
+            raise DescriptionError(
+                f"{path} has {path.stat().st_size >> 20} MiB; at most {archive.SAID} are unpacked. See --unlimited."
+            )
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
     except FileNotFoundError:
         raise DescriptionError(f"There is no FMU at {path}. Check the path; it is relative to the system file.") from None
     except OSError as error:
         raise DescriptionError(f"{path} cannot be read: {error.strerror}.") from None
-    return _open(hashlib.sha256(content).hexdigest(), path)
+    except ValueError as error:  # a zero byte in its name
+        raise DescriptionError(f"{str(path)!r} is no path of a file: {error}.") from None
+    return _open(digest, path, unlimited)
 
 
-def describe(path: Path | str) -> ModelDescription:
-    """The model description of the FMU file at `path`, checked for what this master couples."""
-    path = Path(path)
+def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescription:
+    """The model description of the FMU of `path`, unpacked in `folder`, checked for what this master couples."""
+    if not (folder / "modelDescription.xml").is_file():
+        raise DescriptionError(f"{path} is a zip file but no FMU: it has no modelDescription.xml.")
+    what = f"The modelDescription.xml of {path}"
+    version = archive.root_of(folder / "modelDescription.xml", what, unlimited).get("fmiVersion")
+    if version != "2.0":
+        raise DescriptionError(f"{path} is FMI {version}; only FMI 2.0 co-simulation is coupled here.")
     try:
-        with zipfile.ZipFile(path) as archive:
-            broken = _damaged(archive)
-            if broken:
-                raise DescriptionError(f"{path} is damaged: {broken} in it does not match its checksum. Copy or build it again.")
-            if "modelDescription.xml" not in archive.namelist():
-                raise DescriptionError(f"{path} is a zip file but no FMU: it has no modelDescription.xml.")
-    except (zipfile.BadZipFile, EOFError):
-        raise DescriptionError(f"{path} is not an FMU: it is no zip file, or only part of one. Copy or build it again.") from None
-    try:
-        with zipfile.ZipFile(path) as archive:
-            version = ElementTree.fromstring(archive.read("modelDescription.xml")).get("fmiVersion")
-        if version != "2.0":
-            raise DescriptionError(f"{path} is FMI {version}; only FMI 2.0 co-simulation is coupled here.")
-        description = fmpy.read_model_description(str(path), validate=False)
-    except DescriptionError:
-        raise
+        description = fmpy.read_model_description(str(folder), validate=False)
     except Exception as error:  # whatever a parser meets in a foreign file
-        raise DescriptionError(f"The modelDescription.xml of {path} cannot be understood: {error}") from None
+        raise DescriptionError(f"{what} cannot be understood: {error}") from None
     if description.coSimulation is None:
         raise DescriptionError(f"{path} is for model exchange only: it has no solver of its own. Export it for co-simulation.")
-    if fmpy.platform not in fmpy.supported_platforms(str(path)):
-        has = ", ".join(fmpy.supported_platforms(str(path))) or "none"
+    has = fmpy.supported_platforms(str(folder))
+    if fmpy.platform not in has:
         raise DescriptionError(
-            f"{path} has no binary for this machine ({fmpy.platform}; it has: {has}). Export it for {fmpy.platform}."
+            f"{path} has no binary for this machine ({fmpy.platform}; it has: {', '.join(has) or 'none'}). "
+            f"Export it for {fmpy.platform}."
         )
+    if not re.fullmatch(r"[^\W\d]\w*", description.coSimulation.modelIdentifier or ""):
+        raise DescriptionError(
+            f"{path}: {description.coSimulation.modelIdentifier!r} is no modelIdentifier, which names its binary."
+        )
+    _check_script(folder, path)
     return description
 
 
-def _damaged(archive: zipfile.ZipFile) -> str | None:
-    """The first file in the archive that cannot be unpacked as it was packed."""
-    for name in archive.namelist():
-        try:
-            archive.read(name)
-        except (zipfile.BadZipFile, zlib.error, EOFError):
-            return name
-    return None
+def _check_script(folder: Path, path: Path) -> None:
+    """Of an FMU in Python: that there is the script that it names. pythonfmu itself ends the process where there is none."""
+    file = folder / "resources" / "slavemodule.txt"
+    if file.is_file():
+        with file.open("rb") as source:
+            name = source.read(1000).decode("utf-8", "replace").strip()
+        if (
+            len(name) > 200
+            or not name.isprintable()
+            or set(name) & set("/\\")
+            or not (folder / "resources" / f"{name}.py").is_file()
+        ):
+            raise DescriptionError(f"{path}: resources/slavemodule.txt names no script beside it: {name[:60]!r}. Build it again.")
 
 
 @cache
@@ -117,12 +124,15 @@ def _root() -> Path:
 _opened: dict[str, Binary] = {}
 
 
-def _open(digest: str, path: Path) -> Binary:
+def _open(digest: str, path: Path, unlimited: bool) -> Binary:
     if digest not in _opened:
-        description = describe(path)
         folder = _root() / digest[:16]
-        fmpy.extract(str(path), str(folder))
-        _opened[digest] = Binary(path, folder, description)
+        archive.unpack(path, folder, "FMU", unlimited)
+        try:
+            _opened[digest] = Binary(path, folder, describe(folder, path, unlimited))
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
     return _opened[digest]
 
 

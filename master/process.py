@@ -35,7 +35,7 @@ class ProcessPart(Part):
 
     parallel = True
 
-    def __init__(self, name: str, path: Path | str):
+    def __init__(self, name: str, path: Path | str, unlimited: bool = False):
         super().__init__(name)
         self.path = Path(path)
         self._time = self._size = 0.0
@@ -47,7 +47,7 @@ class ProcessPart(Part):
         theirs.close()
         self._line = Connection(ours.detach())
         try:
-            self.variables, self.units, self.can_roll_back, self.variable_step = self._call("open", name, str(path))
+            self.variables, self.units, self.can_roll_back, self.variable_step = self._call("open", name, str(path), unlimited)
         except BaseException:
             self.close()
             raise
@@ -213,9 +213,12 @@ class _Host:
 
     def call(self, method: str, arguments: tuple) -> Any:
         if method == "open":
+            from .binary import open_fmu
             from .fmu import FmuPart
 
-            self.part, self.opened = FmuPart(*arguments), True
+            name, path, unlimited = arguments
+            open_fmu(path, unlimited)
+            self.part, self.opened = FmuPart(name, path), True
             return self.part.variables, self.part.units, self.part.can_roll_back, self.part.variable_step
         if method == "bind":
             return self.bind(*arguments)

@@ -39,6 +39,7 @@ def run(
     step: float | None = None,
     algorithm: str | None = None,
     allow_code: bool = False,
+    unlimited: bool = False,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s].
 
@@ -49,14 +50,15 @@ def run(
     keep: an empty dictionary at first; holds the parts from run to run of the same system, which are then reset
         instead of made again. Whoever gives it closes them. A run that fails closes its parts and leaves none in it.
     allow_code: parts of other packages may be loaded (docs/security.md).
+    unlimited: FMUs and SSPs may be of any size.
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
     if not isinstance(system, System):
-        system = load(system, allow_code)
-    elif allow_code:
-        system = replace(system, allow_code=True)
+        system = load(system, allow_code, unlimited)
+    elif allow_code or unlimited:
+        system = replace(system, allow_code=system.allow_code or allow_code, unlimited=system.unlimited or unlimited)
     if step is not None or algorithm is not None:
         check_choice("algorithm", algorithm or system.run.algorithm, ALGORITHMS)
         chosen = replace(system.run, step=system.run.step if step is None else step, algorithm=algorithm or system.run.algorithm)
@@ -228,14 +230,13 @@ class Recorder:
         position = 1
         for name, chosen in wiring.record.items():
             seat, part = seats[name], wiring.parts[name]
+            of_y = {output: k for k, output in enumerate(seat.outputs)}
+            of_u = {input_: k for k, input_ in enumerate(seat.inputs)}
             for variable in chosen:
                 if part.variables[variable].type == "String":
                     self.texts.append((part, variable))
                     continue
-                if variable in seat.outputs:
-                    values, k = seat.shown, seat.outputs.index(variable)
-                else:
-                    values, k = seat.u, seat.inputs.index(variable)
+                values, k = (seat.shown, of_y[variable]) if variable in of_y else (seat.u, of_u[variable])
                 last = pieces[-1] if pieces else None
                 if last and last.values is values and last.begin + last.count == k:  # next to the one before: copied together
                     last.count += 1

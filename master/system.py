@@ -97,6 +97,7 @@ class System:
     bonds: list[Bond] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
+    unlimited: bool = False  # its archives may be of any size; likewise
 
     @property
     def order(self) -> list[str]:
@@ -126,27 +127,32 @@ def did_you_mean(name: str, known) -> str:
     return f"; there is: {', '.join(known)}." if 0 < len(known) <= 20 else "."
 
 
-def load(path: Path | str, allow_code: bool = False) -> System:
+def load(path: Path | str, allow_code: bool = False, unlimited: bool = False) -> System:
     """The system described in a TOML file, or in a system structure (.ssp).
 
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you.
+    unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
     """
     path = Path(path)
     if path.suffix.lower() == ".ssp":
         from .ssp import load as load_ssp
 
-        return load_ssp(path)
+        return load_ssp(path, unlimited=unlimited)
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise DescriptionError(f"There is no system file {path}.") from None
     except (OSError, UnicodeDecodeError) as error:
         raise DescriptionError(f"The system file {path} cannot be read: {error}.") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # a zero byte in its name
+        if not isinstance(error, tomllib.TOMLDecodeError):
+            raise DescriptionError(f"{str(path)!r} is no path of a file: {error}.") from None
         twice = " Something is given twice there: an input takes one connection only." if "overwrite" in str(error) else ""
         raise DescriptionError(f"{path} is not valid TOML: {error}.{twice}") from None
+    except RecursionError:
+        raise DescriptionError(f"{path} is not valid TOML: its brackets are nested too deep.") from None
     try:
-        return replace(from_dict(data, path.parent), allow_code=allow_code)
+        return replace(from_dict(data, path.parent), allow_code=allow_code, unlimited=unlimited)
     except DescriptionError as error:
         raise DescriptionError(f"{path}: {error}") from None
 

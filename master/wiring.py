@@ -114,10 +114,10 @@ def make(name: str, component: Component, system: System) -> Part:
     from .fmu import FmuPart
 
     path = fmu_path(component, system)
-    if component.process or open_fmu(path).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+    if component.process or open_fmu(path, system.unlimited).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
         from .process import ProcessPart
 
-        return ProcessPart(name, path)
+        return ProcessPart(name, path, system.unlimited)
     return FmuPart(name, path)
 
 
@@ -203,12 +203,14 @@ def _all_given(wiring: Wiring) -> None:
 
 def _record(wiring: Wiring) -> None:
     patterns = wiring.system.run.record
-    used = set()
+    used: set[str] = set()
+    exact, loose = set(patterns), [p for p in patterns if any(c in p for c in "*?[")]
     for name, part in wiring.parts.items():
         chosen = []
         for v in part.variables.values():
             full = f"{name}.{v.name}"
-            fits = [p for p in patterns if p == full or v.causality in SIGNALS and fnmatchcase(full, p)]
+            fits = [full] if full in exact else []
+            fits += [p for p in loose if v.causality in SIGNALS and fnmatchcase(full, p)]
             used.update(fits)
             if fits or not patterns and v.causality == "output":
                 chosen.append(v.name)
@@ -235,13 +237,16 @@ def _bind(wiring: Wiring) -> None:
     """Say to each part what travels at every step: connected inputs; recorded and connected outputs."""
     for name, part in wiring.parts.items():
         inputs = [link.input for link in wiring.links if link.target == name and not link.text]
-        numbers = [v for v in wiring.record[name] if part.variables[v].type != "String" and v not in inputs]
+        linked = set(inputs)
+        numbers = [v for v in wiring.record[name] if part.variables[v].type != "String" and v not in linked]
         needed = [link.output for link in wiring.links if link.source == name and not link.text]
-        needed += [v.name for v in part.variables.values() if v.derivative_of in needed]
+        asked = set(needed)
+        needed += [v.name for v in part.variables.values() if v.derivative_of and v.derivative_of in asked]
         faulty = [variable for component, variable in _faulty(wiring) if component == name]
-        inputs += [v for v in dict.fromkeys(numbers + faulty) if part.variables[v].causality == "input" and v not in inputs]
+        inputs += [v for v in dict.fromkeys(numbers + faulty) if part.variables[v].causality == "input" and v not in linked]
         needed += [v for v in faulty if part.variables[v].causality in ("output", "local")]
-        outputs = list(dict.fromkeys([v for v in numbers if v not in inputs] + needed))
+        given = set(inputs)
+        outputs = list(dict.fromkeys([v for v in numbers if v not in given] + needed))
         for names in (inputs, outputs):
             names.sort(key=lambda v: part.variables[v].type, reverse=True)  # Real first, types side by side
         part.bind(inputs, outputs)

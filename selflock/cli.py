@@ -27,6 +27,9 @@ AllowCode = Annotated[
     bool,
     typer.Option("--allow-code", help="Load parts of other packages than this one: whoever wrote the system runs code as you."),
 ]
+Unlimited = Annotated[
+    bool, typer.Option("--unlimited", help="Unpack FMUs and SSPs of any number of files and any size (docs/security.md).")
+]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
 
 
@@ -86,12 +89,17 @@ def run(
     step: Annotated[float | None, typer.Option(help="Communication step in s; the system's own when not given.")] = None,
     algorithm: Annotated[str | None, typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
     allow_code: AllowCode = False,
+    unlimited: Unlimited = False,
 ) -> None:
     """Run a coupled system and write its table of results."""
     from selflock.master import run as run_system
 
     settings = _overrides(set_ or [])
-    say(run_system(system, settings, stop, out, progress=True, step=step, algorithm=algorithm, allow_code=allow_code).summary())
+    say(
+        run_system(
+            system, settings, stop, out, progress=True, step=step, algorithm=algorithm, allow_code=allow_code, unlimited=unlimited
+        ).summary()
+    )
 
 
 @app.command()

@@ -7,17 +7,19 @@ must give the same error.
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from fmpy import extract, read_model_description
+from fmpy import read_model_description
 from fmpy.fmi2 import FMU2Slave
 
 from selflock.fmus import chain
 from selflock.fmus.build import build
+from selflock.master.archive import unpack
 
 from ..data.rig import split
 from ..residuals.drive_experiment import DriveExperiment
@@ -142,7 +144,8 @@ class _Fmu:
         description = read_model_description(path)
         reference = {v.name: v.valueReference for v in description.modelVariables}
         self.given, self.wanted = [reference[n] for n in inputs], [reference[n] for n in outputs]
-        self.folder = extract(str(path))
+        self.folder = tempfile.mkdtemp(prefix="selflock_")
+        unpack(path, Path(self.folder), "FMU")
         self.slave = FMU2Slave(
             guid=description.guid,
             unzipDirectory=self.folder,

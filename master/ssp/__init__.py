@@ -15,7 +15,7 @@ from .write import export
 __all__ = ["export", "load", "read"]
 
 
-def load(path: Path | str, variant: str = "SystemStructure.ssd") -> System:
+def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> System:
     """The system in an SSP archive. Its FMUs are unpacked to a temporary folder that lives as long as the process.
 
     An SSP says nothing of algorithm and step: ours carry an annotation; for others it is Gauss-Seidel in the order
@@ -24,7 +24,7 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd") -> System:
     """
     folder = Path(tempfile.mkdtemp(prefix="selflock_ssp_"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    flat = read(Path(path), folder, variant)
+    flat = read(Path(path), folder, variant, unlimited)
     stop = flat.stop_time if flat.stop_time is not None else flat.start_time + 1.0
     told = flat.ours | {"system": {"name": flat.name, "description": flat.description}, "components": {}}
     told["run"] = flat.ours.get("run", {}) | {"start": flat.start_time, "stop": stop}
@@ -34,6 +34,7 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd") -> System:
         start = {variable: value for (component, variable), value in flat.start.items() if component == name}
         told["components"][name] = flat.ours.get("components", {}).get(name, {}) | {"fmu": str(fmu), "start": start}
     system = from_dict(told, folder)
+    system.unlimited = unlimited
     if sorted(system.run.order) != sorted(system.components):  # another tool changed the file
         system.run.order = []
     for (component, variable), ((source, output), change) in flat.connections.items():

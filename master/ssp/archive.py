@@ -5,14 +5,14 @@ Source: System Structure and Parameterization 1.0, Modelica Association, 2019. T
 
 from __future__ import annotations
 
-import zipfile
 from functools import cache
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import fmpy.ssp
 from lxml import etree
 
+from .. import archive
 from ..errors import DescriptionError
 
 BASE = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -48,7 +48,8 @@ def check(root: etree._Element, what: str) -> None:
 def parse(path: Path) -> etree._Element:
     """Read and check one XML document of an SSP. Raises DescriptionError."""
     try:
-        root = etree.parse(str(path)).getroot()
+        archive.root_of(path, path.name)
+        root = etree.parse(str(path), etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)).getroot()
     except (OSError, etree.XMLSyntaxError) as error:
         raise DescriptionError(f"{path.name}: cannot be read as XML: {error}") from None
     if not str(root.tag).startswith("{" + BASE):
@@ -57,18 +58,9 @@ def parse(path: Path) -> etree._Element:
     return root
 
 
-def unpack(path: Path, folder: Path) -> Path:
-    """Unpack an .ssp into a folder; the folder. Raises DescriptionError for a missing or corrupt archive."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for name in archive.namelist():
-                if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-                    raise DescriptionError(f"{path}: refuses to unpack {name!r}, which lies outside the archive.")
-            archive.extractall(folder)
-    except FileNotFoundError:
-        raise DescriptionError(f"{path}: there is no such file.") from None
-    except zipfile.BadZipFile:
-        raise DescriptionError(f"{path}: not an SSP: it is not a zip archive, or it is cut off. Export it again.") from None
+def unpack(path: Path, folder: Path, unlimited: bool = False) -> Path:
+    """Unpack an .ssp into a folder; the folder. Raises DescriptionError for a missing, corrupt or hostile archive."""
+    archive.unpack(path, folder, "SSP", unlimited)
     if not (folder / "SystemStructure.ssd").is_file():
         raise DescriptionError(f"{path}: not an SSP: SystemStructure.ssd is missing in it.")
     return folder

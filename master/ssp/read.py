@@ -26,10 +26,12 @@ from .flat import Affine, Flat, Joint, Named, Port
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
 
+NESTED = 100  # structures in a structure, on all levels together
 
-def read(path: Path, folder: Path, variant: str = "SystemStructure.ssd") -> Flat:
+
+def read(path: Path, folder: Path, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> Flat:
     """Read `path` (.ssp), unpacked into `folder`. Raises DescriptionError."""
-    root_folder = unpack(path, folder)
+    root_folder = unpack(path, folder, unlimited)
     document = root_folder / variant
     if not document.is_file():
         raise DescriptionError(f"{path}: there is no {variant} in it.")
@@ -39,6 +41,7 @@ def read(path: Path, folder: Path, variant: str = "SystemStructure.ssd") -> Flat
 class _Reader:
     def __init__(self, root: Path):
         self.root = root
+        self.nested = 0
         self.units: dict[Port, Named | None] = {}
         self.links: list[Joint] = []
         self.kinds: dict[Port, str] = {}
@@ -96,8 +99,14 @@ class _Reader:
                     f"{path}: a reference to a system inside the same document (#{fragment}) is not supported."
                 )
             file = inside(source, base, self.root, path)
+            self.nested += 1
+            if self.nested > NESTED:
+                raise DescriptionError(
+                    f"{path}: more than {NESTED} system structures are in one another; at most so many are read."
+                )
             if kind == SSP:
-                inner = unpack(file, file.with_name(file.name + ".unpacked"))
+                inner = file.with_name(file.name + ".unpacked")
+                inner = inner if inner.is_dir() else unpack(file, inner)
                 file = inner / (fragment or "SystemStructure.ssd")
             root = parse(file)
             self._system(root.find(tag("ssd:System")), path, file.parent, _read_units(root), depth)

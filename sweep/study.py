@@ -78,6 +78,8 @@ def read(path: str | Path) -> Study:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise SweepError(f"The study {path} cannot be read: {error.strerror}.") from None
+    except RecursionError:
+        raise SweepError(f"The study {path} is not valid TOML: its brackets are nested too deep.") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SweepError(f"The study {path} is not valid TOML: {error}") from None
     try:

@@ -91,6 +91,8 @@ def load(path: str | Path) -> Rig:
         raise DataError(f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG.") from None
     try:
         data = tomllib.loads(text)
+    except RecursionError:
+        raise DataError(f"{path}: is not TOML: its brackets are nested too deep.") from None
     except tomllib.TOMLDecodeError as error:
         raise DataError(f"{path}: is not TOML: {error}. docs/rig.md shows a rig file.") from None
     return _rig(path, data)

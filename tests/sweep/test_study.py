@@ -99,6 +99,9 @@ def test_a_file_that_is_not_there_or_no_toml(tmp_path):
     (tmp_path / "bad.toml").write_text("vary = [")
     with pytest.raises(SweepError, match="not valid TOML"):
         read(tmp_path / "bad.toml")
+    (tmp_path / "bad.toml").write_text("vary = " + "[" * 100_000)
+    with pytest.raises(SweepError, match="nested too deep"):
+        read(tmp_path / "bad.toml")
 
 
 def test_figures_against_closed_forms():

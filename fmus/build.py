@@ -31,6 +31,7 @@ from xml.etree.ElementTree import indent, tostring
 import pythonfmu
 
 from . import cache, documentation, loader, shown
+from .description import describe
 from .errors import BuildError
 from .slave import Slave
 
@@ -134,7 +135,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     files["documentation/licenses/license.txt"] = LICENSE.read_bytes()
     files["model.png"] = documentation.icon(name)
     model.guid = _guid(files)
-    xml = model.to_xml()
+    xml = describe(model)
     indent(xml)
     files["modelDescription.xml"] = tostring(xml, encoding="UTF-8", xml_declaration=True)
     _write_zip(path, files)

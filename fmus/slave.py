@@ -323,9 +323,3 @@ class Slave(Fmi2Slave):
             return (identity, values, {int(place): text for place, text in texts.items()}, *rest)
         except (ValueError, TypeError, AttributeError):
             return None  # restoring it complains: an exception must not leave here
-
-    def to_xml(self, model_options: dict[str, str] | None = None) -> Any:
-        """modelDescription.xml; see fmus.description."""
-        from .description import describe
-
-        return describe(self)

@@ -9,7 +9,8 @@ from .errors import DescriptionError, PartFailed, ResultError
 from .face import Part, Variable
 from .results import Result, read
 from .simulation import run
-from .system import Bond, Component, Connection, Fault, Run, System, from_dict, load
+from .ssp.structure import system_of as load
+from .system import Bond, Component, Connection, Fault, Run, System, from_dict
 
 __all__ = [
     "Bond", "Component", "Connection", "DescriptionError", "Fault", "Part", "PartFailed", "Result", "ResultError", "Run",

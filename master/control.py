@@ -11,22 +11,16 @@ below lets the step double.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from array import array
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import DescriptionError, PartFailed
-
-if TYPE_CHECKING:
-    from .energy import Pair
-    from .seat import Seat
-    from .simulation import _Simulation
-    from .wiring import Wiring
-
-LEVELS = 10  # step_min = step / 2**LEVELS unless told
+from .energy import Balance, Pair
+from .errors import DescriptionError
+from .seat import Seat
+from .system import CONTROLS as NAMES
+from .wiring import Wiring
 
 
 def check(wiring: Wiring, pairs: list[Pair]) -> None:
@@ -68,9 +62,9 @@ class Control(ABC):
     grow: float  # below this error, in tolerances, the step may double
     goes_back: bool  # whether a step can be made again
 
-    def __init__(self, simulation: _Simulation, stepped: list[Seat]):
-        self.tolerance, self.stepped = simulation.system.run.tolerance, stepped
-        self.algorithm = simulation.wiring.algorithm
+    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
+        self.tolerance, self.stepped = wiring.system.run.tolerance, stepped
+        self.algorithm, self.balances = wiring.algorithm, balances
 
     @staticmethod
     @abstractmethod
@@ -87,11 +81,10 @@ class Power(Control):
 
     grow = 0.25  # the loss of power grows with the step
 
-    def __init__(self, simulation: _Simulation, stepped: list[Seat]):
-        super().__init__(simulation, stepped)
-        self.balances = simulation.balances
-        self.largest = [0.0] * len(self.balances)  # power seen at each bond, W
-        self.goes_back = all(seat.part.can_roll_back for seat in stepped) and not simulation.system.faults
+    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
+        super().__init__(wiring, balances, stepped)
+        self.largest = [0.0] * len(balances)  # power seen at each bond, W
+        self.goes_back = all(seat.part.can_roll_back for seat in stepped) and not wiring.system.faults
 
     @staticmethod
     def check(where: str, wiring: Wiring, pairs: list[Pair]) -> None:
@@ -115,8 +108,8 @@ class Doubling(Control):
     grow = 0.2  # the error of a step grows with its square
     goes_back = True
 
-    def __init__(self, simulation: _Simulation, stepped: list[Seat]):
-        super().__init__(simulation, stepped)
+    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
+        super().__init__(wiring, balances, stepped)
         self.scales = [np.array([_nominal(seat, name) for name in seat.outputs]) for seat in stepped]
 
     @staticmethod
@@ -143,43 +136,9 @@ class Doubling(Control):
         return worst
 
 
-CONTROLS: dict[str, type[Control]] = {"power": Power, "doubling": Doubling}
+CONTROLS: dict[str, type[Control]] = dict(zip(NAMES, (Power, Doubling)))
 """By the name that a system gives."""
 
 
 def _nominal(seat: Seat, name: str) -> float:
     return abs(seat.part.variables[name].nominal or 0.0)
-
-
-def run(simulation: _Simulation) -> None:
-    """Step from start to stop with a step that follows the error."""
-    description = simulation.system.run
-    stepped = [seat for seat in simulation.seats if not seat.timed]
-    levels = LEVELS if not description.step_min else max(0, math.ceil(math.log2(description.step / description.step_min) - 1e-9))
-    tick = description.step / 2**levels
-    total = round((simulation.stop - description.start) / description.step) * 2**levels
-    estimate = CONTROLS[description.step_control](simulation, stepped)
-    position, size = 0, 1
-    while position < total:
-        time = description.start + position * tick
-        if simulation.faults.parameters:
-            simulation.faults.switch(time)
-        snapshot = Snapshot(stepped) if estimate.goes_back else None
-        try:
-            error = estimate.step(simulation.index, time, size * tick, snapshot)
-        except PartFailed as failure:
-            if snapshot is None or size == 1 or not failure.status.startswith("Discard"):
-                raise
-            error = math.inf
-        if error > 1.0 and size > 1 and snapshot is not None:
-            snapshot.restore()
-            simulation.rejected += 1
-            size //= 2
-            continue
-        position += size
-        if error > 1.0 and size > 1:
-            size //= 2
-        elif error < estimate.grow and size < 2**levels and position % (2 * size) == 0:
-            size *= 2
-        simulation.index += 1
-        simulation.arrive(description.start + position * tick)

@@ -27,7 +27,7 @@ from .native import Exchange, Native
 from .seat import Seat
 
 if TYPE_CHECKING:
-    from .simulation import _Simulation
+    from .running import Running
 
 STRETCH = 1000  # macro steps between two looks at the results
 MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK = range(6)
@@ -256,23 +256,23 @@ def form(stepped: list[Seat]) -> list[Seat | Convoy]:
     return formed
 
 
-def sail(simulation: _Simulation, convoy: Convoy, count: int, every: int) -> None:
+def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
     """All macro steps of a run whose parts are one convoy, in stretches that end where rows are looked at."""
-    program = convoy.whole(simulation.wiring.algorithm)
-    start, size = simulation.system.run.start, simulation.system.run.step
-    recorder, sink = simulation.recorder, simulation.sink
+    program = convoy.whole(running.wiring.algorithm)
+    start, size = running.system.run.start, running.system.run.step
+    recorder, sink = running.recorder, running.sink
     sources = np.array(
         [address(values, k) for first, last, values in recorder.pieces for k in range(last - first)], dtype=np.int64
     )
-    while simulation.index < count:
-        room = (len(sink.block) - sink.fill) * every - simulation.index % every
-        stretch = min(count - simulation.index, room, STRETCH)
+    while running.index < count:
+        room = (len(sink.block) - sink.fill) * every - running.index % every
+        stretch = min(count - running.index, room, STRETCH)
         done, sink.fill, failed, status = _sail(
             program.kinds,
             program.where,
             program.numbers,
             start,
-            simulation.index,
+            running.index,
             stretch,
             size,
             every,
@@ -280,15 +280,15 @@ def sail(simulation: _Simulation, convoy: Convoy, count: int, every: int) -> Non
             sink.block,
             sink.fill,
         )
-        simulation.index += done
-        simulation.time = start + simulation.index * size
+        running.index += done
+        running.time = start + running.index * size
         recorder.check()
         if failed >= 0:
-            program.mend(failed, status, simulation.time, size)
-            program.run(simulation.time, size, failed + 1)
-            simulation.index += 1
-            simulation.time = start + simulation.index * size
-            if simulation.index % every == 0:
-                recorder.row(simulation.time)
-        if simulation.tell is not None:
-            simulation.tell(simulation.time)
+            program.mend(failed, status, running.time, size)
+            program.run(running.time, size, failed + 1)
+            running.index += 1
+            running.time = start + running.index * size
+            if running.index % every == 0:
+                recorder.row(running.time)
+        if running.tell is not None:
+            running.tell(running.time)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from ..fmus.errors import SelflockError
-
-if TYPE_CHECKING:
-    from .results import Result
 
 
 class DescriptionError(SelflockError):
@@ -21,7 +18,7 @@ class ResultError(SelflockError):
 class PartFailed(SelflockError):
     """A part failed. Carries what a person needs to find out why; the run keeps its results so far."""
 
-    result: Result | None = None  # what was computed until then
+    result: Any = None  # the Result of what was computed until then (master.results, which stands above)
 
     def __init__(self, part: str, time: float, size: float, status: str, inputs: dict, log: list, hint: str = ""):
         self.part, self.time, self.size, self.status = part, time, size, status

@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import math
-import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
-from . import control, energy
+from . import control
 from .algorithms import ALGORITHMS, Stepped
 from .errors import DescriptionError, PartFailed
-from .face import Part, Variable
-from .faults import Faults
-from .initial import initialize
-from .results import Result, Sink, sink
-from .seat import Seat, seats
-from .system import System, check_choice, load
-from .wiring import Wiring, wire
+from .face import Part
+from .results import Result
+from .running import Observer, Running
+from .ssp.structure import system_of
+from .system import System, check_choice
 
+LEVELS = 10  # step_min = step / 2**LEVELS unless told
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
-Observer = Callable[[float, dict[str, Part]], None]
 
 
 def run(
@@ -56,7 +50,7 @@ def run(
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
     if not isinstance(system, System):
-        system = load(system, allow_code, unlimited)
+        system = system_of(system, allow_code, unlimited)
     elif allow_code or unlimited:
         system = replace(system, allow_code=system.allow_code or allow_code, unlimited=system.unlimited or unlimited)
     if step is not None or algorithm is not None:
@@ -66,223 +60,116 @@ def run(
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
     with _Progress(progress, system.run.start, end) as tell:
-        return _Simulation(system, settings, end, out, tell, observe, keep).result()
+        return _simulate(Running(system, settings, end, out, tell, observe, keep))
 
 
-class _Simulation:
-    def __init__(
-        self, system: System, settings, stop: float, out, tell, observe: Observer | None, keep: dict[str, Part] | None = None
-    ):
-        self.began = clock.perf_counter()
-        self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
-        self.keep = keep
-        self.index, self.rejected = 0, 0
-        self.time = system.run.start
-        self.wiring = wire(system, settings, keep)
+def _simulate(running: Running) -> Result:
+    """Run, close everything whatever happens, and give the result, or raise the failure with the result in it."""
+    try:
+        running.start()
+        with _failing(running):
+            _go(running)
+            running.recorder.check()
+            running.sink.flush()
+            for part in running.wiring.parts.values():
+                part.terminate()
+        result = running.result()
+        if running.keep is not None:
+            running.keep |= running.wiring.parts
+            running.wiring.parts = {}
+        return result
+    finally:
+        running.sink.close()
+        running.wiring.close()
+
+
+def _go(running: Running) -> None:
+    """All steps from the start to the stop."""
+    run = running.system.run
+    running.arrive(run.start)
+    if run.step_control:
+        _controlled(running)
+        return
+    seats = [seat for seat in running.seats if not seat.timed]
+    stepped: Sequence[Stepped] = seats
+    advance, windows, arrive = running.wiring.algorithm.step, running.faults, running.arrive
+    start, step = run.start, run.step
+    count = round((running.stop - start) / step)
+    every = max(1, round(run.interval / step)) if run.interval else 1
+    if count * len(stepped) >= WORTH and find_spec("numba"):  # which the master alone does without
+        from . import convoy
+
+        stepped = formed = convoy.form(seats)
+        one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
+        if len(formed) == 1 and isinstance(one, convoy.Convoy) and not one.looking and not observed and not windows.parameters:
+            return convoy.sail(running, one, count, every)
+    time = start
+    for index in range(count):
+        if windows.parameters:
+            windows.switch(time)
+        advance(stepped, index, time, step)
+        time = start + (index + 1) * step
+        running.index = index + 1
+        arrive(time, (index + 1) % every == 0)
+
+
+def _controlled(running: Running) -> None:
+    """Step from start to stop with a step that follows the error."""
+    description = running.system.run
+    stepped = [seat for seat in running.seats if not seat.timed]
+    levels = LEVELS if not description.step_min else max(0, math.ceil(math.log2(description.step / description.step_min) - 1e-9))
+    tick = description.step / 2**levels
+    total = round((running.stop - description.start) / description.step) * 2**levels
+    estimate = control.CONTROLS[description.step_control](running.wiring, running.balances, stepped)
+    position, size = 0, 1
+    while position < total:
+        time = description.start + position * tick
+        if running.faults.parameters:
+            running.faults.switch(time)
+        snapshot = control.Snapshot(stepped) if estimate.goes_back else None
         try:
-            self.faults = Faults(self.wiring)
-            self.pairs = energy.bonds(self.wiring)
-            control.check(self.wiring, self.pairs)
-            self.sink = sink(_columns(self.wiring), out)
-        except BaseException:
-            self.wiring.close()
-            raise
-        self.loops: list[str] = []
-        self.balances: list[energy.Balance] = []
-        self.seats: list[Seat] = []
-
-    def result(self) -> Result:
-        """Run, close everything whatever happens, and give the result, or raise the failure with the result in it."""
-        try:
-            self._start()
-            with _failing(self):
-                self._go()
-                self.recorder.check()
-                self.sink.flush()
-                for part in self.wiring.parts.values():
-                    part.terminate()
-            result = self._result()
-            if self.keep is not None:
-                self.keep |= self.wiring.parts
-                self.wiring.parts = {}
-            return result
-        finally:
-            self.sink.close()
-            self.wiring.close()
-
-    def _start(self) -> None:
-        wiring, start = self.wiring, self.system.run.start
-        self.loops = initialize(wiring, self.stop)
-        for part in wiring.parts.values():
-            part.at(start)
-        self.seats = seats(wiring)
-        by_name = {seat.name: seat for seat in self.seats}
-        for pair in self.pairs:
-            balance, giver, taker = energy.balance(wiring, pair)
-            by_name[giver].ports.append(balance.giver)
-            by_name[taker].ports.append(balance.taker)
-            self.balances.append(balance)
-        self.faults.install(by_name)
-        for seat in self.seats:
-            seat.settle()
-        self.recorder = Recorder(wiring, by_name, self.sink)
-
-    def _go(self) -> None:
-        run = self.system.run
-        self.arrive(run.start)
-        if run.step_control:
-            control.run(self)
-            return
-        seats = [seat for seat in self.seats if not seat.timed]
-        stepped: Sequence[Stepped] = seats
-        advance, windows, arrive = self.wiring.algorithm.step, self.faults, self.arrive
-        start, step = run.start, run.step
-        count = round((self.stop - start) / step)
-        every = max(1, round(run.interval / step)) if run.interval else 1
-        if count * len(stepped) >= WORTH and find_spec("numba"):  # which the master alone does without
-            from . import convoy
-
-            stepped = formed = convoy.form(seats)
-            one, observed = formed[0], self.observe is not None or self.recorder.texts or self.recorder.timed
-            if (
-                len(formed) == 1
-                and isinstance(one, convoy.Convoy)
-                and not one.looking
-                and not observed
-                and not windows.parameters
-            ):
-                return convoy.sail(self, one, count, every)
-        time = start
-        for index in range(count):
-            if windows.parameters:
-                windows.switch(time)
-            advance(stepped, index, time, step)
-            time = start + (index + 1) * step
-            self.index = index + 1
-            arrive(time, (index + 1) % every == 0)
-
-    def arrive(self, time: float, record: bool = True) -> None:
-        """At a communication point: write a row, let others look."""
-        self.time = time
-        if record:
-            self.recorder.row(time)
-        if self.observe is not None:
-            self.observe(time, self.wiring.parts)
-        if self.tell is not None:
-            self.tell(time)
-
-    def _result(self) -> Result:
-        table = pd.DataFrame(
-            {b.name: {"given": b.given, "taken": b.taken, "lost": b.lost, "relative": b.relative} for b in self.balances},
-            index=["given", "taken", "lost", "relative"], dtype=float,
-        ).T  # fmt: skip
-        units = {column.name: column.unit for column in self.sink.columns}
-        run = self.system.run
-        return Result(
-            self.system.name, units, table, self.loops, self.time - run.start, self.index, self.rejected,
-            clock.perf_counter() - self.began, self.sink.path, self.sink,
-        )  # fmt: skip
+            error = estimate.step(running.index, time, size * tick, snapshot)
+        except PartFailed as failure:
+            if snapshot is None or size == 1 or not failure.status.startswith("Discard"):
+                raise
+            error = math.inf
+        if error > 1.0 and size > 1 and snapshot is not None:
+            snapshot.restore()
+            running.rejected += 1
+            size //= 2
+            continue
+        position += size
+        if error > 1.0 and size > 1:
+            size //= 2
+        elif error < estimate.grow and size < 2**levels and position % (2 * size) == 0:
+            size *= 2
+        running.index += 1
+        running.arrive(description.start + position * tick)
 
 
 class _failing:
     """Hands the results so far to whatever failure ends a run, and says where they are."""
 
-    def __init__(self, simulation: _Simulation):
-        self.simulation = simulation
+    def __init__(self, running: Running):
+        self.running = running
 
     def __enter__(self):
         return self
 
     def __exit__(self, kind, error, trace):
         if isinstance(error, PartFailed):
-            simulation = self.simulation
+            running = self.running
             try:
-                simulation.recorder.check()
+                running.recorder.check()
             except PartFailed as earlier:  # what ended the run began with nonsense
                 if earlier.status != error.status:
                     earlier.args = (f"{earlier}\n  after that, {error}",)
                     error.args = earlier.args
-            simulation.sink.flush()
-            error.result = result = simulation._result()
+            running.sink.flush()
+            error.result = result = running.result()
             where = f"in {result.path}" if result.path else "in the `result` of this exception"
-            error.args = (f"{error}\n  the results until t = {simulation.time:.9g} s are {where}",)
+            error.args = (f"{error}\n  the results until t = {running.time:.9g} s are {where}",)
         return False
-
-
-@dataclass
-class _Piece:
-    """Numbers side by side in a part's buffer that stand side by side in a row, from place `first` on."""
-
-    first: int
-    values: memoryview[float]
-    begin: int
-    count: int
-
-
-class Recorder:
-    """Writes rows: first the time, then each component's recorded variables."""
-
-    def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
-        self.sink = sink
-        self.timed = [seat for seat in seats.values() if seat.timed]
-        self.texts: list[tuple[Part, str]] = []
-        pieces: list[_Piece] = []
-        position = 1
-        for name, chosen in wiring.record.items():
-            seat, part = seats[name], wiring.parts[name]
-            of_y = {output: k for k, output in enumerate(seat.outputs)}
-            of_u = {input_: k for k, input_ in enumerate(seat.inputs)}
-            for variable in chosen:
-                if part.variables[variable].type == "String":
-                    self.texts.append((part, variable))
-                    continue
-                values, k = (seat.shown, of_y[variable]) if variable in of_y else (seat.u, of_u[variable])
-                last = pieces[-1] if pieces else None
-                if last and last.values is values and last.begin + last.count == k:  # next to the one before: copied together
-                    last.count += 1
-                else:
-                    pieces.append(_Piece(position, values, k, 1))
-                position += 1
-        self.pieces = [(p.first, p.first + p.count, p.values[p.begin : p.begin + p.count]) for p in pieces]
-
-    def row(self, time: float) -> None:
-        sink = self.sink
-        for seat in self.timed:
-            if seat.evaluated != time:
-                seat.evaluate(time)
-        flat, base = sink.flat, sink.fill * sink.width
-        flat[base] = time
-        for first, last, values in self.pieces:
-            flat[base + first : base + last] = values
-        if self.texts:
-            sink.words.append([part.get(name) for part, name in self.texts])
-        sink.fill += 1
-        if not sink.fill & 15:
-            self.check()
-
-    def check(self) -> None:
-        """See that the rows since the last check are numbers, and make room for more."""
-        sink = self.sink
-        rows = sink.unchecked()
-        if not np.isfinite(rows).all():
-            self._look_for_nonsense(rows.reshape(-1, sink.width))
-        sink.checked()
-
-    def _look_for_nonsense(self, rows) -> None:
-        numbers = [column.name for column in self.sink.columns if column.type != "String"]
-        for row, column in np.argwhere(~np.isfinite(rows)):
-            hint = "a smaller step; see which values grew before this in the results."
-            said = ["(it said nothing; its output is no number from here on)"]
-            raise PartFailed(numbers[column], float(rows[row, 0]), 0.0, f"{rows[row, column]}", {}, said, hint)
-
-
-def _columns(wiring: Wiring) -> list[Variable]:
-    columns = [Variable("time", "s")]
-    for name, chosen in wiring.record.items():
-        for variable in chosen:
-            v = wiring.parts[name].variables[variable]
-            columns.append(Variable(f"{name}.{variable}", v.unit, type=v.type))
-    return columns
 
 
 def _check_times(system: System, stop: float) -> None:

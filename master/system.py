@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .algorithms import ALGORITHMS
-from .control import CONTROLS
 from .errors import DescriptionError
 
+CONTROLS = ("power", "doubling")
 FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
 
 
@@ -127,17 +127,14 @@ def did_you_mean(name: str, known) -> str:
     return f"; there is: {', '.join(known)}." if 0 < len(known) <= 20 else "."
 
 
-def load(path: Path | str, allow_code: bool = False, unlimited: bool = False) -> System:
-    """The system described in a TOML file, or in a system structure (.ssp).
+def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = False) -> System:
+    """The system described in a TOML file.
+
 
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you.
     unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
     """
     path = Path(path)
-    if path.suffix.lower() == ".ssp":
-        from .ssp import load as load_ssp
-
-        return load_ssp(path, unlimited=unlimited)
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

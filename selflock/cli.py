@@ -199,9 +199,10 @@ def export(
     allow_code: AllowCode = False,
 ) -> None:
     """Write a system as a standard SSP 1.0 archive with its FMUs inside."""
+    from selflock.master import load
     from selflock.master.ssp import export as export_ssp
 
-    say(export_ssp(system, out, allow_code))
+    say(export_ssp(load(system, allow_code), out))
 
 
 @app.command()

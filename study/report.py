@@ -15,7 +15,7 @@ from markupsafe import Markup
 from PIL import Image
 
 from selflock.fmus.shown import policy
-from selflock.master.system import load
+from selflock.master import load
 from selflock.vehicle import Robot
 
 from .claims import Claim, Curves, Runs

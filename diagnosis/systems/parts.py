@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from selflock.master import load
 from selflock.master.simulation import run as run_system
-from selflock.master.system import Component, Connection, System, did_you_mean, load
+from selflock.master.system import Component, Connection, System, did_you_mean
 from selflock.master.wiring import wire
 
 from ..data.log import MeasuredRun

@@ -21,10 +21,11 @@ from selflock.fmus.shown import policy
 from ...fmus.units import Unit, of
 from ..errors import DescriptionError
 from ..face import Part, Variable
-from ..system import Component, Run, System, load
+from ..system import Component, Run, System
 from ..units import unit as known_unit
 from ..wiring import Wiring, fmu_path, wire
 from .archive import ANNOTATION, NAMESPACES, check, tag
+from .structure import system_of
 
 DATE = (2020, 1, 1, 0, 0, 0)  # of every file in the archive: the same system gives the same bytes
 SET = "parameters"  # of every parameter set: some tools (Ecos) apply the sets of one name over all components
@@ -36,7 +37,7 @@ def export(system: System | Path | str, out: Path | str, allow_code: bool = Fals
 
     allow_code: parts of other packages may be loaded (docs/security.md).
     """
-    system, out = (replace(system) if isinstance(system, System) else load(system)), Path(out)
+    system, out = (replace(system) if isinstance(system, System) else system_of(system)), Path(out)
     system.allow_code |= allow_code
     if out.suffix.lower() != ".ssp":
         raise DescriptionError(f"{out}: the name of a system structure ends in .ssp.")

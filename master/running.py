@@ -1,0 +1,164 @@
+"""A run while it goes on: what every way of stepping works on."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from . import control, energy
+from .errors import PartFailed
+from .face import Part, Variable
+from .faults import Faults
+from .initial import initialize
+from .results import Result, Sink, sink
+from .seat import Seat, seats
+from .system import System
+from .wiring import Wiring, wire
+
+Observer = Callable[[float, dict[str, Part]], None]
+
+
+class Running:
+    """A run while it goes on: its parts wired and seated, what it records, and how far it is."""
+
+    def __init__(
+        self, system: System, settings, stop: float, out, tell, observe: Observer | None, keep: dict[str, Part] | None = None
+    ):
+        self.began = clock.perf_counter()
+        self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
+        self.keep = keep
+        self.index, self.rejected = 0, 0
+        self.time = system.run.start
+        self.wiring = wire(system, settings, keep)
+        try:
+            self.faults = Faults(self.wiring)
+            self.pairs = energy.bonds(self.wiring)
+            control.check(self.wiring, self.pairs)
+            self.sink = sink(_columns(self.wiring), out)
+        except BaseException:
+            self.wiring.close()
+            raise
+        self.loops: list[str] = []
+        self.balances: list[energy.Balance] = []
+        self.seats: list[Seat] = []
+
+    def start(self) -> None:
+        """Initialize the parts, and bring all to the first communication point."""
+        wiring, start = self.wiring, self.system.run.start
+        self.loops = initialize(wiring, self.stop)
+        for part in wiring.parts.values():
+            part.at(start)
+        self.seats = seats(wiring)
+        by_name = {seat.name: seat for seat in self.seats}
+        for pair in self.pairs:
+            balance, giver, taker = energy.balance(wiring, pair)
+            by_name[giver].ports.append(balance.giver)
+            by_name[taker].ports.append(balance.taker)
+            self.balances.append(balance)
+        self.faults.install(by_name)
+        for seat in self.seats:
+            seat.settle()
+        self.recorder = Recorder(wiring, by_name, self.sink)
+
+    def arrive(self, time: float, record: bool = True) -> None:
+        """At a communication point: write a row, let others look."""
+        self.time = time
+        if record:
+            self.recorder.row(time)
+        if self.observe is not None:
+            self.observe(time, self.wiring.parts)
+        if self.tell is not None:
+            self.tell(time)
+
+    def result(self) -> Result:
+        """What there is so far."""
+        table = pd.DataFrame(
+            {b.name: {"given": b.given, "taken": b.taken, "lost": b.lost, "relative": b.relative} for b in self.balances},
+            index=["given", "taken", "lost", "relative"], dtype=float,
+        ).T  # fmt: skip
+        units = {column.name: column.unit for column in self.sink.columns}
+        run = self.system.run
+        return Result(
+            self.system.name, units, table, self.loops, self.time - run.start, self.index, self.rejected,
+            clock.perf_counter() - self.began, self.sink.path, self.sink,
+        )  # fmt: skip
+
+
+@dataclass
+class _Piece:
+    """Numbers side by side in a part's buffer that stand side by side in a row, from place `first` on."""
+
+    first: int
+    values: memoryview[float]
+    begin: int
+    count: int
+
+
+class Recorder:
+    """Writes rows: first the time, then each component's recorded variables."""
+
+    def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
+        self.sink = sink
+        self.timed = [seat for seat in seats.values() if seat.timed]
+        self.texts: list[tuple[Part, str]] = []
+        pieces: list[_Piece] = []
+        position = 1
+        for name, chosen in wiring.record.items():
+            seat, part = seats[name], wiring.parts[name]
+            of_y = {output: k for k, output in enumerate(seat.outputs)}
+            of_u = {input_: k for k, input_ in enumerate(seat.inputs)}
+            for variable in chosen:
+                if part.variables[variable].type == "String":
+                    self.texts.append((part, variable))
+                    continue
+                values, k = (seat.shown, of_y[variable]) if variable in of_y else (seat.u, of_u[variable])
+                last = pieces[-1] if pieces else None
+                if last and last.values is values and last.begin + last.count == k:  # next to the one before: copied together
+                    last.count += 1
+                else:
+                    pieces.append(_Piece(position, values, k, 1))
+                position += 1
+        self.pieces = [(p.first, p.first + p.count, p.values[p.begin : p.begin + p.count]) for p in pieces]
+
+    def row(self, time: float) -> None:
+        sink = self.sink
+        for seat in self.timed:
+            if seat.evaluated != time:
+                seat.evaluate(time)
+        flat, base = sink.flat, sink.fill * sink.width
+        flat[base] = time
+        for first, last, values in self.pieces:
+            flat[base + first : base + last] = values
+        if self.texts:
+            sink.words.append([part.get(name) for part, name in self.texts])
+        sink.fill += 1
+        if not sink.fill & 15:
+            self.check()
+
+    def check(self) -> None:
+        """See that the rows since the last check are numbers, and make room for more."""
+        sink = self.sink
+        rows = sink.unchecked()
+        if not np.isfinite(rows).all():
+            self._look_for_nonsense(rows.reshape(-1, sink.width))
+        sink.checked()
+
+    def _look_for_nonsense(self, rows) -> None:
+        numbers = [column.name for column in self.sink.columns if column.type != "String"]
+        for row, column in np.argwhere(~np.isfinite(rows)):
+            hint = "a smaller step; see which values grew before this in the results."
+            said = ["(it said nothing; its output is no number from here on)"]
+            raise PartFailed(numbers[column], float(rows[row, 0]), 0.0, f"{rows[row, column]}", {}, said, hint)
+
+
+def _columns(wiring: Wiring) -> list[Variable]:
+    columns = [Variable("time", "s")]
+    for name, chosen in wiring.record.items():
+        for variable in chosen:
+            v = wiring.parts[name].variables[variable]
+            columns.append(Variable(f"{name}.{variable}", v.unit, type=v.type))
+    return columns

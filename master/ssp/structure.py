@@ -1,0 +1,58 @@
+"""A system from a file: a system structure (.ssp), ours or others', or a TOML file."""
+
+from __future__ import annotations
+
+import atexit
+import math
+import shutil
+import tempfile
+from pathlib import Path
+
+from ..system import Connection, System, from_dict, load_toml
+from .read import read
+
+
+def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False) -> System:
+    """The system described in a TOML file, or in a system structure (.ssp).
+
+    allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you; no
+    code but that of its FMUs is ever run from an .ssp.
+    unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
+    """
+    if Path(path).suffix.lower() == ".ssp":
+        return load(path, unlimited=unlimited)
+    return load_toml(path, allow_code, unlimited)
+
+
+def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> System:
+    """The system in an SSP archive. Its FMUs are unpacked to a temporary folder that lives as long as the process.
+
+    An SSP says nothing of algorithm and step: ours carry an annotation; for others it is Gauss-Seidel in the order
+    of the file with the smallest default step of the FMUs, or 1 ms, shortened to a whole fraction of the experiment.
+    Raises DescriptionError.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="selflock_ssp_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    flat = read(Path(path), folder, variant, unlimited)
+    stop = flat.stop_time if flat.stop_time is not None else flat.start_time + 1.0
+    told = flat.ours | {"system": {"name": flat.name, "description": flat.description}, "components": {}}
+    told["run"] = flat.ours.get("run", {}) | {"start": flat.start_time, "stop": stop}
+    told["run"]["open_inputs"] = True  # SSP leaves unconnected inputs at their start values
+    told["run"].setdefault("step", _step(flat.smallest_step or 1e-3, stop - flat.start_time))
+    for name, fmu in flat.fmus.items():
+        start = {variable: value for (component, variable), value in flat.start.items() if component == name}
+        told["components"][name] = flat.ours.get("components", {}).get(name, {}) | {"fmu": str(fmu), "start": start}
+    system = from_dict(told, folder)
+    system.unlimited = unlimited
+    if sorted(system.run.order) != sorted(system.components):  # another tool changed the file
+        system.run.order = []
+    for (component, variable), ((source, output), change) in flat.connections.items():
+        system.connections[f"{component}.{variable}"] = Connection(
+            f"{source}.{output}", change.factor, change.offset, convert=False
+        )
+    return system
+
+
+def _step(step: float, length: float) -> float:
+    """The longest step up to `step` of which `length` is a whole number."""
+    return length / max(1, math.ceil(length / step - 1e-6))

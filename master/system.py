@@ -130,7 +130,6 @@ def did_you_mean(name: str, known) -> str:
 def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = False) -> System:
     """The system described in a TOML file.
 
-
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you.
     unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
     """

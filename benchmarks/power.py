@@ -12,7 +12,6 @@ can be repeated.
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import shutil
@@ -24,10 +23,25 @@ for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # each worker, wh
     os.environ.setdefault(threads, "1")
 
 import numpy as np
-import pandas as pd
 
-from selflock.sweep import SweepError, map_runs
-from selflock.sweep.store import rows_in
+from benchmarks.cases import (
+    answered,
+    arguments,
+    by_effect,
+    collect,
+    in_step,
+    interval,
+    named,
+    no_answer,
+    pair,
+    rate,
+    rows,
+    sources,
+    strong,
+    table,
+    unanswered,
+    wanted,
+)
 from tests.diagnosis.plant import bench, score
 from tests.diagnosis.plant.causes import DRAWS, OUTSIDE, VOCABULARY
 
@@ -35,7 +49,6 @@ ROOT = Path(__file__).parents[1]
 ROWS = ROOT / "out" / "power"
 DOCS = ROOT / "docs"
 STRENGTHS = (1.2, 12.0)  # error without the cause's model over the error with it, drawn evenly in its logarithm
-SOURCES = ("selflock.diagnosis", "selflock.fmus", "tests.diagnosis.plant")  # what decides a row
 
 
 def cases(seeds: int, none: int, pairs: int, only: list[str]) -> list[tuple[tuple[str, ...], int]]:
@@ -45,15 +58,7 @@ def cases(seeds: int, none: int, pairs: int, only: list[str]) -> list[tuple[tupl
         kinds.append(((), none))
     if not only or "pairs" in only:
         kinds.append((("pairs",), pairs))
-    # all kinds in step, so that a study stopped early has some of each
-    listed = sorted(((seed + 0.5) / count, names, seed) for names, count in kinds for seed in range(count))
-    return [(pair(seed) if names == ("pairs",) else names, seed) for _, names, seed in listed]
-
-
-def pair(seed: int) -> tuple[str, str]:
-    """Two effects of the vocabulary."""
-    rng = np.random.default_rng([seed, 2])
-    return tuple(str(name) for name in rng.choice(VOCABULARY, 2, replace=False))
+    return [(pair(seed) if names == ("pairs",) else names, seed) for names, seed in in_step(kinds)]
 
 
 def one(_, item: dict) -> dict:
@@ -61,90 +66,17 @@ def one(_, item: dict) -> dict:
     from selflock.diagnosis import diagnose
 
     names, seed = item["hidden"], item["seed"]
-    rng = np.random.default_rng([seed, 3])
-    target = float(np.exp(rng.uniform(*np.log(STRENGTHS)))) if len(names) < 2 else None
-    case = bench.hide(names, seed, target=target)
+    case = bench.hide(names, seed, target=wanted(seed, names, STRENGTHS))
     row = {"expected": [score.expected(c) for c in case.causes], "strength": case.strengths, "ratio": case.ratios}
     with tempfile.TemporaryDirectory() as folder:
         rig, train, test = case.write(Path(folder))
         began = time.perf_counter()
         try:
             result = score.plain(diagnose(rig, [train], test=[test], out=None, seed=seed))
-        except Exception as error:  # no answer is a wrong answer, and its strength counts
-            return {"row": json.dumps(row | _no_answer(f"{type(error).__name__}: {error}"))}
+        except Exception as error:
+            return {"row": json.dumps(row | no_answer(f"{type(error).__name__}: {error}"))}
         row["seconds"] = round(time.perf_counter() - began, 2)
-    return {"row": json.dumps(row | {
-        "verdict": result["verdict"], "answers": score.answers(result), "gain": result["gain"],
-        "depends_on": result["remainder"]["depends_on"],
-        "right": score.right_first(result, case), "all": score.both(result, case),
-    })}  # fmt: skip
-
-
-def _no_answer(reason: str) -> dict:
-    return {"verdict": "error", "answers": [reason], "right": False, "all": False}
-
-
-def collect(listed, workers: int, scheduler: str | None = None) -> None:
-    # by the name under which workers find it, not as a part of __main__
-    from benchmarks.power import one
-
-    items = [{"hidden": list(names), "seed": seed} for names, seed in listed]
-    try:
-        map_runs(one, items, folder=ROWS, about={"strengths": STRENGTHS}, columns=dict, sources=SOURCES, growing=True,
-                 workers=workers, scheduler=scheduler, progress=True, title=f"{len(items)} cases")  # fmt: skip
-    except SweepError as error:
-        anew = " To begin again with the sources as they are: --anew." if "sources" in str(error) else ""
-        raise SystemExit(f"{error}{anew}") from None
-
-
-def rows() -> list[dict]:
-    """All rows so far; a case that took its worker with it has only its reason."""
-    found = []
-    for kept in rows_in(ROWS).values():
-        row = json.loads(kept["row"]) if kept["status"] == "ok" else {"ratio": [], **_no_answer(kept["reason"])}
-        found.append({"hidden": kept["hidden"], "seed": kept["seed"], **row})
-    return found
-
-
-def sources() -> str:
-    """Which state of the sources made the rows."""
-    about = ROWS / "study.json"
-    return json.loads(about.read_text())["sources"]["sources"] if about.exists() else "unknown"
-
-
-def table(found: list[dict]) -> pd.DataFrame:
-    """A line for each case: what was hidden at which strength, what was answered, errors before and after."""
-    gain = lambda row, key: row.get("gain", {}).get(key, np.nan)
-    lines = [
-        {"hidden": " + ".join(row["hidden"]) or "none", "seed": row["seed"], "ratio": min(row["ratio"], default=np.nan),
-         "expected": "; ".join(map(str, row.get("expected", []))), "verdict": row["verdict"], "answers": "; ".join(row["answers"]),
-         "right": row["right"], "all": row["all"], "depends_on": "; ".join(row.get("depends_on", [])),
-         "before": gain(row, "before"), "after": gain(row, "after"), "noise_floor": gain(row, "noise_floor")}
-        for row in found
-    ]  # fmt: skip
-    return pd.DataFrame(lines).sort_values(["hidden", "seed"])
-
-
-def interval(hits: int, n: int) -> tuple[float, float]:
-    """95 % interval of a rate (Wilson)."""
-    if n == 0:
-        return 0.0, 1.0
-    z, p = 1.96, hits / n
-    middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return float((middle - half) / (1 + z * z / n)), float((middle + half) / (1 + z * z / n))
-
-
-def rate(flags) -> str:
-    flags = list(flags)
-    low, high = interval(sum(flags), len(flags))
-    if not flags:
-        return "not run"
-    return f"{100 * np.mean(flags):.0f} % ({sum(flags)} of {len(flags)}; {100 * low:.0f} to {100 * high:.0f} %)"
-
-
-def strong(row: dict) -> bool:
-    """Whether mending the cause at least halves the error."""
-    return bool(row["ratio"]) and min(row["ratio"]) >= 2.0
+    return {"row": json.dumps(row | answered(result, case))}
 
 
 def document(found: list[dict]) -> str:
@@ -162,7 +94,7 @@ def document(found: list[dict]) -> str:
         "Each case is one hidden drive: a 12 s log at 500 Hz to learn from, another to judge by, and the data sheet. "
         "A cause is strong where mending it at least halves the error. Intervals are 95 % (Wilson).",
         "",
-        f"Cases here: {len(found)} of the {len(cases(30, 200, 60, []))} of a full study, by the sources {sources()}.",
+        f"Cases here: {len(found)} of the {len(cases(30, 200, 60, []))} of a full study, by the sources {sources(ROWS)}.",
         "",
         "| asked | target | measured |",
         "|---|---|---|",
@@ -185,34 +117,19 @@ def document(found: list[dict]) -> str:
         "",
         "![confusion](power_confusion.png)",
         "",
-        "## Effect by effect",
-        "",
-        "| hidden | right, strong | right, weaker | instead, strong (times) |",
-        "|---|---|---|---|",
     ]
-    for name in DRAWS:
-        own = [row for row in found if row["hidden"] == [name]]
-        wrong = [named(row) for row in own if strong(row) and not row["right"]]
-        instead = ", ".join(f"{w} ({wrong.count(w)})" for w in sorted(set(wrong), key=wrong.count, reverse=True)[:4])
-        weak = rate(r["right"] for r in own if not strong(r))
-        lines.append(f"| {name} | {rate(r['right'] for r in own if strong(r))} | {weak} | {instead} |")
+    lines += by_effect(found, DRAWS)
     false = [row for row in none if row["verdict"] != "none"]
     alarms = [named(row, every=True) for row in false]
     lines += [
         "",
         "False alarms named: " + (", ".join(f"{w} ({alarms.count(w)})" for w in sorted(set(alarms))) or "none") + ".",
     ]
-    errors = sorted({f"{row['hidden']}, seed {row['seed']}: {row['answers'][0]}" for row in found if row["verdict"] == "error"})
-    lines += ["", "Cases without an answer: " + ("; ".join(errors) or "none") + ".", ""]
+    lines += ["", unanswered(found), ""]
     extra = DOCS / "power-notes.md"
     if extra.exists():
         lines += [extra.read_text().strip(), ""]
     return "\n".join(lines)
-
-
-def named(row: dict, every: bool = False) -> str:
-    """What was named first, or all that was."""
-    return "error" if row["verdict"] == "error" else ", ".join(row["answers"] if every else row["answers"][:1])
 
 
 def draw(found: list[dict]) -> None:
@@ -283,22 +200,16 @@ def draw(found: list[dict]) -> None:
 
 
 def main() -> None:
-    formatter = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
-    parser.add_argument("--seeds", type=int, default=30, help="cases of each effect")
-    parser.add_argument("--none", type=int, default=200, help="cases without any")
-    parser.add_argument("--pairs", type=int, default=60, help="cases with two effects")
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--only", nargs="*", default=[], help="names of effects, none, pairs")
-    parser.add_argument("--draw", action="store_true", help="run nothing")
-    parser.add_argument("--anew", action="store_true", help="forget all rows first")
-    parser.add_argument("--scheduler", help="address of a Dask scheduler, instead of workers here")
-    chosen = parser.parse_args()
+    chosen = arguments(__doc__).parse_args()
     if chosen.anew:
         shutil.rmtree(ROWS, ignore_errors=True)
     if not chosen.draw:
-        collect(cases(chosen.seeds, chosen.none, chosen.pairs, chosen.only), chosen.workers, chosen.scheduler)
-    found = rows()
+        from benchmarks.power import one  # by the name under which workers find it, not as a part of __main__
+
+        listed = cases(chosen.seeds, chosen.none, chosen.pairs, chosen.only)
+        items = [{"hidden": list(names), "seed": seed} for names, seed in listed]
+        collect(one, items, ROWS, {"strengths": STRENGTHS}, chosen.workers, chosen.scheduler)
+    found = rows(ROWS)
     draw(found)
     table(found).to_csv(DOCS / "power.csv", index=False, float_format="%.4g")
     (DOCS / "power.md").write_text(document(found))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from .plant import faults, recordings
+from .plant import faults, recordings, score
 from .plant.drive import CHANNELS, Drive
 from .plant.outside import MORE
 from .plant.recorder import DENSE, LATEST, NOISE, Speed, draw
@@ -140,3 +140,29 @@ def test_clipping_is_of_one_channel_and_a_recording_is_long_enough_for_every_fau
     r = draw(rng, ALL)
     table, placed = faults.spoil_recording(r.read(_ramp(), 0, rng), rng, ("current", "motor_speed", "angle"))
     assert len({f["channel"] for f in placed if f["kind"] == "clipped"}) == 1
+
+
+def test_fault_rows_are_counted_by_channel_and_kind():
+    placed = [
+        {"channel": "current", "first": 10, "last": 19, "kind": "frozen"},
+        {"channel": "time", "first": 30, "last": 31, "kind": "missing"},
+    ]
+    told = lambda channel, first, last, kind: dict(log="a/train.csv", channel=channel, first=first, last=last, kind=kind)
+    result = {
+        "faults": [
+            told("motor.current", 15, 22, "frozen"),  # five of ten, and three beside them, which are near enough
+            told("load.angle", 15, 16, "frozen"),
+            told("time", 30, 31, "missing"),
+            told("motor.current", 40, 40, "corrupted"),
+            told("motor.current", 10, 19, "frozen") | {"log": "a/test.csv"},
+        ]
+    }
+    found = score.fault_rows(result, placed, "train")
+    assert found == {"frozen": [10, 5, 10, 8], "missing": [2, 2, 2, 2], "corrupted": [0, 0, 1, 0]}
+
+
+def test_what_is_believed_is_counted_cause_by_cause():
+    case = recordings.hide(["motor.brush_drop"], 10_001, duration=10.0)
+    named = [dict(component="motor", effect="brush_drop", confidence=0.9), dict(component="load", effect="mass", confidence=0.4)]
+    assert score.believed({"verdict": "explained", "causes": named}, case) == [(0.9, True), (0.4, False)]
+    assert score.believed({"verdict": "unknown", "causes": named}, case) == []

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 import pandas as pd
@@ -127,15 +128,19 @@ class Recording(Case):
 
 def hide(
     names: list[str], seed: int, target: float | None = None, faulty: bool = False, recorder: Recorder | None = None,
-    duration: float | None = None,
+    duration: float | None = None, longest: float = np.inf,
 ) -> Recording:  # fmt: skip
-    """Hide causes by name (DRAWS; [] is none) so strongly that each raises the error `target` times; see bench.hide."""
-    rng = np.random.default_rng([seed, 10])
+    """Hide causes by name (DRAWS; [] is none) so strongly that each raises the error `target` times; see bench.hide.
+
+    Names and seed decide; `recorder`, the log's `duration` and its `longest` may be given.
+    """
+    rng = np.random.default_rng([seed, 10, crc32("+".join(names).encode())])
     sheet, base = nature(rng, nominal(rng))
     hidden = [DRAWS[name](rng, sheet) for name in names]
     needs = tuple(dict.fromkeys(c.what for c in hidden if c.component == "sensor"))
     needs += ("current",) * any(c.what == "current_curve" for c in hidden)
     recorder = recorder or draw(rng, needs, true_speeds=any("speed" in name for name in needs), duration=duration)
+    recorder = replace(recorder, duration=min(recorder.duration, longest))
     base = behind(base, recorder)
     plans = [motion(rng, length, DENSE) for length in (recorder.duration, min(recorder.duration, JUDGED))]
     nothing = Reading.of(base, plans, recorder)

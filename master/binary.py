@@ -55,7 +55,7 @@ def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
     try:
         if not unlimited and path.stat().st_size > archive.LARGEST:
             raise DescriptionError(
-                f"{path} has {path.stat().st_size >> 20} MiB; at most {archive.SAID} are unpacked. See --unlimited."
+                f"{path} has {path.stat().st_size >> 20} MiB; at most {archive.SAID} are unpacked. --unlimited of run and export takes these limits away."
             )
         with path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()

@@ -197,12 +197,13 @@ def export(
     system: Annotated[Path, typer.Argument(help="A system file (.toml).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="The .ssp file to write.")],
     allow_code: AllowCode = False,
+    unlimited: Unlimited = False,
 ) -> None:
     """Write a system as a standard SSP 1.0 archive with its FMUs inside."""
     from selflock.master import load
     from selflock.master.ssp import export as export_ssp
 
-    say(export_ssp(load(system, allow_code), out))
+    say(export_ssp(load(system, allow_code, unlimited), out))
 
 
 @app.command()

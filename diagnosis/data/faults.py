@@ -165,14 +165,16 @@ def _frozen(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
     limit = max(rules.frozen_shortest, np.log(rules.frozen_chance / len(x)) / np.log(usual))
     starts, lengths = _stretches(x)
     for start, length in zip(starts[lengths >= limit], lengths[lengths >= limit]):
-        chance = min(int(limit), length // 4)  # so many equal values at either end are chance, before a rest as after it
-        if _others_move(run, name, bare, slice(start + chance, start + length - chance)):
+        if _others_move(run, name, bare, slice(start, start + length), limit):
             bad[start + 1 : start + length] = True  # the first value was measured
     return bad
 
 
-def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice) -> bool:
-    """Whether another channel shows that this one should have moved: a speed for an angle, anything for a torque."""
+def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice, limit: float) -> bool:
+    """Whether another channel shows that this one should have moved: a speed for an angle, anything for a torque.
+
+    For more than `limit` samples: so many equal values are chance, such as the last ones before a rest.
+    """
     prefix = name[: len(name) - len(bare)]
     if bare in SPEED_OF:
         witnesses = [SPEED_OF[bare]]
@@ -185,8 +187,10 @@ def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice) -> bool
         if values is None or prefix + witness == name or not np.all(np.isfinite(values[stretch])):
             continue
         part, spread = values[stretch], _spread(values[np.isfinite(values)], RULES.data.range_quantiles)
-        moved = _spread(part, RULES.data.witness_quantiles) if bare not in SPEED_OF else np.median(abs(part))
-        if spread > 0 and moved > RULES.data.witness_share * spread:
+        away = abs(part) if bare in SPEED_OF else abs(part - np.median(part))
+        moved = np.median(away) if bare in SPEED_OF else _spread(part, RULES.data.witness_quantiles)
+        least = RULES.data.witness_share * spread
+        if spread > 0 and moved > least and (away > least).sum() > limit:
             return True
     return False
 

@@ -3,8 +3,6 @@
 import io
 import stat
 import struct
-import sys
-import time
 import tracemalloc
 import zipfile
 
@@ -81,7 +79,7 @@ def test_too_many_entries(tmp_path):
     assert len(list((tmp_path / "folder").iterdir())) == archive.ENTRIES + 1
 
 
-def test_a_bomb_takes_neither_memory_nor_disk_nor_time(tmp_path):
+def test_a_bomb_takes_neither_memory_nor_disk(tmp_path):
     """3 GB of zeros in 3 MB, at the place of an FMU's resources."""
     path = tmp_path / "bomb.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
@@ -89,13 +87,12 @@ def test_a_bomb_takes_neither_memory_nor_disk_nor_time(tmp_path):
             with made.open(f"resources/{k}", "w") as file:
                 for _ in range(8):
                     file.write(bytes(64 << 20))
-    began = time.process_time()
     tracemalloc.start()
     with pytest.raises(DescriptionError, match="would take 3072 MiB"):
         master.run(master.from_dict({"components": {"a": {"fmu": str(path)}}}))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 20e6 and time.process_time() - began < 5.0, (peak, began)
+    assert peak < 20e6
 
 
 def test_a_high_ratio_and_a_header_that_lies(tmp_path, monkeypatch):
@@ -199,22 +196,17 @@ MANY = """
 
 
 @pytest.mark.parametrize("causality", ["output", "input", "local"])
-def test_a_hundred_thousand_variables_load_in_proportion(tmp_path, native, causality):
-    """Ten times the variables take about ten times the work, not a hundred times."""
-    work = []
-    for count in (10_000, 100_000):
-        path = tmp_path / f"{count}.fmu"
-        initial = ' initial="calculated"' if causality == "output" else ""
-        more = "".join(MANY.format(k=k, causality=causality, initial=initial) for k in range(count))
-        with zipfile.ZipFile(native("relaxation")) as good:
-            zipped(
-                path,
-                [(n, good.read(n).replace(b"</ModelVariables>", more.encode() + b"</ModelVariables>")) for n in good.namelist()],
-            )
-        tables = {"run": {"stop": 0.1, "step": 0.1, "open_inputs": True}, "components": {"a": {"fmu": str(path)}}}
-        began = time.process_time()
-        table = master.run(master.from_dict(tables)).table
-        work.append(time.process_time() - began)
-        assert len(table.columns) >= (count if causality == "output" else 1)
-    print(f"{causality}: {work[0]:.2f} s and {work[1]:.2f} s", file=sys.stderr)
-    assert work[1] < 30 * work[0] + 1.0
+def test_a_hundred_thousand_variables_load(tmp_path, native, causality):
+    """In seconds. Work that grows with the square of their number, as it once did, would take an hour here."""
+    count = 100_000
+    path = tmp_path / f"{count}.fmu"
+    initial = ' initial="calculated"' if causality == "output" else ""
+    more = "".join(MANY.format(k=k, causality=causality, initial=initial) for k in range(count))
+    with zipfile.ZipFile(native("relaxation")) as good:
+        zipped(
+            path,
+            [(n, good.read(n).replace(b"</ModelVariables>", more.encode() + b"</ModelVariables>")) for n in good.namelist()],
+        )
+    tables = {"run": {"stop": 0.1, "step": 0.1, "open_inputs": True}, "components": {"a": {"fmu": str(path)}}}
+    table = master.run(master.from_dict(tables)).table
+    assert len(table.columns) >= (count if causality == "output" else 1)

@@ -143,6 +143,16 @@ def headline(found: list[dict]) -> list[str]:
     ]
 
 
+def summary(found: list[dict]) -> str:
+    """The headline, in a sentence."""
+    singles = [row["right"] for row in found if kind(row) == "single" and strong(row)]
+    sound = [row["verdict"] == "none" for row in found if not row["hidden"]]
+    return (
+        f"Of {len(singles)} strong causes {sum(singles)} are named first; of {len(sound)} drives without any, "
+        f"{sum(sound)} are said to have none."
+    )
+
+
 def faults_table(found: list[dict]) -> list[str]:
     """Rows of faults, by kind, over the cases with a faulty recording; and what was told in sound ones."""
     lines = [
@@ -195,6 +205,8 @@ def document(found: list[dict], judged: bool, folder: Path) -> str:
         "sources. Rules are made and tried on seeds from 10 000 on.",
         "",
         f"Here: {len(found)} cases of the {full} of a full study, on {seeds}, by the sources {sources(folder)}.{short}",
+        "",
+        f"**{summary(found)}**",
         "",
         *headline(found),
         "",

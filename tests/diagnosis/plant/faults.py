@@ -93,7 +93,9 @@ def spoil_recording(table: pd.DataFrame, rng: np.random.Generator, channels: tup
     k, lost = place(0.75), max(5, int(0.25 / step))
     table = table.drop(index=range(k + 1, k + 1 + lost)).reset_index(drop=True)
     for fault in placed:  # rows behind the gap move up; those in it are gone
-        fault["first"], fault["last"] = (row - lost * (row > k + lost) for row in (fault["first"], fault["last"]))
-    placed = [fault for fault in placed if not k < fault["first"] <= fault["last"] <= k + lost or fault["kind"] != "clipped"]
+        first, last = fault["first"], fault["last"]
+        fault["first"] = first if first <= k else max(first - lost, k + 1)
+        fault["last"] = last if last <= k else max(last - lost, k)
+    placed = [fault for fault in placed if fault["first"] <= fault["last"]]
     note("time", k, k + 1, "missing")
     return table, placed

@@ -173,6 +173,7 @@ def test_half_the_step_changes_nothing_that_the_best_recorder_shows(seed):
         assert off < NOISE[channel], (channel, off)
 
 
+@pytest.mark.slow
 def test_forms_alone_are_no_cause():
     """Of drawn drives the plainest forms leave hardly more than the noise."""
     found = [recordings.hide([], seed, duration=10.0).forms for seed in range(20_000, 20_006)]

@@ -87,6 +87,7 @@ def test_a_voltage_changes_between_rows(seed):
     assert np.mean(np.diff(volts) != 0.0) > 0.5  # in every quarter of a millisecond
 
 
+@pytest.mark.slow
 def test_the_same_seed_makes_the_same_log_and_says_little(tmp_path, seed):
     first, second = (recordings.hide(["motor.brush_drop"], seed, duration=10.0).write(tmp_path / name) for name in ("a", "b"))
     assert all(a.read_bytes() == b.read_bytes() for a, b in zip(first, second))

@@ -80,12 +80,14 @@ def _answer(case, folder):
 
 
 @_seen(1, "a voltage that changes between rows is sold as a cause")
+@pytest.mark.slow
 def test_a_voltage_that_changes_between_rows_is_no_cause(tmp_path):
     case = _hidden(control=0.0, step=0.004, channels=("voltage", "current", "motor_speed"))
     assert score.answers(_answer(case, tmp_path)) == ["none"]
 
 
 @_seen(2, "a longer log gives the gear a smaller share of the loss")
+@pytest.mark.slow
 def test_a_comparison_counts_no_less_in_a_longer_log(tmp_path):
     shares = []
     for duration in (6.0, 40.0):
@@ -104,6 +106,7 @@ def test_a_sound_drive_behind_its_encoders_is_off_by_no_more_than_its_noise(tmp_
 
 
 @_seen(4, "one comparison is closed to 99 %, the whole drive is off by five times as much as before")
+@pytest.mark.slow
 def test_what_is_named_makes_the_whole_drive_no_worse(tmp_path):
     filtered = dict.fromkeys(SHARP.speeds, Speed("filter", time=8e-3))
     channels = ("setpoint_angle", "setpoint_speed", "voltage", "angle", "speed")
@@ -133,6 +136,7 @@ def test_a_measured_supply_is_compared(tmp_path):
 
 
 @_seen(5, "periods of a sampling controller are tried in whole rows only")
+@pytest.mark.slow
 def test_a_sampling_period_between_rows_is_found(tmp_path):
     case = _hidden(
         ["controller.sampling"],
@@ -206,6 +210,7 @@ def test_a_smaller_torque_constant_makes_no_error_smaller(change, tmp_path):
 
 
 @_seen(7, "what no cause explains is written without the best model that was found")
+@pytest.mark.slow
 def test_an_unknown_answer_brings_its_best_model(tmp_path):
     channels = ("current", "motor_speed", "angle")
     result = _answer(_hidden(["unknown.dent"], target=8.0, channels=channels, duration=5.0, step=0.002), tmp_path)
@@ -225,6 +230,7 @@ def test_the_smoothing_is_what_the_rig_says(tmp_path):
 
 @_seen(9, "an uncertain value that starts at its bound stays there")
 @pytest.mark.parametrize("name, start", [("reducer.shaft_inertia", 1e-5), ("load.mass", 1.0)])
+@pytest.mark.slow
 def test_an_uncertain_value_is_found_from_every_start(name, start, tmp_path):
     rig, train, _ = _hidden().write(tmp_path)
     given, found = rig.read_text().splitlines(), []

@@ -57,7 +57,9 @@ def _refuse(path: Path, what: str) -> DescriptionError:
 
 
 def _too_much(path: Path, what: str) -> DescriptionError:
-    return _refuse(path, f"{what}. At most {SAID} are; --unlimited of run and export (unlimited=True in Python) takes these limits away")
+    return _refuse(
+        path, f"{what}. At most {SAID} are; --unlimited of run and export (unlimited=True in Python) takes these limits away"
+    )
 
 
 def _directory(path: Path) -> None:

@@ -107,6 +107,8 @@ class Diagnosis:
         if self.faults:
             kinds = sorted({fault["kind"] for fault in self.faults})
             lines.append(f"  {len(self.faults)} faults in the data ({', '.join(kinds)}), left out of every fit")
+        if "not_written" in self.extension:
+            lines.append(f"  the extended FMUs are not all written: {self.extension['not_written']}")
         if self.report:
             lines.append(f"  open {self.report}")
         return "\n".join(lines)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from selflock.fmus.errors import BuildError
+
 from ..data.faults import DataFault, check
 from ..data.log import MeasuredRun, read
 from ..data.rig import Rig
@@ -103,7 +105,10 @@ def diagnose_runs(
         if extended.outcome.causes:
             tell("extended FMUs", 0.0)
             whole = replace(extended.mending, experiment=experiment)
-            result.extension |= extend(whole, out, [c.hypothesis for c in extended.outcome.causes])
+            try:
+                result.extension |= extend(whole, out, [c.hypothesis for c in extended.outcome.causes])
+            except BuildError as error:  # numbers of a fit that no FMU takes, as of a load without any inertia
+                result.extension["not_written"] = str(error)
         result.write(out)
         tell("report", 0.0)
         write(result, mending, found.outcome, left, faults, out)

@@ -10,9 +10,11 @@ from typer.testing import CliRunner
 from selflock import diagnosis, master
 from selflock.cli import app
 from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.output import extend
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.laws import parameters
 from selflock.diagnosis.search import problem as ground
+from selflock.fmus.errors import BuildError
 
 from .test_bench import inverse
 
@@ -99,3 +101,17 @@ def test_replay_by_the_command(tmp_path, rng):
     assert answer.exit_code == 0, answer.output
     (row,) = json.loads((out / "replay.json").read_text())["comparisons"]
     assert row["error"] < 3e-5 and (out / "gear.png").exists() and (out / "reducer.fmu").exists()
+
+
+def test_an_answer_that_no_fmu_takes_is_told_and_nothing_else_is_lost(tmp_path, rng, monkeypatch):
+    inverse(tmp_path, rng, friction=0.04, noise=2e-3)
+
+    def refuse(name, *given, **starts):
+        raise BuildError(f"{name} cannot start with these values.")
+
+    monkeypatch.setattr(extend, "build", refuse)
+    result = diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out")
+    assert result.exit_code == 0 and "cannot start with these values" in result.summary()
+    kept = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert kept["causes"] and "cannot start" in kept["extension"]["not_written"]
+    assert "not all written" in (tmp_path / "out" / "report.html").read_text()

@@ -102,6 +102,7 @@ def _bounce(d, stiffness, inertia, speed, dt=1e-7):
             return -v / speed
 
 
+@pytest.mark.slow
 def test_restitution_of_both_contacts(rng):
     """exp(-pi zeta/sqrt(1 - zeta²)) of a spring and damper; 1 - (2/3) λ v of Hunt and Crossley, for small v."""
     inertia, stiffness = 0.1, 3000.0

@@ -55,6 +55,7 @@ def test_two_robots_at_once(host, robot):
     assert said == [] and seen[::2] == seen[1::2]
 
 
+@pytest.mark.slow
 def test_a_python_without_pymunk_is_told_so(host, robot, tmp_path):
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", "--copies", tmp_path / "bare"], check=True)
     python = tmp_path / "bare" / "bin" / "python"

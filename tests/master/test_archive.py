@@ -71,6 +71,7 @@ def test_what_is_no_plain_file(tmp_path):
         assert not (tmp_path / "folder").exists()
 
 
+@pytest.mark.slow
 def test_too_many_entries(tmp_path):
     path = zipped(tmp_path / "a.fmu", [(f"e{k}", b"") for k in range(archive.ENTRIES + 1)])
     with pytest.raises(DescriptionError, match=f"{archive.ENTRIES + 1} entries.*At most {archive.ENTRIES} entries.*--unlimited"):
@@ -79,6 +80,7 @@ def test_too_many_entries(tmp_path):
     assert len(list((tmp_path / "folder").iterdir())) == archive.ENTRIES + 1
 
 
+@pytest.mark.slow
 def test_a_bomb_takes_neither_memory_nor_disk(tmp_path):
     """3 GB of zeros in 3 MB, at the place of an FMU's resources."""
     path = tmp_path / "bomb.fmu"
@@ -196,6 +198,7 @@ MANY = """
 
 
 @pytest.mark.parametrize("causality", ["output", "input", "local"])
+@pytest.mark.slow
 def test_a_hundred_thousand_variables_load(tmp_path, native, causality):
     """In seconds. Work that grows with the square of their number, as it once did, would take an hour here."""
     count = 100_000

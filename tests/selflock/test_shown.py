@@ -110,6 +110,7 @@ def test_names_stay_words_on_every_page(pages, harmless, hostile, name):
 
 
 @pytest.mark.parametrize("name", ["diagnosis", "sweep", "ssp"])
+@pytest.mark.slow
 def test_no_name_runs_in_a_browser(pages, browser, hostile, name):
     shown = browser(pages[name])
     assert "data-owned" not in shown.partition("<body")[0] and hostile in html.fromstring(shown).text_content()

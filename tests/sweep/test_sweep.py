@@ -180,6 +180,7 @@ def test_another_study_does_not_get_into_a_folder(tmp_path):
     sweep(write(tmp_path / "in", MOTOR, STUDY + "\n[report]\nhold_times = [1]\n"), tmp_path / "out", workers=0)  # its words may
 
 
+@pytest.mark.slow
 def test_the_report_draws_what_a_designer_looks_at(tmp_path):
     study = (
         STUDY

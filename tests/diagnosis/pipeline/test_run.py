@@ -16,7 +16,7 @@ from selflock.diagnosis.residuals.laws import parameters
 from selflock.diagnosis.search import problem as ground
 from selflock.fmus.errors import BuildError
 
-from .test_bench import inverse
+from ..residuals.test_experiment import inverse
 
 
 def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_path, rng):

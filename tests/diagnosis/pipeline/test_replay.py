@@ -11,7 +11,7 @@ from selflock.diagnosis import replay
 from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.output import extend
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 WORM = ROOT.parent / "shared" / "data" / "worm_drive" / "steady_state.csv"
 RATIO, LEAD, FRICTION, LOAD = 40.0, 0.06, 0.10, 0.5  # self-locking; a load that resists positive motion, N.m
 RIG = f"""

@@ -9,7 +9,7 @@ from selflock.diagnosis.judge.result import Diagnosis
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.rules.__main__ import page
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("one", RULES.listed(), ids=lambda one: one.name)

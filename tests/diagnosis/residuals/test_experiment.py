@@ -179,7 +179,7 @@ def test_the_head_of_a_bench_compares_the_same_samples(tmp_path, rng):
 @pytest.mark.slow
 def test_a_comparison_names_all_that_it_uses(tmp_path, rng):
     """What a residual does not use may change without changing it: else a remembered residual would be another's."""
-    from .plant import bench as plant
+    from ..plant import bench as plant
 
     rig, log, _ = plant.hide([], seed=int(rng.integers(1000)), duration=4.0).write(tmp_path)
     rig = rigs.load(rig)
@@ -203,7 +203,7 @@ def test_a_comparison_names_all_that_it_uses(tmp_path, rng):
 @pytest.fixture
 def drive_bench(tmp_path, rng):
     """A sound hidden drive, 4 s at 500 Hz with all its channels."""
-    from .plant import bench as plant
+    from ..plant import bench as plant
 
     rig, log, _ = plant.hide([], seed=int(rng.integers(1000)), duration=4.0).write(tmp_path)
     rig = rigs.load(rig)

@@ -1,6 +1,6 @@
 """The study's manoeuvre with one drive of the robot misbehaving: down to the drive, the component and the cause.
 
-The robot is the system of master/study on belts or segmented tracks. The misbehaving component is a part of tests/diagnosis/misbehaving.py
+The robot is the system of study/ on belts or segmented tracks. The misbehaving component is a part of misbehaving.py beside this
 in the FMU's place; a sensor's error is put on its column. The recorder adds noise and rounds. The rig knows robot.toml.
 """
 

@@ -5,7 +5,7 @@ import pytest
 
 from selflock.diagnosis import diagnose
 
-from .plant import bench
+from ..plant import bench
 
 
 def recorded(folder, every):

@@ -12,7 +12,7 @@ from selflock import master
 from selflock.cli import app
 from selflock.diagnosis import DataError, diagnose, replay
 
-sys.path.append(str(Path(__file__).parents[1] / "native"))
+sys.path.append(str(Path(__file__).parents[2] / "native"))
 
 SYSTEM = """
 [run]

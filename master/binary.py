@@ -112,7 +112,7 @@ def _check_script(folder: Path, path: Path) -> None:
 
 
 @cache
-def _root() -> Path:
+def root() -> Path:
     """The folder under which FMUs are unpacked in this process."""
     base = tempfile.gettempdir()
     plain = base.isascii() and not set(base) & set(" #%()[]+")
@@ -126,7 +126,7 @@ _opened: dict[str, Binary] = {}
 
 def _open(digest: str, path: Path, unlimited: bool) -> Binary:
     if digest not in _opened:
-        folder = _root() / digest[:16]
+        folder = root() / digest[:16]
         archive.unpack(path, folder, "FMU", unlimited)
         try:
             _opened[digest] = Binary(path, folder, describe(folder, path, unlimited))
@@ -155,7 +155,7 @@ def _hear(environment, instance, status, category, message):
 def _proxy() -> ctypes.CDLL:
     """FMPy's C library that formats the logger's printf arguments; a copy of it, for it serves one logger only."""
     name = f"logging{fmpy.sharedLibraryExtension}"
-    copy = _root() / name
+    copy = root() / name
     shutil.copy(Path(fmpy.__file__).parent / "logging" / fmpy.platform / name, copy)
     library = ctypes.CDLL(str(copy))
     library.addLoggerProxy.argtypes, library.addLoggerProxy.restype = [ctypes.c_void_p], None

@@ -52,6 +52,7 @@ class Part:
     variable_step: bool = True  # False: steps of one size only
     timed: bool = False  # outputs are functions of time alone: `at` tells them, it is never stepped; a class with an `at` is
     parallel: bool = False  # `begin` starts a step that others need not wait for
+    lacks: Sequence[str] = ()  # what isolation, where it was asked for, could not take away
     units: Mapping[str, Unit] = {}  # what the part says itself of its units, by name; a name not here is known by everyone
 
     name: str  # the component's name in the system

@@ -1,31 +1,39 @@
 """An FMU in a process of its own: its crash ends that process, not the master and not the results.
 
-The numbers of a step are one short message each way; everything else is a call by name. Under Jacobi such FMUs step
-at the same time, on as many cores as there are.
+The numbers of a step are one short message each way; everything else is a call by name, pickled on the way there, as plain
+data on the way back (master.line). Under Jacobi such FMUs step at the same time, on as many cores as there are.
 """
 
 from __future__ import annotations
 
+import json
+import logging
+import os
+import pickle
+import shutil
 import signal
 import socket
 import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
-from multiprocessing.connection import Connection
-from multiprocessing.reduction import ForkingPickler
+import time as clock
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from selflock.fmus.errors import SelflockError
 
+from . import binary, isolation
 from .errors import PartFailed
 from .face import Part
+from .line import DESCRIPTION, VALUE, Garbled, Line, answer, complaint, described, description, understood, value_of
 
+log = logging.getLogger("selflock")
 PATIENCE = 10.0  # s that a process gets to end by itself
+SAID = 20_000  # bytes of the end of its error output that are read
 _STEP, _WRITE, _READ, _FAILED = b"s", b"w", b"r", b"!"  # no pickle begins with one of these
 _TIMES = struct.Struct("dd")
 
@@ -35,62 +43,116 @@ class ProcessPart(Part):
 
     parallel = True
 
-    def __init__(self, name: str, path: Path | str, unlimited: bool = False):
+    def __init__(self, name: str, path: Path | str, unlimited: bool = False, isolate: bool = False, step_timeout: float = 0.0):
+        """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step, 0 for ever."""
         super().__init__(name)
-        self.path = Path(path)
+        self.path = Path(path).absolute()
+        self.isolate, self.step_timeout = isolate, step_timeout or (isolation.TIMEOUT if isolate else 0.0)
+        self.lacks: list[str] = []  # what isolation could not take away
         self._time = self._size = 0.0
         self._begun = False  # a step is under way
         self._errors = tempfile.TemporaryFile()
+        self._home = tempfile.mkdtemp(prefix="part_", dir=binary.root())  # for all that it unpacks; gone with it
         ours, theirs = socket.socketpair()
-        code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({theirs.fileno()})"
-        self._process = subprocess.Popen([sys.executable, "-c", code], pass_fds=[theirs.fileno()], stderr=self._errors)
+        self._line = Line(ours)
+        self._process = self._started(theirs.fileno())
         theirs.close()
-        self._line = Connection(ours.detach())
         try:
-            self.variables, self.units, self.can_roll_back, self.variable_step = self._call("open", name, str(path), unlimited)
+            if isolate:
+                self.lacks = [str(lack) for lack in self._call("lacks")]
+                if self.lacks:
+                    log.warning("%s is isolated only in part: not taken away are %s", name, "; ".join(self.lacks))
+            told = self._call("open", name, str(self.path), unlimited, most=DESCRIPTION)
+            self.variables, self.units, self.can_roll_back, self.variable_step = self._sound(lambda: description(told))
         except BaseException:
             self.close()
             raise
 
+    def _started(self, end: int) -> subprocess.Popen:
+        if self.isolate:
+            given = {"home": self._home, "limits": isolation.LIMITS, "path": sys.path, "module": __name__}
+            command = [sys.executable, "-I", str(isolation.__file__), str(end), json.dumps(given)]
+            environment = isolation.environment(self._home)
+            return subprocess.Popen(
+                command, pass_fds=[end], stdin=subprocess.DEVNULL, stdout=self._errors, stderr=self._errors,
+                env=environment, cwd=self._home, start_new_session=True,
+            )  # fmt: skip
+        code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({end})"
+        environment = {**os.environ, "TMPDIR": self._home}
+        return subprocess.Popen([sys.executable, "-c", code], pass_fds=[end], stderr=self._errors, env=environment)
+
     # --- talking -------------------------------------------------------------------------------------------------
 
-    def _call(self, method: str, *arguments) -> Any:
-        return self._ask((method, arguments))
-
-    def _ask(self, message) -> Any:
-        try:
-            self._line.send(message)
-            kind, value, log = self._line.recv()
-        except (EOFError, OSError):
-            self._crashed()
-        self.log = log or self.log
-        if kind == "error":
-            raise value
+    def _call(self, method: str, *arguments, most: int = VALUE) -> Any:
+        self._line.wait(max(self.step_timeout, isolation.TIMEOUT) if self.step_timeout else 0.0)
+        self._tell(pickle.dumps((method, arguments)))
+        value, said, error = self._sound(lambda: understood(self._line.receive(most), self.name))
+        self.log = said or self.log
+        if error is not None:
+            raise error
         return value
 
-    def _crashed(self) -> None:
-        """Say how the process ended, with what it wrote to its error output."""
+    def _tell(self, message: bytes) -> None:
+        self._sound(lambda: self._line.send(message))
+
+    def _sound(self, act: Callable[[], Any]) -> Any:
+        """What `act` gives; where the process did not answer, or not as it should, its end and a PartFailed."""
         try:
-            code = self._process.wait(PATIENCE)
-        except subprocess.TimeoutExpired:
-            code = None
+            return act()
+        except TimeoutError:
+            waited = self._line.patience
+            self._end(0.0)
+            self._failed(f"nothing within {waited:g} s, and was ended,", "a longer `step_timeout` for this component.")
+        except Garbled as error:
+            self._garbled(str(error))
+        except (EOFError, OSError):
+            self._crashed()
+
+    def _garbled(self, what: str) -> NoReturn:
+        self._end(0.0)
+        self._failed(
+            f"{what}, and was ended,", f"{self.path.name} only where you trust it: it does not answer as our own process does."
+        )
+
+    def _crashed(self) -> NoReturn:
+        """Say how the process ended, with what it wrote to its error output."""
+        code = self._end(PATIENCE)
         how = (
             f"a crash ({signal.Signals(-code).name})"
             if code is not None and code < 0
             else f"the end of its process (code {code})"
         )
-        self._errors.seek(0)
-        written = self._errors.read().decode("utf-8", "replace").splitlines()
-        said = [*self.log, *written][-10:]
+        self._failed(
+            how, f"run {self.path.name} alone with these inputs, and report it to whoever made it; other components are unharmed."
+        )
+
+    def _failed(self, how: str, hint: str) -> NoReturn:
+        self._errors.seek(max(0, self._errors.seek(0, os.SEEK_END) - SAID))
+        written = self._errors.read(SAID).decode("utf-8", "replace").splitlines()
         inputs = dict(zip(self.inputs, self.u.tolist()))
-        hint = f"run {self.path.name} alone with these inputs, and report it to whoever made it; other components are unharmed."
-        raise PartFailed(self.name, self._time, self._size, how, inputs, said, hint) from None
+        raise PartFailed(self.name, self._time, self._size, how, inputs, [*self.log, *written][-10:], hint) from None
+
+    def _end(self, seconds: float) -> int | None:
+        """The process's code once it has ended by itself within `seconds`, else None; it and what it started are gone then."""
+        process, until = self._process, clock.monotonic() + seconds
+        if process.returncode is not None:
+            return process.returncode
+        while not (ended := os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)) and clock.monotonic() < until:
+            clock.sleep(0.001)
+        if self.isolate:
+            os.killpg(process.pid, signal.SIGKILL)
+            self._line.drain(PATIENCE)  # its end is that of all that hold the other end
+        else:
+            process.kill()
+        code = process.wait()
+        return code if ended else None
 
     # --- the face ------------------------------------------------------------------------------------------------
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
-        self.u = np.array(self._call("bind", list(inputs), list(outputs)), dtype=float)
+        self.u = np.zeros(len(inputs))
+        self.u[:] = self._call("bind", list(inputs), list(outputs), most=DESCRIPTION)
         self.y = np.zeros(len(outputs))
 
     def begin(self, time: float, size: float) -> None:
@@ -121,26 +183,26 @@ class ProcessPart(Part):
         self._receive(what)
 
     def _send(self, what: bytes, times: bytes = b"") -> None:
-        try:
-            self._line.send_bytes(what + times + (b"" if what == _READ else self.u.tobytes()))
-        except OSError:
-            self._crashed()
+        self._line.wait(self.step_timeout)
+        self._sound(lambda: self._line.send(what + times + (b"" if what == _READ else self.u.tobytes())))
 
     def _receive(self, what: bytes) -> None:
-        try:
-            answer = self._line.recv_bytes()
-        except (EOFError, OSError):
-            self._crashed()
-        if answer == _FAILED:
-            self._ask(("failure", ()))
-        if what != _WRITE:
-            self.y[:] = np.frombuffer(answer)
+        """The numbers of a step: as many as were asked for, or a failure that is then asked for."""
+        wanted = 0 if what == _WRITE else self.y.nbytes
+        answered = self._sound(lambda: self._line.receive(max(wanted, 1)))
+        if answered == _FAILED:
+            self._call("failure")
+        if len(answered) != wanted:
+            self._garbled(f"{len(answered)} bytes where {wanted} are due")
+        if wanted:
+            self.y[:] = np.frombuffer(answered)
 
     def set(self, name: str, value: Any) -> None:
         self._call("set", name, value)
 
     def get(self, name: str) -> Any:
-        return self._call("get", name)
+        told = self._call("get", name)
+        return self._sound(lambda: value_of(self.variables.get(name), told))
 
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self._time = start
@@ -150,7 +212,7 @@ class ProcessPart(Part):
         self._call("exit_initialization")
 
     def save(self) -> int:
-        return self._call("save")
+        return int(self._call("save"))
 
     def restore(self, state: int) -> None:
         self._call("restore", state)
@@ -163,38 +225,40 @@ class ProcessPart(Part):
 
     def close(self) -> None:
         try:
-            self._line.send(("close", ()))
-            self._process.wait(PATIENCE)
-        except (OSError, subprocess.TimeoutExpired):
-            self._process.kill()
-            self._process.wait()
+            self._line.send(pickle.dumps(("close", ())))
+        except OSError:
+            pass
+        self._end(PATIENCE)
         self._line.close()
         self._errors.close()
+        for folder, _, _ in os.walk(self._home):
+            os.chmod(folder, 0o700)  # whatever was done to it
+        shutil.rmtree(self._home, ignore_errors=True)
 
 
 # --- the other side ----------------------------------------------------------------------------------------------
 
 
-def serve(descriptor: int) -> None:
-    """The life of the process: one FMU, asked through `descriptor`."""
-    line = Connection(descriptor)
-    host = _Host()
+def serve(descriptor: int, lacks: Sequence[str] = ()) -> None:
+    """The life of the process: one FMU, asked through `descriptor`. lacks: what isolation could not take away."""
+    line = Line(socket.socket(fileno=descriptor))
+    host = _Host(lacks)
     while True:
         try:
-            message = line.recv_bytes()
+            message = line.receive(1 << 31)
         except (EOFError, OSError):
             return
         if message[:1] in (_STEP, _WRITE, _READ):
-            line.send_bytes(host.short(message))
+            line.send(host.short(message))
             continue
-        method, arguments = ForkingPickler.loads(message)
+        method, arguments = pickle.loads(message)
         if method == "close":
             host.close()
             return
         try:
-            line.send(("value", host.call(method, arguments), host.log()))
+            line.send(answer(host.call(method, arguments), host.log()))
         except SelflockError as error:
-            line.send(("error", error, host.log()))
+            line.send(complaint(error, host.log()))
 
 
 class _Host:
@@ -202,8 +266,8 @@ class _Host:
 
     part: Part  # from "open" on, which is asked first
 
-    def __init__(self):
-        self.opened = False
+    def __init__(self, lacks: Sequence[str]):
+        self.lacks, self.opened = list(lacks), False
         self.states: list[Any] = []
         self.saved = 0
         self.error: SelflockError | None = None
@@ -219,7 +283,9 @@ class _Host:
             name, path, unlimited = arguments
             open_fmu(path, unlimited)
             self.part, self.opened = FmuPart(name, path), True
-            return self.part.variables, self.part.units, self.part.can_roll_back, self.part.variable_step
+            return described(self.part)
+        if method == "lacks":
+            return self.lacks
         if method == "bind":
             return self.bind(*arguments)
         if method == "failure":

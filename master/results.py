@@ -10,7 +10,7 @@ import json
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -204,6 +204,7 @@ class Result:
     duration: float  # wall time in s
     path: Path | None
     sink: Sink = field(repr=False)
+    lacks: dict[str, Sequence[str]] = field(default_factory=dict)  # by isolated component: what could not be taken away from it
 
     @property
     def table(self) -> pd.DataFrame:
@@ -217,6 +218,8 @@ class Result:
             lines.append(f"  {self.rejected} steps were made again with a smaller step")
         for loop in self.loops:
             lines.append(f"  algebraic loop, its values lag by a step: {loop}")
+        for name, lacks in self.lacks.items():
+            lines.append(f"  {name} was isolated only in part: not taken away were {'; '.join(lacks)}")
         for name, bond in self.energy.iterrows():
             percent = f" ({100 * bond.relative:+.2g} % of its turnover)" if math.isfinite(bond.relative) else ""
             lines.append(f"  energy the coupling lost at {name}: {bond.lost:+.3g} J{percent}")

@@ -43,6 +43,7 @@ class Running:
             self.wiring.close()
             raise
         self.loops: list[str] = []
+        self.lacks = {name: part.lacks for name, part in self.wiring.parts.items() if part.lacks}
         self.balances: list[energy.Balance] = []
         self.seats: list[Seat] = []
 
@@ -84,7 +85,7 @@ class Running:
         run = self.system.run
         return Result(
             self.system.name, units, table, self.loops, self.time - run.start, self.index, self.rejected,
-            clock.perf_counter() - self.began, self.sink.path, self.sink,
+            clock.perf_counter() - self.began, self.sink.path, self.sink, self.lacks,
         )  # fmt: skip
 
 

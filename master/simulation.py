@@ -34,6 +34,7 @@ def run(
     algorithm: str | None = None,
     allow_code: bool = False,
     unlimited: bool = False,
+    isolate: bool = False,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s].
 
@@ -45,14 +46,20 @@ def run(
         instead of made again. Whoever gives it closes them. A run that fails closes its parts and leaves none in it.
     allow_code: parts of other packages may be loaded (docs/security.md).
     unlimited: FMUs and SSPs may be of any size.
+    isolate: every FMU runs in a process of its own with limits and without rights.
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
     if not isinstance(system, System):
-        system = system_of(system, allow_code, unlimited)
-    elif allow_code or unlimited:
-        system = replace(system, allow_code=system.allow_code or allow_code, unlimited=system.unlimited or unlimited)
+        system = system_of(system, allow_code, unlimited, isolate)
+    else:
+        system = replace(
+            system,
+            allow_code=system.allow_code or allow_code,
+            unlimited=system.unlimited or unlimited,
+            isolate=system.isolate or isolate,
+        )
     if step is not None or algorithm is not None:
         check_choice("algorithm", algorithm or system.run.algorithm, ALGORITHMS)
         chosen = replace(system.run, step=system.run.step if step is None else step, algorithm=algorithm or system.run.algorithm)

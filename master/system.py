@@ -46,6 +46,8 @@ class Component:
     step: float = 0.0  # its own step in s; 0: the communication step
     start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
     process: bool = False  # in a process of its own
+    isolate: bool = False  # in one with limits and without rights (docs/security.md)
+    step_timeout: float = 0.0  # s of wall time for a step of a process; 0: 60 s where isolated, else for ever
 
 
 @dataclass
@@ -98,6 +100,7 @@ class System:
     faults: list[Fault] = field(default_factory=list)
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
     unlimited: bool = False  # its archives may be of any size; likewise
+    isolate: bool = False  # every FMU as if its component said so
 
     @property
     def order(self) -> list[str]:
@@ -127,11 +130,12 @@ def did_you_mean(name: str, known) -> str:
     return f"; there is: {', '.join(known)}." if 0 < len(known) <= 20 else "."
 
 
-def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = False) -> System:
+def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = False, isolate: bool = False) -> System:
     """The system described in a TOML file.
 
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you.
     unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
+    isolate: every FMU runs in a process of its own with limits and without rights.
     """
     path = Path(path)
     try:
@@ -148,7 +152,7 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     except RecursionError:
         raise DescriptionError(f"{path} is not valid TOML: its brackets are nested too deep.") from None
     try:
-        return replace(from_dict(data, path.parent), allow_code=allow_code, unlimited=unlimited)
+        return replace(from_dict(data, path.parent), allow_code=allow_code, unlimited=unlimited, isolate=isolate)
     except DescriptionError as error:
         raise DescriptionError(f"{path}: {error}") from None
 

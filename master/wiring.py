@@ -99,6 +99,8 @@ def make(name: str, component: Component, system: System) -> Part:
     """The part that a component asks for."""
     where = f"[components.{name}]"
     if component.part:
+        if component.isolate or component.step_timeout:
+            raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")
         kind = load_part(component.part, where, system.allow_code)
         try:
             part = kind(name, **component.options)
@@ -114,10 +116,14 @@ def make(name: str, component: Component, system: System) -> Part:
     from .fmu import FmuPart
 
     path = fmu_path(component, system)
-    if component.process or open_fmu(path, system.unlimited).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+    isolate, limit = component.isolate or system.isolate, component.step_timeout
+    if not 0.0 <= limit < 1e9:
+        raise DescriptionError(f"{where} step_timeout = {limit:g}: a time in s is wanted here.")
+    apart = component.process or isolate or limit > 0.0
+    if apart or open_fmu(path, system.unlimited).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
         from .process import ProcessPart
 
-        return ProcessPart(name, path, system.unlimited)
+        return ProcessPart(name, path, system.unlimited, isolate, limit)
     return FmuPart(name, path)
 
 

@@ -90,16 +90,19 @@ def run(
     algorithm: Annotated[str | None, typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
     allow_code: AllowCode = False,
     unlimited: Unlimited = False,
+    isolate: Annotated[
+        bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")
+    ] = False,
 ) -> None:
     """Run a coupled system and write its table of results."""
     from selflock.master import run as run_system
 
     settings = _overrides(set_ or [])
-    say(
-        run_system(
-            system, settings, stop, out, progress=True, step=step, algorithm=algorithm, allow_code=allow_code, unlimited=unlimited
-        ).summary()
-    )
+    result = run_system(
+        system, settings, stop, out, progress=True, step=step, algorithm=algorithm,
+        allow_code=allow_code, unlimited=unlimited, isolate=isolate,
+    )  # fmt: skip
+    say(result.summary())
 
 
 @app.command()

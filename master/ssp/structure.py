@@ -6,22 +6,24 @@ import atexit
 import math
 import shutil
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from ..system import Connection, System, from_dict, load_toml
 from .read import read
 
 
-def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False) -> System:
+def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False, isolate: bool = False) -> System:
     """The system described in a TOML file, or in a system structure (.ssp).
 
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you; no
     code but that of its FMUs is ever run from an .ssp.
     unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
+    isolate: every FMU runs in a process of its own with limits and without rights.
     """
     if Path(path).suffix.lower() == ".ssp":
-        return load(path, unlimited=unlimited)
-    return load_toml(path, allow_code, unlimited)
+        return replace(load(path, unlimited=unlimited), isolate=isolate)
+    return load_toml(path, allow_code, unlimited, isolate)
 
 
 def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> System:

@@ -152,7 +152,9 @@ def _ours(system: System) -> dict:
         "algorithm": run.algorithm,
         "order": run.order or list(system.components),
     }
-    components = {name: differing(c, Component(), ("step", "process")) for name, c in system.components.items()}
+    components = {
+        name: differing(c, Component(), ("step", "process", "isolate", "step_timeout")) for name, c in system.components.items()
+    }
     return {
         "run": said,
         "components": {name: c for name, c in components.items() if c},

@@ -112,7 +112,7 @@ def understood(message: bytes, name: str) -> tuple[Any, list[str], SelflockError
         told = json.loads(message)
         log = [_text(line) for line in told["log"][-50:]]
         return told.get("value"), log, _error(told["error"], name) if "error" in told else None
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
         raise Garbled(f"what is no answer ({type(error).__name__})") from None
 
 
@@ -175,6 +175,13 @@ def value_of(variable: Variable | None, told: Any) -> Any:
     wanted = {"Real": float, "Integer": int, "Boolean": bool, "String": str}[variable.type if variable else "Real"]
     if type(told) is not wanted:
         raise Garbled(f"a {type(told).__name__} as the value of {variable.name if variable else 'nothing'}")
+    return told
+
+
+def numbers(told: Any, count: int) -> list[float]:
+    """`count` numbers. Raises Garbled."""
+    if not isinstance(told, list) or len(told) != count or any(type(number) is not float for number in told):
+        raise Garbled(f"no {count} numbers")
     return told
 
 

@@ -29,7 +29,7 @@ from selflock.fmus.errors import SelflockError
 from . import binary, isolation
 from .errors import PartFailed
 from .face import Part
-from .line import DESCRIPTION, VALUE, Garbled, Line, answer, complaint, described, description, understood, value_of
+from .line import DESCRIPTION, VALUE, Garbled, Line, answer, complaint, described, description, numbers, understood, value_of
 
 log = logging.getLogger("selflock")
 PATIENCE = 10.0  # s that a process gets to end by itself
@@ -117,11 +117,7 @@ class ProcessPart(Part):
     def _crashed(self) -> NoReturn:
         """Say how the process ended, with what it wrote to its error output."""
         code = self._end(PATIENCE)
-        how = (
-            f"a crash ({signal.Signals(-code).name})"
-            if code is not None and code < 0
-            else f"the end of its process (code {code})"
-        )
+        how = f"a crash ({_signal(-code)})" if code is not None and code < 0 else f"the end of its process (code {code})"
         self._failed(
             how, f"run {self.path.name} alone with these inputs, and report it to whoever made it; other components are unharmed."
         )
@@ -152,7 +148,8 @@ class ProcessPart(Part):
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
         self.u = np.zeros(len(inputs))
-        self.u[:] = self._call("bind", list(inputs), list(outputs), most=DESCRIPTION)
+        told = self._call("bind", list(inputs), list(outputs), most=DESCRIPTION)
+        self.u[:] = self._sound(lambda: numbers(told, len(inputs)))
         self.y = np.zeros(len(outputs))
 
     def begin(self, time: float, size: float) -> None:
@@ -212,7 +209,10 @@ class ProcessPart(Part):
         self._call("exit_initialization")
 
     def save(self) -> int:
-        return int(self._call("save"))
+        told = self._call("save")
+        if type(told) is not int:
+            self._garbled("no number of a state")
+        return told
 
     def restore(self, state: int) -> None:
         self._call("restore", state)
@@ -231,9 +231,16 @@ class ProcessPart(Part):
         self._end(PATIENCE)
         self._line.close()
         self._errors.close()
-        for folder, _, _ in os.walk(self._home):
-            os.chmod(folder, 0o700)  # whatever was done to it
+        for folder, inner, _ in os.walk(self._home):
+            for path in (os.path.join(folder, name) for name in inner):
+                if not os.path.islink(path):  # it may lead anywhere
+                    os.chmod(path, 0o700)  # else what is in it stays
         shutil.rmtree(self._home, ignore_errors=True)
+
+
+def _signal(number: int) -> str:
+    """Its name; those for real time have none."""
+    return signal.Signals(number).name if number in list(signal.Signals) else f"signal {number}"
 
 
 # --- the other side ----------------------------------------------------------------------------------------------

@@ -67,10 +67,12 @@ def test_processor_time_is_bounded(hostile, monkeypatch):
 
 
 @pytest.mark.slow
-def test_large_files_forks_and_closed_folders_leave_nothing(hostile):
+def test_large_files_forks_and_closed_folders_leave_nothing(hostile, tmp_path):
     assert hostile("large").table[f"{NAME}.y"].min() == 0
     hostile("fork")
-    hostile("close")
+    tmp_path.chmod(0o755)
+    hostile("close", str(tmp_path))
+    assert tmp_path.stat().st_mode & 0o777 == 0o755  # links are not followed when its folder is cleared
 
 
 @pytest.mark.slow
@@ -110,7 +112,8 @@ def test_only_fmus_are_isolated(system, refused):
 @pytest.mark.parametrize(
     "told",
     ["", "[]", "1", "null", "{}", '{"log": 1}', '{"log": [1]}', '{"log": [], "error": 1}', '{"log": [], "error": {}}',
-     '{"log": [], "error": {"failed": [1]}}', '{"log": [], "error": {"failed": [1, 2, 3, 4, 5, 6]}}', "[" * 100_000, "\x80"],
+     '{"log": [], "error": {"failed": [1]}}', '{"log": [], "error": {"failed": [1, 2, 3, 4, 5, 6]}}', "[" * 100_000, "\x80",
+     '{"log": [], "error": {"failed": [1' + "0" * 400 + ', 2, "", {}, [], ""]}}'],
 )  # fmt: skip
 def test_answers_that_are_none(told):
     with pytest.raises(Garbled):

@@ -48,7 +48,7 @@ static int does(const char *deed, const char *text) {
         for (int k = 0; k < 5; k++) if (!fork()) { setsid(); for (;;) sleep(1000); }
         return 0;
     }
-    if (!strcmp(deed, "close")) { mkdir("closed", 0); return 0; }
+    if (!strcmp(deed, "close")) { mkdir("closed", 0); return symlink(text, "elsewhere") != 0; }
     if (!strcmp(deed, "garbage")) { char all[100]; memset(all, 255, 100); answer(all, 100); }
     if (!strcmp(deed, "pickle")) {
         char all[1000] = "\x80\x04" "cos\nsystem\n(V";

@@ -56,8 +56,19 @@ def collect(
 ) -> None:
     """A row of each item in the folder; those that are there are not run again."""
     try:
-        map_runs(one, items, folder=folder, about=about, columns=dict, sources=SOURCES, growing=True,
-                 workers=workers, scheduler=scheduler, progress=True, title=f"{len(items)} cases")  # fmt: skip
+        map_runs(
+            one,
+            items,
+            folder=folder,
+            about=about,
+            columns=dict,
+            sources=SOURCES,
+            growing=True,
+            workers=workers,
+            scheduler=scheduler,
+            progress=True,
+            title=f"{len(items)} cases",
+        )
     except SweepError as error:
         anew = " To begin again with the sources as they are: --anew." if "sources" in str(error) else ""
         raise SystemExit(f"{error}{anew}") from None

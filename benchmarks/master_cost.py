@@ -28,11 +28,13 @@ ROOT = Path(__file__).parents[1]
 
 def system(fmu: Path, count: int, step: float, given: str, taken: str, start: dict) -> master.System:
     """`count` instances in a ring."""
-    return master.from_dict({
-        "run": {"step": step, "record": ["*." + taken]},
-        "components": {f"i{k}": {"fmu": str(fmu), "start": start} for k in range(count)},
-        "connections": {f"i{k}.{given}": {"from": f"i{(k + 1) % count}.{taken}", "convert": False} for k in range(count)},
-    })  # fmt: skip
+    return master.from_dict(
+        {
+            "run": {"step": step, "record": ["*." + taken]},
+            "components": {f"i{k}": {"fmu": str(fmu), "start": start} for k in range(count)},
+            "connections": {f"i{k}.{given}": {"from": f"i{(k + 1) % count}.{taken}", "convert": False} for k in range(count)},
+        }
+    )
 
 
 def bare(fmu: Path, count: int, steps: int, step: float, given: str, taken: str) -> float:

@@ -59,11 +59,13 @@ def trivial(folder: Path) -> Path:
 
 def ring(fmu: Path, count: int, given: str, taken: str, start: dict, folder: Path) -> Path:
     """The .ssp of `count` instances in a ring."""
-    system = master.from_dict({
-        "run": {"step": STEP, "algorithm": "jacobi", "open_inputs": True},
-        "components": {f"i{k}": {"fmu": str(fmu), "start": start} for k in range(count)},
-        "connections": {f"i{k}.{given}": {"from": f"i{(k + 1) % count}.{taken}", "convert": False} for k in range(count)},
-    })  # fmt: skip
+    system = master.from_dict(
+        {
+            "run": {"step": STEP, "algorithm": "jacobi", "open_inputs": True},
+            "components": {f"i{k}": {"fmu": str(fmu), "start": start} for k in range(count)},
+            "connections": {f"i{k}.{given}": {"from": f"i{(k + 1) % count}.{taken}", "convert": False} for k in range(count)},
+        }
+    )
     return export(system, folder / f"{fmu.stem}_{count}.ssp")
 
 
@@ -185,9 +187,7 @@ def main() -> None:
                     least["bare"] = min(least["bare"], bare(fmu, count, steps, STEP, given, taken))
                     for name, run in runners.items():
                         least[name] = min(least[name], run(ssp, steps, count, given, taken) / (steps * count))
-                table.add_row(
-                    label, str(count), *(f"{1e6 * took:.2f} ({took / least['ours']:.2f})" for took in least.values())
-                )  # fmt: skip
+                table.add_row(label, str(count), *(f"{1e6 * took:.2f} ({took / least['ours']:.2f})" for took in least.values()))
     Console(width=180).print(table)
 
 

@@ -97,9 +97,11 @@ def overhead(rounds: int = 3) -> None:
             wall, cpu = time.perf_counter() - begin, sum(row["cpu"] for row in rows)
             parent, there = used(here) - before[0], used(worker) - before[1] - cpu
             slower = wall / sum(row["wall"] for row in rows) - 1
-            print(f"{RUNS} belt-track runs of 10 s, 1 worker: {cpu / RUNS:.3f} s of processor a run; the sweep adds"
-                  f" {100 * there / cpu:.1f} % in the worker and {100 * parent / cpu:.1f} % beside it, together"
-                  f" {100 * (there + parent) / cpu:.1f} % (target 5); wall time {100 * slower:+.1f} %")  # fmt: skip
+            print(
+                f"{RUNS} belt-track runs of 10 s, 1 worker: {cpu / RUNS:.3f} s of processor a run; the sweep adds"
+                f" {100 * there / cpu:.1f} % in the worker and {100 * parent / cpu:.1f} % beside it, together"
+                f" {100 * (there + parent) / cpu:.1f} % (target 5); wall time {100 * slower:+.1f} %"
+            )
 
 
 def speed_up() -> None:
@@ -113,8 +115,10 @@ def speed_up() -> None:
             seconds[workers] = timed(
                 lambda: map_runs(run_one, made.items, context=bench, folder=folder / "out", scheduler=address)
             )
-    print(f"{RUNS} belt-track runs of 10 s: {seconds[1]:.1f} s with 1 worker, {seconds[2]:.1f} s with 2: "
-          f"{seconds[1] / seconds[2]:.2f} x (target 1.9)")  # fmt: skip
+    print(
+        f"{RUNS} belt-track runs of 10 s: {seconds[1]:.1f} s with 1 worker, {seconds[2]:.1f} s with 2: "
+        f"{seconds[1] / seconds[2]:.2f} x (target 1.9)"
+    )
     with workers_here(1) as (cluster, folder):
         count, engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = 300, 0.0, 1e9  # each run a message of its own
         whole = timed(lambda: map_runs(nothing, range(count), folder=folder / "out", scheduler=cluster.scheduler_address)) / count
@@ -163,9 +167,11 @@ def load() -> None:
             took = timed(lambda: map_runs(sleep, range(count), context=seconds, scheduler=address))
             cpu = used(process) - before
             engine.BATCH_SECONDS, engine.TASKS_PER_SECOND = usual, 200
-            print(f"{SLOTS} sleepers, runs of {seconds} s, {'in batches' if longest else 'one by one'}: "
-                  f"{count / took:.0f} runs/s of {SLOTS / seconds:.0f} possible; "
-                  f"scheduler {100 * cpu / took:.0f} % of a core, {1e3 * cpu / count:.3f} ms a run")  # fmt: skip
+            print(
+                f"{SLOTS} sleepers, runs of {seconds} s, {'in batches' if longest else 'one by one'}: "
+                f"{count / took:.0f} runs/s of {SLOTS / seconds:.0f} possible; "
+                f"scheduler {100 * cpu / took:.0f} % of a core, {1e3 * cpu / count:.3f} ms a run"
+            )
     finally:
         for process in (workers, scheduler):
             for child in psutil.Process(process.pid).children(recursive=True):

@@ -269,10 +269,14 @@ class FmuPart(Part):
 
     def native(self) -> Native | None:
         return Native(
-            _address(self._instance), _address(self._do_step), self._free.value,
-            tuple(block.native() for block in self._writes), tuple(block.native() for block in self._reads),
-            self._finish_native, self._fail_native,
-        )  # fmt: skip
+            _address(self._instance),
+            _address(self._do_step),
+            self._free.value,
+            tuple(block.native() for block in self._writes),
+            tuple(block.native() for block in self._reads),
+            self._finish_native,
+            self._fail_native,
+        )
 
     def _finish_native(self, status: int, time: float, size: float) -> None:
         self._time.value, self._size.value = time, size
@@ -377,9 +381,16 @@ def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:
     if start is not None and kind != "String":
         start = str(start).lower() in ("true", "1") if kind == "Boolean" else float(start) if kind == "Real" else int(start)
     return Variable(
-        v.name, causality="parameter" if v.causality == "structuralParameter" else v.causality or "local", type=kind,
-        unit=attribute("unit") or "", start=start, minimum=number(attribute("min")), maximum=number(attribute("max")),
-        nominal=number(attribute("nominal")), variability=v.variability or "continuous", description=v.description or "",
+        v.name,
+        causality="parameter" if v.causality == "structuralParameter" else v.causality or "local",
+        type=kind,
+        unit=attribute("unit") or "",
+        start=start,
+        minimum=number(attribute("min")),
+        maximum=number(attribute("max")),
+        nominal=number(attribute("nominal")),
+        variability=v.variability or "continuous",
+        description=v.description or "",
         depends_on=depends_on if v.causality == "output" else None,
         derivative_of=v.derivative.name if v.derivative is not None else "",
-    )  # fmt: skip
+    )

@@ -74,9 +74,15 @@ class ProcessPart(Part):
             command = [sys.executable, "-I", str(isolation.__file__), str(end), json.dumps(given)]
             environment = isolation.environment(self._home)
             return subprocess.Popen(
-                command, pass_fds=[end], stdin=subprocess.DEVNULL, stdout=self._errors, stderr=self._errors,
-                env=environment, cwd=self._home, start_new_session=True,
-            )  # fmt: skip
+                command,
+                pass_fds=[end],
+                stdin=subprocess.DEVNULL,
+                stdout=self._errors,
+                stderr=self._errors,
+                env=environment,
+                cwd=self._home,
+                start_new_session=True,
+            )
         code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({end})"
         environment = {**os.environ, "TMPDIR": self._home}
         return subprocess.Popen([sys.executable, "-c", code], pass_fds=[end], stderr=self._errors, env=environment)

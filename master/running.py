@@ -79,14 +79,24 @@ class Running:
         """What there is so far."""
         table = pd.DataFrame(
             {b.name: {"given": b.given, "taken": b.taken, "lost": b.lost, "relative": b.relative} for b in self.balances},
-            index=["given", "taken", "lost", "relative"], dtype=float,
-        ).T  # fmt: skip
+            index=["given", "taken", "lost", "relative"],
+            dtype=float,
+        ).T
         units = {column.name: column.unit for column in self.sink.columns}
         run = self.system.run
         return Result(
-            self.system.name, units, table, self.loops, self.time - run.start, self.index, self.rejected,
-            clock.perf_counter() - self.began, self.sink.path, self.sink, self.lacks,
-        )  # fmt: skip
+            self.system.name,
+            units,
+            table,
+            self.loops,
+            self.time - run.start,
+            self.index,
+            self.rejected,
+            clock.perf_counter() - self.began,
+            self.sink.path,
+            self.sink,
+            self.lacks,
+        )
 
 
 @dataclass

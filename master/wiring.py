@@ -140,8 +140,11 @@ def fmu_path(component: Component, system: System):
 
 
 def _values(wiring: Wiring, settings: dict[str, Any]) -> None:
-    given = [(f"[components.{name}.start]", name, variable, value)
-             for name, component in wiring.system.components.items() for variable, value in component.start.items()]  # fmt: skip
+    given = [
+        (f"[components.{name}.start]", name, variable, value)
+        for name, component in wiring.system.components.items()
+        for variable, value in component.start.items()
+    ]
     given += [("settings", *wiring.system.split(name, "settings"), value) for name, value in settings.items()]
     for where, name, variable, value in given:
         _, known = wiring.variable(f"{name}.{variable}", where)

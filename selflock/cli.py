@@ -99,9 +99,17 @@ def run(
 
     settings = _overrides(set_ or [])
     result = run_system(
-        system, settings, stop, out, progress=True, step=step, algorithm=algorithm,
-        allow_code=allow_code, unlimited=unlimited, isolate=isolate,
-    )  # fmt: skip
+        system,
+        settings,
+        stop,
+        out,
+        progress=True,
+        step=step,
+        algorithm=algorithm,
+        allow_code=allow_code,
+        unlimited=unlimited,
+        isolate=isolate,
+    )
     say(result.summary())
 
 

@@ -75,10 +75,17 @@ def sweep(
     }
     version = digest(about["system"], bench.versions, about["versions"])[:16]
     rows = map_runs(
-        run_one, study.items, context=bench, folder=out, about=about,
+        run_one,
+        study.items,
+        context=bench,
+        folder=out,
+        about=about,
         columns=lambda item: {**item["parameters"], "version": version},
-        workers=workers, scheduler=scheduler, progress=progress, title=visible(study.name),
-    )  # fmt: skip
+        workers=workers,
+        scheduler=scheduler,
+        progress=progress,
+        title=visible(study.name),
+    )
     return SweepResult(Path(out), study, pd.DataFrame(rows))
 
 

@@ -96,10 +96,15 @@ def _local(workers: int, folder: Path) -> Iterator[str]:
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 0, **QUIET}),
         _patiently(
-            LocalCluster, n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
-            local_directory=str(folder), silence_logs=logging.CRITICAL,
+            LocalCluster,
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="127.0.0.1:0",
+            local_directory=str(folder),
+            silence_logs=logging.CRITICAL,
         ) as local,
-    ):  # fmt: skip
+    ):
         yield local.scheduler_address
 
 

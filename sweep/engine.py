@@ -202,7 +202,13 @@ def _batch(seconds: float, slots: int, left: int) -> int:
 
 def _progress(on: bool) -> Progress:
     return Progress(
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[failed]} failed"),
-        TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn(),
-        disable=not on, speed_estimate_period=600,
-    )  # fmt: skip
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[failed]} failed"),
+        TimeElapsedColumn(),
+        TextColumn("left:"),
+        TimeRemainingColumn(),
+        disable=not on,
+        speed_estimate_period=600,
+    )

@@ -57,13 +57,20 @@ def report(folder: str | Path) -> Path:
     path = folder / "report.html"
     path.write_text(
         page.render(
-            policy=Markup(policy()), name=study.name, description=study.data.get("description", ""), sections=sections,
-            total=len(table), good=len(good),
-            failed=int((table["status"] == "failed").sum()), missing=int((table["status"] == "missing").sum()),
-            fmus=about["fmus"], versions=about["versions"],
+            policy=Markup(policy()),
+            name=study.name,
+            description=study.data.get("description", ""),
+            sections=sections,
+            total=len(table),
+            good=len(good),
+            failed=int((table["status"] == "failed").sum()),
+            missing=int((table["status"] == "missing").sum()),
+            fmus=about["fmus"],
+            versions=about["versions"],
         ),
-        encoding="utf-8", errors="backslashreplace",
-    )  # fmt: skip
+        encoding="utf-8",
+        errors="backslashreplace",
+    )
     return path
 
 

@@ -106,9 +106,17 @@ def from_dict(data: dict[str, Any], file: Path) -> Study:
         raise SweepError("nothing is kept of the runs: add a [record], or table = true.")
     _check_names(record, parameters, data.get("stop"))
     return Study(
-        file, data, file.parent / data["system"], data.get("stop"), table, record, parameters,
-        _settings(data.get("set", {}), vary, parameters), list(vary), data.get("report", {}),
-    )  # fmt: skip
+        file,
+        data,
+        file.parent / data["system"],
+        data.get("stop"),
+        table,
+        record,
+        parameters,
+        _settings(data.get("set", {}), vary, parameters),
+        list(vary),
+        data.get("report", {}),
+    )
 
 
 def _check_vary(name: str, table: Any) -> None:

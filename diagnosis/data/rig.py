@@ -136,16 +136,25 @@ def _rig(path: Path, data: dict) -> Rig:
         if not isinstance(table, dict):
             raise DataError(f'{path}: [logs] {pattern!r} = {table!r}: write [logs."{pattern}"], and parameters below.')
     return Rig(
-        path=path, name=head.get("name", path.stem), kind=kind, columns=columns,
+        path=path,
+        name=head.get("name", path.stem),
+        kind=kind,
+        columns=columns,
         time=LogColumn(clock.get("column", "time"), "time", clock.get("unit", ""), clock.get("factor", 1.0)),
         parameters=_numbers(path, "parameters", data.get("parameters", {})),
         uncertain=_ranges(path, data.get("uncertain", {})),
         logs={pattern: _numbers(path, f'logs."{pattern}"', table) for pattern, table in data.get("logs", {}).items()},
-        known=frozenset(head.get("known", [])), run=head.get("run", ""), linear=linear, drives=drives, named=named,
-        hold_out=head.get("hold_out", ""), simulate=head.get("simulate", ""), valid=head.get("valid", ""),
+        known=frozenset(head.get("known", [])),
+        run=head.get("run", ""),
+        linear=linear,
+        drives=drives,
+        named=named,
+        hold_out=head.get("hold_out", ""),
+        simulate=head.get("simulate", ""),
+        valid=head.get("valid", ""),
         smoothing=head.get("smoothing", 0.0),
         system=(path.parent / system) if system else None,
-    )  # fmt: skip
+    )
 
 
 def _typed(path: Path, where: str, given: dict, types: dict[str, type]) -> dict[str, Any]:

@@ -198,8 +198,11 @@ def search(outcome: Selection, path: Path) -> Path | None:
         axis.set_xlabel("loss on unseen blocks / base's")
     figure.legend(
         handles=[Patch(label=what, **look) for what, look in ROLES.items() if what in seen],
-        loc="outside lower center", ncols=len(ROLES), fontsize=9, frameon=False,
-    )  # fmt: skip
+        loc="outside lower center",
+        ncols=len(ROLES),
+        fontsize=9,
+        frameon=False,
+    )
     return save(figure, path)
 
 

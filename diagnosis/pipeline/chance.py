@@ -128,14 +128,19 @@ class Chance:
     def data(self) -> dict:
         names = [row["hypothesis"] for row in self.draws]
         return {
-            "gain": self.gain, "hypothesis": self.hypothesis,
-            "full": {"draws": len(self.draws), "failed": self.failed, "chance": self.by_chance(self.full),
-                     "quantiles": _quantiles(self.full)},
-            "quick": {"draws": len(self.quick), "chance": self.by_chance(self.quick),
-                      "quantiles": _quantiles(self.quick)},
-            "level": RULES.search.significant, "passed": self.size,
+            "gain": self.gain,
+            "hypothesis": self.hypothesis,
+            "full": {
+                "draws": len(self.draws),
+                "failed": self.failed,
+                "chance": self.by_chance(self.full),
+                "quantiles": _quantiles(self.full),
+            },
+            "quick": {"draws": len(self.quick), "chance": self.by_chance(self.quick), "quantiles": _quantiles(self.quick)},
+            "level": RULES.search.significant,
+            "passed": self.size,
             "found": {name: names.count(name) for name in sorted(set(names), key=lambda n: (-names.count(n), n))},
-        }  # fmt: skip
+        }
 
     def summary(self) -> str:
         said = self.data()
@@ -243,11 +248,21 @@ def _plot(found: Chance, path: Path) -> Path:
     else:
         axes.annotate(f"measured log: {name}, {mine:.3g} % →", (0.99, 0.76), xycoords="axes fraction", ha="right")
     axes.axhline(RULES.search.significant, color="0.5", lw=0.8, ls=":")
-    axes.annotate(f"level of a cause, {RULES.search.significant:g}", (0.995, RULES.search.significant), xycoords=("axes fraction", "data"),
-                  ha="right", va="bottom", fontsize=8, color="0.4")  # fmt: skip
+    axes.annotate(
+        f"level of a cause, {RULES.search.significant:g}",
+        (0.995, RULES.search.significant),
+        xycoords=("axes fraction", "data"),
+        ha="right",
+        va="bottom",
+        fontsize=8,
+        color="0.4",
+    )
     axes.set(
-        yscale="log", ylim=(0.5 / max(len(found.full), len(found.quick), 50), 1.2), xlim=(0.0, 1.08 * most),
-        xlabel="largest held-out gain, % of the loss that the best model leaves", ylabel="share of draws above it",
-    )  # fmt: skip
+        yscale="log",
+        ylim=(0.5 / max(len(found.full), len(found.quick), 50), 1.2),
+        xlim=(0.0, 1.08 * most),
+        xlabel="largest held-out gain, % of the loss that the best model leaves",
+        ylabel="share of draws above it",
+    )
     axes.legend(frameon=False, loc="upper right")
     return save(figure, path)

@@ -61,9 +61,15 @@ def _refuse_unlike(runs: list[MeasuredRun]) -> None:
 
 
 def diagnose_runs(
-    rig: Rig, runs: list[MeasuredRun], faults: list[DataFault], held: list[bool], out: Path | None, tell: Callable, seed: int,
+    rig: Rig,
+    runs: list[MeasuredRun],
+    faults: list[DataFault],
+    held: list[bool],
+    out: Path | None,
+    tell: Callable,
+    seed: int,
     blamed: list[dict] | None = None,
-) -> Diagnosis:  # fmt: skip
+) -> Diagnosis:
     """The diagnosis of runs that are read and checked. held: which of them judge.
 
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.

@@ -64,8 +64,15 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
     renamed = lambda name: prefix + part + name.removeprefix(component)  # as a parameter of the drive
     mine = lambda table: {renamed(name): value for name, value in table.items() if name.startswith(component + ".")}
     return replace(
-        rig, system=None, named=False, units={}, drives=(prefix,), columns=(*columns.values(), *others), only=prefix + part,
+        rig,
+        system=None,
+        named=False,
+        units={},
+        drives=(prefix,),
+        columns=(*columns.values(), *others),
+        only=prefix + part,
         parameters={f"{prefix}{part}.{name}": float(value) for name, value in given.items() if name in sheet._fields},
-        known=frozenset(renamed(name) for name in rig.known if name.startswith(component + ".")), uncertain=mine(rig.uncertain),
+        known=frozenset(renamed(name) for name in rig.known if name.startswith(component + ".")),
+        uncertain=mine(rig.uncertain),
         logs={pattern: mine(values) for pattern, values in rig.logs.items()},
-    )  # fmt: skip
+    )

@@ -179,9 +179,13 @@ def _connections(top: etree._Element, wiring: Wiring) -> None:
     for link in wiring.links:
         said = wiring.system.connections[f"{link.target}.{link.input}"]
         connection = etree.SubElement(
-            connections, tag("ssd:Connection"),
-            startElement=link.source, startConnector=link.output, endElement=link.target, endConnector=link.input,
-        )  # fmt: skip
+            connections,
+            tag("ssd:Connection"),
+            startElement=link.source,
+            startConnector=link.output,
+            endElement=link.target,
+            endConnector=link.input,
+        )
         if not said.convert:
             connection.set("suppressUnitConversion", "true")
         if (said.factor, said.offset) != (1.0, 0.0):

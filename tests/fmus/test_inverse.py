@@ -21,9 +21,15 @@ def draw():
 def test_the_torque_of_a_load_s_motion(draw):
     for _ in range(100):
         p = load.Parameters(
-            mass=draw.uniform(0.0, 3.0), arm_angle=draw.uniform(-3.0, 3.0), damping=draw.uniform(0.0, 1.0),
-            constant_torque=draw.uniform(-2.0, 2.0), mass_error=0.3, arm_error=0.05, inertia_error=-0.02, tilt_error=0.1,
-        )  # fmt: skip
+            mass=draw.uniform(0.0, 3.0),
+            arm_angle=draw.uniform(-3.0, 3.0),
+            damping=draw.uniform(0.0, 1.0),
+            constant_torque=draw.uniform(-2.0, 2.0),
+            mass_error=0.3,
+            arm_error=0.05,
+            inertia_error=-0.02,
+            tilt_error=0.1,
+        )
         s = load.State(draw.uniform(-4.0, 4.0), draw.uniform(-5.0, 5.0))
         torque = draw.uniform(-20.0, 20.0)
         end, out = load.advance(p, s, torque, draw.choice([0.0, 1e-3]))

@@ -19,8 +19,10 @@ def two_masses(system, **run):
             "b": ("Mass", {"mass": 2.0, "stiffness": 1.0}),
             "s": ("Spring", {"stiffness": 3.0, "length": 1.0}),
         },
-        TWO_MASSES, stop=2.0, **run,
-    )  # fmt: skip
+        TWO_MASSES,
+        stop=2.0,
+        **run,
+    )
 
 
 def exact(time):

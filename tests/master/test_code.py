@@ -97,12 +97,26 @@ def test_what_is_allowed_is_shown_before_it_runs(evil, caplog):
 @pytest.mark.parametrize(
     "part",
     [
-        "selflock.cli:main", "selflock.cli:app", "selflock.cli:Path", "selflock.master.code:import_module",
-        "selflock.master.simulation:run", "selflock.master.system:System", "selflock.fmus.build:os", "selflock.master.process:os",
-        "selflock.master.face:Part", "selflock.fmus.build:Path", "selflock:master", "selflock.vehicle:Robot.step", "selflock.os:system",
-        "selflock.", "selflock.vehicle:", ":", "selflock..os:system", "selflock.vehicle:Robot\0",
+        "selflock.cli:main",
+        "selflock.cli:app",
+        "selflock.cli:Path",
+        "selflock.master.code:import_module",
+        "selflock.master.simulation:run",
+        "selflock.master.system:System",
+        "selflock.fmus.build:os",
+        "selflock.master.process:os",
+        "selflock.master.face:Part",
+        "selflock.fmus.build:Path",
+        "selflock:master",
+        "selflock.vehicle:Robot.step",
+        "selflock.os:system",
+        "selflock.",
+        "selflock.vehicle:",
+        ":",
+        "selflock..os:system",
+        "selflock.vehicle:Robot\0",
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("allowed", [False, True])
 def test_of_this_package_only_parts(part, allowed):
     with pytest.raises(master.DescriptionError):
@@ -112,10 +126,15 @@ def test_of_this_package_only_parts(part, allowed):
 @pytest.mark.parametrize(
     "part",
     [
-        "selflock.vehicle:Robot", "master.vehicle:Robot", "selflock.study.manoeuvre:Setpoints", "master.study.manoeuvre:Setpoints",
-        "diagnosis.playback:Playback", "selflock.diagnosis.output.playback:PowerStage", "selflock.diagnosis.systems.parts:Signals",
+        "selflock.vehicle:Robot",
+        "master.vehicle:Robot",
+        "selflock.study.manoeuvre:Setpoints",
+        "master.study.manoeuvre:Setpoints",
+        "diagnosis.playback:Playback",
+        "selflock.diagnosis.output.playback:PowerStage",
+        "selflock.diagnosis.systems.parts:Signals",
     ],
-)  # fmt: skip
+)
 def test_parts_of_this_package_need_no_leave(part):
     assert isinstance(code.load_part(part, "", False), type)
 

@@ -57,11 +57,13 @@ def test_a_small_part_is_a_few_lines():
 
 
 def test_it_runs_in_a_system():
-    description = master.from_dict({
-        "run": {"stop": 1.0, "step": 0.1},
-        "components": {"s": {"part": f"{__name__}:Sine"}, "w": {"part": f"{__name__}:Flywheel"}},
-        "connections": {"w.torque": "s.torque"},
-    })  # fmt: skip
+    description = master.from_dict(
+        {
+            "run": {"stop": 1.0, "step": 0.1},
+            "components": {"s": {"part": f"{__name__}:Sine"}, "w": {"part": f"{__name__}:Flywheel"}},
+            "connections": {"w.torque": "s.torque"},
+        }
+    )
     speed = master.run(description, allow_code=True).table["w.speed"]
     assert speed.iloc[-1] == pytest.approx(sum(math.sin(0.1 * n) for n in range(10)) * 0.1 / 2.0)
 

@@ -49,9 +49,16 @@ def processes() -> set[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("deed", "said"),
-    [("exit", "code 3"), ("crash", "SIGSEGV"), ("hang", "nothing within 1 s"), ("memory", "SIGSEGV"),
-     ("garbage", "4294967295 bytes"), ("failure", "no answer|more than was asked"), ("pickle", "where at most 8 are read|bytes where 8 are due")],
-)  # fmt: skip
+    [
+        ("exit", "code 3"),
+        ("crash", "SIGSEGV"),
+        ("hang", "nothing within 1 s"),
+        ("memory", "SIGSEGV"),
+        ("garbage", "4294967295 bytes"),
+        ("failure", "no answer|more than was asked"),
+        ("pickle", "where at most 8 are read|bytes where 8 are due"),
+    ],
+)
 def test_one_message_and_the_results_until_then(hostile, tmp_path, deed, said):
     with pytest.raises(master.PartFailed, match=said) as caught:
         hostile(deed, f"touch {tmp_path}/run", step_timeout=1.0 if deed == "hang" else 0.0)
@@ -117,10 +124,23 @@ def test_only_fmus_are_isolated(system, refused):
 
 @pytest.mark.parametrize(
     "told",
-    ["", "[]", "1", "null", "{}", '{"log": 1}', '{"log": [1]}', '{"log": [], "error": 1}', '{"log": [], "error": {}}',
-     '{"log": [], "error": {"failed": [1]}}', '{"log": [], "error": {"failed": [1, 2, 3, 4, 5, 6]}}', "[" * 100_000, "\x80",
-     '{"log": [], "error": {"failed": [1' + "0" * 400 + ', 2, "", {}, [], ""]}}'],
-)  # fmt: skip
+    [
+        "",
+        "[]",
+        "1",
+        "null",
+        "{}",
+        '{"log": 1}',
+        '{"log": [1]}',
+        '{"log": [], "error": 1}',
+        '{"log": [], "error": {}}',
+        '{"log": [], "error": {"failed": [1]}}',
+        '{"log": [], "error": {"failed": [1, 2, 3, 4, 5, 6]}}',
+        "[" * 100_000,
+        "\x80",
+        '{"log": [], "error": {"failed": [1' + "0" * 400 + ', 2, "", {}, [], ""]}}',
+    ],
+)
 def test_answers_that_are_none(told):
     with pytest.raises(Garbled):
         understood(told.encode("latin-1"), "x")

@@ -23,28 +23,36 @@ SPACES = {
 
 def lift(counter, teller):
     """A system that uses all that a system file knows, but faults: two drives with names that are no file names."""
-    return master.from_dict({
-        "system": {"name": "lift ü", "description": "two motors <and> a load"},
-        "run": {"stop": 0.2, "step": 0.002, "algorithm": "jacobi", "open_inputs": True, "interval": 0.01,
+    return master.from_dict(
+        {
+            "system": {"name": "lift ü", "description": "two motors <and> a load"},
+            "run": {
+                "stop": 0.2,
+                "step": 0.002,
+                "algorithm": "jacobi",
+                "open_inputs": True,
+                "interval": 0.01,
                 "record": ["left motor.torque", "left motor.speed", "left_motor.torque", "load.*", "count.word", "tell.*"],
-                "order": ["load", "left motor", "left_motor", "watch", "count", "tell"]},
-        "components": {
-            "left motor": {"fmu": "selflock:Motor", "step": 0.001, "start": {"voltage": 12.0, "resistance": 1 / 3}},
-            "left_motor": {"fmu": "selflock:Motor", "start": {"voltage": -2.0, "inductance": 0.0}},
-            "load": {"fmu": "selflock:Load", "start": {"inertia": 0.01}},
-            "watch": {"fmu": "selflock:Sensor", "start": {"resolution": 0.25}},
-            "count": {"fmu": counter, "process": True, "start": {"gain": 0.1}},
-            "tell": {"fmu": teller, "start": {"count_in": 3, "flag_in": True, "word_in": "a < b & ü", "mood": 2}},
-        },
-        "connections": {
-            "left motor.speed": {"from": "load.speed", "factor": 7.0, "offset": 0.125},
-            "left_motor.speed": "load.speed",
-            "load.torque": {"from": "left motor.torque", "factor": 1 / 7},
-            "watch.value": {"from": "load.angle", "convert": False},
-            "count.u": "watch.reading",
-        },
-        "bonds": [{"effort": "left motor.torque", "flow": "load.speed", "name": "shaft"}],
-    })  # fmt: skip
+                "order": ["load", "left motor", "left_motor", "watch", "count", "tell"],
+            },
+            "components": {
+                "left motor": {"fmu": "selflock:Motor", "step": 0.001, "start": {"voltage": 12.0, "resistance": 1 / 3}},
+                "left_motor": {"fmu": "selflock:Motor", "start": {"voltage": -2.0, "inductance": 0.0}},
+                "load": {"fmu": "selflock:Load", "start": {"inertia": 0.01}},
+                "watch": {"fmu": "selflock:Sensor", "start": {"resolution": 0.25}},
+                "count": {"fmu": counter, "process": True, "start": {"gain": 0.1}},
+                "tell": {"fmu": teller, "start": {"count_in": 3, "flag_in": True, "word_in": "a < b & ü", "mood": 2}},
+            },
+            "connections": {
+                "left motor.speed": {"from": "load.speed", "factor": 7.0, "offset": 0.125},
+                "left_motor.speed": "load.speed",
+                "load.torque": {"from": "left motor.torque", "factor": 1 / 7},
+                "watch.value": {"from": "load.angle", "convert": False},
+                "count.u": "watch.reading",
+            },
+            "bonds": [{"effort": "left motor.torque", "flow": "load.speed", "name": "shaft"}],
+        }
+    )
 
 
 @pytest.fixture
@@ -158,11 +166,16 @@ def test_the_same_bytes_twice(counter, native, tmp_path):
 
 
 def test_parts_in_process_are_packed_as_fmus(tmp_path):
-    made = master.from_dict({
-        "run": {"stop": 0.5, "step": 0.01, "open_inputs": True, "record": ["setpoints.*", "control.voltage"]},
-        "components": {"setpoints": {"part": "selflock.study.manoeuvre:Setpoints"}, "control": {"fmu": "selflock:Controller"}},
-        "connections": {"control.angle_setpoint": "setpoints.rear_angle", "control.speed_setpoint": "setpoints.rear_speed"},
-    })  # fmt: skip
+    made = master.from_dict(
+        {
+            "run": {"stop": 0.5, "step": 0.01, "open_inputs": True, "record": ["setpoints.*", "control.voltage"]},
+            "components": {
+                "setpoints": {"part": "selflock.study.manoeuvre:Setpoints"},
+                "control": {"fmu": "selflock:Controller"},
+            },
+            "connections": {"control.angle_setpoint": "setpoints.rear_angle", "control.speed_setpoint": "setpoints.rear_speed"},
+        }
+    )
     path = export(made, tmp_path / "s.ssp")
     with zipfile.ZipFile(path) as archive:
         assert "resources/Setpoints.fmu" in archive.namelist()

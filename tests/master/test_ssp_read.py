@@ -218,8 +218,12 @@ def test_values_from_a_file_of_their_own(tmp_path):
 
 
 def test_a_packed_ssp_inside_an_ssp(tmp_path):
-    inside = archive(tmp_path / "inner.ssp", '<ssd:System name="I"><ssd:Connectors><ssd:Connector name="out" kind="output"><ssc:Real unit="deg"/></ssd:Connector></ssd:Connectors>'
-                     f"<ssd:Elements>{A}</ssd:Elements><ssd:Connections>{connection('A.y', 'out')}</ssd:Connections></ssd:System>", extra={"resources/source.fmu": SOURCE})  # fmt: skip
+    inside = archive(
+        tmp_path / "inner.ssp",
+        '<ssd:System name="I"><ssd:Connectors><ssd:Connector name="out" kind="output"><ssc:Real unit="deg"/></ssd:Connector></ssd:Connectors>'
+        f"<ssd:Elements>{A}</ssd:Elements><ssd:Connections>{connection('A.y', 'out')}</ssd:Connections></ssd:System>",
+        extra={"resources/source.fmu": SOURCE},
+    )
     outer = (
         '<ssd:Component name="Sub" type="application/x-ssp-package" source="resources/inner.ssp">'
         '<ssd:Connectors><ssd:Connector name="out" kind="output"/></ssd:Connectors></ssd:Component>'
@@ -239,20 +243,55 @@ def test_a_packed_ssp_inside_an_ssp(tmp_path):
         (flat_pair(connection("A.y", "C.u")), "'C'"),
         (flat_pair(connection("A.z", "B.u")), "'A.z'"),
         (flat_pair(connection("B.u", "A.y")), "wrong way"),
-        (flat_pair(connection("A.y", "B.u", '<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/></ssc:BooleanMappingTransformation>')), "BooleanMappingTransformation"),
+        (
+            flat_pair(
+                connection(
+                    "A.y",
+                    "B.u",
+                    '<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/></ssc:BooleanMappingTransformation>',
+                )
+            ),
+            "BooleanMappingTransformation",
+        ),
         (flat_pair(connection("A.y", "B.u"), bindings=binding(real("B.q", 1))), "'B.q'"),
         (flat_pair(connection("A.y", "B.u"), bindings=binding(real("B.p", 1, "lightyear"))), "lightyear"),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("resources/sink.fmu", "../../sink.fmu")), "outside"),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("resources/sink.fmu", "resources/none.fmu")), "not in the SSP"),
-        (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("<ssd:Component ", '<ssd:Component implementation="ModelExchange" ')), "model exchange"),
+        (
+            flat_pair(
+                connection("A.y", "B.u"), inner_b=B.replace("<ssd:Component ", '<ssd:Component implementation="ModelExchange" ')
+            ),
+            "model exchange",
+        ),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('"u" kind="input"', '"u" kind="inout"')), "'u' is of kind inout"),
-        (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('"u" kind="input"/>', '"u" kind="input"><ssc:Real unit="deg"/></ssd:Connector>')), "'u' is in deg, its FMU says rad"),
-        (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('"u" kind="input"/>', '"u" kind="input"><ssc:Binary/></ssd:Connector>')), "Binary"),
-        (flat_pair(connection("A.y", "B.u"), inner_b=B + '<ssd:SignalDictionaryReference name="bus" dictionary="d"/>'), "'bus' is a signal dictionary"),
-        (mapped('<ssm:MappingEntry source="x" target="B.p"><ssc:LinearTransformation factor="2"/></ssm:MappingEntry>', '<ssv:Parameter name="x"><ssv:Boolean value="true"/></ssv:Parameter>'), "x = True is no number"),
+        (
+            flat_pair(
+                connection("A.y", "B.u"),
+                inner_b=B.replace('"u" kind="input"/>', '"u" kind="input"><ssc:Real unit="deg"/></ssd:Connector>'),
+            ),
+            "'u' is in deg, its FMU says rad",
+        ),
+        (
+            flat_pair(
+                connection("A.y", "B.u"),
+                inner_b=B.replace('"u" kind="input"/>', '"u" kind="input"><ssc:Binary/></ssd:Connector>'),
+            ),
+            "Binary",
+        ),
+        (
+            flat_pair(connection("A.y", "B.u"), inner_b=B + '<ssd:SignalDictionaryReference name="bus" dictionary="d"/>'),
+            "'bus' is a signal dictionary",
+        ),
+        (
+            mapped(
+                '<ssm:MappingEntry source="x" target="B.p"><ssc:LinearTransformation factor="2"/></ssm:MappingEntry>',
+                '<ssv:Parameter name="x"><ssv:Boolean value="true"/></ssv:Parameter>',
+            ),
+            "x = True is no number",
+        ),
         ("<ssd:Sytem/>", "not valid SSP 1.0"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_read_is_refused_by_name(tmp_path, system, says):
     with pytest.raises(DescriptionError, match=says):
         read_system(tmp_path, system)

@@ -110,19 +110,21 @@ def hoist(tmp_path_factory):
 
 def as_toml():
     """The same by hand in our own words, in the units of the FMUs."""
-    return master.from_dict({
-        "run": {"start": 0.5, "stop": 1.5, "step": 0.001},
-        "components": {
-            "Drive/M": {"fmu": "selflock:Motor", "start": {"voltage": 12.0, "resistance": 0.4, "inductance": 0.0005}},
-            "Drum": {"fmu": "selflock:Load", "start": {"inertia": 0.25}},
-            "Eye": {"fmu": "selflock:Sensor"},
-        },
-        "connections": {
-            "Drive/M.speed": {"from": "Drum.speed", "factor": 10.0},  # rad/s to rev/min, times 10, and back
-            "Drum.torque": {"from": "Drive/M.torque", "factor": 10.0},
-            "Eye.value": {"from": "Drum.angle", "factor": 180 / np.pi, "convert": False},
-        },
-    })  # fmt: skip
+    return master.from_dict(
+        {
+            "run": {"start": 0.5, "stop": 1.5, "step": 0.001},
+            "components": {
+                "Drive/M": {"fmu": "selflock:Motor", "start": {"voltage": 12.0, "resistance": 0.4, "inductance": 0.0005}},
+                "Drum": {"fmu": "selflock:Load", "start": {"inertia": 0.25}},
+                "Eye": {"fmu": "selflock:Sensor"},
+            },
+            "connections": {
+                "Drive/M.speed": {"from": "Drum.speed", "factor": 10.0},  # rad/s to rev/min, times 10, and back
+                "Drum.torque": {"from": "Drive/M.torque", "factor": 10.0},
+                "Eye.value": {"from": "Drum.angle", "factor": 180 / np.pi, "convert": False},
+            },
+        }
+    )
 
 
 def test_a_nested_system_of_others_runs_as_the_same_system_in_our_words(hoist):

@@ -92,11 +92,14 @@ def swept(folder, hostile):
 
 def structure(folder, hostile):
     folder.mkdir()
-    made = master.from_dict({
-        "system": {"name": hostile, "description": hostile}, "run": {"open_inputs": True},
-        "components": {hostile: {"fmu": "selflock:Motor", "start": {"resistance": 0.5}}, "g": {"fmu": "selflock:Reducer"}},
-        "connections": {f"{hostile}.speed": "g.input_speed"},
-    })  # fmt: skip
+    made = master.from_dict(
+        {
+            "system": {"name": hostile, "description": hostile},
+            "run": {"open_inputs": True},
+            "components": {hostile: {"fmu": "selflock:Motor", "start": {"resistance": 0.5}}, "g": {"fmu": "selflock:Reducer"}},
+            "connections": {f"{hostile}.speed": "g.input_speed"},
+        }
+    )
     with zipfile.ZipFile(export(made, folder / "a.ssp")) as archive:
         (folder / "index.html").write_bytes(archive.read("documentation/index.html"))
     return folder / "index.html"

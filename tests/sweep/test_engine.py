@@ -221,9 +221,15 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
     (tmp_path / "cluster.py").write_text(code)
     path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     cluster = subprocess.Popen(
-        [sys.executable, tmp_path / "cluster.py"], env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True,
-    )  # fmt: skip
+        [sys.executable, tmp_path / "cluster.py"],
+        env={**os.environ, "PYTHONPATH": path},
+        cwd=tmp_path,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+    )
 
     def kill_then(item):
         if item == 4:

@@ -56,10 +56,11 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows, r
     gear = SimpleNamespace(prefix="", uses=lambda name: True)
     layout = SimpleNamespace(per_bin=samples_in_a_bin, block=lambda run: np.arange(n) // 500)
     experiment = SimpleNamespace(
-        layout=layout, residuals=[gear],
+        layout=layout,
+        residuals=[gear],
         compare=lambda residual, values: [(np.full(n, values["amount"]), effect + noise, np.ones(n, bool))],
         channels={(0, ""): SimpleNamespace(take=None)},
-    )  # fmt: skip
+    )
     problem = SimpleNamespace(experiment=experiment, train=np.ones(10, bool), absolute=dict)
     base, fit = (SimpleNamespace(values={"amount": amount}) for amount in (0.0, effect))
     assert Step._shows(SimpleNamespace(problem=problem, base=base), SimpleNamespace(fitted=fit)) == shows

@@ -127,9 +127,14 @@ class Recording(Case):
 
 
 def hide(
-    names: list[str], seed: int, target: float | None = None, faulty: bool = False, recorder: Recorder | None = None,
-    duration: float | None = None, longest: float = np.inf,
-) -> Recording:  # fmt: skip
+    names: list[str],
+    seed: int,
+    target: float | None = None,
+    faulty: bool = False,
+    recorder: Recorder | None = None,
+    duration: float | None = None,
+    longest: float = np.inf,
+) -> Recording:
     """Hide causes by name (DRAWS; [] is none) so strongly that each raises the error `target` times; see bench.hide.
 
     Names and seed decide; `recorder`, the log's `duration` and its `longest` may be given.
@@ -172,9 +177,22 @@ def hide(
         measured = tuple(name for name in recorder.channels if name not in UNSEEN and name not in ("voltage", "supply"))
         logs[0], placed = faults.spoil_recording(logs[0], rng, measured)
     return Recording(
-        seed, sheet, truth, hidden, strengths, ratios, plans, faulty, placed,
-        recorder=recorder, base=base, logs=logs, floor=floor, off=off, forms=forms,
-    )  # fmt: skip
+        seed,
+        sheet,
+        truth,
+        hidden,
+        strengths,
+        ratios,
+        plans,
+        faulty,
+        placed,
+        recorder=recorder,
+        base=base,
+        logs=logs,
+        floor=floor,
+        off=off,
+        forms=forms,
+    )
 
 
 def _lasting(cause: Cause, times: float) -> Cause:

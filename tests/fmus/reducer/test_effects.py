@@ -108,8 +108,16 @@ def test_torque_of_an_imposed_motion(name, torque, speed):
         before = state
         state, out = shaft.impose(p, state, at, speed, output, speed / 50, 1e-3)
         end = at + speed * 1e-3
-        expected = formula(torque, math.copysign(1.0, speed), speed, end, output + speed / 50 * 1e-3, (i + 1) * 1e-3, before.heat,
-                           abs(speed) * 1e-3 * (i + 1))  # fmt: skip
+        expected = formula(
+            torque,
+            math.copysign(1.0, speed),
+            speed,
+            end,
+            output + speed / 50 * 1e-3,
+            (i + 1) * 1e-3,
+            before.heat,
+            abs(speed) * 1e-3 * (i + 1),
+        )
         assert out.output_torque == pytest.approx(torque, rel=1e-9)
         assert out.input_torque == pytest.approx(expected, rel=1e-9)
         assert out.loss_power >= 0.0
@@ -270,17 +278,46 @@ signed = st.one_of(st.just(0.0), st.floats(-1.0, 1.0))
     torque=st.floats(-5.0, 5.0), speed=st.floats(-60.0, 60.0), output_speed=signed, push=st.floats(-0.3, 0.3), mode=st.booleans(),
 )  # fmt: skip
 def test_any_mixture_ends_and_makes_no_energy(
-    stribeck, viscous, asymmetry, driving, backdriving, load, drag, preload, ripple, play, compliance, cold, heat, wear,
-    torque, speed, output_speed, push, mode,
-):  # fmt: skip
+    stribeck,
+    viscous,
+    asymmetry,
+    driving,
+    backdriving,
+    load,
+    drag,
+    preload,
+    ripple,
+    play,
+    compliance,
+    cold,
+    heat,
+    wear,
+    torque,
+    speed,
+    output_speed,
+    push,
+    mode,
+):
     p = P(
-        friction_kinetic=0.02, friction_static=0.03, stribeck_speed=10 * stribeck, viscous_damping=1e-3 * viscous,
-        friction_asymmetry=asymmetry, viscous_asymmetry=-asymmetry, driving_friction=0.1 * driving,
-        backdriving_friction=0.1 * backdriving, driving_load_slope=0.01 * load, drag_torque=0.01 * drag,
-        preload=preload, input_ripple=ripple, output_ripple=-ripple,
-        backlash=0.01 * play, compliance=1e-3 * compliance, cold_excess=0.8 * cold, heat_coefficient=0.1 * heat,
+        friction_kinetic=0.02,
+        friction_static=0.03,
+        stribeck_speed=10 * stribeck,
+        viscous_damping=1e-3 * viscous,
+        friction_asymmetry=asymmetry,
+        viscous_asymmetry=-asymmetry,
+        driving_friction=0.1 * driving,
+        backdriving_friction=0.1 * backdriving,
+        driving_load_slope=0.01 * load,
+        drag_torque=0.01 * drag,
+        preload=preload,
+        input_ripple=ripple,
+        output_ripple=-ripple,
+        backlash=0.01 * play,
+        compliance=1e-3 * compliance,
+        cold_excess=0.8 * cold,
+        heat_coefficient=0.1 * heat,
         wear_rate=0.1 * wear,
-    )  # fmt: skip
+    )
     state = shaft.relaxed(p, torque, speed, 0.0, output_speed)
     softened = p.shaft_stiffness / (1.0 + p.shaft_stiffness * p.compliance)
     for i in range(6):

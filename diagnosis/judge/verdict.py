@@ -102,9 +102,8 @@ class Judge:
         old, new = problem.absolute(without.values), problem.absolute(outcome.final.values)
         residual = most_mended(experiment, old, new, self.train)
         was, now, noise = Mending(experiment, residual, old, new, self.judged).levels()
-        if (
-            was < RULES.judge.quiet * noise or now <= (1.0 - RULES.search.shows) * was
-        ):  # data without the error can refute nothing
+        silent = was < RULES.judge.quiet * noise  # data without the error can refute nothing
+        if silent or now <= (1.0 - RULES.search.shows) * was:
             return None
         return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
 

@@ -34,7 +34,6 @@ class Experiment:
     residuals: tuple[Residual, ...]
     channels: Mapping[tuple[int, str], Any]
     steady = False
-    by_fmus = False  # whether FMUs run in the laws' places
 
     def __init__(self) -> None:
         self._memory: dict[str, dict] = {}

@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from selflock.rooms import called_as
 
@@ -31,7 +32,7 @@ class StudyResult:
         table.add_column("measured", ratio=2)
         table.add_column("")
         for claim in self.claims:
-            verdict = "[green]holds[/green]" if claim.holds else "[bold red]FAILS[/bold red]"
+            verdict = Text("holds", "green") if claim.holds else Text("FAILS", "bold red")
             table.add_row(str(claim.number), claim.text, claim.measured, verdict)
         return table
 

@@ -2,11 +2,16 @@
 
 import json
 import math
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from selflock.master.errors import ResultError
+from selflock.study import StudyResult
 from selflock.study.claims import ROWS, Check, Curves, evaluate
 from selflock.study.claims.torque import least_admissible
 from tests.study.synthetic import FACTS, TIME, ideal
@@ -120,3 +125,13 @@ def test_least_admissible_is_the_edge_of_the_cone(mu, load):
     alpha = FACTS.alpha
     edge = max(math.tan(alpha - math.atan(mu)), 0.0) * abs(load)
     assert least_admissible(load, mu, alpha, 0.0, 1e-4) == pytest.approx(edge, abs=1.01e-4 * abs(load) * math.tan(alpha))
+
+
+def test_the_terminals_table_says_the_verdict_in_words():
+    """The terminal reads no markup, for names come from strangers: colour must not be written as text."""
+    good = evaluate(ideal())[0]
+    claims = [good, replace(good, error="no data")]
+    console = Console(markup=False, width=100, record=True, file=StringIO())
+    console.print(StudyResult(Path("report.html"), claims).table())
+    told = console.export_text()
+    assert "holds" in told and "FAILS" in told and "[" not in told

@@ -87,6 +87,8 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
             _same_everywhere(client, scheduler, (*RUNS, "selflock.sweep", function.__module__))
         client.register_plugin(Holder(parcel), name=parcel.name)
         stack.callback(_leave, client, parcel.name)
+        if not scheduler:
+            stack.callback(_all_back, client, workers)
         yield Pool(client, parcel.name, function)
 
 
@@ -116,6 +118,16 @@ def _patiently(make: Callable, *given: Any, **more: Any) -> Any:
         except AssertionError:  # all that Dask says then
             continue
     raise SweepError("Dask did not start within 20 s: this machine is too busy. Nothing is lost; give the same command again.")
+
+
+def _all_back(client: Client, workers: int) -> None:
+    """Wait for a worker that is being started again: Dask's own closing fails in between (a process not yet begun is joined)."""
+    if client.status != "running":
+        return
+    try:
+        client.wait_for_workers(workers, timeout=ANSWER)
+    except Exception:  # it will not come back; what was computed is on disk
+        logging.getLogger(__name__).debug("a worker did not come back", exc_info=True)
 
 
 def _leave(client: Client, name: str) -> None:

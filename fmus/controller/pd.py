@@ -126,14 +126,21 @@ def start(p, angle_setpoint, speed_setpoint, angle, speed, motor_speed, output_t
     return State(u, 0.0, effects, 0.0, 0.0, u, u, u, u, u, u, u, u, u)
 
 
+def after(s, since):
+    """The state of a controller that took its last sample so long before, s."""
+    line = s.past0, s.past1, s.past2, s.past3, s.past4, s.past5, s.past6, s.past7, s.past8
+    return State(s.command, s.resting, s.effects, since, s.age, *line)
+
+
 def moved(line, before, after, slot, dt):
     """The delay line (age, newest ... oldest) after dt, in which the command went straight from before to after."""
     age, a, b, c, d, e, f, g, h, i = line
     count = floor((age + dt) / slot)
-    n = max(1.0, count - SLOTS)  # older slots fall out of the line at once
-    while n <= count:
-        a, b, c, d, e, f, g, h, i = before + (after - before) * ((n * slot - age) / dt), a, b, c, d, e, f, g, h
-        n += 1.0
+    left = min(count - 1.0, SLOTS)  # older slots fall out of the line at once; counted down, for count may be beyond 2^53
+    while left >= 0.0:
+        share = ((count - left) * slot - age) / dt
+        a, b, c, d, e, f, g, h, i = before + (after - before) * share, a, b, c, d, e, f, g, h
+        left -= 1.0
     return min(max(age + dt - count * slot, 0.0), slot), a, b, c, d, e, f, g, h, i
 
 

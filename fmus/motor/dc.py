@@ -100,6 +100,11 @@ def torque_of_current(p, x):
     return p.torque_constant * x.current / (1.0 + weakening(p, x)) + added_torque(p, x)
 
 
+def torque_law(p, x):
+    """The same as M = K I + M_c: the constant K that its effects leave, N.m/A, and the torque M_c beside it, N.m."""
+    return p.torque_constant / (1.0 + weakening(p, x)), added_torque(p, x)
+
+
 def follow(p, s, current, speed, angle, dt):
     """The inverse of the winding: current (A), speed and angle of the rotor are measured after dt. State, torque in N.m.
 

@@ -55,6 +55,8 @@ def test_the_torque_of_a_measured_current(effects, draw):
         angle += speed * 1e-3
         followed, torque = dc.follow(p, followed, out.current, speed, angle, 1e-3)
         assert torque == pytest.approx(out.torque, rel=1e-12, abs=1e-15)
+        constant, beside = dc.torque_law(p, dc.Condition(0.0, speed, out.current, angle, followed.heat))
+        assert constant * out.current + beside == pytest.approx(torque, rel=1e-12, abs=1e-15)
         assert followed.heat == pytest.approx(s.heat if effects else followed.heat, rel=1e-12)
 
 

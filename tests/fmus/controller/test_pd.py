@@ -156,3 +156,10 @@ def test_delay_converges_with_the_step():
         voltages = run(p, lambda t: (0.05 * math.sin(5.0 * (t + h)), 1.0, 0.0, 1.0, 50.0, 0.0), steps, h)
         errors.append(max(abs(voltages[n] - 20.0 * math.sin(5.0 * (n * h - 0.02))) for n in range(steps // 2, steps)))
     assert errors[-1] < 20.0 * (5.0 * 0.02 / 8) ** 2
+
+
+@pytest.mark.parametrize("delay", [1e-9, 1e-15, 1e-22])
+def test_a_delay_of_next_to_nothing_is_none_and_ends(delay):
+    """Its delay line moves on by more slots in a step than a float counts."""
+    p, inputs = pd.Parameters(command_delay=delay, voltage_max=1e9), lambda t: (t, 1.0, 0.0, 1.0, 50.0, 0.0)
+    assert run(p, inputs, 20, 1e-3) == pytest.approx(run(pd.Parameters(voltage_max=1e9), inputs, 20, 1e-3), rel=1e-2)

@@ -1,7 +1,8 @@
 """Faults in the data: found, named and masked, never dropped silently.
 
-Each check marks samples of one channel as not to be trusted and adds a row to the list of faults. The checks know
-nothing of the drive: they look for what no drive does. What a drive may do (rest, saturate, jump on command) passes.
+Each check marks samples of one channel as not to be trusted and adds a row to the list of faults. The checks know no
+laws of the drive, only which channels tell of one motion: they look for what no drive does. What a drive may do (rest,
+saturate, jump on command, hit a stop) passes.
 """
 
 from __future__ import annotations
@@ -9,14 +10,16 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from ..rules import RULES
 from .log import VALID, MeasuredRun
 from .rig import Rig, split
-from .signals import ANGLE_OF, COMMANDS, GIVEN, SIGNALS, SPEED_OF
+from .signals import ANGLE_OF, COMMANDS, MOVES, SPEED_OF, TORQUES
+from .stuck import Stills, clipped, frozen, resolution, spread, stretches
 
-_MAY_REST = {"reducer.input_angle", "load.angle", "motor.supply_voltage", "motor.temperature"}
+_FEELS = {*MOVES, *TORQUES, "controller.voltage", "motor.duty", "motor.voltage", "motor.supply_voltage"}
+"""Signals in which an impact shows, in a voltage by the controller's answer."""
 
 
 @dataclass(frozen=True)
@@ -44,21 +47,34 @@ def check(runs: list[MeasuredRun], rig: Rig) -> list[DataFault]:
         faults += _clock(run, rig)
         for name in run.signals:
             faults += _spans(run, name, ~run.good[name], "non-finite")
-            _, bare = split(name, rig.drives)
-            if bare in COMMANDS or name == VALID:
-                continue
-            moves = bare in SIGNALS and bare not in GIVEN  # what else may rest or repeat a value nobody knows
-            for kind, test in (("corrupted", _corrupted), ("clipped", _clipped), ("frozen", _frozen)):
-                if not (moves or kind == "corrupted"):
-                    continue
-                bad = test(run, name, bare) & run.good[name]
-                faults += _spans(run, name, bad, kind)
-                run.good[name] = run.good[name] & ~bad
+        for name, bad in _corrupted(run, rig).items():
+            faults += _masked(run, name, bad, "corrupted")
+        faults += _stuck(run, rig)
         if rig.kind == "steady" and rig.run:  # else rows are points already
             faults += _at_rest(run, rig)
         if VALID in run.signals:  # as the rig says, and no fault
             for name in run.good:
                 run.good[name] &= run.signals[VALID] > 0.0
+    return faults
+
+
+def _masked(run: MeasuredRun, name: str, bad: np.ndarray, kind: str) -> list[DataFault]:
+    """These samples are not to be trusted."""
+    bad = bad & run.good[name]
+    run.good[name] = run.good[name] & ~bad
+    return _spans(run, name, bad, kind)
+
+
+def _stuck(run: MeasuredRun, rig: Rig) -> list[DataFault]:
+    """Clipped and frozen channels; clipped ones first, for at its limit a channel stands still as well."""
+    faults: list[DataFault] = []
+    stills = Stills(run, rig.drives)
+    names = stills.asked()
+    for name in names:
+        stills.clipped[name] = clipped(stills, name)
+        faults += _masked(run, name, stills.clipped[name], "clipped")
+    for name, bad in frozen(stills, names).items():
+        faults += _masked(run, name, bad, "frozen")
     return faults
 
 
@@ -78,7 +94,7 @@ def _clock(run: MeasuredRun, rig: Rig) -> list[DataFault]:
         return faults
     steps = np.diff(run.time)
     usual = float(np.median(steps))
-    for place in np.flatnonzero(steps > RULES.data.gap * usual):
+    for place in np.flatnonzero(run.behind_gaps) - 1:
         detail = f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual"
         rows = int(run.rows[place]), int(run.rows[place + 1])
         faults.append(DataFault(run.log, "time", *rows, "missing", run.name, detail))
@@ -104,98 +120,79 @@ def _at_rest(run: MeasuredRun, rig: Rig) -> list[DataFault]:
     return faults
 
 
-def _corrupted(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
+def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
+    """Samples of each channel that are wrong alone. A spike of a torque that others feel is an impact.
+
+    An angle or a speed has no such: nothing is elsewhere for a few samples and back.
+    """
+    bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
+    spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS}
+    places: dict[str, list[np.ndarray]] = {}
+    for name, bare in bares.items():
+        if bare in _FEELS:
+            place = SPEED_OF.get(bare, bare)  # angle and speed may come from one encoder
+            places.setdefault(name.removesuffix(bare) + place, []).append(_filled(run, name, spikes.get(name)))
+    for name, bad in spikes.items():
+        if bares[name] in TORQUES and bad.any():
+            spikes[name] = bad & ~_impacts(bad, [there for place, there in places.items() if place != name])
+    return spikes
+
+
+def _impacts(bad: np.ndarray, places: list[list[np.ndarray]]) -> np.ndarray:
+    """Those of the bad stretches that are felt in other places."""
+    starts, lengths = stretches(bad)
+    impact = np.zeros(len(starts), bool)
+    for length in np.unique(lengths[bad[starts]]):
+        here = bad[starts] & (lengths == length)
+        impact[here] = _felt(places, int(length), len(bad))[starts[here] + length // 2]
+    return np.repeat(impact, lengths)
+
+
+def _filled(run: MeasuredRun, name: str, bad: np.ndarray | None = None) -> np.ndarray:
+    """A channel with a line across what is no number, or bad."""
+    good = run.good[name] if bad is None else run.good[name] & ~bad
+    return np.interp(np.arange(len(run)), np.flatnonzero(good), run.signals[name][good]) if good.any() else np.zeros(len(run))
+
+
+def _felt(places: list[list[np.ndarray]], length: int, samples: int) -> np.ndarray:
+    """Rows about which channels of several places bend, over a spike of this length, as they rarely do."""
+    rules, span = RULES.data, length + 2
+    count = np.zeros(samples, int)
+    for there in places:
+        bent = np.zeros(samples, bool)
+        for x in there:
+            bend = np.zeros(samples)
+            bend[span:-span] = abs(x[2 * span :] - 2.0 * x[span:-span] + x[: -2 * span])
+            bent |= bend > np.quantile(bend, rules.spike_tail)
+        count += maximum_filter1d(bent.astype(int), 2 * rules.impact_reach + 1)
+    return count >= rules.impact_witnesses
+
+
+def _spikes(run: MeasuredRun, name: str) -> np.ndarray:
     """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %."""
-    x, n, rules = run.signals[name], len(run), RULES.data
+    n, rules = len(run), RULES.data
     bad = np.zeros(n, bool)
     good = run.good[name]
     if good.sum() < rules.spike_samples:
         return bad
-    filled = np.interp(np.arange(n), np.flatnonzero(good), x[good])
+    filled = _filled(run, name)
     away = abs(filled - median_filter(filled, size=2 * rules.spike + 1, mode="reflect"))
     tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
     scale = max(rules.deviation * float(np.median(away)), tail, resolution(filled))
-    spread = _spread(filled, rules.range_quantiles)
-    suspect = (away > rules.corrupted * scale) & (away > rules.spike_range * spread)
+    width = spread(filled, rules.range_quantiles)
+    suspect = (away > rules.corrupted * scale) & (away > rules.spike_range * width)
     ends = np.ones(n, bool)
     ends[rules.spike : -rules.spike] = False  # there a step looks like a spike: it must be larger than the signal itself
-    suspect &= ~ends | (away > rules.spike_range_at_ends * spread)
-    starts, lengths = _stretches(suspect)
+    suspect &= ~ends | (away > rules.spike_range_at_ends * width)
+    starts, lengths = stretches(suspect)
     short = suspect[starts] & (lengths <= rules.spike)
+    short[short] = [_alone(filled, a, a + length) for a, length in zip(starts[short], lengths[short])]
     return np.repeat(short, lengths)
 
 
-def _stretches(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Starts and lengths of stretches of one value."""
-    starts = np.flatnonzero(np.concatenate([[True], np.diff(x) != 0]))
-    return starts, np.diff(np.concatenate([starts, [len(x)]]))
-
-
-def _spread(x: np.ndarray, quantiles: tuple[float, float]) -> float:
-    """How far apart these quantiles of x are."""
-    return float(np.ptp(np.quantile(x, quantiles)))
-
-
-def _clipped(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
-    """The same extreme value again and again in a finely resolved channel that otherwise hardly repeats a value."""
-    x, rules = run.signals[name], RULES.data
-    bad = np.zeros(len(x), bool)
-    finite = x[np.isfinite(x)]
-    levels = len(np.unique(finite))
-    if bare in _MAY_REST or levels < rules.clipped_levels:
-        return bad
-    most = max(rules.clipped_samples, rules.clipped_samples * len(finite) / levels)
-    starts, lengths = _stretches(x)
-    for extreme in (finite.max(), finite.min()):
-        at = x == extreme
-        long = (lengths >= rules.clipped_stretch) & at[starts]
-        if extreme != 0.0 and long.sum() >= rules.clipped_stretches and at.sum() > most:
-            bad |= at
-    return bad
-
-
-def _frozen(run: MeasuredRun, name: str, bare: str) -> np.ndarray:
-    """One value for much longer than this channel's own noise allows, while others say that the drive moved."""
-    x, rules = run.signals[name], RULES.data
-    bad = np.zeros(len(x), bool)
-    if len(x) < rules.frozen_samples or bare in {"motor.supply_voltage", "motor.temperature"}:
-        return bad
-    same = np.diff(x) == 0
-    usual = np.clip(np.median([np.mean(part) for part in np.array_split(same, rules.frozen_parts)]), *rules.frozen_shares)
-    limit = max(rules.frozen_shortest, np.log(rules.frozen_chance / len(x)) / np.log(usual))
-    starts, lengths = _stretches(x)
-    for start, length in zip(starts[lengths >= limit], lengths[lengths >= limit]):
-        if _others_move(run, name, bare, slice(start, start + length), limit):
-            bad[start + 1 : start + length] = True  # the first value was measured
-    return bad
-
-
-def _others_move(run: MeasuredRun, name: str, bare: str, stretch: slice, limit: float) -> bool:
-    """Whether another channel shows that this one should have moved: a speed for an angle, anything for a torque.
-
-    For more than `limit` samples: so many equal values are chance, such as the last ones before a rest.
-    """
-    prefix = name[: len(name) - len(bare)]
-    if bare in SPEED_OF:
-        witnesses = [SPEED_OF[bare]]
-    elif bare in ANGLE_OF:
-        witnesses = [ANGLE_OF[bare]]
-    else:
-        witnesses = ["reducer.input_speed", "load.speed", "motor.voltage", "motor.current", "motor.torque"]
-    for witness in witnesses:
-        values = run.signals.get(prefix + witness)
-        if values is None or prefix + witness == name or not np.all(np.isfinite(values[stretch])):
-            continue
-        part, spread = values[stretch], _spread(values[np.isfinite(values)], RULES.data.range_quantiles)
-        away = abs(part) if bare in SPEED_OF else abs(part - np.median(part))
-        moved = np.median(away) if bare in SPEED_OF else _spread(part, RULES.data.witness_quantiles)
-        least = RULES.data.witness_share * spread
-        if spread > 0 and moved > least and (away > least).sum() > limit:
-            return True
-    return False
-
-
-def resolution(values: np.ndarray) -> float:
-    """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
-    steps = np.diff(np.unique(values[np.isfinite(values)]))
-    return float(np.quantile(steps, RULES.data.smallest_step)) if len(steps) else 0.0
+def _alone(x: np.ndarray, first: int, end: int) -> bool:
+    """Whether the samples on both sides have nothing of what is between them: an impact builds up, lasts or rings down."""
+    beside = np.append(x[max(first - RULES.data.spike, 0) : first], x[end : end + RULES.data.spike])
+    usual = np.median(beside)
+    height = float(np.min(abs(x[first:end] - usual)))
+    return bool(np.max(abs(beside - usual)) < RULES.data.spike_beside * height)

@@ -39,6 +39,14 @@ class MeasuredRun:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def behind_gaps(self) -> np.ndarray:
+        """Samples before which others are missing, bool."""
+        steps = np.diff(self.time)
+        return np.append(
+            np.zeros(min(1, len(self)), bool), steps > RULES.data.gap * np.median(steps) if len(steps) else steps > 0.0
+        )
+
     def head(self, samples: int) -> MeasuredRun:
         """The first samples, as a run of its own."""
         signals, good = ({name: x[:samples] for name, x in which.items()} for which in (self.signals, self.good))

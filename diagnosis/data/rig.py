@@ -24,7 +24,7 @@ _RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str
 _TIME = {"column": str, "unit": str, "factor": float}
 _COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
-_CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed")}
+_CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed", "whole", "parts")}
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ class Rig:
     named: bool = False  # columns named component.variable stand for themselves
     hold_out: str = ""  # EVERY_SECOND | "" (blocks)
     valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
-    simulate: str = ""  # forward rigs: the whole drive, "open" | "closed"; "": each component on its measured inputs
+    simulate: str = (
+        ""  # forward rigs: the whole drive, "open" | "closed" | "whole"; "parts": each component on its measured inputs
+    )
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
     logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive

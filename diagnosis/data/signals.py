@@ -43,6 +43,9 @@ ANGLE_OF = {speed: angle for angle, speed in SPEED_OF.items()}
 MOVES = tuple(name for pair in SPEED_OF.items() for name in pair)
 """Signals that tell of a motion."""
 
+TORQUES = {"motor.current", "motor.torque", "reducer.input_torque", "reducer.output_torque"}
+"""Signals that tell what drives the motion: an impact may show in them for a sample, and in no motion."""
+
 COMMANDS = {"controller.angle_setpoint", "controller.speed_setpoint", "controller.voltage", "motor.duty"}
 """Signals that the experimenter gives as numbers: no sensor is between."""
 
@@ -51,6 +54,9 @@ RELATIVE = {"reducer.input_angle"}
 
 GIVEN = COMMANDS | {"motor.voltage"}
 """Signals that follow from what is given: they may rest, jump and saturate without being faulty."""
+
+VOLTAGES = ("controller.voltage", "motor.voltage")
+"""What a converter may average over its step."""
 
 _LINEAR = {"rad": "m", "rad/s": "m/s", "N.m": "N"}
 

@@ -8,6 +8,8 @@ from .rule import developed, rule
 
 CHECKED = developed("Logs and rigs are read, checked for faults and cut into component replays")
 REFUSED = developed("What cannot carry a diagnosis is refused")
+STUCK = developed("A channel that stands still is held against what tells of the same motion") + "; seeds 10 000 to 10 059"
+IMPACT = developed("An impact is no corrupted sample: it has neighbours, or others feel it") + "; seeds 10 000 to 10 059"
 AT_REST = developed("A steady-state point at rest is told by its mean's own uncertainty")
 
 
@@ -41,6 +43,15 @@ class DataRules:
     spike_tail: float = rule(0.98, "quantile of the distances from neighbours that may be the signal's own", CHECKED)
     spike_tail_deviations: float = rule(3.0, "deviations that this quantile is taken for", CHECKED)
     spike_range: float = rule(0.25, "share of the signal's range that a spike exceeds", CHECKED)
+    spike_beside: float = rule(
+        0.25, "share of a spike that its neighbours on both sides stay below; an impact builds up, lasts or rings down", IMPACT
+    )
+    impact_reach: int = rule(2, "samples by which others may show an impact sooner or later", IMPACT)
+    impact_witnesses: int = rule(
+        2,
+        "other places (a shaft, a voltage, a torque) that bend as they rarely do (spike_tail) where a torque's spike is an impact and no fault",
+        IMPACT,
+    )
     spike_range_at_ends: float = rule(
         1.5,
         "the same at the ends of a run, where a step looks like a spike: larger than the signal itself",
@@ -49,14 +60,31 @@ class DataRules:
     range_quantiles: tuple[float, float] = rule((0.02, 0.98), "quantiles between which a signal's range lies", CHECKED)
 
     # --- clipped and frozen channels
-    clipped_levels: int = rule(100, "different values without which a channel is too coarse to tell clipping", CHECKED)
-    clipped_stretch: int = rule(3, "samples in a row at the extreme value", CHECKED)
-    clipped_stretches: int = rule(2, "such stretches that clipping takes", CHECKED)
-    clipped_samples: int = rule(
-        10, "samples at the extreme value, and times as often as a usual value, beyond which it is clipped", CHECKED
+    apart: float = rule(
+        4.0,
+        "times as far as they may that the angles told by two channels come apart while one of them stands still",
+        STUCK,
     )
+    apart_and_odd: float = rule(2.0, "the same where the channel's own noise too would not leave it still for so long", STUCK)
+    apart_agreed: float = rule(
+        0.5, "the same that a second witness has to say, where there is one: one alone may be at fault", STUCK
+    )
+    apart_usual: float = rule(0.98, "quantile of how far they come apart elsewhere that they may", STUCK)
+    apart_rows: int = rule(4096, "samples of the longest window in which that is looked at", STUCK)
+    apart_share: float = rule(0.05, "the same, as a share of the run: of fewer windows no quantile can be told", STUCK)
+    ratio_parts: int = rule(100, "parts of a run over which the ratio of two angles is a weighted median", STUCK)
+    clipped_stretch: int = rule(3, "samples in a row at the extreme value", CHECKED)
+    let_go: float = rule(
+        2.0, "times a large usual step (range_quantiles) by which a channel jumps when it is let go, and not from a limit", STUCK
+    )
+    clipped_beside: int = rule(10, "values beside the extreme one that tell how often it would be found by chance", STUCK)
     frozen_samples: int = rule(100, "samples of a run without which a frozen channel is not looked for", CHECKED)
     frozen_parts: int = rule(20, "parts of a run over which the usual share of repeated values is a median", CHECKED)
+    noisy_repeats: float = rule(
+        0.28,
+        "that share above which a channel's noise is finer than its steps: without noise a steady motion repeats values",
+        "theory: 1 / (2 √π), where a normal law's deviation is one step",
+    )
     frozen_shares: tuple[float, float] = rule((1e-3, 0.95), "bounds of that share", CHECKED)
     frozen_shortest: float = rule(20.0, "samples of the shortest frozen stretch", CHECKED)
     frozen_chance: float = rule(
@@ -64,12 +92,20 @@ class DataRules:
         "chance of so long a stretch anywhere in a log, below which it is no chance: ln(chance / samples) / ln(share)",
         CHECKED,
     )
+    usual_stills: int = rule(
+        3,
+        "stretches alike from which on they are the channel's way, as rests of counts or a gear's play are, and no fault",
+        STUCK,
+    )
     witness_quantiles: tuple[float, float] = rule(
         (0.05, 0.95),
         "quantiles between which another channel moved meanwhile",
         developed("Tests of the diagnosis' own units, and its benchmark"),
     )
-    witness_share: float = rule(0.1, "share of that channel's range that shows that the drive moved", CHECKED)
+    witness_share: float = rule(0.1, "share of that channel's range that shows that something happened", CHECKED)
+    moving_share: float = rule(
+        0.02, "share of a fast motion's way (range_quantiles) from which on a drive moves, and a torque has to change", STUCK
+    )
     smallest_step: float = rule(0.05, "quantile of the steps between a channel's values that is its resolution", CHECKED)
 
     # --- steady-state points at rest

@@ -1,0 +1,390 @@
+"""Channels that stand still where the drive does not: frozen at a value, or clipped at the end of their range.
+
+A channel repeats a value honestly where the drive rests, where it moves by less than the channel resolves, and where a
+command holds it. So what stands still is held against what tells of the same motion: all angles and speeds of a drive
+are one motion but for gear, play, lag and rounding, and how far two of them come apart elsewhere in the log says how far
+they may. A current or a torque has no such counterpart; its own noise says for how long it may repeat a value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
+from scipy.stats import poisson
+
+from ..rules import RULES
+from .log import MeasuredRun
+from .rig import split
+from .signals import ANGLE_OF, MOVES, SPEED_OF, TORQUES
+
+_OTHERS = ("controller.voltage", "motor.duty", "motor.voltage", "motor.current", "motor.torque")
+"""Where these change a torque does, in a drive that stands still too."""
+
+
+def stretches(x: np.ndarray, parted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and lengths of stretches of one value; a row where `parted` begins a new one."""
+    begins = np.concatenate([[True], np.diff(x) != 0])
+    starts = np.flatnonzero(begins if parted is None else begins | parted)
+    return starts, np.diff(np.append(starts, len(x)))
+
+
+def spread(x: np.ndarray, quantiles: tuple[float, float]) -> float:
+    """How far apart these quantiles of x are."""
+    return float(np.ptp(np.quantile(x, quantiles)))
+
+
+def resolution(values: np.ndarray) -> float:
+    """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
+    steps = np.diff(np.unique(values[np.isfinite(values)]))
+    return float(np.quantile(steps, RULES.data.smallest_step)) if len(steps) else 0.0
+
+
+@dataclass
+class Stills:
+    """A run's channels where they stand still, and what tells whether they may; made before any of them is masked for it."""
+
+    run: MeasuredRun
+    drives: tuple[str, ...]
+    clipped: dict[str, np.ndarray] = field(default_factory=dict)  # rows, by channel
+
+    def __post_init__(self) -> None:
+        self.gaps = self.run.behind_gaps
+        self.sound = {name: good.copy() for name, good in self.run.good.items()}  # neither lost nor corrupted
+        self._memory: dict = {}
+
+    def once(self, make: Callable[..., Any], *given: Any) -> Any:
+        """What `make` answers, for all who ask. Little is kept: a log may be an hour long."""
+        key = (make.__name__, *given)
+        if key not in self._memory:
+            self._memory[key] = make(*given)
+        return self._memory[key]
+
+    def asked(self) -> list[str]:
+        """Channels that may not stand still while the drive moves."""
+        wanted = TORQUES.union(MOVES)
+        return [name for name in self.run.signals if split(name, self.drives)[1] in wanted and self.sound[name].any()]
+
+    def of(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Starts and lengths of a channel's stretches; gaps and rows that are not sound end them."""
+        ends = ~self.sound[name]
+        return stretches(self.run.signals[name], self.gaps | ends | np.append(False, ends[:-1]))
+
+    def turned(self, name: str) -> np.ndarray:
+        """The angle that an angle or a speed tells of."""
+        return self.once(self._turned, name)
+
+    def _turned(self, name: str) -> np.ndarray:
+        x, good, row = self.run.signals[name], self.sound[name], np.arange(len(self.run))
+        x = np.interp(row, row[good], x[good])
+        speed = split(name, self.drives)[1] in ANGLE_OF
+        return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(self.run.time))) if speed else x
+
+    def grain(self, name: str) -> float:
+        """The smallest angle that an angle or a speed tells of."""
+        return self.once(self._grain, name)
+
+    def _grain(self, name: str) -> float:
+        step = resolution(self.run.signals[name])
+        return step * float(np.median(np.diff(self.run.time))) if split(name, self.drives)[1] in ANGLE_OF else step
+
+    def shafts(self, prefix: str) -> list[str]:
+        """Channels of a drive that tell of its motion."""
+        return [prefix + name for name in MOVES if prefix + name in self.sound and self.sound[prefix + name].any()]
+
+    def moving(self, prefix: str) -> np.ndarray:
+        """For each shaft of a drive, about which rows it moves."""
+        return self.once(self._moving, prefix)
+
+    def _moving(self, prefix: str) -> np.ndarray:
+        rows = int(_sizes(np.array([RULES.data.frozen_shortest]), len(self.run))[0])
+        moving = []
+        for name in self.shafts(prefix):
+            way = _within(self.turned(name), rows)
+            moving.append(way > RULES.data.moving_share * np.quantile(way, RULES.data.range_quantiles[1]))
+        return np.array(moving).reshape(-1, len(self.run))
+
+    def width(self, name: str) -> float:
+        """How far a channel's usual values lie apart."""
+        return self.once(self._width, name)
+
+    def _width(self, name: str) -> float:
+        return spread(self.run.signals[name][self.sound[name]], RULES.data.range_quantiles)
+
+    def repeats(self, name: str) -> float:
+        """The usual share of rows that repeat the value before: a rest or a fault is in the smaller part of a log."""
+        return self.once(self._repeats, name)
+
+    def _repeats(self, name: str) -> float:
+        x = self.run.signals[name][self.sound[name]]
+        inside = (x[1:] != x.max()) & (x[1:] != x.min())
+        parts = np.array_split((np.diff(x) == 0)[inside], RULES.data.frozen_parts)
+        return float(np.median([np.mean(part) for part in parts if len(part)] or [1.0]))
+
+    def noisy(self, name: str) -> bool:
+        """Whether a channel's noise is coarser than its steps, so that it hardly repeats a value even where nothing changes."""
+        return self.repeats(name) <= RULES.data.noisy_repeats
+
+    def chance(self, name: str) -> float:
+        """Rows for which a channel's own noise may leave its value as it is, once in a thousand million logs."""
+        usual = np.clip(self.repeats(name), *RULES.data.frozen_shares)
+        return float(np.log(RULES.data.frozen_chance / len(self.run)) / np.log(usual))
+
+    def witnesses(self, name: str) -> list[str]:
+        """Channels that tell of the same motion."""
+        prefix, bare = split(name, self.drives)
+        return [other for other in self.shafts(prefix) if other != name] if bare in MOVES else []
+
+    def apart(self, name: str, witness: str) -> np.ndarray:
+        """The angle that a channel tells of less that of a witness, with the gear between them."""
+        return self.turned(name) - self.once(self._ratio, name, witness) * self.turned(witness)
+
+    def _ratio(self, name: str, witness: str) -> float:
+        """What one angle turns for each of another, of most of the way: faults are in a smaller part."""
+        ends = np.linspace(0, len(self.run) - 1, RULES.data.ratio_parts + 1).astype(int)
+        turned, way = np.diff(self.turned(name)[ends]), np.diff(self.turned(witness)[ends])
+        moved = (way != 0) & (turned != 0)  # where one stands still it may be at fault
+        if not moved.any():
+            return 0.0
+        ratio, weight = turned[moved] / way[moved], abs(way[moved])
+        order = np.argsort(ratio)
+        sums = np.cumsum(weight[order])
+        return float(ratio[order][np.searchsorted(sums, 0.5 * sums[-1])])
+
+    def may(self, name: str, witness: str, rows: int) -> float:
+        """How far the two may come apart within so many rows.
+
+        All but a few windows keep it in which neither stays at a value for half the time or at its extreme: such a one may
+        be at fault. Not a number where too few are left.
+        """
+        return self.once(self._may, name, witness, rows)
+
+    def _may(self, name: str, witness: str, rows: int) -> float:
+        unsure = self.gaps.copy()
+        for channel in (name, witness):
+            starts, lengths = self.of(channel)
+            unsure |= self.extreme(channel)
+            unsure |= np.repeat(lengths >= max(rows / 2, RULES.data.clipped_stretch), lengths)
+        clear = maximum_filter1d(unsure.astype(np.int8), rows) == 0
+        clear[:rows] = clear[-rows:] = False
+        if clear.sum() < rows:
+            return float("nan")
+        usual = float(np.quantile(_within(self.apart(name, witness), rows)[clear], RULES.data.apart_usual))
+        return max(usual, self.grain(name), abs(self.once(self._ratio, name, witness)) * self.grain(witness))
+
+    def extreme(self, name: str) -> np.ndarray:
+        """Rows in a stretch at the highest or the lowest value: more than a touch."""
+        x, (starts, lengths) = self.run.signals[name], self.of(name)
+        ends = (x[self.sound[name]].max(), x[self.sound[name]].min())
+        return np.repeat((lengths >= RULES.data.clipped_stretch) & np.isin(x[starts], ends), lengths)
+
+    def asleep(self, name: str, rows: int, at_limit: bool) -> np.ndarray:
+        """About which rows a channel does not show the motion: for most of so many it repeats a value or is lost.
+
+        Or it is clipped; at_limit: a clipped speed will do, for it shows that the shaft turns.
+        """
+        starts, lengths = self.of(name)
+        clipped = self.clipped.get(name, np.zeros(len(self.run), bool))
+        still = (np.repeat(lengths >= RULES.data.frozen_shortest, lengths) & ~clipped) | ~self.sound[name]
+        asleep = uniform_filter1d(still.astype(float), rows) > 0.5
+        if not (at_limit and split(name, self.drives)[1] in ANGLE_OF):
+            asleep |= maximum_filter1d(clipped, rows)
+        return asleep
+
+
+def _within(x: np.ndarray, rows: int) -> np.ndarray:
+    """How far x goes within so many rows about each."""
+    return maximum_filter1d(x, rows) - minimum_filter1d(x, rows)
+
+
+def _sizes(lengths: np.ndarray, total: int) -> np.ndarray:
+    """Rows of the windows in which stretches of these lengths are looked at: powers of two, for there are few of these."""
+    longest = max(2.0, min(RULES.data.apart_rows, total * RULES.data.apart_share))
+    return 2 ** np.floor(np.log2(np.minimum(lengths, longest))).astype(int)
+
+
+# --- clipped
+
+
+def clipped(stills: Stills, name: str) -> np.ndarray:
+    """Rows at the highest or the lowest value of a channel, where that is not the drive's but the end of its range."""
+    x, sound = stills.run.signals[name], stills.sound[name]
+    ends = {side: side * float((side * x[sound]).max()) for side in (1.0, -1.0)}
+    told = {side for side, end in ends.items() if end != 0.0 and _is_limit(stills, name, side, end)}
+    if told and ends[1.0] == -ends[-1.0]:  # a range as far to both sides: the other end is one too
+        told = set(ends)
+    return sound & np.isin(x, [ends[side] for side in told])
+
+
+def _is_limit(stills: Stills, name: str, side: float, end: float) -> bool:
+    """Whether a channel's extreme value is the end of its range.
+
+    So say a witness that goes on while the channel stays, or a noise that would not let it touch the same value so often.
+    """
+    rules = RULES.data
+    starts, lengths = stills.of(name)
+    here = (stills.run.signals[name][starts] == end) & (lengths >= rules.clipped_stretch)
+    if not here.any() or (here.sum() == 1 and _let_go(stills, name, int((starts + lengths)[here][0]))):
+        return False
+    witnesses = stills.witnesses(name)
+    said = np.array([_beyond(stills, name, witness, side, starts[here], lengths[here]) for witness in witnesses])
+    beyond = np.max(np.nan_to_num(said) * _agreed(said)) if witnesses else 0.0
+    if beyond > rules.apart:
+        return True
+    angle = split(name, stills.drives)[1] in SPEED_OF  # which may rest at the end of its travel
+    odd = not angle and lengths[here].max() > stills.chance(name) and _crowded(stills, name, side)
+    return odd and (beyond > rules.apart_and_odd if witnesses else stills.noisy(name))
+
+
+def _beyond(stills: Stills, name: str, witness: str, side: float, starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """For each stretch: how many times as far as it may a witness goes on to this side; not a number where it shows nothing."""
+    apart, found = side * stills.apart(name, witness), np.full(len(starts), np.nan)
+    sizes = _sizes(lengths, len(apart))
+    for rows in np.unique(sizes):
+        asleep = stills.asleep(witness, int(rows), at_limit=False)
+        for place in np.flatnonzero(sizes == rows):
+            here = slice(starts[place], starts[place] + lengths[place])
+            if asleep[here].mean() <= 0.5:
+                found[place] = (apart[here][0] - apart[here].min()) / stills.may(name, witness, int(rows))
+    return found
+
+
+def _agreed(said: np.ndarray) -> np.ndarray:
+    """Whether of the witnesses (rows) of each stretch a second says so too, where there are two: one may be at fault."""
+    awake = np.isfinite(said).sum(axis=0)
+    return (np.nan_to_num(said) > RULES.data.apart_agreed).sum(axis=0) >= np.minimum(awake, 2)
+
+
+def _let_go(stills: Stills, name: str, row: int) -> bool:
+    """Whether a channel jumps to this row, as a frozen one does when it is let go; from its limit it comes back as it went."""
+    x, sound = stills.run.signals[name], stills.sound[name]
+    if row >= len(x) or not sound[row] or stills.gaps[row]:
+        return False
+    usual = float(np.quantile(abs(np.diff(x[sound])), RULES.data.range_quantiles[1]))
+    return bool(abs(x[row] - x[row - 1]) > RULES.data.let_go * usual)
+
+
+def _crowded(stills: Stills, name: str, side: float) -> bool:
+    """Whether an extreme value is found more often than chance allows, by how often the values beside it are."""
+    rules = RULES.data
+    x = stills.run.signals[name][stills.sound[name]]
+    _, counts = np.unique(side * x, return_counts=True)
+    beside = counts[-1 - rules.clipped_beside : -1]
+    usual = (beside.sum() + 1.0) / max(len(beside), 1)
+    return float(poisson.sf(counts[-1] - 1, usual)) < rules.frozen_chance
+
+
+# --- frozen
+
+
+@dataclass(frozen=True)
+class _Still:
+    """A stretch that seems frozen, by this witness; of a torque by whatever moves, which is not named."""
+
+    start: int
+    length: int
+    name: str
+    witness: str = ""
+
+
+def frozen(stills: Stills, names: list[str]) -> dict[str, np.ndarray]:
+    """Rows of each channel that repeat a value while others say that it should have changed.
+
+    The longest stretch first: where a channel is let go it jumps, and of another that rests just then it would seem so too.
+    """
+    rows = {name: np.zeros(len(stills.run), bool) for name in names}
+    if len(stills.run) < RULES.data.frozen_samples:
+        return rows
+    found = [still for name in names for still in _candidates(stills, name)]
+    for still in sorted(found, key=lambda still: -still.length):
+        end = still.start + still.length
+        if not (still.witness and rows[still.witness][max(still.start - 1, 0) : end + 1].any()):
+            rows[still.name][still.start + 1 : end] = True  # the first value was measured
+    return rows
+
+
+def _candidates(stills: Stills, name: str) -> list[_Still]:
+    """Stretches of one value that others say are too long."""
+    rules = RULES.data
+    starts, lengths = stills.of(name)
+    long = (lengths >= rules.frozen_shortest) & ~stills.clipped[name][starts]
+    starts, lengths = starts[long], lengths[long]
+    if not len(starts):
+        return []
+    prefix, bare = split(name, stills.drives)
+    odd = _longer_than_chance(stills, name, starts, lengths)
+    found = []
+    never = stills.repeats(name) <= rules.frozen_shares[0] and len(lengths) <= rules.usual_stills  # not even at rest
+    if bare not in MOVES or never:
+        found = [_Still(start, length, name) for start, length in zip(starts[odd], lengths[odd])]
+    witnesses = stills.witnesses(name)
+    ways, times, said = (np.full((len(witnesses), len(starts)), np.nan) for _ in range(3))
+    for k, witness in enumerate(witnesses):
+        ways[k], times[k], said[k] = _moved(stills, name, witness, starts, lengths)
+    partner = prefix + {**SPEED_OF, **ANGLE_OF}.get(bare, "")
+    for k, witness in enumerate(witnesses):
+        told = _agreed(said) & (said[k] > np.where(odd, rules.apart_and_odd, rules.apart))
+        if witness != partner:  # a shaft may stand still while the other turns, by the play between them
+            told &= ~(times[witnesses.index(partner)] <= 1.0) if partner in witnesses else _unusual(ways[k])
+        found += [_Still(start, length, name, witness) for start, length in zip(starts[told], lengths[told])]
+    return found
+
+
+def _unusual(way: np.ndarray) -> np.ndarray:
+    """Which of these have few others that are at least half as large."""
+    alike = len(way) - np.searchsorted(np.sort(way), 0.5 * way)
+    return alike <= RULES.data.usual_stills
+
+
+def _moved(stills: Stills, name: str, witness: str, starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """For each stretch of one value, three rows: how far a channel and a witness come apart in it; how many times as far as
+    they may; and this where the witness shows the motion, not a number where it nowhere does."""
+    apart, found = stills.apart(name, witness), np.empty((3, len(starts)))
+    sizes = _sizes(lengths, len(apart))
+    for rows in map(int, np.unique(sizes)):
+        here = sizes == rows
+        first = starts[here] + rows // 2  # of the windows that lie inside, about their middles
+        edges = np.column_stack([first, first + lengths[here] - 2 * (rows // 2) + 1]).ravel()
+        way = _within(apart, rows)
+        asleep = stills.asleep(witness, rows, at_limit=split(name, stills.drives)[1] in SPEED_OF)
+        shown = np.where(asleep, -np.inf, way)
+        farthest = [np.maximum.reduceat(np.append(x, 0.0), edges)[::2] for x in (way, way, shown)]
+        found[:, here] = farthest
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found[1:, here] /= stills.may(name, witness, rows)
+    found[2, ~np.isfinite(found[2])] = np.nan
+    return found
+
+
+def _longer_than_chance(stills: Stills, name: str, starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Stretches in which a channel's own noise would have shown: it repeats a value for too long, while the drive moves.
+
+    An angle seems to have noise as long as it moves, and has none where it rests.
+    """
+    limit = max(RULES.data.frozen_shortest, stills.chance(name))
+    odd = (lengths >= limit) & (split(name, stills.drives)[1] not in SPEED_OF)
+    odd[odd] = [_drive_moves(stills, name, slice(a, a + n), limit) for a, n in zip(starts[odd], lengths[odd])]
+    return odd
+
+
+def _drive_moves(stills: Stills, name: str, stretch: slice, limit: float) -> bool:
+    """Whether something happens for more rows of a stretch than chance leaves a value equal.
+
+    Where a channel's noise is coarser than its steps it shows in every motion; else others must change, for a torque may
+    well be the same all along a steady motion.
+    """
+    rules, prefix = RULES.data, split(name, stills.drives)[0]
+    if stills.noisy(name) and np.any(stills.moving(prefix)[:, stretch].sum(axis=1) > limit):
+        return True
+    for other in (*ANGLE_OF, *_OTHERS):
+        x = stills.run.signals.get(prefix + other)
+        if x is None or prefix + other == name or not stills.sound[prefix + other][stretch].all():
+            continue
+        part, least = x[stretch], rules.witness_share * stills.width(prefix + other)
+        away = abs(part - np.median(part))
+        if least > 0 and spread(part, rules.witness_quantiles) > least and (away > least).sum() > limit:
+            return True
+    return False

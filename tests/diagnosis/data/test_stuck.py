@@ -1,0 +1,165 @@
+"""Frozen and clipped channels, beside what stands still honestly: a motion that every test records otherwise."""
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.data.rig import LogColumn, Rig
+
+RATIO, STEP = 50.0, 1e-3
+INPUT, SPEED, OUTPUT, LOAD, CURRENT = (
+    "reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed", "motor.current",
+)  # fmt: skip
+
+
+@pytest.fixture
+def rig(tmp_path):
+    return Rig(tmp_path / "rig.toml", "bench", "forward", (LogColumn(LOAD, LOAD),), {}, time=LogColumn("time", "time"))
+
+
+@pytest.fixture
+def speed(rng):
+    """Of the load: moves to and fro with rests between, 12 s."""
+    parts = []
+    while sum(map(len, parts)) * STEP < 12.0:
+        top, ramp, flat, rest = rng.uniform(0.3, 3.0), *rng.uniform((0.1, 0.1, 0.05), (0.3, 0.6, 0.4))
+        up = np.linspace(0.0, 1.0, int(ramp / STEP))
+        move = top * np.concatenate([up, np.ones(int(flat / STEP)), up[::-1]])
+        parts += [(-1) ** (len(parts) // 2) * move, np.zeros(int(rest / STEP))]
+    return np.concatenate(parts)
+
+
+def turned(speed):
+    return np.cumsum(speed) * STEP
+
+
+def counted(angle, counts):
+    count = 2.0 * np.pi / counts
+    return count * np.floor(angle / count)
+
+
+def difference(angle, rows):
+    before = np.maximum(np.arange(len(angle)) - rows, 0)
+    return (angle - angle[before]) / (rows * STEP)
+
+
+def run_of(**signals):
+    n = len(next(iter(signals.values())))
+    return MeasuredRun("log.csv", "", np.arange(n), STEP * np.arange(n), dict(signals))
+
+
+def recorded(rng, speed, counts=2000, rows=3, noise=0.3):
+    """Both shafts: the motor's by a tachometer, the load's by counts and their difference; and a current."""
+    angle = turned(speed)
+    torque = np.convolve(np.gradient(speed) / STEP / 20.0 + np.sign(speed), np.ones(60) / 60.0, "same")
+    current = torque + 0.05 * rng.standard_normal(len(speed))
+    return run_of(
+        **{
+            INPUT: counted(RATIO * angle, counts),
+            SPEED: RATIO * speed + noise * rng.standard_normal(len(speed)),
+            OUTPUT: counted(angle, counts),
+            LOAD: difference(counted(angle, counts), rows),
+            CURRENT: 0.01 * np.round(current / 0.01),
+        }
+    )
+
+
+def fast(speed, length):
+    """First row of a stretch in which the load goes far, neither first nor last."""
+    way = np.abs(turned(speed)[length:] - turned(speed)[:-length])
+    return 500 + int(np.argmax(way[500 : -500 - length]))
+
+
+def rows(faults, kind, channel, count):
+    told = np.zeros(count, bool)
+    for fault in faults:
+        if (fault.kind, fault.channel) == (kind, channel):
+            told[fault.first : fault.last + 1] = True
+    return told
+
+
+def kinds(faults):
+    return {(fault.kind, fault.channel) for fault in faults}
+
+
+@pytest.mark.parametrize("counts, rows_back", [(500, 1), (2000, 3), (20_000, 10)])
+def test_a_sound_drive_rests_and_moves_by_less_than_a_count(rig, rng, speed, counts, rows_back):
+    assert check([recorded(rng, speed, counts, rows_back)], rig) == []
+
+
+@pytest.mark.parametrize("channel", [INPUT, SPEED, OUTPUT, LOAD, CURRENT])
+def test_a_frozen_channel_is_told_and_no_other(rig, rng, speed, channel):
+    run, length = recorded(rng, speed), 300
+    first = fast(speed, length)
+    run.signals[channel][first : first + length] = run.signals[channel][first]
+    faults = check([run], rig)
+    assert kinds(faults) == {("frozen", channel)}
+    told = rows(faults, "frozen", channel, len(speed))
+    assert told[first + 1 : first + length].all() and told.sum() < 1.1 * length
+    assert not run.good[channel][first + 1 : first + length].any()
+
+
+@pytest.mark.parametrize("both", [True, False])
+def test_play_lets_the_load_rest_while_the_motor_turns(rig, rng, speed, both):
+    """Whether or not a second sensor of the load says so too."""
+    run, play = recorded(rng, speed), 0.02
+    angle, behind = turned(speed), np.zeros(len(speed))
+    for k in range(1, len(speed)):
+        behind[k] = np.clip(behind[k - 1], angle[k] - play, angle[k])
+    run.signals[OUTPUT], run.signals[LOAD] = counted(behind, 2000), difference(counted(behind, 2000), 3)
+    if not both:
+        del run.signals[LOAD]
+    assert check([run], rig) == []
+
+
+@pytest.mark.parametrize("channel", [INPUT, SPEED, LOAD, CURRENT])
+def test_a_clipped_channel_is_told_in_every_row(rig, rng, speed, channel):
+    run = recorded(rng, speed, counts=20_000, rows=10)
+    x = run.signals[channel]
+    limit = 0.7 * abs(x).max()
+    run.signals[channel] = np.clip(x, -limit, limit)
+    faults = check([run], rig)
+    assert kinds(faults) == {("clipped", channel)}
+    assert np.array_equal(rows(faults, "clipped", channel, len(x)), abs(x) >= limit)
+
+
+def test_a_plateau_and_the_end_of_a_travel_are_no_limits(rig, rng, speed):
+    """One top speed for all moves, whose difference of counts has two levels; and a rest at the same end after each."""
+    top = 0.6 * abs(speed).max()
+    run = recorded(rng, np.clip(speed, -top, top), counts=700)
+    assert check([run], rig) == []
+
+
+def test_without_noise_what_is_steady_repeats(rig, speed):
+    """As a simulation writes it."""
+    angle = turned(speed)
+    run = run_of(
+        **{INPUT: RATIO * angle, SPEED: RATIO * speed, OUTPUT: angle, LOAD: speed, CURRENT: np.sign(speed) + 0.2 * speed}
+    )
+    assert check([run], rig) == []
+
+
+def test_a_channel_frozen_at_its_extreme_is_not_clipped(rig, rng, speed):
+    run, length = recorded(rng, speed), 300
+    first = int(np.argmax(run.signals[SPEED][500:-1000])) + 500
+    run.signals[SPEED][first : first + length] = run.signals[SPEED].max() + 1.0
+    assert ("clipped", SPEED) not in kinds(check([run], rig))
+
+
+@pytest.mark.parametrize("felt", [True, False])
+def test_a_spike_that_others_feel_is_an_impact(rig, rng, speed, felt):
+    run, row = recorded(rng, speed, noise=0.05), fast(speed, 300) + 100
+    run.signals[CURRENT][row] += 30.0
+    if felt:
+        run.signals[SPEED][row:] -= 40.0 * np.exp(-0.1 * np.arange(len(speed) - row))
+        run.signals["motor.torque"] = 0.01 * rng.standard_normal(len(speed))
+        run.signals["motor.torque"][row : row + 8] += 0.2
+    assert kinds(check([run], rig)) == (set() if felt else {("corrupted", CURRENT)})
+
+
+def test_what_builds_up_or_rings_down_is_no_corrupted_sample(rig, rng, speed):
+    for shape in ([1.0, -0.6, 0.4, -0.2, 0.1], [0.3, 0.8, 1.0, 0.7, 0.2], [1.0, 0.8, 0.6, 0.5, 0.4, 0.3]):
+        run, row = recorded(rng, speed), fast(speed, 300) + 100
+        run.signals[CURRENT][row : row + len(shape)] += 30.0 * np.array(shape)
+        assert check([run], rig) == [], shape

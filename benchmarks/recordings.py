@@ -54,11 +54,12 @@ FULL = dict(seeds=30, none=200, pairs=60, faults=60)
 SURE = (0.0, 0.5, 0.8, 0.95, 1.0001)  # edges of confidences
 
 
-def cases(seeds: int, none: int, pairs: int, faults: int, only: list[str]) -> list[tuple[tuple[str, ...], int]]:
-    """What to hide, and the number, of every case; ("faults",) is a sound drive behind a faulty recording."""
+def cases(seeds: int, none: int, pairs: int, faults: int, only: list[str], first: int = 0) -> list[tuple[tuple[str, ...], int]]:
+    """What to hide, and the number from `first` on, of every case; ("faults",) is a sound drive behind a faulty recording."""
     kinds = [((name,), seeds) for name in recordings.DRAWS]
     kinds += [(("none",), none), (("faults",), faults), (("pairs",), pairs)]
-    return in_step([(names, count) for names, count in kinds if count and (not only or names[0] in only)])
+    listed = in_step([(names, count) for names, count in kinds if count and (not only or names[0] in only)])
+    return [(names, first + number) for names, number in listed]
 
 
 def item(names: tuple[str, ...], number: int, judge: bool, longest: float) -> dict:
@@ -249,6 +250,9 @@ def main() -> None:
     parser = arguments(__doc__, FULL["seeds"], FULL["none"], FULL["pairs"])
     parser.add_argument("--faults", type=int, default=FULL["faults"], help="cases with faults in the recording alone")
     parser.add_argument("--judge", action="store_true", help="the seeds on which no rule may be chosen")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first seed, so that development can go on on new ones"
+    )
     parser.add_argument("--longest", type=float, default=0.0, help="s at which logs end, for a quick look")
     chosen = parser.parse_args()
     folder = ROOT / "out" / "recordings" / ("judging" if chosen.judge else "development")
@@ -257,7 +261,7 @@ def main() -> None:
     if not chosen.draw:
         from benchmarks.recordings import one  # by the name under which workers find it, not as a part of __main__
 
-        listed = cases(chosen.seeds, chosen.none, chosen.pairs, chosen.faults, chosen.only)
+        listed = cases(chosen.seeds, chosen.none, chosen.pairs, chosen.faults, chosen.only, chosen.first)
         print(f"{len(listed)} cases on {'seeds that judge' if chosen.judge else 'seeds for development'}", flush=True)
         items = [item(names, number, chosen.judge, chosen.longest) for names, number in listed]
         collect(one, items, folder, {"strengths": STRENGTHS}, chosen.workers, chosen.scheduler)

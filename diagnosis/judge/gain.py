@@ -43,7 +43,7 @@ def measure(mending: Mending, names: list[str], rng: np.random.Generator, new: l
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), RULES.judge.interval))
     was, now, noise = mending.levels(new)
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
-    what = "the torque at the motor's shaft" if residual.kind == "gear" else residual.output
+    what = residual.quantity if residual.quantity == residual.output else f"the {residual.quantity}"
     metric = f"root mean square error of {what} ({residual.name})"
     regimes = _regimes(mending, old, new, trusted)
     return Gain(metric, residual.unit, was, now, float(low), float(high), closed, noise, names, regimes)

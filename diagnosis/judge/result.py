@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..rules import RULES
+from ..search.starts import Told
 from .cause import Cause
 from .gain import Gain
 from .time_step import TimeStep
@@ -48,6 +49,7 @@ class Diagnosis:
     extension: dict = field(default_factory=dict)
     step: TimeStep | None = None  # what a finer step would change
     best: Best | None = None  # where nothing is believed
+    uncertain: list[Told] = field(default_factory=list)  # what no data sheet says, as it was found
 
     @property
     def exit_code(self) -> int:
@@ -69,6 +71,8 @@ class Diagnosis:
             "gain": asdict(self.gain),
             "remainder": self.remainder,
         }
+        if self.uncertain:
+            found["uncertain"] = [one.row() for one in self.uncertain]
         if self.best:
             found["best"] = self.best.row()
         if self.step:
@@ -104,6 +108,7 @@ class Diagnosis:
             lines.append(f"  {self.best}")
         if self.step:
             lines.append(f"  {self.step}")
+        lines += [f"  {sentence}" for one in self.uncertain for sentence in one.sentences()]
         if self.faults:
             kinds = sorted({fault["kind"] for fault in self.faults})
             lines.append(f"  {len(self.faults)} faults in the data ({', '.join(kinds)}), left out of every fit")

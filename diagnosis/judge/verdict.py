@@ -10,7 +10,7 @@ from scipy.stats import norm
 from selflock.fmus.effect import LATE
 
 from ..residuals.experiment import Experiment
-from ..residuals.mending import Mending, most_mended, sizes
+from ..residuals.mending import Mending, excess, most_mended, sizes
 from ..residuals.residual import Residual
 from ..rules import RULES
 from ..search.candidate import Candidate
@@ -69,7 +69,8 @@ class Judge:
 
     def _doubted(self, found: Judgement, missing: list[Dependence], silent: bool) -> str:
         """Why causes are not believed where something is left, as a sentence without its subject; "" where they are."""
-        if found.gain.closed < RULES.judge.enough and not silent:
+        enough = RULES.judge.nearly if self.experiment.by_channel else RULES.judge.enough
+        if found.gain.closed < enough and not silent:
             return f"it closes {100 * found.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
         if _guesses(found.outcome):
             return "several causes that take a little each are guesses"
@@ -118,7 +119,12 @@ class Judge:
         return Judgement(outcome, mending, measure(mending, self.names, self.rng), [])
 
     def _dependences(self, values: dict) -> list[Dependence]:
-        return depends(self.experiment, self.experiment.misfit(values), self.experiment.present(values), values, self.rng)
+        experiment = self.experiment
+        found = depends(experiment, experiment.misfit(values), experiment.present(values), values, self.rng)
+        if experiment.by_channel:  # what averages of many samples show no formula has
+            off = excess(experiment, values, np.ones(experiment.layout.count, bool)) > RULES.judge.excess
+            found = [d for d in found if off[experiment.residuals.index(self._residual(d))]]
+        return found
 
     def _most_off(self, outcome: Selection) -> Residual:
         """The residual that is off most; the gear's where none is."""
@@ -176,7 +182,9 @@ def verdict(causes: list[Cause], left: list[Dependence], outcome: Selection) -> 
     """Nothing is missing only where what is left is noise."""
     if causes:
         return "ambiguous" if any(c.indistinguishable_from for c in causes) else "explained"
-    return "unknown" if left or max(_sizes(outcome.problem, outcome.final).values()) > RULES.judge.excess else "none"
+    problem, final = outcome.problem, outcome.final
+    off = problem.excess(final.values).max() if problem.by_channel else max(_sizes(problem, final).values())
+    return "unknown" if left or off > RULES.judge.excess else "none"
 
 
 def _sizes(problem: Problem, fit: Fit) -> dict[str, float]:

@@ -21,8 +21,12 @@ from ..judge.verdict import Judge, named, verdict
 from ..output.extend import extend
 from ..output.report import write
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.recorder import ANGLES, counts
+from ..residuals.whole import WHOLE, can_close
+from ..rules import RULES
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
+from ..search.starts import told
 from . import hold_out as division
 
 
@@ -75,6 +79,7 @@ def diagnose_runs(
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
     rng = np.random.default_rng(seed)
+    rig = whole_where_described(rig, runs)
     experiment = DriveExperiment(rig, runs)
     train, names = division.split(experiment, runs, held)
     if out is not None:
@@ -85,7 +90,9 @@ def diagnose_runs(
     outcome.problem.experiment.forget()
     tell("gain", 0.0)
     found = Judge(experiment, train, judged, names, rng).judge(outcome)
-    step, coarse, by_step = finest(experiment, found.mending.before, found.mending.after, judged), [], ""
+    step, coarse, by_step = None, [], ""
+    if rig.simulate != WHOLE:  # whose inputs are numbers, and whose steps are its own
+        step = finest(experiment, found.mending.before, found.mending.after, judged)
     if step and step.explains and all(d.residual == step.residual for d in found.left):
         found, cause = to_blame(step, experiment, found, judged, names, rng)
         coarse, by_step = [cause], step.residual
@@ -99,6 +106,7 @@ def diagnose_runs(
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
+    result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
     extended = found
@@ -119,6 +127,22 @@ def diagnose_runs(
         tell("report", 0.0)
         write(result, mending, found.outcome, left, faults, out)
     return result
+
+
+def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> Rig:
+    """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it.
+
+    Component by component tells more where rows are even, the controller acts at each, and speeds are what they say: then
+    measured inputs are as good as the outputs that follow from them.
+    """
+    if rig.simulate or not can_close(rig, set(runs[0].signals)):
+        return rig
+    (channels,) = DriveExperiment(rig, runs[:1]).channels.values()
+    steps = np.diff(runs[0].time)
+    uneven = float(np.median(abs(steps - np.median(steps)))) > RULES.pipeline.even * float(np.median(steps))
+    made = any(channels.has(speed) and counts(speed, channels)[1] for speed in ANGLES)
+    slower = rig.parameters.get("controller.sample_period", 0.0) > 0.0
+    return replace(rig, simulate=WHOLE) if uneven or made or slower else rig
 
 
 def problem_of(experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray) -> Problem:

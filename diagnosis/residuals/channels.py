@@ -85,6 +85,10 @@ class Channels:
         self.setting.kernels.undo(p, x, value)
         return value
 
+    def taken(self, x: np.ndarray) -> np.ndarray:
+        """Of one value for each sample, those that are simulated."""
+        return x if self.take is None else x[self.take]
+
     def taken_steps(self) -> np.ndarray:
         """Time from each sample that is simulated to the next, s: over what is left out, too."""
         if self.take is None:
@@ -114,8 +118,8 @@ class Channels:
 
 
 def window(seconds: float, dt: np.ndarray) -> int:
-    """An odd number of samples that lasts about so long, at least the shortest window."""
-    return max(RULES.residuals.shortest_window, int(seconds / np.median(dt)) | 1)
+    """An odd number of samples that lasts about so long, at least the shortest window that is tried."""
+    return max(RULES.residuals.windows[0], int(seconds / np.median(dt)) | 1)
 
 
 def smooth(x: np.ndarray, samples: int) -> np.ndarray:
@@ -162,7 +166,8 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
     else:
         angle = smooth(angle, samples) if samples else angle
-    rough = plain - fine  # half of it may be at rest, where a coarse sensor shows no noise
+    calm = fine if samples >= rules.windows[0] else smooth(plain, rules.windows[0])  # what is not smoothed has noise, too
+    rough = plain - calm  # half of it may be at rest, where a coarse sensor shows no noise
     noise = max(_quantile(rough, 0.5) / rules.normal_median, _quantile(rough, 0.9) / rules.normal_tenth)
     noise /= np.sqrt(max(1, samples) / rules.smoothed_noise)
     still = max(rules.still_noise * noise, rules.still_speed * _quantile(fine.copy(), rules.high_speed), 1e-12)

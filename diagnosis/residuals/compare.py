@@ -62,10 +62,12 @@ def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(Non
 def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
     """The balance at the motor's shaft: what the gear and the shaft's inertia take against what the motor gives.
 
+    It is compared in what is measured: of a current, the one that the balance asks for. As a torque, a smaller torque
+    constant would shrink what is measured and its error alike.
     The measured acceleration is that of a smoothed motion, so the rest of the balance is smoothed in the same way.
     """
     take = ch.take
-    pick = (lambda x: x) if take is None else (lambda x: x[take])
+    pick = ch.taken
     inputs, first = gear_inputs(values, ch, slice(None) if take is None else take)
     law = drive.law("reducer", values, ch)
     dt = ch.taken_steps()
@@ -74,20 +76,18 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
     good = pick(first.sliding)
     if torque == "reducer.input_torque":
         return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), good
-    if torque == "motor.torque":
+    inertial = law.shaft_inertia * pick(first.acceleration)
+    if torque == "motor.current":
+        constant, beside = map(pick, _motor_constants(values, ch, first))
+        bare, inertial = (bare - beside) / constant, inertial / constant
+    if torque in ("motor.torque", "motor.current"):
         given = ch.raw(torque)
-    elif torque == "motor.current":
-        given = np.empty(len(ch.dt))
-        ch.setting.kernels.shaft_torque(
-            drive.law("motor", values, ch), ch.true(torque, values), first.speed, first.angle, ch.dt, given
-        )
+        bare = drive.read(torque, bare + inertial, values, ch) - inertial
     else:
         given = np.empty(len(ch.dt))
         voltage = drive.voltage(electric, values, ch)
         ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given)
-    given, inertial = pick(given), law.shaft_inertia * pick(first.acceleration)
-    if torque == "motor.torque":
-        bare = drive.read(torque, bare + inertial, values, ch) - inertial
+    given = pick(given)
     if ch.steady:
         return bare, given, good
     samples = 0 if not ch.setting.balanced else min(ch.smoothing, len(bare) - 1 | 1)
@@ -95,6 +95,14 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
     if take is not None:
         good = good & ch.away_from_gaps(samples)
     return bare + inertial, bare + smoothed, good
+
+
+def _motor_constants(values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Torque per current, N.m/A, as the measured current weakens it, and the motor's torque beside it, N.m."""
+    constant, beside = np.empty(len(ch.dt)), np.empty(len(ch.dt))
+    current = ch.true("motor.current", values)
+    ch.setting.kernels.shaft_torque(drive.law("motor", values, ch), current, first.speed, first.angle, ch.dt, constant, beside)
+    return np.maximum(constant, 1e-9), beside
 
 
 def load(values: dict, ch: Channels) -> Compared:

@@ -105,15 +105,20 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
 
     x: at all samples, or at those that are taken.
     """
+    if ch.sensor(channel, values) is None:
+        return x
+    behind = np.zeros(0, int) if len(x) == len(ch.dt) else ch.gaps + 1  # where it begins anew
+    steps = np.split(compared(ch.dt, ch.take, len(x)), behind)
+    return np.concatenate([sensed(channel, part, dt, values, ch) for part, dt in zip(np.split(x, behind), steps)])
+
+
+def sensed(channel: str, x: np.ndarray, dt: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
+    """What a channel's sensor makes of x, held over steps of dt; a lag below 0 is one in reversed time."""
     p = ch.sensor(channel, values)
     if p is None:
         return x
     reverse = any(getattr(p, name) < 0.0 for name in LAGS)
     p = p._replace(**{name: abs(getattr(p, name)) for name in LAGS})
-    way, whole, parts = slice(None, None, -1 if reverse else 1), len(x) == len(ch.dt), []
-    behind = np.zeros(0, int) if whole else ch.gaps + 1  # where it begins anew
-    for part, dt in zip(np.split(x, behind), np.split(compared(ch.dt, ch.take, len(x)), behind)):
-        reading = np.empty(len(part))
-        ch.setting.kernels.read(p, part[way], dt, reading)
-        parts.append(reading[way])
-    return np.concatenate(parts)
+    way, reading = slice(None, None, -1 if reverse else 1), np.empty(len(x))
+    ch.setting.kernels.read(p, x[way], dt, reading)
+    return reading[way]

@@ -19,6 +19,7 @@ from .experiment import Experiment
 from .kernels import kernels
 from .residual import Residual, residuals
 from .setting import Setting
+from .whole import WHOLE
 
 
 class DriveExperiment(Experiment):
@@ -32,7 +33,7 @@ class DriveExperiment(Experiment):
         total = sum(len(run) for run in self.runs)
         self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, rules.usual_window))
         self.layout = Blocks(self.runs, self.steady, owner)
-        few = sampled and total > rules.sampled_from * rules.samples and not self.steady
+        few = sampled and total > rules.sampled_from * rules.samples and not self.steady and rig.simulate != WHOLE
         self.channels = self._channels(takes=[stretches(len(run), rules.samples / total) if few else None for run in self.runs])
         self.residuals = tuple(
             residual
@@ -49,6 +50,8 @@ class DriveExperiment(Experiment):
         if sampled and any(residual.kind == "drive" for residual in self.residuals):
             share = rules.samples_whole / total if total > rules.sampled_from * rules.samples_whole else None
             self.channels = self._channels(takes=[share and self.layout.firsts(i, share) for i in range(len(self.runs))])
+        if sampled and rig.simulate == WHOLE:
+            self.channels = self._channels(takes=[self._spread(run, rules.whole_fits) for run in self.runs])
         smoothing = {prefix: self._smoothing(prefix) for prefix in rig.drives}
         self.setting = replace(self.setting, smoothing=smoothing)
         self.channels = self._channels()
@@ -67,15 +70,15 @@ class DriveExperiment(Experiment):
         }
 
     def _smoothing(self, prefix: str) -> int:
-        """The shortest window over which the noise of the acceleration matters no more than that of the torque."""
+        """Samples: what the rig says, or the shortest window at which the acceleration's noise matters no more than the torque's."""
         rules = RULES.residuals
         gear = next((residual for residual in self.residuals if residual.name == prefix + "gear"), None)
         if gear is None or self.steady:
             return self.setting.smoothing[prefix]
         if self.rig.smoothing > 0.0:
-            return max(rules.shortest_window, int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1)
+            return int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1
         levels, step = {}, self.step
-        for samples in (n for n in rules.windows if n == rules.shortest_window or n * step <= rules.longest_window):
+        for samples in (n for n in rules.windows if n == rules.windows[0] or n * step <= rules.longest_window):
             tried = self.but_with(replace(self.setting, smoothing={**self.setting.smoothing, prefix: samples}, balanced=False))
             steps, count = 0.0, 0
             for simulated, measured, good in tried.compare(gear, {}):
@@ -93,7 +96,23 @@ class DriveExperiment(Experiment):
         """The same residuals at all samples; this one where it has them all."""
         if all(ch.take is None for ch in self.channels.values()):
             return self
-        return self.but(channels=self._channels(takes=[None] * len(self.runs)))
+        setting = replace(self.setting, whole_step=RULES.residuals.whole_step)
+        return self.but(setting=setting, channels=self._channels(setting, takes=[None] * len(self.runs)))
+
+    def glance(self, seconds: float) -> Self:
+        """The same residuals over the first so many seconds of all runs, a whole drive in the longest steps that show it."""
+        setting = replace(self.setting, whole_step=RULES.residuals.whole_look)
+        return self.but(
+            setting=setting, channels=self._channels(setting, takes=[self._spread(run, seconds) for run in self.runs])
+        )
+
+    def _spread(self, run: MeasuredRun, seconds: float) -> np.ndarray:
+        """Rows of a run's first part, its share of so many seconds of all runs, evenly spread."""
+        whole = sum(r.time[-1] - r.time[0] for r in self.runs)
+        share = min(1.0, seconds / max(whole, 1e-9))
+        last = int(np.searchsorted(run.time, run.time[0] + share * (run.time[-1] - run.time[0]), side="right"))
+        every = max(1, int(np.ceil(share * sum(map(len, self.runs)) / RULES.residuals.rows_whole)))
+        return np.arange(0, last, every)
 
     def head(self, samples: list[int]) -> Self:
         """The same blocks, residuals and smoothing over the first samples of each run."""
@@ -104,7 +123,8 @@ class DriveExperiment(Experiment):
 
     def finer(self, runs: list[MeasuredRun], parts: int) -> Self:
         """The same residuals over runs with `parts` samples where there was one; the smoothing lasts as long as it did."""
-        setting = replace(self.setting, smoothing={prefix: (n * parts) | 1 for prefix, n in self.setting.smoothing.items()})
+        finer = {prefix: (n * parts) | 1 if n > 1 else 1 for prefix, n in self.setting.smoothing.items()}
+        setting = replace(self.setting, smoothing=finer)
         places = [np.repeat(np.arange(len(old)), parts)[: len(run)] for old, run in zip(self.runs, runs)]
         channels = self._channels(setting, runs, takes=[None] * len(runs))
         return self.but(runs=runs, setting=setting, channels=channels, layout=self.layout.picked(places))

@@ -77,6 +77,11 @@ class Experiment:
 
     # --- residuals ---------------------------------------------------------------------------------------------------
 
+    @property
+    def by_channel(self) -> bool:
+        """Whether every channel is compared with a whole drive's: then it has its own noise, and no other's."""
+        return all(residual.kind == "whole" for residual in self.residuals)
+
     def compare(self, residual: Residual, values: dict[str, float]) -> list[Compared]:
         """Simulated, measured, trusted of each run: trusted where the residual says so and all its channels are sound."""
         found = []
@@ -86,6 +91,8 @@ class Experiment:
             sound = _sound(run, residual)
             if sound is not None:
                 good = good & compared(sound, ch.take, len(good))
+            if ch.take is not None and len(good) == len(run):  # what has all samples counts no more than what has few
+                good = good & _among(ch.take, len(run))
             found.append((simulated, measured, good))
         return found
 
@@ -145,6 +152,13 @@ class Experiment:
     def measured(self) -> set[str]:
         """Channels that some residual reads or compares."""
         return {name for residual in self.residuals for name in (*residual.reads, residual.output)}
+
+
+def _among(places: np.ndarray, n: int) -> np.ndarray:
+    """Which of n samples are at these places."""
+    found = np.zeros(n, bool)
+    found[places] = True
+    return found
 
 
 def _sound(run: MeasuredRun, residual: Residual) -> np.ndarray | None:

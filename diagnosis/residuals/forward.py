@@ -11,6 +11,7 @@ from ..rules import RULES
 from . import drive
 from .channels import Channels
 from .compare import Compared, everywhere
+from .laws import MODULES
 
 ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
 
@@ -26,16 +27,15 @@ SHOWN = {
 def motion(shown: str, closed: bool, values: dict, ch: Channels) -> Compared:
     """The motion of the whole drive against the measured one."""
     simulated = simulate(values, ch, closed)[SHOWN[shown]]
-    take = slice(None) if ch.take is None else ch.take
-    measured = ch.raw(shown)[take]
-    return drive.read(shown, simulated[take], values, ch), measured, everywhere(len(measured))
+    measured = ch.taken(ch.raw(shown))
+    return drive.read(shown, ch.taken(simulated), values, ch), measured, everywhere(len(measured))
 
 
 def simulate(values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
     """All signals of the drive over one run, or over the stretches of it that are taken; each starts as measured."""
     first, second = drive.both(values, ch)
     n = len(ch.dt)
-    laws = [drive.law(part, values, ch) for part in ("controller", "motor", "reducer", "load")]
+    laws = [drive.law(part, values, ch) for part in MODULES]
     reducer, load = laws[2], laws[3]
     stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
     laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
@@ -67,13 +67,18 @@ def stretches(ch: Channels) -> list[slice]:
 
 def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
     """Stiffness of the output shaft, parts of a step, damping: as given, or as stiff as so many parts carry."""
+    stiffness, together, parts = carried(reducer, load, step)
+    least, most = RULES.residuals.shaft_damping
+    damping = min(reducer.shaft_damping, most * np.sqrt(stiffness * together))
+    return (stiffness, parts), max(damping, least * np.sqrt(stiffness * together))
+
+
+def carried(reducer, load, step: float) -> tuple[float, float, int]:
+    """Stiffness of the output shaft that the parts of a step carry, N.m/rad; the inertia that swings on it, kg.m2; the parts."""
     rules = RULES.residuals
     inertia = max(moment_of_inertia(load, State(0.0, 0.0)), 1e-12)
     behind = reducer.shaft_inertia * reducer.gear_ratio**2
     together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
     needed = np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / rules.shaft_step)
     parts = int(np.clip(needed, 1, rules.shaft_parts))
-    stiffness = min(reducer.shaft_stiffness, together * (rules.shaft_step * parts / step) ** 2)
-    least, most = rules.shaft_damping
-    damping = min(reducer.shaft_damping, most * np.sqrt(stiffness * together))
-    return (stiffness, parts), max(damping, least * np.sqrt(stiffness * together))
+    return min(reducer.shaft_stiffness, together * (rules.shaft_step * parts / step) ** 2), together, parts

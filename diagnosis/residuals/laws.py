@@ -60,6 +60,12 @@ def sensor(channel: str, values: dict[str, float]):
     return kind(**given) if given else None
 
 
+@cache
+def no_sensor():
+    """The Parameters of a sensor that reads the value itself."""
+    return _type("sensor")()
+
+
 def check_names(rig: Rig) -> None:
     """Refuse parameters that no FMU has, values that the FMU would refuse, and `known` names that are none."""
     _check(rig, "parameters", rig.parameters.items())

@@ -36,11 +36,12 @@ def motor(p, voltage, speed, dt, current, torque):
     torque[0] = torque[1]
 
 
-def shaft_torque(p, current, speed, angle, dt, torque):
-    """Torque of a measured current of a motor that is cold at first."""
+def shaft_torque(p, current, speed, angle, dt, constant, beside):
+    """Torque per current, and beside it, at a measured current of a motor that is cold at first."""
     s = dc.State(current[0], angle[0], 0.0, 1.0)
     for i in range(len(dt)):
-        s, torque[i] = dc.follow(p, s, current[i], speed[i], angle[i], dt[i])
+        s, _ = dc.follow(p, s, current[i], speed[i], angle[i], dt[i])
+        constant[i], beside[i] = dc.torque_law(p, dc.Condition(0.0, speed[i], current[i], angle[i], s.heat))
 
 
 def load_torque(p, angle, speed, acceleration, torque):
@@ -107,6 +108,62 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
         if powered[i] == 0.0:
             u = pm.voltage_constant * g.speed  # no current flows
         out[0, i] = u
+        out[3, i] = g.angle
+        out[4, i] = g.speed
+        out[5, i] = delivered
+        out[6, i] = l.angle
+        out[7, i] = l.speed
+
+
+def closed(pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, speed_setpoint, dt, parts, ticked, start, out):
+    """A drive from its set-points with the loop closed; the controller acts at every sample, or as its period says.
+
+    pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor > 0: these are the
+    input shaft's, seen through the gear's ratio. ticked: s since it acted last, of one with a period. start, powered and
+    rows of out as in `whole`.
+    """
+    ratio = pr.gear_ratio
+    m, g = dc.start(pm), shaft.start(pr, start[0], start[1], start[2], start[3])
+    m = dc.State(m.current, start[0], m.heat, m.effects)  # waves over the rotor go with the angle that is measured
+    l = load.State(start[2], start[3])
+    angle, speed = start[2], start[3]
+    if at_motor > 0.0:
+        angle, speed = start[0] / ratio, start[1] / ratio
+    sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
+    if sensed > 0.0:
+        angle, speed = sensor.exact(pa, angle), sensor.exact(ps, speed)
+    c = pd.after(pd.start(pc, angle_setpoint[0], speed_setpoint[0], angle, speed, start[1], 0.0), ticked)
+    u = c.command
+    current = torque = delivered = rising = falling = 0.0
+    for i in range(len(dt)):
+        if i > 0:
+            h = dt[i] / parts
+            for _ in range(parts):
+                turned, moved, before = g.speed, l.speed, delivered
+                m, mo = dc.advance(pm, m, u, turned + 0.5 * rising, h)
+                g, go = shaft.advance(pr, g, mo.torque, l.angle, moved + 0.5 * falling, h)
+                delivered = go.output_torque
+                if delivered != 0.0:  # its damper was told the speed in the middle of the step
+                    delivered -= 0.5 * pr.shaft_damping * falling
+                l, lo = load.advance(pl, l, 0.5 * (before + delivered) if i > 1 else delivered, h)
+                rising, falling = g.speed - turned, l.speed - moved
+            current, torque = mo.current, mo.torque
+        angle, speed = l.angle, l.speed
+        if at_motor > 0.0:
+            angle, speed = g.angle / ratio, g.speed / ratio
+        if sensed > 0.0:
+            sa, seen = sensor.advance(pa, sa, angle, dt[i])
+            angle = seen.reading
+            ss, seen = sensor.advance(ps, ss, speed, dt[i])
+            speed = seen.reading
+        wanted, rate = angle_setpoint[i], speed_setpoint[i]
+        c, co = pd.advance(pc, c, wanted, rate, angle, speed, g.speed, delivered, dt[i])
+        u = co.voltage
+        if powered[i] == 0.0:
+            u = pm.voltage_constant * g.speed  # no current flows
+        out[0, i] = u
+        out[1, i] = current
+        out[2, i] = torque
         out[3, i] = g.angle
         out[4, i] = g.speed
         out[5, i] = delivered

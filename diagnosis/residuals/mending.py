@@ -39,6 +39,17 @@ def sizes(experiment: Experiment, misfit: np.ndarray, present: np.ndarray) -> di
     return {name: rms([misfit[:, part][present[:, part]]]) for name, part in parts.items()}
 
 
+def excess(experiment: Experiment, values: Values, blocks: np.ndarray) -> np.ndarray:
+    """Error (root mean square) of each residual's samples over their noise, in these blocks; 1 where nothing is compared."""
+    found = []
+    for residual in experiment.residuals:
+        errors, trusted = samples(experiment, residual, values, blocks)
+        size = rms([e[t] for e, t in zip(errors, trusted)])
+        noise = floor(experiment, residual, values, errors, trusted)
+        found.append(size / noise if size > 0.0 and noise > 0.0 else 1.0)
+    return np.array(found)
+
+
 @dataclass(frozen=True, eq=False)
 class Mending(Generic[Kind]):
     """One residual of an experiment under the values `before` and `after`, in these `blocks` (bool, one each)."""

@@ -13,18 +13,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..data.faults import resolution
+from ..data.stuck import resolution
 from ..rules import RULES
 from . import drive
 from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .residual import Residual
+from .whole import rounding, taken
 
 
 def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
     """Noise (standard deviation, in the residual's unit) of what a residual compares; `errors` are those with these values."""
     if experiment.steady:
         return of_points(experiment, residual, values)
+    if residual.kind == "whole":
+        return max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0], of_formulas(experiment, residual))
     reach = experiment.reach(residual)
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
     return of_samples(errors, trusted, reach, resolution(measured) if reach == 1 else 0.0)
@@ -45,6 +48,43 @@ def of_samples(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int =
     if quantum > rules.coarse * usual:  # differences are then a few multiples of the step, among which a median jumps
         usual = float(np.sqrt(np.mean(steps[steps <= rules.coarse_steps * max(usual, quantum)] ** 2)))
     return max(usual / np.sqrt(2.0), quantum / np.sqrt(12.0))
+
+
+def of_rows(errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
+    """Noise of rows about the mean of their neighbours: what a simulated whole leaves has no other that is as fast."""
+    rules, found = RULES.residuals, []
+    for e, t in zip(errors, trusted):
+        n = len(e) // rules.near
+        parts, there = (x[: n * rules.near].reshape(n, rules.near) for x in (e, t))
+        found.append(np.var(parts[there.all(1)], axis=1, ddof=1))
+    joined = np.concatenate(found)
+    return float(np.sqrt(np.mean(joined[joined <= np.quantile(joined, rules.near_tail)]))) if len(joined) else 0.0
+
+
+def of_rounding(experiment: Experiment, residual: Residual, values: dict) -> tuple[float, float]:
+    """What a whole drive's channel is off by its counts: root mean square of rows, and of bins."""
+    rows, bins, layout = [], [], experiment.layout
+    for zero in RULES.residuals.zeros:
+        total, count = np.zeros(layout.count * layout.bins), np.zeros(layout.count * layout.bins)
+        for i, run in enumerate(experiment.runs):
+            error = rounding(residual.output, values, experiment.channels[i, residual.prefix], zero)
+            if error is None:
+                return 0.0, 0.0
+            ch = experiment.channels[i, residual.prefix]
+            good = taken(run.usable(residual.output), ch)
+            sums, counts = layout.bin(taken(layout.place[i], ch), error, good)
+            total, count = total + sums, count + counts
+            rows.append(np.mean(error[good] ** 2))
+        bins.append(np.mean((total / np.maximum(count, 1))[count > 0] ** 2))
+    return float(np.sqrt(np.mean(rows))), float(np.sqrt(np.mean(bins)))
+
+
+def of_formulas(experiment: Experiment, residual: Residual) -> float:
+    """What no formula and no step tells better, whatever the recorder: a share of the signal; of an angle nothing."""
+    if residual.reading.endswith("angle"):
+        return 0.0
+    measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
+    return RULES.residuals.formulas * float(np.sqrt(np.mean(measured**2))) if len(measured) else 0.0
 
 
 def of_points(experiment: Experiment, residual: Residual, values: dict) -> float:

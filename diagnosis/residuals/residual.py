@@ -4,12 +4,13 @@ A residual is a comparison of one measured channel with what some of the compone
 
     controller   set-points and measured angles     -> voltage
     motor        measured voltage and speed         -> current (or torque)
-    gear         measured motion (and load)         -> torque at the motor's shaft
+    gear         measured motion (and load)         -> torque at the motor's shaft, or the current that makes it
     load         measured motion of the load        -> output torque
     twist        measured angle of the input shaft  -> angle of the load
     input        measured angle of the input shaft  -> its speed: sensors alone
     output       measured angle of the load         -> its speed: sensors alone
     drive        set-points or voltage              -> motion: the whole at once, where the rig asks for it (simulate)
+    whole        set-points                         -> one of all measured channels, the loop closed, behind its recorder
 
 A residual whose misfit is noise proves its components; a residual that is off has the fault among its components.
 """
@@ -17,12 +18,12 @@ A residual whose misfit is noise proves its components; a residual that is off h
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..data.signals import MOVES, unit
 from ..errors import DataError
-from . import compare, drive, forward
+from . import compare, drive, forward, whole
 from .channels import Channels
 from .compare import Compared
 
@@ -31,7 +32,7 @@ from .compare import Compared
 class Residual:
     """One comparison: `compute(values, channels)` gives simulated, measured and trusted samples of one run."""
 
-    kind: str  # controller | motor | gear | load | twist | input | output | drive; of a system of FMUs: signal
+    kind: str  # controller | motor | gear | load | twist | input | output | drive; whole; of a system of FMUs: signal
     name: str  # with the drive's prefix
     components: tuple[str, ...]
     reads: tuple[str, ...]
@@ -39,6 +40,7 @@ class Residual:
     unit: str
     compute: Callable[[dict, Any], Compared]
     prefix: str = ""  # of the drive
+    through: tuple[str, ...] = ()  # channels over which a simulated loop closes: their sensors matter, not what they say
 
     @property
     def reading(self) -> str:
@@ -47,8 +49,8 @@ class Residual:
 
     @property
     def quantity(self) -> str:
-        """What is compared: at the gear a torque, whatever channel it comes from."""
-        return "torque at the motor's shaft" if self.kind == "gear" else self.output
+        """What is compared: at the gear a torque, whatever channel it comes from, but of a current the current itself."""
+        return "torque at the motor's shaft" if self.kind == "gear" and self.reading != "current" else self.output
 
     @property
     def smoothed(self) -> bool:
@@ -58,8 +60,11 @@ class Residual:
     def uses(self, name: str) -> bool:
         """Whether a parameter's value matters to this residual: one of its components', or a sensor's of its channels."""
         owner = name.rpartition(".")[0]
-        if name.startswith("sensor."):
-            return owner.removeprefix("sensor.") in (*self.reads, self.output)
+        what, _, channel = owner.partition(".")
+        if name == whole.HOLD:
+            return self.kind == "whole"
+        if what in ("sensor", "recorder"):
+            return channel in (*self.reads, self.output) or (what == "sensor" and channel in self.through)
         return owner in self.components or name == self.prefix + "reducer.gear_ratio" or owner == self.prefix + "load"
 
 
@@ -70,11 +75,18 @@ def residuals(probe: Channels) -> list[Residual]:
     found: list[Residual] = []
 
     def add(kind, components, reads, output, compute):
-        measure = unit("motor.torque" if kind == "gear" else output, rig.linear)
+        measure = unit("motor.torque" if kind == "gear" and output != "motor.current" else output, rig.linear)
         reads = tuple(prefix + r for r in reads if has(r))
         found.append(
             Residual(kind, prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
         )
+
+    if rig.simulate == "whole":
+        angle, speed = whole.seen_by_controller(probe)
+        for shown in filter(has, whole.SHOWN):
+            reads = ("load.angle",) if shown == "reducer.input_angle" else ()
+            add("whole", whole.PARTS, reads, shown, lambda v, ch, shown=shown: whole.channel(shown, v, ch))
+        return [replace(one, name=f"whole {one.output}", through=(angle, speed)) for one in found]
 
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 from ..data.rig import Rig, split
+from ..rules import RULES
 from .laws import parameters
 
 
@@ -18,6 +19,7 @@ class Setting:
     samples: int  # of all runs
     kernels: SimpleNamespace  # loops by name: compiled laws, or FMUs in their places
     smoothing: Mapping[str, int]  # samples, by drive
+    whole_step: float = RULES.residuals.whole_step  # s, longest of a whole drive's simulation
     balanced: bool = True  # False: the balance at the motor's shaft is not smoothed, while the smoothing is chosen
 
     @property

@@ -15,6 +15,11 @@ class PipelineRules:
     # --- what teaches and what judges: pipeline.hold_out
     fewest_blocks: int = rule(8, "training blocks without which nothing can be told from chance", END_TO_END)
     every: int = rule(3, "one block in so many is held out where no log judges", END_TO_END)
+    even: float = rule(
+        1e-3,
+        "share of the usual step by which rows may miss it and count as even; else a whole drive is compared where it is described",
+        "theory: digits of a clock in µs",
+    )
     most_faulty: float = rule(0.5, "share of a channel's samples that may be faulty before the log is refused", END_TO_END)
 
     # --- what is run again: output.playback

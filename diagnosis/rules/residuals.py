@@ -11,6 +11,7 @@ REPLAYED = developed("the reducer FMU on a measured motion with its known load; 
 WHOLE = developed("Whole drives in closed loop, per-log parameters, speeds against angles, motions and torques filtered alike")
 NOISE = developed("The noise floor of held, quantised and steady channels, held to noise that is known")
 WAVES = developed("A fast wave no longer passes for noise")
+CLOSED = developed("The whole drive in closed loop is compared with every channel as its recorder reads it")
 LEAN = "An hour of log in lean memory"
 
 
@@ -26,8 +27,9 @@ class ResidualRules:
     # --- samples that are simulated: residuals.drive_experiment
     samples: int = rule(
         3_000,
-        "samples of the gear's friction simulated in a fit: of longer logs, stretches spread over all of it",
-        'a limit of time; first 120 000, then 8 000, at last with "long logs are fitted on stretches, then once on the whole"',
+        "samples that a fit compares: of longer logs, stretches spread over all of it, for all comparisons alike",
+        'a limit of time; first 120 000, then 8 000, at last with "long logs are fitted on stretches, then once on the whole". Of the gear alone '
+        "before, which then counted the less beside others, the longer the log",
     )
     samples_whole: int = rule(
         4_500,
@@ -45,7 +47,11 @@ class ResidualRules:
     windows: tuple[int, ...] = rule((5, 7, 11, 17, 25, 41, 61), "samples of the smoothing windows that are tried", REPLAYED)
     longest_window: float = rule(0.045, "s; a longer smoothing window would blur the motion itself", WHOLE)
     usual_window: int = rule(11, "samples of the window where nothing asks for another", FIRST)
-    shortest_window: int = rule(5, "samples of a window, at least; fewer are not smoothed", FIRST)
+    shortest_window: int = rule(
+        3,
+        "samples of a window that a rig may ask for, at least; fewer are not smoothed",
+        "a window has a sample to either side of its middle; 5 before, which a rig that asked for less got without a word",
+    )
     window_samples: int = rule(20, "trusted samples of a run without which it says nothing of the window", REPLAYED)
     window_level: float = rule(1.15, "times the least noise that the shortest window may leave which is taken", REPLAYED)
     window_deviations: float = rule(
@@ -85,9 +91,63 @@ class ResidualRules:
         (0.2, 0.4), "least and most damping of the output shaft, over √(stiffness · inertia)", WHOLE
     )
 
+    # --- a whole drive in closed loop against all channels: residuals.whole
+    whole_step: float = rule(
+        5e-4, "s; the longest step of the simulation, and the longest time between two acts of a continuous controller", CLOSED
+    )
+    whole_look: float = rule(1e-3, "s, the longest step of the first look at all hypotheses", "a limit of time")
+    whole_fits: float = rule(
+        30.0, "s of log on which hypotheses are fitted, the first part of each run; the last fit has all", "a limit of time"
+    )
+    whole_glance: float = rule(10.0, "s of log of the first look, but at what drifts", "a limit of time")
+    rows_whole: int = rule(
+        36_000, "rows of a whole drive compared in a fit, evenly spread: four in a bin of a long log", "a limit of time"
+    )
+    wholes_remembered: int = rule(6, "simulations of a run that are kept: every channel asks for the same", "a limit of memory")
+    settling: float = rule(
+        0.5, "s behind the start of a run and behind a gap in which nothing is compared: what was before is not known", CLOSED
+    )
+    settling_share: float = rule(0.1, "the same, at most this share of a run", CLOSED)
+    shortest_mean: float = rule(0.5, "steps of the simulation below which a mean over a window is the value itself", CLOSED)
+    ripples: tuple[int, ...] = rule(
+        (1, 2, 4), "waves in a turn that a tacho's reading may have", "commutators of few segments and coupling errors; " + CLOSED
+    )
+
     # --- noise of samples: residuals.noise
     normal_median: float = rule(0.6745, "median absolute value of a normal law of deviation 1", "theory: Φ⁻¹(3/4)")
     normal_tenth: float = rule(1.645, "absolute value that a tenth of a normal law of deviation 1 exceeds", "theory: Φ⁻¹(0.95)")
+    no_count: float = rule(1e-9, "rad; what turned by less did not", "theory: digits of a log")
+    on_a_count: float = rule(
+        0.02, "counts by which a difference of counts may miss a whole number", "theory: digits of a log; " + CLOSED
+    )
+    mostly: float = rule(0.9, "share of the rows in which it must not", CLOSED)
+    dip: float = rule(
+        -0.25,
+        "correlation by which second differences of a speed fall below that of the rows beside, where its rounding comes again",
+        "theory: -1/3 from 3 rows on, -0.4 at 2; " + CLOSED,
+    )
+    differenced_once: float = rule(-0.5, "correlation of neighbours below which it is a difference over one row", "theory: -3/4")
+    period_slowest: float = rule(40.0, "rows of the longest period of a controller that is looked for", CLOSED)
+    period_fastest: float = rule(2.0, "rows of the shortest", "theory: twice as often as a row no log shows it (Nyquist)")
+    period_padding: int = rule(8, "times the rows over which its spectrum is taken", CLOSED)
+    period_line: float = rule(12.0, "medians of the spectrum above which a line is a period's", CLOSED)
+    step_parts: float = rule(4.0, "parts of a channel's own step in which a coarser one is looked for", CLOSED)
+    step_places: float = rule(2e5, "places between its least and largest value, at most", "a limit of memory")
+    step_padding: int = rule(4, "times the places over which the spectrum of its values is taken", CLOSED)
+    step_closer: int = rule(101, "places between two of that spectrum at which the best is looked for", CLOSED)
+    step_most: float = rule(8.0, "steps within its reach, at least", CLOSED)
+    step_above: float = rule(2.5, "own steps that a coarser one has, at least", CLOSED)
+    step_like: float = rule(0.5, "length of the mean of exp(2 pi i x / q) above which values lie in steps of q", CLOSED)
+    zeros: tuple[float, ...] = rule(
+        (0.1, 0.35, 0.6, 0.85), "counts by which an encoder's zero is moved to know its rounding", CLOSED
+    )
+    formulas: float = rule(
+        0.01,
+        "share of a channel's size, angles apart, below which no simulation of a whole drive is asked to be right",
+        "a data sheet is no better; " + CLOSED,
+    )
+    near: int = rule(8, "rows about whose mean noise is told in a whole drive: what lasts longer is no noise", CLOSED)
+    near_tail: float = rule(0.98, "quantile of these variances that may be noise; what is above may be a fault's", CLOSED)
     noise_samples: int = rule(10, "differences of samples without which nothing is said: the floor is 0 then", NOISE)
     coarse: float = rule(0.1, "a resolution beyond this share of the differences shows in them", NOISE)
     coarse_steps: float = rule(4.0, "of a coarse channel, steps up to which a difference is noise", NOISE)

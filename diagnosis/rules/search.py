@@ -10,6 +10,7 @@ FIRST = developed("the contest of hypotheses over them")
 AMOUNTS = developed("the reducer FMU on a measured motion with its known load; rigs of the four measured drives")
 CLOSER = developed("Amounts of a threshold are tried closer around the best")
 END_TO_END = developed("contest, gain on held-out data, blame, remainder and result file end to end")
+RECORDERS = "what encoders, tachos, filters and multiplexed converters of drives are sold with; not studied"
 LONG = "long logs are fitted on stretches, then once on the whole"
 NONLINEAR = developed("A whole drive is far from linear: fits start from small amounts of all numbers")
 GUESSES = developed("luck of the folds is no gain")
@@ -27,6 +28,18 @@ class SearchRules:
     )
     periods: tuple[int, int] = rule((2, 40), "samples of the sampling periods that are tried", AMOUNTS)
 
+    # --- what recorders do, and is no cause: search.hypotheses.recorder
+    latest: float = rule(
+        2e-3,
+        "s that a channel may be read late beside one step of the log; a step early, for a row may be stamped before",
+        RECORDERS,
+    )
+    differenced: int = rule(12, "steps of the log over which a speed may be a difference of angles, at most", RECORDERS)
+    slowest_filter: float = rule(0.010, "s, the longest time constant of a speed's filter", RECORDERS)
+    window_start: float = rule(0.25, "steps over which a converter's mean is first taken to go", RECORDERS)
+    filter_start: float = rule(5e-4, "s from which a fit of it starts: at 0 it has no slope", RECORDERS)
+    tacho_ripple: float = rule(0.02, "largest relative ripple of a tacho", RECORDERS)
+
     # --- the first look: search.screen
     per_decade: int = rule(2, "values tried in a decade of a parameter that shapes an effect", FIRST)
     decades_from: float = rule(30.0, "ratio of its bounds from which on a range is tried by decades", FIRST)
@@ -35,6 +48,10 @@ class SearchRules:
     probes: int = rule(3, "of the values tried, those that tell whether a parameter shapes an effect, about", FIRST)
     narrow: float = rule(2.0, "ratio of its bounds below which a parameter is no question", FIRST)
     highest_order: int = rule(64, "waves in a turn are looked for up to this number", FIRST)
+    waves: int = rule(
+        3, "waves in a turn of a shaft that a whole drive is simulated with: a look at the error chooses them", "a limit of time"
+    )
+    starts_by_channel: int = rule(12, "the same of a whole drive compared in all its channels", "a limit of time; not studied")
     most_starts: int = rule(40, "combinations of shapes tried for one way of acting, orders apart", "a limit of time; " + FIRST)
     leading: float = rule(10.0, "difference steps that an amplitude is switched on by, while shapes are looked for", FIRST)
     alone: float = rule(1e-9, "share of the misfit that an amplitude at its nominal value may move it by", FIRST)
@@ -45,6 +62,7 @@ class SearchRules:
     )
     bend: float = rule(0.25, "share of the change (of squares) by which it may miss proportion", AMOUNTS)
     jumps: int = rule(11, "amounts tried of a parameter that acts only from a finite amount on", AMOUNTS)
+    jumps_by_channel: int = rule(6, "the same of a whole drive compared in all its channels", "a limit of time; not studied")
     closer: int = rule(3, "times that such amounts are tried closer around the best", CLOSER)
     closer_by: float = rule(3.0, "by which factor closer each time", CLOSER)
 
@@ -55,7 +73,34 @@ class SearchRules:
     loss_median: float = rule(2.0, "the same in medians of the absolute misfit", FIRST)
     effort: int = rule(25, "simulations of a fit, Jacobians apart, at most", "a limit of time; " + FIRST)
     effort_first: int = rule(15, "the same before the noise is known", "a limit of time; " + FIRST)
+    effort_recorders: int = rule(
+        8, "the same in which what recorders did is fitted with the rest, once the rest is", "a limit of time; not studied"
+    )
     effort_last: int = rule(8, "the same in the last fit over all samples", f'a limit of time, with "{LONG}"')
+    start_places: int = rule(
+        2,
+        "places of each uncertain value's range, beside the value given and the middle, from which the nominal drive is fitted",
+        "a limit of time; not studied",
+    )
+    ends_alike: float = rule(
+        0.01,
+        "share by which a value may miss the best fit's, beyond its interval, and is the same: a fit ends before; of a whole "
+        "drive, by which its loss must be lower than from the start given",
+        "not studied; of whole drives brought in when the search over the measured servo was seen to turn on small changes of its base",
+    )
+    at_bound: float = rule(
+        0.1,
+        "standard errors from the end of its range within which an uncertain value is at it, and no more than `at_end` of the range",
+        "not studied; it tells, and decides nothing",
+    )
+    collinear_index: float = rule(
+        30.0,
+        "condition index of the Jacobian's columns beyond which values cannot be told apart",
+        "theory: Belsley, Kuh and Welsch (1980), Regression Diagnostics, chapter 3",
+    )
+    collinear_share: float = rule(
+        0.5, "share of a value's variance that such a combination must bear for the value to be one of them", "theory: as above"
+    )
     tolerances: tuple[float, float] = rule((1e-6, 1e-5), "relative change of the loss, and of the values, that ends a fit", FIRST)
     tolerances_whole: tuple[float, float] = rule((1e-4, 1e-4), "the same of a whole drive", NONLINEAR)
     flat: float = rule(1e-8, "gradient that ends a fit", "scipy's own value")
@@ -81,6 +126,7 @@ class SearchRules:
 
     # --- which hypotheses are fitted: search.step
     fits: int = rule(8, "hypotheses that are fitted in a step, those that look best", "a limit of time; " + FIRST)
+    fits_by_channel: int = rule(6, "the same of a whole drive compared in all its channels", "a limit of time; not studied")
     starts: int = rule(
         4,
         "sets of free numbers that a hypothesis is fitted with, at most",
@@ -116,6 +162,17 @@ class SearchRules:
         1.08, "a residual whose error is no more than this many times its noise has nothing missing", developed(LONG)
     )
     left: float = rule(1.15, "the same once a cause is found: nature's formula is never exactly ours", GUESSES)
+    natural: float = rule(
+        1.3,
+        "times its noise up to which a channel of a whole drive has nothing missing: as much is left by a law of the right "
+        "name whose formula is not nature's",
+        "the target of the power studies for what a right answer leaves",
+    )
+    shows_whole: float = rule(
+        0.1,
+        "share by which a cause must lower the error of such a channel that is off",
+        "not studied; half of what closing 1.3 to 1 takes",
+    )
     matters: float = rule(0.02, "share of the error's energy by which a rival must be worse to be beaten", GUESSES)
     apart: float = rule(
         1e-3,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from selflock.fmus.effect import METAL
+from selflock.fmus.effect import METAL, SHAPES
 
 from ..rules import RULES
 from .fit import Fit
@@ -57,9 +57,14 @@ def worse(a: Candidate, b: Candidate, chance_level: float) -> bool:
     """
     rules = RULES.search
     share, difference = more(a, b)
-    spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
+    ratio = np.log(np.maximum(a.errors, 1e-300) / np.maximum(b.errors, 1e-300))  # a few blocks may have most of a difference
+    spread = lambda x: x.std(ddof=1) / np.sqrt(len(x)) if len(x) > 1 else 0.0
+    beyond = lambda x: x.mean() > rules.spreads * spread(x)
+    whole = b.fit is not None and any(p.name.startswith("recorder.") for p in b.fit.free)
     return share > rules.matters and (
-        difference.mean() > rules.spreads * spread or difference.mean() > rules.chance_levels * chance_level * b.errors.mean()
+        beyond(difference)
+        or (whole and beyond(ratio))
+        or difference.mean() > rules.chance_levels * chance_level * b.errors.mean()
     )
 
 
@@ -73,30 +78,37 @@ def better(a: Candidate | None, b: Candidate, chance_level: float, whole: bool) 
     if a is None:
         return b
     first, second = (a, b) if len(a.free) <= len(b.free) else (b, a)
-    if whole and _ends(first) and not _ends(second) and not worse(second, first, chance_level):
+    if whole and ends(first) and not ends(second) and not worse(second, first, chance_level):
         return second  # fewer numbers, but pressed against the end of their range, are no simpler law
     return first if not worse(first, second, chance_level) else second
 
 
-def _ends(candidate: Candidate) -> bool:
-    """Whether a number that the hypothesis sets free is at the end of its range."""
+def ends(candidate: Candidate) -> bool:
+    """Whether a number that the hypothesis sets free is at the end of its range; one that shapes an effect may be."""
     at, near = candidate.fitted.values, RULES.search.at_end
-    return any(
-        at[p.name] != p.nominal and min(at[p.name] - p.low, p.high - at[p.name]) < near * (p.high - p.low) for p in candidate.free
-    )
+    asked = [p for p in candidate.free if p.role not in SHAPES and at[p.name] != p.nominal]
+    return any(min(at[p.name] - p.low, p.high - at[p.name]) < near * (p.high - p.low) for p in asked)
 
 
-def simplest(real: Sequence[Candidate], found: Sequence[Hypothesis], chance_level: float) -> Candidate:
+def simplest(
+    real: Sequence[Candidate], found: Sequence[Hypothesis], chance_level: float, rows: np.ndarray, size: float
+) -> Candidate:
     """The one with the fewest free numbers among those that are not worse than the best, which is the first.
 
     More numbers of a cause that is found already are less than one more cause. Of the same law twice the more special
     one is the cause, an effect before a nominal value; but what would drift and was not seen to is a value that is off.
+    rows, size: see same_law.
     """
     as_good = [c for c in real if not worse(c, real[0], chance_level)]
     fewest = min(len(c.free) for c in as_good)
     as_simple = [c for c in as_good if len(c.free) == fewest]
     as_simple = [c for c in as_simple if any(c.hypothesis.same_cause(f) for f in found)] or as_simple
-    least = min(c.errors.mean() for c in as_simple)
+    best = min(as_simple, key=lambda c: c.errors.mean())
+    twice = [
+        c for c in as_simple if c.errors.mean() <= RULES.search.alike * best.errors.mean() or (
+            "parameter" not in (c.hypothesis.effect, best.hypothesis.effect) and _alike(c, best, rows, size)
+        )
+    ]  # fmt: skip
 
     def doubt(c: Candidate) -> tuple:
         nominal = c.hypothesis.effect == "parameter"
@@ -108,7 +120,7 @@ def simplest(real: Sequence[Candidate], found: Sequence[Hypothesis], chance_leve
             c.errors.mean(),
         )
 
-    return min((c for c in as_simple if c.errors.mean() <= RULES.search.alike * least), key=doubt)
+    return min(twice, key=doubt)
 
 
 def same_law(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
@@ -119,5 +131,10 @@ def same_law(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
     effects = [a.hypothesis.effect, b.hypothesis.effect]
     if a.hypothesis.component != b.hypothesis.component or effects.count("parameter") != 1:
         return False
+    return _alike(a, b, rows, size)
+
+
+def _alike(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
+    """Whether two fits leave the same of every sample."""
     difference = (a.fitted.misfit - b.fitted.misfit)[rows]
     return bool(np.sqrt(np.mean(difference**2)) < RULES.search.same_law * size)

@@ -42,6 +42,17 @@ class Fit:
         meat = scores.T @ scores * len(labels) / max(1, len(labels) - len(self.free))
         return bread @ meat @ bread / np.outer(lengths, lengths)
 
+    @property
+    def open(self) -> np.ndarray:
+        """The Jacobian without what cannot move: columns of what recorders did, at the end of its range, are 0."""
+        near = RULES.search.at_end
+        ends = [
+            p.name.startswith("recorder.")
+            and min(self.values[p.name] - p.low, p.high - self.values[p.name]) < near * (p.high - p.low)
+            for p in self.free
+        ]
+        return np.where(ends, 0.0, self.jacobian) if self.free else self.jacobian
+
     def intervals(
         self, rows: np.ndarray, blocks: np.ndarray, level: float = RULES.search.interval
     ) -> dict[str, tuple[float, float]]:
@@ -87,6 +98,9 @@ def jacobian(misfit: Misfit, fixed: dict, free: Sequence[Free], values: dict, at
     columns = []
     for parameter in free:
         value = values[parameter.name]
+        if value in parameter.trials:  # what acts in steps has no slope that is worth following
+            columns.append(np.zeros(len(at)))
+            continue
         step = RULES.search.difference * scale(parameter, value)
         if value + step > parameter.high:
             step = -step
@@ -104,7 +118,7 @@ def fit(
     effort: int = RULES.search.effort,
     tolerances: tuple[float, float] = RULES.search.tolerances,
 ) -> Fit:
-    """Least squares over `rows` from `start`, robust, within the bounds; `tolerances`: of the loss, and of the values."""
+    """Least squares over `rows` from `start`, within the bounds, robust beyond c; `tolerances`: of the loss, and of the values."""
     free = tuple(free)
     if not free:
         r = misfit(fixed)
@@ -118,8 +132,12 @@ def fit(
     origin = np.clip(inside, low + np.minimum(tiny, (high - low) / 4), high - np.minimum(tiny, (high - low) / 4))
     known: dict[bytes, np.ndarray] = {}
 
+    # of a whole drive from 1 on: from 0 on the solver's first step has no length; elsewhere rules were made without that
+    whole = any(name.startswith("recorder.") for name in (*fixed, *start))
+    zero = origin - lengths if whole else np.zeros(len(free))
+
     def named(x):
-        return {p.name: float(v) for p, v in zip(free, np.clip(x * lengths, low, high))}
+        return {p.name: float(v) for p, v in zip(free, np.clip(zero + x * lengths, low, high))}
 
     def value(x):
         key = x.tobytes()
@@ -128,14 +146,14 @@ def fit(
             known[key] = misfit({**fixed, **named(x)})
         return known[key]
 
-    least, most = low / lengths, high / lengths
+    least, most = (low - zero) / lengths, (high - zero) / lengths
     found = least_squares(
         lambda x: value(x)[rows],
-        np.clip(origin / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
+        np.clip((origin - zero) / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
         jac=lambda x: jacobian(misfit, fixed, free, named(x), value(x))[rows] * lengths,
         bounds=(least, most),
-        loss="soft_l1",
-        f_scale=c,
+        loss="soft_l1" if np.isfinite(c) else "linear",
+        f_scale=c if np.isfinite(c) else 1.0,
         max_nfev=effort,
         ftol=tolerances[0],
         xtol=tolerances[1],
@@ -157,7 +175,7 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
     out = fitted.misfit.copy()
     if not fitted.free:
         return out
-    weighted = fitted.jacobian * fitted.weights[:, None]
+    weighted = fitted.open * fitted.weights[:, None]
     errors = fitted.misfit * fitted.weights
     lengths = np.sqrt((weighted[rows] ** 2).sum(axis=0))
     lengths[lengths == 0.0] = 1.0
@@ -173,7 +191,7 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
             for damping in (RULES.search.dampings if misfit else RULES.search.dampings[:1])
         ]
         if misfit is None:
-            out[unseen] = fitted.misfit[unseen] + fitted.jacobian[unseen] @ steps[0]
+            out[unseen] = fitted.misfit[unseen] + fitted.open[unseen] @ steps[0]
             continue
         moved = [{p.name: fitted.values[p.name] + float(x) for p, x in zip(fitted.free, step)} for step in steps]
         found = min([fitted.misfit, *map(misfit, moved)], key=lambda r: rho(r[seen], c).sum())

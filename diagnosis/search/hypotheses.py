@@ -10,10 +10,13 @@ import numpy as np
 
 from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, VALUE, Effect, Parameter
 
+from ..data.stuck import resolution
 from ..data.rig import Rig, split
-from ..data.signals import COMMANDS, MOVES, RELATIVE
+from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES
+from ..residuals import whole
 from ..residuals.drive import both
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.recorder import counts, period, step_of
 from ..rules import RULES
 
 COMPONENTS = ("controller", "motor", "reducer", "load")
@@ -101,7 +104,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
                 found.append(Hypothesis(name, "parameter", free, summary=parameter.description, advice=MEASURE_IT))
     for channel in sorted(channels):
         signal = split(channel, rig.drives)[1]
-        if rig.questioned(channel) and signal not in COMMANDS:
+        if channel not in rig.known and signal not in COMMANDS:  # that a load's values are known says nothing of its sensors
             for effect in effects("sensor"):
                 zero = signal in RELATIVE and any(p.role == OFFSET for p in effect.parameters)
                 if not zero and not (points and effect.needs):
@@ -113,7 +116,17 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
 def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
     """Steps of time are looked for in whole samples, steps of a reading where its channel has them."""
 
+    by_channel = experiment.by_channel
+
     def trials(p: Free) -> tuple[float, ...]:
+        if p.role == PERIOD and by_channel:
+            found = (period(ch) for ch in experiment.channels.values())
+            return tuple(sorted({x for x in found if p.low < x < p.high}))
+        if p.role == STEP and by_channel:
+            found = (
+                step_of(ch.raw(hypothesis.channel)[ch.good(hypothesis.channel)], own(ch)) for ch in experiment.channels.values()
+            )
+            return tuple(sorted({x for x in found if x > 0.0}))
         if p.role == PERIOD:
             step, (fewest, most) = experiment.step, RULES.search.periods
             return tuple(n * step for n in range(fewest, most + 1) if p.low <= n * step <= p.high)
@@ -124,7 +137,10 @@ def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
             return tuple({float(np.quantile(s, RULES.data.smallest_step)) for s in steps if len(s)})
         return ()
 
-    return replace(hypothesis, free=tuple(replace(p, trials=trials(p)) for p in hypothesis.free))
+    own = lambda ch: resolution(ch.raw(hypothesis.channel)[ch.good(hypothesis.channel)])
+    tried = tuple(replace(p, trials=trials(p)) for p in hypothesis.free)
+    # of a whole drive what the log shows nothing of is no question: a period or a step that is off is as good as none
+    return replace(hypothesis, free=tuple(p for p in tried if p.trials or not (by_channel and p.role in (PERIOD, STEP))))
 
 
 def _seen_whole(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
@@ -218,6 +234,25 @@ def uncertain(rig: Rig) -> tuple[Free, ...]:
                     nominal = p.off if nominal is None else nominal
         nominal = 0.5 * (low + high) if nominal is None else min(max(nominal, low), high)
         found.append(_free(full, known, nominal, low, high))
+    return tuple(found)
+
+
+def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
+    """How channels of a whole drive were recorded, within what recorders do: free in every fit, and no cause."""
+    rules, step, found = RULES.search, experiment.step, []
+    told = {"controller.sample_period", "controller.command_delay"} & {*experiment.rig.parameters, *experiment.rig.uncertain}
+    if experiment.rig.simulate == whole.WHOLE and not told:
+        found.append(Free(whole.HOLD, rules.window_start * step, 0.0, step, "s"))
+    for residual in experiment.residuals if experiment.rig.simulate == whole.WHOLE else ():
+        channel, numbers = residual.output, {"shift": (0.0, -step, rules.latest + step)}
+        ch = experiment.channels[0, residual.prefix]
+        if channel in whole.TURNS and not counts(channel, ch)[1]:
+            numbers["filter"] = (rules.filter_start, 0.0, rules.slowest_filter)
+            for order in RULES.residuals.ripples:
+                numbers |= {f"ripple_{wave}_{order}": (0.0, -rules.tacho_ripple, rules.tacho_ripple) for wave in ("cos", "sin")}
+        elif channel in VOLTAGES:
+            numbers["window"] = (rules.window_start * step, 0.0, step)
+        found += [Free(f"recorder.{channel}.{name}", *three) for name, three in numbers.items()]
     return tuple(found)
 
 

@@ -8,11 +8,14 @@ from functools import cached_property
 import numpy as np
 
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.noise import of_bins, of_quiet_bins
+from ..residuals.mending import excess
+from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding
+from ..residuals.whole import HOLD
 from ..rules import RULES
 from .candidate import Candidate
 from .fit import Fit, fit, held_out, rho
-from .hypotheses import Free, Hypothesis, uncertain, vocabulary
+from .hypotheses import Free, Hypothesis, recorder, uncertain, vocabulary
+from .starts import Ending, starts
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +31,7 @@ class Problem:
     quiet: np.ndarray  # noise where there is least of it, over the usual noise of a residual
     present: np.ndarray  # (blocks, bins of all residuals): which entries of the misfit there are
     loss_scale: float = np.inf  # where the robust loss turns, in units of noise
+    endings: tuple[Ending, ...] = ()  # of fits of `base_free` from several starts
     shift: np.ndarray | float = 0.0  # added to the misfit: a simulated log is a measured one with other errors
 
     @classmethod
@@ -38,6 +42,7 @@ class Problem:
             for p in uncertain(experiment.rig)
             if (p.name.rpartition(".")[0] in experiment.components or p.name.startswith("sensor.")) and not p.on_request
         )
+        free += recorder(experiment)
         hypotheses = tuple(vocabulary(experiment.rig, experiment.components, experiment.measured, experiment))
         nominal = {p.name: p.nominal for p in free}
         ones = np.ones(len(experiment.residuals))
@@ -47,16 +52,64 @@ class Problem:
         """The same problem where other samples are simulated."""
         return replace(self, experiment=experiment, present=experiment.present(self.nominal))
 
+    def glance(self, drifting: bool) -> Problem:
+        """The same problem for a first look at a hypothesis; at what drifts it takes longer."""
+        if not self.by_channel:
+            return self
+        rules = RULES.residuals
+        if drifting not in self._glances:
+            seconds = rules.whole_fits if drifting else rules.whole_glance
+            self._glances[drifting] = replace(self, experiment=self.experiment.glance(seconds))
+        return self._glances[drifting]
+
+    @cached_property
+    def _glances(self) -> dict[bool, Problem]:
+        return {}
+
     def with_noise(self) -> Problem:
-        """With the noise of each residual's bins from neighbouring differences, and where the robust loss turns."""
-        experiment, values = self.experiment, {}
-        if self.base_free:
-            values = fit(self.misfit, {}, self.base_free, self.nominal, self.rows, 1e30, RULES.search.effort_first).values
+        """With the noise of each residual's bins, and what no data sheet says as it fits best from several starts.
+
+        Values that are off make noise of their own: it is asked for again where they fit best.
+        """
+        found = self.with_noise_at(self.nominal)
+        if not self.base_free:
+            return found
+        endings = [found._ending(self.nominal | start) for start in starts(self.asked, self.nominal)]
+        best = min(endings, key=lambda e: e.loss).end
+        if (
+            self.whole
+        ):  # what it leaves is hardly noise; and it is far from linear: what ends as low as from the start given is left
+            apart = min(e.loss for e in endings) < (1.0 - RULES.search.ends_alike) * endings[0].loss
+            return replace(found, nominal=best if apart else found.nominal, endings=tuple(endings))
+        near = tuple(replace(p, nominal=best[p.name]) for p in self.base_free)  # a guess far off is no scale to fit on
+        found = replace(found, base_free=near).with_noise_at(best)
+        endings = [replace(found._ending(e.end), start=e.start) for e in endings]
+        return replace(found.with_noise_at(min(endings, key=lambda e: e.loss).end), endings=tuple(endings))
+
+    @property
+    def asked(self) -> tuple[Free, ...]:
+        """What no data sheet says, without what recorders did."""
+        return tuple(p for p in self.base_free if not p.name.startswith("recorder."))
+
+    def _ending(self, start: dict[str, float]) -> Ending:
+        """Where a fit of the nominal drive from this start ends."""
+        fitted = self.fit(self.base_free, start, RULES.search.effort_first)
+        return Ending(start, fitted.values, float(rho(fitted.misfit[self.rows], self.loss_scale).sum()))
+
+    def with_noise_at(self, values: dict) -> Problem:
+        """With the noise of each residual's bins from neighbouring differences, and where the robust loss turns.
+
+        values: of what no data sheet says.
+        """
+        experiment = self.experiment
         noise, quiet = self.noise.copy(), self.quiet.copy()
         for number, residual in enumerate(experiment.residuals):
             r, count = experiment.binned(residual, self.absolute(values))
             lag = 1 + experiment.reach(residual) // experiment.layout.per_bin
             noise[number] = of_bins(r, count > 0, experiment.steady, lag)
+            if residual.kind == "whole":
+                rounding = of_rounding(experiment, residual, self.absolute(values))[1]
+                noise[number] = max(noise[number], rounding, of_formulas(experiment, residual))
             if not experiment.steady:
                 quiet[number] = min(1.0, of_quiet_bins(r, count > 0, lag) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)
@@ -92,8 +145,17 @@ class Problem:
 
     @property
     def whole(self) -> bool:
-        """Whether a whole drive is simulated, which is far from linear in its parameters."""
+        """Whether a whole drive is simulated and seen in its motion alone, which is far from linear in its parameters."""
         return any(residual.kind == "drive" for residual in self.experiment.residuals)
+
+    @property
+    def by_channel(self) -> bool:
+        """Whether every channel is compared with a whole drive's."""
+        return self.experiment.by_channel
+
+    def excess(self, values: dict) -> np.ndarray:
+        """Error of each residual's samples over their noise, in the blocks that teach."""
+        return excess(self.experiment, self.absolute(values), self.train)
 
     def misfit(self, values: dict) -> np.ndarray:
         """Flat, in units of the noise; values counted above another are put back on it."""
@@ -109,8 +171,14 @@ class Problem:
         return out
 
     def fit(self, free: tuple[Free, ...], start: dict, effort: int = RULES.search.effort) -> Fit:
-        """Robust least squares on the samples that teach."""
-        tolerances = RULES.search.tolerances_whole if self.whole else RULES.search.tolerances
+        """Robust least squares on the samples that teach; what recorders did is a matter of a few last steps."""
+        rules = RULES.search
+        tolerances = rules.tolerances_whole if self.whole or self.by_channel else rules.tolerances
+        drive = tuple(p for p in free if p.name == HOLD or not p.name.startswith("recorder."))
+        if 0 < len(drive) < len(free):
+            fixed = {p.name: start[p.name] for p in free if p not in drive}
+            first = fit(self.misfit, fixed, drive, start, self.rows, self.loss_scale, effort, tolerances)
+            start, effort = start | first.values, min(effort, rules.effort_recorders)
         return fit(self.misfit, {}, free, start, self.rows, self.loss_scale, effort, tolerances)
 
     def with_these(self, causes: list[Candidate], fitted: Fit) -> Fit:

@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from selflock.fmus.effect import ORDER, PHASE
+from selflock.fmus.effect import ORDER, PHASE, VALUE
 
 from ..rules import RULES
 from .fit import change, scale, slope
@@ -58,13 +58,21 @@ class Direction:
         return {p.name: float(np.clip(values.get(p.name, p.nominal), p.low, p.high)) for p in self.free}
 
 
-def directions(misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis) -> list[Direction]:
+def directions(
+    misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray, hypothesis: Hypothesis, dear: bool = False
+) -> list[Direction]:
     """All ways of acting that change the misfit at all.
 
     A parameter whose change alone changes the misfit, and in proportion, is an amplitude; one that matters only
     while an amplitude is on is a shape. An effect none of whose parameters matters alone is looked at with its
-    other parameters in the middle of their range.
+    other parameters in the middle of their range. dear: each simulation is, so that fewer are tried, and nominal values
+    that act in proportion not at large amounts, too.
     """
+    starts, jumps = (
+        (RULES.search.starts_by_channel, RULES.search.jumps_by_channel)
+        if dear
+        else (RULES.search.most_starts, RULES.search.jumps)
+    )
     inside = [p for p in hypothesis.free if p.high > p.low]
     off = {p.name: p.nominal for p in inside}
     amplitudes = [p for p in inside if _proportional(misfit, base, off, p, at)]
@@ -83,22 +91,26 @@ def directions(misfit: Callable[[dict], np.ndarray], base: dict, at: np.ndarray,
         on[leader.name] = leader.nominal + (much if leader.nominal + much <= leader.high else _step(leader))
         there = misfit({**base, **on})
         shapes = [p for p in inside if p not in amplitudes and _shapes(misfit, base, on, p, there)]
-        found += _ways(misfit, base, off, at, hypothesis, (leader, *companions), shapes)
+        found += _ways(misfit, base, off, at, hypothesis, (leader, *companions), shapes, starts)
     if len(leading) > 1 and all(not way.shape and not way.phase for way in found):
-        found += _ways(misfit, base, off, at, hypothesis, (*leading, *companions), [])
+        found += _ways(misfit, base, off, at, hypothesis, (*leading, *companions), [], starts)
     for p in inside:
-        if p.companion or p.told or p.above or p.role in (PHASE, ORDER):
+        if p.companion or (p.told and not p.trials) or p.above or p.role in (PHASE, ORDER):
+            continue
+        if p in amplitudes and p.role == VALUE and dear:
             continue
         if p not in amplitudes or _bends(misfit, base, off, at, p):
-            found += _jumps(misfit, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes])
+            found += _jumps(
+                misfit, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes], jumps
+            )
     return found
 
 
-def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) -> list[Direction]:
+def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free], jumps: int) -> list[Direction]:
     """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step)."""
     found: list[Direction] = []
     rules = RULES.search
-    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, rules.jumps + 2)[1:-1]})
+    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, jumps + 2)[1:-1]})
     if not any(
         np.any(misfit({**base, **off, leader.name: value}) != at)
         for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}
@@ -118,7 +130,7 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) 
         shapes = [p for p in others if _shapes(misfit, base, on, p, there)]
         for values in product(*(sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
             tried(value, {p.name: v for p, v in zip(shapes, values)})
-    step = (leader.high - leader.low) / (rules.jumps + 1)
+    step = (leader.high - leader.low) / (jumps + 1)
     for _ in range(rules.closer if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
         step /= rules.closer_by
         best = min(
@@ -131,13 +143,13 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free]) 
     return found
 
 
-def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes) -> list[Direction]:
+def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes, starts: int) -> list[Direction]:
     """One direction for each combination of shape values; a phase becomes two columns."""
     phase = next((p for p in shapes if p.role == PHASE), None) if len(amplitudes) == 1 else None
     shapes = [p for p in shapes if p is not phase]
     axes = [_grid(p) for p in shapes]
     thin = [i for i, p in enumerate(shapes) if p.role != ORDER]
-    while thin and np.prod([len(axes[i]) for i in thin]) > RULES.search.most_starts:
+    while thin and np.prod([len(axes[i]) for i in thin]) > starts:
         longest = max(thin, key=lambda i: len(axes[i]))
         axes[longest] = axes[longest][::2]
     found = []
@@ -202,6 +214,8 @@ def _shapes(misfit, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
 def _grid(p: Free) -> list[float]:
     """Values to start from: orders one by one, wide ranges by decades, others at a few places."""
     rules = RULES.search
+    if p.role == ORDER and p.trials:
+        return list(p.trials)
     if p.role == ORDER:
         return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, rules.highest_order)) + 1)]
     if p.role == PHASE:

@@ -77,7 +77,7 @@ class ForwardSelection:
         whole = problem.experiment.whole()
         if whole is not problem.experiment:  # the last word on the numbers has the whole log
             self.tell("last fit", 0.0)
-            problem = problem.on(whole).with_noise()
+            problem = problem.on(whole).with_noise_at(problem.nominal)
             first = problem.fit(first.free, dict(first.values), RULES.search.effort_last)
             base = problem.fit(base.free, dict(base.values), RULES.search.effort_last)
         return Selection(problem, stages, causes, kept, base, first)

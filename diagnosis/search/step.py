@@ -9,16 +9,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numba.core import config
 
-from selflock.fmus.effect import LAG, LATE, PHASE
+from selflock.fmus.effect import LAG, LATE, PERIOD, PHASE, STEP
 
 from ..residuals.mending import Mending
 from ..rules import RULES
-from .candidate import Candidate, better, equal, more, same_law, simplest
+from .candidate import Candidate, better, ends, equal, more, same_law, simplest
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
 from .problem import Problem
 from .screen import Direction, directions
+from .waves import looked_for
 
 CHANCE = "chance finds as much"
 
@@ -55,7 +56,10 @@ class Step:
         unseen = problem.held_out(base)
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
         self.fitted = problem.residual_errors(base.misfit)
-        self.enough = clean * problem.quiet  # errors, in units of noise, below which nothing is missing in a residual
+        if problem.by_channel:  # samples tell: averages of many show what no formula has
+            self.off = problem.excess(base.values) > RULES.search.natural
+        else:
+            self.off = problem.experiment.steady | (self.errors > clean * problem.quiet)
         taken = {p.name for p in base.free}
         self.open = [
             replace(h, free=tuple(p for p in h.free if p.name not in taken))
@@ -73,10 +77,10 @@ class Step:
         problem, base, rules = self.problem, self.base, RULES.search
         problem.experiment.forget()  # what the base says of sensors is asked all the time
         stage = Stage(Candidate(Hypothesis("", "none", ()), base.free, base, self.losses), [], chance_level=self.chance_level)
-        if not problem.experiment.steady and (self.errors <= self.enough).all():  # no cause would be believed: see _candidate
+        if not self.off.any():  # no cause would be believed: see _candidate
             return stage
         linear = Linear(
-            base.jacobian.reshape(*problem.shape, -1)[problem.train],
+            base.open.reshape(*problem.shape, -1)[problem.train],
             problem.taught(base.weights),
             problem.fold_of_block[problem.train],
         )
@@ -95,7 +99,8 @@ class Step:
             c.doubt = self._doubt(c)
         real = [c for c in fitted if not c.doubt]
         if real:
-            winner = stage.winner = simplest(real, self.found, self.chance_level)
+            usual = problem.loss_scale / rules.same_misfit
+            winner = stage.winner = simplest(real, self.found, self.chance_level, problem.rows, usual)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
         return stage
 
@@ -107,6 +112,8 @@ class Step:
             return f"it lowers the error of no comparison by {100 * RULES.search.relevant:.0f} %"
         if not self._resolved(candidate):
             return "what acts late in it does so within a sample of the log"
+        if self.problem.by_channel and ends(candidate):
+            return "a number of it lies at the end of its range"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
@@ -121,11 +128,12 @@ class Step:
         """Whether a cause lowers the error of samples somewhere, not of their averages alone."""
         experiment, train = self.problem.experiment, self.problem.train
         before, after = (self.problem.absolute(fit.values) for fit in (self.base, candidate.fitted))
+        mended = lambda one: Mending(experiment, one, before, after, train).improvement
+        if self.problem.by_channel:
+            return any(off and mended(one) >= RULES.search.shows_whole for one, off in zip(experiment.residuals, self.off))
         if experiment.layout.per_bin == 1:  # then bins are samples
             return True
-        return any(
-            Mending(experiment, one, before, after, train).improvement >= RULES.search.shows for one in experiment.residuals
-        )
+        return any(mended(one) >= RULES.search.shows for one in experiment.residuals)
 
     def _resolved(self, candidate: Candidate) -> bool:
         """Whether what acts late is later than a sample: within one, nobody knows what the recorder held."""
@@ -146,30 +154,37 @@ class Step:
     def _look(self, linear: Linear) -> list[Direction]:
         """The first look at all ways of acting of all hypotheses."""
         problem, fixed = self.problem, dict(self.base.values)
-        shaped = lambda values: problem.misfit(values).reshape(problem.shape)
-        at = shaped(fixed)
+        looks = {}
+        for drifting in (False, True):
+            near = problem.glance(drifting)
+            shaped = lambda values, near=near: near.misfit(values).reshape(near.shape)
+            looks[drifting] = shaped, shaped(fixed)
         errors = linear.draws(problem.taught(self.base.misfit * self.base.weights))
 
         def look(hypothesis: Hypothesis) -> list[Direction]:
-            found = directions(shaped, fixed, at, hypothesis)
+            shaped, at = looks[hypothesis.drifts]
+            found = directions(shaped, fixed, at, hypothesis, dear=problem.by_channel)
             for way in found:
                 way.columns = way.columns[problem.train]
                 linear.look(way, errors)
             return [way for way in found if np.isfinite(way.gain)]
 
-        return [way for ways in self._each("first look", look, self.open) for way in ways]
+        hypotheses = looked_for(problem.experiment, problem.absolute(fixed), self.open) if problem.by_channel else self.open
+        return [way for ways in self._each("first look", look, hypotheses) for way in ways]
 
     def _fits(self, ways: list[Direction]) -> list[Candidate]:
         """The hypotheses that look best, fitted; best first, then those that were only looked at."""
         of: dict[str, list[Direction]] = {}  # best way first, best hypothesis first
         for way in sorted(ways, key=lambda way: -way.gain):
             of.setdefault(way.hypothesis.label, []).append(way)
-        groups = list(of.values())
+        # what a log shows of itself, such as the steps of its command, is fitted however little a linear look promises
+        shown = lambda ways: self.problem.by_channel and any(p.trials and p.role in (PERIOD, STEP) for p in ways[0].free)
+        groups = sorted(of.values(), key=lambda ways: not shown(ways))
 
         def judge(ways: list[Direction]) -> Candidate:
-            return self._judge(ways) if ways[0].gain > 0.0 else self._unfitted(ways[0])
+            return self._judge(ways) if ways[0].gain > 0.0 or shown(ways) else self._unfitted(ways[0])
 
-        most = RULES.search.fits
+        most = RULES.search.fits_by_channel if self.problem.by_channel else RULES.search.fits
         candidates = self._each("fits", judge, groups[:most]) + [self._unfitted(ways[0]) for ways in groups[most:]]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 
@@ -183,8 +198,8 @@ class Step:
         seen: list[tuple] = []
         joint = [way for way in ways if whole and len(way.amplitudes) > 1][:1]  # however little the look promises
         for way in (*joint, *ways):
-            promising = way.gain >= rules.promising * ways[0].gain or any(way is j for j in joint)
-            if not promising or len(seen) >= (rules.starts_whole if whole else rules.starts):
+            promising = way is ways[0] or way.gain >= rules.promising * ways[0].gain or any(way is j for j in joint)
+            if not promising or len(seen) >= (rules.starts_whole if whole or self.problem.by_channel else rules.starts):
                 continue
             start = self._start(way)
             usual, every, fewest = _sets(way, base)
@@ -223,8 +238,7 @@ class Step:
         # what is gained on unseen blocks but not on those of the fit is chance_level of the folds
         on_fit = problem.residual_errors(fitted.misfit) / np.maximum(self.fitted, 1e-300)
         drop = 1.0 - np.maximum(errors / np.maximum(self.errors, 1e-300), on_fit)
-        if not problem.experiment.steady:  # where only noise is left there is nothing to explain
-            drop = np.where(self.errors > self.enough, drop, 0.0)
+        drop = np.where(self.off, drop, 0.0)  # where only noise is left there is nothing to explain
         return Candidate(hypothesis, extra, fitted, losses, float(drop.max()), linear=linear)
 
 

@@ -86,7 +86,6 @@ def test_a_voltage_that_changes_between_rows_is_no_cause(tmp_path):
     assert score.answers(_answer(case, tmp_path)) == ["none"]
 
 
-@_seen(2, "a longer log gives the gear a smaller share of the loss")
 @pytest.mark.slow
 def test_a_comparison_counts_no_less_in_a_longer_log(tmp_path):
     shares = []
@@ -151,7 +150,6 @@ def test_a_sampling_period_between_rows_is_found(tmp_path):
     assert amount.found == pytest.approx(amount.hidden, rel=0.02)
 
 
-@_seen(5, "impacts of a play are masked as corrupted samples")
 def test_an_impact_is_no_corrupted_sample(tmp_path):
     case = _hidden(["reducer.backlash"], seed=10_106, target=100.0, channels=(*ALL, "output_torque"))
     _, told = _experiment(case, tmp_path)
@@ -177,16 +175,7 @@ def test_nothing_is_compared_across_a_gap(tmp_path):
         assert error[near].max() <= 1.5 * away.max(), residual.name
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param("frozen", marks=_seen(5, "frozen channels are found in three of six")),
-        pytest.param("clipped", marks=_seen(5, "clipped channels are found in four of six")),
-        "corrupted",
-        "non-finite",
-        "missing",
-    ],
-)
+@pytest.mark.parametrize("kind", ["frozen", "clipped", "corrupted", "non-finite", "missing"])
 def test_faulty_rows_are_told_all_and_alone(kind, tmp_path):
     case = _hidden(duration=8.0)
     sound, put, told = case.logs[0], 0, 0
@@ -200,7 +189,30 @@ def test_faulty_rows_are_told_all_and_alone(kind, tmp_path):
     assert told >= 0.95 * put > 0, (told, put)
 
 
-@_seen(6, "a smaller torque constant shrinks measurement and error alike")
+@pytest.fixture
+def seeds():
+    start = recordings.DEVELOPMENT + int(np.random.SeedSequence().entropy % 10**6)
+    print(f"seeds from {start}")
+    return range(start, start + 3)
+
+
+def test_a_sound_recording_has_no_faults_whatever_the_recorder(seeds, tmp_path):
+    for seed in seeds:
+        case = recordings.hide([], seed, duration=8.0)
+        assert _experiment(case, tmp_path)[1] == []
+
+
+def test_faults_are_told_whatever_the_recorder(seeds, tmp_path):
+    """Most rows, for now and then a recorder is too coarse; docs/recordings.md has the shares of many."""
+    counts = np.zeros(4, int)
+    for seed in seeds:
+        case = recordings.hide([], seed, faulty=True, duration=8.0)
+        rows = {"faults": [f.row() for f in _experiment(case, tmp_path)[1]]}
+        counts += sum(np.array(found) for found in score.fault_rows(rows, case.placed, "train").values())
+    put, told, said, right = counts
+    assert told > 0.5 * put and right > 0.5 * said, counts
+
+
 @pytest.mark.parametrize("change", [dict(viscous=1e-3), dict(preload=3.0)], ids=str)
 def test_a_smaller_torque_constant_makes_no_error_smaller(change, tmp_path):
     experiment, _ = _experiment(_unloaded(change=change, channels=("current", "motor_speed", "angle")), tmp_path)
@@ -218,7 +230,6 @@ def test_an_unknown_answer_brings_its_best_model(tmp_path):
     assert result["gain"]["after"] < 0.95 * result["gain"]["before"]
 
 
-@_seen(8, "a smoothing shorter than five samples is five samples, without a word")
 def test_the_smoothing_is_what_the_rig_says(tmp_path):
     case = _hidden(step=0.005)
     windows = []
@@ -228,7 +239,6 @@ def test_the_smoothing_is_what_the_rig_says(tmp_path):
     assert len(set(windows)) == 3, windows
 
 
-@_seen(9, "an uncertain value that starts at its bound stays there")
 @pytest.mark.parametrize("name, start", [("reducer.shaft_inertia", 1e-5), ("load.mass", 1.0)])
 @pytest.mark.slow
 def test_an_uncertain_value_is_found_from_every_start(name, start, tmp_path):
@@ -261,7 +271,6 @@ def test_each_run_has_its_own_phase_where_no_angle_is_absolute(tmp_path):
     assert left[2] < 1.2 * max(left[:2]), left
 
 
-@_seen(11, "known values of the load silence its sensors")
 def test_a_known_load_may_have_a_sensor_that_is_off(tmp_path):
     experiment, _ = _experiment(_hidden(), tmp_path, 'known = ["load.*"]')
     problem = Problem.of(experiment, np.ones(experiment.layout.count, bool))

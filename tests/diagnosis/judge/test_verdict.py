@@ -61,7 +61,7 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows, r
         compare=lambda residual, values: [(np.full(n, values["amount"]), effect + noise, np.ones(n, bool))],
         channels={(0, ""): SimpleNamespace(take=None)},
     )
-    problem = SimpleNamespace(experiment=experiment, train=np.ones(10, bool), absolute=dict)
+    problem = SimpleNamespace(experiment=experiment, train=np.ones(10, bool), absolute=dict, by_channel=False)
     base, fit = (SimpleNamespace(values={"amount": amount}) for amount in (0.0, effect))
     assert Step._shows(SimpleNamespace(problem=problem, base=base), SimpleNamespace(fitted=fit)) == shows
 

@@ -124,8 +124,9 @@ LAWS_OF = {
     "read": (loops.sensor,), "undo": (loops.sensor,), "motor": (loops.dc,), "shaft_torque": (loops.dc,),
     "load_torque": (loops.load,), "gear": (loops.shaft,), "windup": (loops.shaft,), "controller": (loops.pd,),
     "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
+    "closed": (loops.pd, loops.dc, loops.shaft, loops.load, loops.sensor, loops.sensor),
 }  # fmt: skip
-NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2}
+NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2, "sensed": 1.0, "at_motor": 0.0, "ticked": 0.0}
 
 
 def test_all_loops_are_compiled():
@@ -268,6 +269,16 @@ def test_a_sensors_lag_begins_anew_behind_a_gap(drive_bench):
     for lag in (0.05, -0.05):
         shown = drive.read("motor.current", held, {"sensor.motor.current.lag_time": lag}, ch)
         np.testing.assert_allclose(shown, held, rtol=1e-12)
+
+
+def test_what_is_measured_as_a_current_is_compared_as_one(drive_bench):
+    """The balance asks for half the current where the motor makes twice the torque of it; a scale of the sensor shows in it."""
+    gear = next(c for c in drive_bench.residuals if c.kind == "gear")
+    assert (gear.unit, gear.quantity) == ("A", "motor.current")
+    constant = drive_bench.setting.value("motor.torque_constant", {})
+    asked = drive_bench.compare(gear, {})[0][0]
+    for values, times in (({"motor.torque_constant": 2.0 * constant}, 0.5), ({"sensor.motor.current.scale_factor": 1.2}, 1.2)):
+        np.testing.assert_allclose(drive_bench.compare(gear, values)[0][0], times * asked, rtol=1e-9, atol=1e-12)
 
 
 def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path, rng):

@@ -1,0 +1,280 @@
+"""The whole drive in closed loop against every measured channel, each read as its recorder read it.
+
+Set-points are numbers, and no noise is on them. So nothing measured goes into this simulation but where a run begins:
+what is left of a channel is its own noise, and what is wrong in the drive (output error; Ljung 1999, ch. 4). How a channel
+was recorded is said by numbers that are fitted beside all else and never named a cause:
+
+    recorder.<channel>.shift     s, read so much later than its row says
+    recorder.<channel>.window    s, mean over so long before (a difference of an angle, an average over the step)
+    recorder.<channel>.filter    s, time constant of a first-order filter
+    recorder.<channel>.ripple…   relative, cosine and sine of so many waves in a turn (a tacho's)
+    recorder.controller.hold     s, the command acts so much later: half the period of a controller faster than the log
+
+The loop closes over the load's sensors, or over the encoder on the motor's shaft where the load has none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from selflock.fmus.load.load import State, moment_of_inertia
+
+from ..data.log import VALID
+from ..data.rig import Rig
+from ..rules import RULES
+from . import drive, laws
+from .channels import Channels
+from .compare import Compared
+from .forward import ROWS
+from .recorder import counts, ticks
+
+SHOWN = {
+    "controller.voltage": "voltage",
+    "motor.voltage": "voltage",
+    "motor.current": "current",
+    "motor.torque": "torque",
+    "reducer.output_torque": "output_torque",
+    "load.angle": "angle",
+    "load.speed": "speed",
+    "reducer.input_angle": "input_angle",
+    "reducer.input_speed": "input_speed",
+}
+"""Signals that are compared, and their rows in a simulation."""
+
+TURNS = {"reducer.input_speed": "input_angle", "load.speed": "angle"}
+"""Speeds, and the row of the angle with which a tacho's ripple goes."""
+
+WHOLE = "whole"
+"""What a rig's `simulate` says to ask for this."""
+
+HOLD = "recorder.controller.hold"
+
+PARTS = ("controller", "motor", "reducer", "load")
+
+
+def can_close(rig: Rig, signals: set[str]) -> bool:
+    """Whether a log with these signals and its rig describe a loop: set-points, a controller's gain, a motor and a load."""
+    described = {name.rpartition(".")[0] for name in rig.parameters}
+    return (
+        rig.kind == "forward"
+        and rig.drives == ("",)
+        and not rig.only
+        and "controller.angle_setpoint" in signals
+        and "motor.duty" not in signals
+        and "controller.angle_gain" in rig.parameters
+        and {"motor", "reducer", "load"} <= described
+        and bool({"load.angle", "reducer.input_angle"} & signals)
+    )
+
+
+def seen_by_controller(ch: Channels) -> tuple[str, str]:
+    """Channels of angle and speed over which the loop closes."""
+    return ("load.angle", "load.speed") if ch.has("load.angle") else ("reducer.input_angle", "reducer.input_speed")
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """The instants at which a run is simulated: those of its rows, and some between."""
+
+    time: np.ndarray  # s, from the first row on
+    dt: np.ndarray  # s, to each from the one before
+    wanted: np.ndarray  # set-point of the angle
+    rate: np.ndarray  # and of the speed
+    powered: np.ndarray
+
+
+def grid(ch: Channels) -> Grid:
+    """Of a run, made once: between two rows set-points go straight."""
+    found = ch.memory.get("grid")
+    if found is None:
+        time = ch.run.time - ch.run.time[0]
+        time = time if ch.take is None else time[: ch.take[-1] + 1]  # what comes after the last row compared matters to none
+        steps = np.diff(time)
+        parts = np.maximum(1, np.ceil(steps / ch.setting.whole_step - 1e-6)).astype(int)
+        first = np.repeat(np.arange(len(steps)), parts)
+        inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
+        fine = np.append(time[first] + steps[first] * inside / parts[first], time[-1])
+        line = lambda x: np.interp(fine, time, x[: len(time)])
+        wanted = ch.raw("controller.angle_setpoint")
+        powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.append(first, len(time) - 1)]
+        dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
+        found = ch.memory["grid"] = Grid(fine, dt, line(wanted), line(drive.speed_setpoint(wanted, {}, ch)), powered)
+    return found
+
+
+def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
+    """All signals of the drive at the instants of the run's grid; remembered, for all channels ask for the same."""
+    key = tuple(sorted((name, value) for name, value in values.items() if matters(name, ch)))
+    known = ch.memory.setdefault("whole", {})
+    found = known.pop(key, None)  # what is asked for again is kept longest
+    if found is None:
+        found = _simulated(values, ch)
+        for old in [*known][: max(0, len(known) + 1 - RULES.residuals.wholes_remembered)]:
+            known.pop(old, None)  # another thread may have been here
+    known[key] = found
+    return found
+
+
+def matters(name: str, ch: Channels) -> bool:
+    """Whether a value changes the motion itself: a component's, or a sensor's that the controller sees."""
+    if name.startswith("recorder."):
+        return name == HOLD
+    if name.startswith("sensor."):
+        return name.removeprefix("sensor.").rpartition(".")[0] in seen_by_controller(ch)
+    return True
+
+
+def _simulated(values: dict, ch: Channels) -> dict[str, np.ndarray]:
+    here = grid(ch)
+    pc, pm, pr, pl = (drive.law(part, values, ch) for part in PARTS)
+    stiffness, damping, parts = stable(pr, pl, float(here.dt[1:].max(initial=1e-9)))
+    if hold := values.get(HOLD, 0.0):
+        pc = pc._replace(command_delay=pc.command_delay + hold)
+    pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
+    angle, speed = seen_by_controller(ch)
+    at_motor = angle.startswith("reducer")
+    start = _start(pr, pl, ch)
+    ticked = ticks(pc.sample_period, ch) if pc.sample_period > 0.0 else 0.0
+    off = laws.no_sensor()
+    seen = [ch.sensor(name, values) for name in (angle, speed)]
+    out = np.empty((len(ROWS), len(here.time)))
+    given = here.powered, here.wanted, here.rate, here.dt
+    ch.setting.kernels.closed(
+        pc, pm, pr, pl, *(off if p is None else p for p in seen), float(any(p is not None for p in seen)), float(at_motor),
+        *given, parts, ticked, start, out,
+    )  # fmt: skip
+    return dict(zip(ROWS, out))
+
+
+def _start(pr, pl, ch: Channels) -> np.ndarray:
+    """Angle and speed of both shafts as a run begins: as measured, the shaft wound up by what the load takes at rest."""
+    first, second = drive.both({}, ch)
+    angle, speed = float(second.angle[0]), float(second.speed[0])
+    if not ch.has("load.angle"):  # counted from anywhere: the loop began where it was asked to be
+        angle = float(ch.raw("controller.angle_setpoint")[0])
+    torque, wound = np.empty(1), np.empty(1)
+    ch.setting.kernels.load_torque(pl, np.array([angle]), np.array([speed]), np.zeros(1), torque)
+    ch.setting.kernels.windup(pr, np.array([angle * pr.gear_ratio]), torque, wound)
+    return np.array([(angle + wound[0]) * pr.gear_ratio, speed * pr.gear_ratio, angle, speed])
+
+
+def stable(reducer, load, step: float) -> tuple[float, float, int]:
+    """Stiffness and damping of the output shaft and parts of a step: as given, or as much as so many parts carry."""
+    rules = RULES.residuals
+    inertia = max(moment_of_inertia(load, State(0.0, 0.0)), 1e-12)
+    behind = reducer.shaft_inertia * reducer.gear_ratio**2
+    together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
+    needed = np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / rules.shaft_step)
+    parts = int(np.clip(needed, 1, rules.shaft_parts))
+    stiffness = min(reducer.shaft_stiffness, together * (rules.shaft_step * parts / step) ** 2)
+    damping = min(reducer.shaft_damping, rules.shaft_step * together * parts / step)
+    return stiffness, max(damping, rules.shaft_damping[0] * np.sqrt(stiffness * together)), parts
+
+
+def channel(name: str, values: dict, ch: Channels) -> Compared:
+    """One measured channel against what sensor and recorder make of the simulated one."""
+    simulated, measured, good = read(name, values, ch), taken(ch.raw(name), ch), taken(settled(ch), ch)
+    if name == "reducer.input_angle":
+        ratio = ch.setting.value("reducer.gear_ratio", values)
+        if ch.has("load.angle"):  # what the gear winds up; where both are is the other angle's comparison
+            simulated = simulated / ratio - read("load.angle", values, ch)
+            measured = measured / ratio - taken(ch.raw("load.angle"), ch)
+            good = good & taken(ch.good("load.angle"), ch)
+        trusted = good & taken(ch.good(name), ch)
+        if trusted.any():  # where the encoders' zeros lie is nobody's fault
+            simulated = simulated - np.mean((simulated - measured)[trusted])
+    return simulated, measured, good
+
+
+def taken(x: np.ndarray, ch: Channels) -> np.ndarray:
+    """Of a row each, those that are compared."""
+    return x if ch.take is None else x[ch.take]
+
+
+def settled(ch: Channels) -> np.ndarray:
+    """Rows away from the start of the run and from gaps, where nobody knows what the drive did before."""
+    if "settled" not in ch.memory:
+        time, rules = ch.run.time, RULES.residuals
+        steps = np.diff(time)
+        begins = time[np.append(0, np.flatnonzero(steps > RULES.data.gap * np.median(steps)) + 1)]
+        since = time - begins[np.searchsorted(begins, time, side="right") - 1]
+        ch.memory["settled"] = since >= min(rules.settling, rules.settling_share * (time[-1] - time[0]))
+    return ch.memory["settled"]
+
+
+def read(name: str, values: dict, ch: Channels) -> np.ndarray:
+    """What stands in the rows of a channel: the simulated signal behind its sensor and its recorder."""
+    here, rows = grid(ch), simulate(values, ch)
+    of = lambda key: values.get(f"recorder.{name}.{key}", 0.0)
+    if over := counts(name, ch)[1]:
+        x = differences(rows[TURNS[name]], here.time, of("shift"), over, ch)
+        return _sensed(x, ch.sensor(name, values), ch.taken_steps(), ch)
+    when = taken(ch.run.time, ch) - ch.run.time[0] - of("shift")
+    x = _sensed(rows[SHOWN[name]], ch.sensor(name, values), here.dt, ch)
+    if late := of("filter"):
+        lag, filtered = laws.no_sensor()._replace(lag_time=late), np.empty(len(x))
+        ch.setting.kernels.read(lag, x, here.dt, filtered)
+        x = filtered
+    if name in TURNS:
+        angle = rows[TURNS[name]]
+        for order in RULES.residuals.ripples:
+            a, b = of(f"ripple_cos_{order}"), of(f"ripple_sin_{order}")
+            if a or b:
+                x = x * (1.0 + a * np.cos(order * angle) + b * np.sin(order * angle))
+    window = of("window")
+    if window <= RULES.residuals.shortest_mean * here.dt[-1]:
+        return np.interp(when - 0.5 * window, here.time, x)
+    area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * here.dt[1:])])
+    return (np.interp(when, here.time, area) - np.interp(when - window, here.time, area)) / window
+
+
+def differences(angle: np.ndarray, time: np.ndarray, late: float, rows: int, ch: Channels) -> np.ndarray:
+    """A speed made of an angle at these times: the difference over so many rows back, over as many as there are at the start."""
+    last = np.maximum(taken(np.arange(len(ch.run)), ch), 1)
+    stamps = ch.run.time - ch.run.time[0]
+    now, then = stamps[last], stamps[np.maximum(last - rows, 0)]
+    return (np.interp(now - late, time, angle) - np.interp(then - late, time, angle)) / (now - then)
+
+
+def _sensed(x: np.ndarray, p, dt: np.ndarray, ch: Channels) -> np.ndarray:
+    """Behind a sensor; a lag below 0 is one in reversed time."""
+    if p is None:
+        return x
+    reverse = any(getattr(p, name) < 0.0 for name in laws.LAGS)
+    way = slice(None, None, -1 if reverse else 1)
+    p = p._replace(**{name: abs(getattr(p, name)) for name in laws.LAGS})
+    reading = np.empty(len(x))
+    ch.setting.kernels.read(p, np.ascontiguousarray(x[way]), dt, reading)
+    return reading[way]
+
+
+def rounding(name: str, values: dict, ch: Channels, zero: float) -> np.ndarray | None:
+    """What a channel is off by its encoder's counts, whose zero lies `zero` counts away; None where it has none.
+
+    That is no white noise: a shaft that creeps keeps the same error for many rows, one that runs has a new one in each. So
+    it is computed, from the simulated angle itself.
+    """
+    if name == "reducer.input_angle":
+        own = _of_angle(name, values, ch, zero)
+        other = _of_angle("load.angle", values, ch, 1.0 - zero) if ch.has("load.angle") else None
+        ratio = ch.setting.value("reducer.gear_ratio", values) if other is not None else 1.0
+        both = [e for e in (None if own is None else own / ratio, None if other is None else -other) if e is not None]
+        return sum(both[1:], both[0]) if both else None
+    if name == "load.angle":
+        return _of_angle(name, values, ch, zero)
+    count, rows = counts(name, ch)
+    if not rows:
+        return None
+    here, angle = grid(ch), simulate(values, ch)[TURNS[name]]
+    return differences(_rounded(angle, count, zero), here.time, 0.0, rows, ch)
+
+
+def _of_angle(name: str, values: dict, ch: Channels, zero: float) -> np.ndarray | None:
+    count, _ = counts(name, ch)
+    return _rounded(read(name, values, ch), count, zero) if count > 0.0 else None
+
+
+def _rounded(angle: np.ndarray, count: float, zero: float) -> np.ndarray:
+    return count * (np.floor(angle / count + zero) + 0.5 - zero) - angle

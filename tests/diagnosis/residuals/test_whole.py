@@ -1,0 +1,154 @@
+"""A whole drive in closed loop against every channel: its steps, its recorder, its noise, and where nothing is compared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import read
+from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.residuals import whole
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.residuals.mending import excess
+from selflock.diagnosis.residuals.recorder import counts, period, step_of, ticks
+from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.search.problem import Problem
+
+from ..plant import recordings
+from ..plant.rig import COLUMNS
+
+
+@pytest.fixture
+def seed():
+    """A seed for development, another each time."""
+    found = recordings.DEVELOPMENT + int(np.random.SeedSequence().entropy % 10**6)
+    print(f"seed {found}")
+    return found
+
+
+def experiment(case, folder, spoil=lambda table: table):
+    """Of the log to learn from."""
+    rig, train, _ = case.write(folder)
+    if spoil is not None:
+        spoil(case.logs[0]).to_csv(train, index=False, float_format="%.9g")
+    found = replace(load(rig), simulate=whole.WHOLE)
+    runs = read(train, found)
+    check(runs, found)
+    return DriveExperiment(found, runs)
+
+
+def at_rows(bench, step):
+    """A simulation of the nominal drive in steps of at most `step` s, at the rows."""
+    (ch,) = bench.but_with(replace(bench.setting, whole_step=step)).channels.values()
+    rows, time = whole.simulate({}, ch), ch.run.time - ch.run.time[0]
+    return {name: np.interp(time, whole.grid(ch).time, x) for name, x in rows.items()}
+
+
+def test_the_simulation_converges_with_its_step(seed, tmp_path):
+    """Half the step leaves at most 0.7 of the error: a first order would leave a half, a switch at rest is another sample."""
+    bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
+    fine = at_rows(bench, 2e-5)
+    off = [
+        {name: np.sqrt(np.mean((x - fine[name]) ** 2)) for name, x in at_rows(bench, step).items()} for step in (8e-4, 4e-4, 2e-4)
+    ]
+    for name in ("voltage", "current", "angle", "input_speed"):
+        assert off[2][name] < 0.7 * off[0][name] or off[0][name] < 1e-6 * np.ptp(fine[name]), (name, off)
+        assert off[1][name] < 5e-3 * np.ptp(fine[name]), (name, off)
+
+
+def test_a_sound_drive_is_off_by_little_more_than_its_noise_whatever_the_recorder(seed, tmp_path):
+    """Nature's forms of friction, contact and armature are not ours; mostly they leave less than `natural`, here twice its excess."""
+    bench = experiment(recordings.hide([], seed, longest=10.0, duration=10.0), tmp_path)
+    problem = Problem.of(bench, np.ones(bench.layout.count, bool)).with_noise()
+    fitted = problem.fit(problem.base_free, problem.nominal)
+    off = excess(bench, fitted.values, np.ones(bench.layout.count, bool))
+    assert np.median(off) < RULES.search.natural, dict(zip([r.output for r in bench.residuals], off))
+
+
+def test_what_a_recorder_did_is_found(seed, tmp_path):
+    case = recordings.hide([], seed, longest=10.0, duration=10.0)
+    bench = experiment(case, tmp_path)
+    (ch,) = bench.channels.values()
+    for column, angle in (("speed", "angle"), ("motor_speed", "motor_angle")):
+        speed, name = case.recorder.speeds[column], COLUMNS[column][0]
+        if ch.has(name):
+            count, rows = counts(name, ch)
+            assert rows in (0, speed.rows if speed.by == "difference" else 0)
+            if rows:
+                assert count == pytest.approx(2.0 * np.pi / case.recorder.counts[angle], rel=1e-3)
+    problem = Problem.of(bench, np.ones(bench.layout.count, bool)).with_noise()
+    values = problem.fit(problem.base_free, problem.nominal).values
+    late = case.recorder.lags.get("angle", 0.0)
+    assert values["recorder.load.angle.shift"] == pytest.approx(late, abs=4e-4)
+
+
+def test_the_error_of_rounding_is_that_of_its_counts(seed, tmp_path):
+    """Even over a count: count / sqrt(12) (Widrow 1956), for an angle that goes through many of them."""
+    case = recordings.hide([], seed, longest=6.0, duration=6.0)
+    bench = experiment(case, tmp_path)
+    (ch,) = bench.channels.values()
+    count, _ = counts("load.angle", ch)
+    assert count == pytest.approx(2.0 * np.pi / case.recorder.counts["angle"], rel=1e-3)
+    errors = np.concatenate([whole.rounding("load.angle", {}, ch, zero) for zero in np.arange(8) / 8])
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(count / np.sqrt(12.0), rel=0.1)
+    assert abs(errors).max() <= count * (1.0 + 1e-9)
+
+
+def test_nothing_is_compared_behind_a_gap_nor_at_the_start(seed, tmp_path):
+    case = recordings.hide([], seed, longest=8.0, duration=8.0)
+    n = len(case.logs[0])
+    lost = slice(n // 2, n // 2 + n // 20)
+    bench = experiment(case, tmp_path, lambda table: table.drop(index=range(lost.start, lost.stop)))
+    (ch,) = bench.channels.values()
+    for residual in bench.residuals:
+        ((_, _, good),) = bench.compare(residual, {})
+        since = ch.run.time - ch.run.time[lost.start]
+        away = min(RULES.residuals.settling, RULES.residuals.settling_share * np.ptp(ch.run.time))
+        assert not good[(since >= 0.0) & (since < away)].any() and not good[ch.run.time < ch.run.time[0] + away].any()
+        assert good.sum() > 0.7 * len(good)
+
+
+def test_a_sensor_before_the_controller_acts_in_the_loop_and_one_beside_it_does_not(seed, tmp_path):
+    bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
+    (ch,) = bench.channels.values()
+    plain = whole.simulate({}, ch)
+    biased = whole.simulate({"sensor.load.angle.bias": 0.01}, ch)
+    assert np.median((biased["angle"] - plain["angle"])[len(plain["angle"]) // 2 :]) == pytest.approx(-0.01, rel=0.2)
+    assert whole.simulate({"sensor.motor.current.bias": 0.5}, ch)["current"] is plain["current"]
+
+
+@pytest.mark.parametrize("rows", [2.3, 5.0, 17.7])
+def test_the_period_of_a_command_is_read_from_its_steps(rows, rng, tmp_path):
+    case = recordings.hide([], recordings.DEVELOPMENT + 1, longest=8.0, duration=8.0)
+    bench = experiment(case, tmp_path)
+    (ch,) = bench.channels.values()
+    time = ch.run.time - ch.run.time[0]
+    wanted, first = rows * float(np.median(np.diff(time))), 0.3 * rows * float(np.median(np.diff(time)))
+    last = np.floor((time - first) / wanted) * wanted + first
+    held = 5.0 * np.sin(3.0 * last) + 2.0 * np.sin(11.0 * last) + 0.02 * rng.standard_normal(len(time))
+    ch.run.memory["controller.voltage"] = held
+    found = period(ch)
+    assert found == pytest.approx(wanted, rel=1e-3)
+    late = (-ticks(wanted, ch) - first) % wanted
+    assert min(late, wanted - late) < 0.6 * float(np.median(np.diff(time)))
+
+
+def test_a_command_that_follows_has_no_period(seed, tmp_path):
+    case = recordings.hide([], seed, longest=6.0, duration=6.0)
+    case.recorder = replace(case.recorder, control=0.0)
+    bench = experiment(case, tmp_path)
+    (ch,) = bench.channels.values()
+    time = ch.run.time
+    ch.run.memory["controller.voltage"] = 5.0 * np.sin(3.0 * time) + np.random.default_rng(seed).standard_normal(len(time)) * 0.02
+    assert period(ch) == 0.0
+
+
+@pytest.mark.parametrize("step, noise", [(0.3, 0.02), (1.1, 0.1)])
+def test_the_step_of_a_coarse_sensor_is_found_behind_noise_and_a_finer_rounding(step, noise, rng):
+    x = 4.0 * np.sin(np.linspace(0.0, 40.0, 8000)) + rng.uniform(-0.1, 0.1)
+    read = np.round((step * np.round(x / step) + noise * rng.standard_normal(len(x))) / 0.01) * 0.01
+    assert step_of(read, 0.01) == pytest.approx(step, rel=5e-3)
+    assert step_of(np.round((x + noise * rng.standard_normal(len(x))) / 0.01) * 0.01, 0.01) == 0.0

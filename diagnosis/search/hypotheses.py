@@ -10,9 +10,9 @@ import numpy as np
 
 from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, VALUE, Effect, Parameter
 
-from ..data.stuck import resolution
 from ..data.rig import Rig, split
 from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES
+from ..data.stuck import resolution
 from ..residuals import whole
 from ..residuals.drive import both
 from ..residuals.drive_experiment import DriveExperiment

@@ -13,6 +13,7 @@ from selflock.fmus.errors import BuildError
 from ..data.faults import DataFault, check
 from ..data.log import MeasuredRun, read
 from ..data.rig import Rig
+from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..judge.gain import blame
 from ..judge.result import Best, Diagnosis
@@ -20,9 +21,12 @@ from ..judge.time_step import finest, to_blame
 from ..judge.verdict import Judge, named, verdict
 from ..output.extend import extend
 from ..output.report import write
+from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.recorder import ANGLES, counts
-from ..residuals.whole import WHOLE, can_close
+from ..residuals.kernels import kernels
+from ..residuals.recorder import counts
+from ..residuals.setting import Setting
+from ..residuals.whole import WHOLE, lacking
 from ..rules import RULES
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
@@ -135,14 +139,14 @@ def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> Rig:
     Component by component tells more where rows are even, the controller acts at each, and speeds are what they say: then
     measured inputs are as good as the outputs that follow from them.
     """
-    if rig.simulate or not can_close(rig, set(runs[0].signals)):
+    run = runs[0]
+    if rig.simulate or lacking(rig, set(run.signals)):
         return rig
-    (channels,) = DriveExperiment(rig, runs[:1]).channels.values()
-    steps = np.diff(runs[0].time)
-    uneven = float(np.median(abs(steps - np.median(steps)))) > RULES.pipeline.even * float(np.median(steps))
-    made = any(channels.has(speed) and counts(speed, channels)[1] for speed in ANGLES)
+    channels, steps = Channels(run, "", Setting(rig, len(run), kernels(), {})), np.diff(run.time)
     slower = rig.parameters.get("controller.sample_period", 0.0) > 0.0
-    return replace(rig, simulate=WHOLE) if uneven or made or slower else rig
+    uneven = float(np.median(abs(steps - np.median(steps)))) > RULES.pipeline.even * float(np.median(steps))
+    made = lambda: any(channels.has(speed) and counts(speed, channels)[1] for speed in ANGLE_OF)
+    return replace(rig, simulate=WHOLE) if slower or uneven or made() else rig
 
 
 def problem_of(experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray) -> Problem:

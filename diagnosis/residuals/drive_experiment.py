@@ -106,13 +106,13 @@ class DriveExperiment(Experiment):
             setting=setting, channels=self._channels(setting, takes=[self._spread(run, seconds) for run in self.runs])
         )
 
-    def _spread(self, run: MeasuredRun, seconds: float) -> np.ndarray:
-        """Rows of a run's first part, its share of so many seconds of all runs, evenly spread."""
+    def _spread(self, run: MeasuredRun, seconds: float) -> np.ndarray | None:
+        """Rows of a run's first part, its share of so many seconds of all runs, evenly spread; None for all of them."""
         whole = sum(r.time[-1] - r.time[0] for r in self.runs)
         share = min(1.0, seconds / max(whole, 1e-9))
         last = int(np.searchsorted(run.time, run.time[0] + share * (run.time[-1] - run.time[0]), side="right"))
         every = max(1, int(np.ceil(share * sum(map(len, self.runs)) / RULES.residuals.rows_whole)))
-        return np.arange(0, last, every)
+        return np.arange(0, last, every) if every > 1 or last < len(run) else None
 
     def head(self, samples: list[int]) -> Self:
         """The same blocks, residuals and smoothing over the first samples of each run."""
@@ -134,9 +134,9 @@ class DriveExperiment(Experiment):
         return self.setting.smoothing[residual.prefix] if residual.smoothed and not self.steady else 1
 
     def forget(self) -> None:
-        """Let go of all motions: those that are asked for next are remembered in their place."""
+        """Let go of all motions and simulations: those that are asked for next are remembered in their place."""
         for ch in self.channels.values():
-            for key in [key for key in ch.memory if key[0] == "motion"]:
+            for key in [key for key in ch.memory if key[0] == "motion" or key == WHOLE]:
                 del ch.memory[key]
 
     def moves(self, residual: Residual, values: dict) -> list[tuple[np.ndarray, np.ndarray]]:

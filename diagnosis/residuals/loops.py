@@ -156,8 +156,7 @@ def closed(pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, sp
             angle = seen.reading
             ss, seen = sensor.advance(ps, ss, speed, dt[i])
             speed = seen.reading
-        wanted, rate = angle_setpoint[i], speed_setpoint[i]
-        c, co = pd.advance(pc, c, wanted, rate, angle, speed, g.speed, delivered, dt[i])
+        c, co = pd.advance(pc, c, angle_setpoint[i], speed_setpoint[i], angle, speed, g.speed, delivered, dt[i])
         u = co.voltage
         if powered[i] == 0.0:
             u = pm.voltage_constant * g.speed  # no current flows

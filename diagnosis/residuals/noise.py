@@ -19,7 +19,7 @@ from . import drive
 from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .residual import Residual
-from .whole import rounding, taken
+from .whole import rounding
 
 
 def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
@@ -63,20 +63,19 @@ def of_rows(errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
 
 def of_rounding(experiment: Experiment, residual: Residual, values: dict) -> tuple[float, float]:
     """What a whole drive's channel is off by its counts: root mean square of rows, and of bins."""
-    rows, bins, layout = [], [], experiment.layout
-    for zero in RULES.residuals.zeros:
-        total, count = np.zeros(layout.count * layout.bins), np.zeros(layout.count * layout.bins)
-        for i, run in enumerate(experiment.runs):
-            error = rounding(residual.output, values, experiment.channels[i, residual.prefix], zero)
-            if error is None:
-                return 0.0, 0.0
-            ch = experiment.channels[i, residual.prefix]
-            good = taken(run.usable(residual.output), ch)
-            sums, counts = layout.bin(taken(layout.place[i], ch), error, good)
-            total, count = total + sums, count + counts
-            rows.append(np.mean(error[good] ** 2))
-        bins.append(np.mean((total / np.maximum(count, 1))[count > 0] ** 2))
-    return float(np.sqrt(np.mean(rows))), float(np.sqrt(np.mean(bins)))
+    layout, zeros = experiment.layout, np.array(RULES.residuals.zeros)
+    rows, total, count = [], np.zeros((len(zeros), layout.count * layout.bins)), np.zeros(layout.count * layout.bins)
+    for i, run in enumerate(experiment.runs):
+        ch = experiment.channels[i, residual.prefix]
+        errors = rounding(residual.output, values, ch, zeros)
+        if errors is None:
+            return 0.0, 0.0
+        good, place = ch.taken(run.usable(residual.output)), ch.taken(layout.place[i])
+        rows.append(np.mean(errors[:, good] ** 2, axis=1))
+        binned = [layout.bin(place, error, good) for error in errors]
+        total, count = total + [sums for sums, _ in binned], count + binned[0][1]
+    bins = (total / np.maximum(count, 1))[:, count > 0]
+    return float(np.sqrt(np.mean(rows))), float(np.sqrt(np.mean(bins**2)))
 
 
 def of_formulas(experiment: Experiment, residual: Residual) -> float:

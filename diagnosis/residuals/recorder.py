@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from ..data.signals import ANGLE_OF
 from ..data.stuck import resolution
 from ..rules import RULES
 from .channels import Channels
 
 COMMAND = "controller.voltage"
-
-ANGLES = {"reducer.input_speed": "reducer.input_angle", "load.speed": "load.angle"}
-"""The angle that a speed is a difference of, where it is one."""
 
 
 def counts(name: str, ch: Channels) -> tuple[float, int]:
@@ -20,8 +18,8 @@ def counts(name: str, ch: Channels) -> tuple[float, int]:
     key = ("counts", name)
     if key not in ch.memory:
         x, good = ch.raw(name), ch.good(name)
-        if name in ANGLES:
-            own = resolution(ch.raw(ANGLES[name])[ch.good(ANGLES[name])]) if ch.has(ANGLES[name]) else 0.0
+        if name in ANGLE_OF:
+            own = resolution(ch.raw(ANGLE_OF[name])[ch.good(ANGLE_OF[name])]) if ch.has(ANGLE_OF[name]) else 0.0
             ch.memory[key] = _difference(x, good, ch.run.time, own)
         else:
             ch.memory[key] = resolution(x[good]), 0
@@ -82,8 +80,11 @@ def ticks(period: float, ch: Channels) -> float:
     """How long before the first row a controller of this period, s, ticked, as the steps of its logged command tell; s."""
     if not ch.has(COMMAND):
         return 0.0
-    jumps, when = _jumps(ch)
-    return float(-np.angle(jumps @ np.exp(2j * np.pi * when / period)) / (2.0 * np.pi) * period % period)
+    known = ch.run.memory.setdefault("ticks", {})  # the rows tell it, whatever is simulated
+    if period not in known:
+        jumps, when = _jumps(ch)
+        known[period] = float(-np.angle(jumps @ np.exp(2j * np.pi * when / period)) / (2.0 * np.pi) * period % period)
+    return known[period]
 
 
 def period(ch: Channels) -> float:

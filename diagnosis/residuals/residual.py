@@ -81,7 +81,8 @@ def residuals(probe: Channels) -> list[Residual]:
             Residual(kind, prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
         )
 
-    if rig.simulate == "whole":
+    if rig.simulate == whole.WHOLE:
+        whole.refuse_open(rig, set(probe.run.signals))
         angle, speed = whole.seen_by_controller(probe)
         for shown in filter(has, whole.SHOWN):
             reads = ("load.angle",) if shown == "reducer.input_angle" else ()

@@ -5,7 +5,7 @@ what is left of a channel is its own noise, and what is wrong in the drive (outp
 was recorded is said by numbers that are fitted beside all else and never named a cause:
 
     recorder.<channel>.shift     s, read so much later than its row says
-    recorder.<channel>.window    s, mean over so long before (a difference of an angle, an average over the step)
+    recorder.<channel>.window    s, mean over so long before (of a switched voltage, over part of its step)
     recorder.<channel>.filter    s, time constant of a first-order filter
     recorder.<channel>.ripple…   relative, cosine and sine of so many waves in a turn (a tacho's)
     recorder.controller.hold     s, the command acts so much later: half the period of a controller faster than the log
@@ -19,15 +19,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from selflock.fmus.load.load import State, moment_of_inertia
-
 from ..data.log import VALID
 from ..data.rig import Rig
+from ..data.signals import ANGLE_OF
+from ..errors import DataError
 from ..rules import RULES
 from . import drive, laws
 from .channels import Channels
 from .compare import Compared
-from .forward import ROWS
+from .forward import ROWS, carried
 from .recorder import counts, ticks
 
 SHOWN = {
@@ -43,7 +43,7 @@ SHOWN = {
 }
 """Signals that are compared, and their rows in a simulation."""
 
-TURNS = {"reducer.input_speed": "input_angle", "load.speed": "angle"}
+TURNS = {speed: SHOWN[angle] for speed, angle in ANGLE_OF.items()}
 """Speeds, and the row of the angle with which a tacho's ripple goes."""
 
 WHOLE = "whole"
@@ -51,22 +51,29 @@ WHOLE = "whole"
 
 HOLD = "recorder.controller.hold"
 
-PARTS = ("controller", "motor", "reducer", "load")
+PARTS = tuple(laws.MODULES)
 
 
-def can_close(rig: Rig, signals: set[str]) -> bool:
-    """Whether a log with these signals and its rig describe a loop: set-points, a controller's gain, a motor and a load."""
+def lacking(rig: Rig, signals: set[str]) -> str:
+    """Why a log with these signals and its rig describe no loop, as what would have to be; "" where they describe one."""
     described = {name.rpartition(".")[0] for name in rig.parameters}
-    return (
-        rig.kind == "forward"
-        and rig.drives == ("",)
-        and not rig.only
-        and "controller.angle_setpoint" in signals
-        and "motor.duty" not in signals
-        and "controller.angle_gain" in rig.parameters
-        and {"motor", "reducer", "load"} <= described
-        and bool({"load.angle", "reducer.input_angle"} & signals)
-    )
+    asked = {
+        'a log in time, that is kind = "forward"': rig.kind == "forward",
+        "one drive, not several": rig.drives == ("",),
+        "all of it, not one component": not rig.only,
+        "a column of controller.angle_setpoint": "controller.angle_setpoint" in signals,
+        "a motor driven by its controller's voltage, not by a column of motor.duty": "motor.duty" not in signals,
+        "a column of load.angle or reducer.input_angle": bool({"load.angle", "reducer.input_angle"} & signals),
+        "the controller's angle_gain in [parameters]": "controller.angle_gain" in rig.parameters,
+        **{f"parameters of the {part}": part in described for part in ("motor", "reducer", "load")},
+    }
+    return next((what for what, there in asked.items() if not there), "")
+
+
+def refuse_open(rig: Rig, signals: set[str]) -> None:
+    """Refuse to simulate a whole drive that is not described."""
+    if what := lacking(rig, signals):
+        raise DataError(f'{rig.path}: simulate = "{WHOLE}" needs {what}. Give it, or write simulate = "parts".')
 
 
 def seen_by_controller(ch: Channels) -> tuple[str, str]:
@@ -107,11 +114,12 @@ def grid(ch: Channels) -> Grid:
 def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
     """All signals of the drive at the instants of the run's grid; remembered, for all channels ask for the same."""
     key = tuple(sorted((name, value) for name, value in values.items() if matters(name, ch)))
-    known = ch.memory.setdefault("whole", {})
+    known = ch.memory.setdefault(WHOLE, {})
     found = known.pop(key, None)  # what is asked for again is kept longest
     if found is None:
         found = _simulated(values, ch)
-        for old in [*known][: max(0, len(known) + 1 - RULES.residuals.wholes_remembered)]:
+        kept = min(RULES.residuals.wholes_remembered, max(1, RULES.residuals.motions_remembered // len(found["voltage"])))
+        for old in [*known][: max(0, len(known) + 1 - kept)]:
             known.pop(old, None)  # another thread may have been here
     known[key] = found
     return found
@@ -162,43 +170,31 @@ def _start(pr, pl, ch: Channels) -> np.ndarray:
 
 def stable(reducer, load, step: float) -> tuple[float, float, int]:
     """Stiffness and damping of the output shaft and parts of a step: as given, or as much as so many parts carry."""
-    rules = RULES.residuals
-    inertia = max(moment_of_inertia(load, State(0.0, 0.0)), 1e-12)
-    behind = reducer.shaft_inertia * reducer.gear_ratio**2
-    together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
-    needed = np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / rules.shaft_step)
-    parts = int(np.clip(needed, 1, rules.shaft_parts))
-    stiffness = min(reducer.shaft_stiffness, together * (rules.shaft_step * parts / step) ** 2)
+    rules, (stiffness, together, parts) = RULES.residuals, carried(reducer, load, step)
     damping = min(reducer.shaft_damping, rules.shaft_step * together * parts / step)
     return stiffness, max(damping, rules.shaft_damping[0] * np.sqrt(stiffness * together)), parts
 
 
 def channel(name: str, values: dict, ch: Channels) -> Compared:
     """One measured channel against what sensor and recorder make of the simulated one."""
-    simulated, measured, good = read(name, values, ch), taken(ch.raw(name), ch), taken(settled(ch), ch)
+    simulated, measured, good = read(name, values, ch), ch.taken(ch.raw(name)), ch.taken(settled(ch))
     if name == "reducer.input_angle":
         ratio = ch.setting.value("reducer.gear_ratio", values)
         if ch.has("load.angle"):  # what the gear winds up; where both are is the other angle's comparison
             simulated = simulated / ratio - read("load.angle", values, ch)
-            measured = measured / ratio - taken(ch.raw("load.angle"), ch)
-            good = good & taken(ch.good("load.angle"), ch)
-        trusted = good & taken(ch.good(name), ch)
+            measured = measured / ratio - ch.taken(ch.raw("load.angle"))
+            good = good & ch.taken(ch.good("load.angle"))
+        trusted = good & ch.taken(ch.good(name))
         if trusted.any():  # where the encoders' zeros lie is nobody's fault
             simulated = simulated - np.mean((simulated - measured)[trusted])
     return simulated, measured, good
-
-
-def taken(x: np.ndarray, ch: Channels) -> np.ndarray:
-    """Of a row each, those that are compared."""
-    return x if ch.take is None else x[ch.take]
 
 
 def settled(ch: Channels) -> np.ndarray:
     """Rows away from the start of the run and from gaps, where nobody knows what the drive did before."""
     if "settled" not in ch.memory:
         time, rules = ch.run.time, RULES.residuals
-        steps = np.diff(time)
-        begins = time[np.append(0, np.flatnonzero(steps > RULES.data.gap * np.median(steps)) + 1)]
+        begins = time[np.append(0, np.flatnonzero(ch.run.behind_gaps))]
         since = time - begins[np.searchsorted(begins, time, side="right") - 1]
         ch.memory["settled"] = since >= min(rules.settling, rules.settling_share * (time[-1] - time[0]))
     return ch.memory["settled"]
@@ -210,9 +206,9 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
     of = lambda key: values.get(f"recorder.{name}.{key}", 0.0)
     if over := counts(name, ch)[1]:
         x = differences(rows[TURNS[name]], here.time, of("shift"), over, ch)
-        return _sensed(x, ch.sensor(name, values), ch.taken_steps(), ch)
-    when = taken(ch.run.time, ch) - ch.run.time[0] - of("shift")
-    x = _sensed(rows[SHOWN[name]], ch.sensor(name, values), here.dt, ch)
+        return drive.sensed(name, x, ch.taken_steps(), values, ch)
+    when = ch.taken(ch.run.time) - ch.run.time[0] - of("shift")
+    x = drive.sensed(name, rows[SHOWN[name]], here.dt, values, ch)
     if late := of("filter"):
         lag, filtered = laws.no_sensor()._replace(lag_time=late), np.empty(len(x))
         ch.setting.kernels.read(lag, x, here.dt, filtered)
@@ -232,49 +228,39 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
 
 def differences(angle: np.ndarray, time: np.ndarray, late: float, rows: int, ch: Channels) -> np.ndarray:
     """A speed made of an angle at these times: the difference over so many rows back, over as many as there are at the start."""
-    last = np.maximum(taken(np.arange(len(ch.run)), ch), 1)
+    last = np.maximum(ch.taken(np.arange(len(ch.run))), 1)
     stamps = ch.run.time - ch.run.time[0]
     now, then = stamps[last], stamps[np.maximum(last - rows, 0)]
     return (np.interp(now - late, time, angle) - np.interp(then - late, time, angle)) / (now - then)
 
 
-def _sensed(x: np.ndarray, p, dt: np.ndarray, ch: Channels) -> np.ndarray:
-    """Behind a sensor; a lag below 0 is one in reversed time."""
-    if p is None:
-        return x
-    reverse = any(getattr(p, name) < 0.0 for name in laws.LAGS)
-    way = slice(None, None, -1 if reverse else 1)
-    p = p._replace(**{name: abs(getattr(p, name)) for name in laws.LAGS})
-    reading = np.empty(len(x))
-    ch.setting.kernels.read(p, np.ascontiguousarray(x[way]), dt, reading)
-    return reading[way]
-
-
-def rounding(name: str, values: dict, ch: Channels, zero: float) -> np.ndarray | None:
-    """What a channel is off by its encoder's counts, whose zero lies `zero` counts away; None where it has none.
+def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:
+    """What a channel is off by its encoder's counts, (zeros, rows), the zero lying so many counts away; None where it has none.
 
     That is no white noise: a shaft that creeps keeps the same error for many rows, one that runs has a new one in each. So
     it is computed, from the simulated angle itself.
     """
     if name == "reducer.input_angle":
-        own = _of_angle(name, values, ch, zero)
-        other = _of_angle("load.angle", values, ch, 1.0 - zero) if ch.has("load.angle") else None
+        own = _of_angle(name, values, ch, zeros)
+        other = _of_angle("load.angle", values, ch, 1.0 - zeros) if ch.has("load.angle") else None
         ratio = ch.setting.value("reducer.gear_ratio", values) if other is not None else 1.0
         both = [e for e in (None if own is None else own / ratio, None if other is None else -other) if e is not None]
         return sum(both[1:], both[0]) if both else None
     if name == "load.angle":
-        return _of_angle(name, values, ch, zero)
+        return _of_angle(name, values, ch, zeros)
     count, rows = counts(name, ch)
     if not rows:
         return None
     here, angle = grid(ch), simulate(values, ch)[TURNS[name]]
-    return differences(_rounded(angle, count, zero), here.time, 0.0, rows, ch)
+    return np.array([differences(error, here.time, 0.0, rows, ch) for error in _rounded(angle, count, zeros)])
 
 
-def _of_angle(name: str, values: dict, ch: Channels, zero: float) -> np.ndarray | None:
+def _of_angle(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:
     count, _ = counts(name, ch)
-    return _rounded(read(name, values, ch), count, zero) if count > 0.0 else None
+    return _rounded(read(name, values, ch), count, zeros) if count > 0.0 else None
 
 
-def _rounded(angle: np.ndarray, count: float, zero: float) -> np.ndarray:
-    return count * (np.floor(angle / count + zero) + 0.5 - zero) - angle
+def _rounded(angle: np.ndarray, count: float, zeros: np.ndarray) -> np.ndarray:
+    """Of an angle, (zeros, rows)."""
+    zeros = np.asarray(zeros)[:, None]
+    return count * (np.floor(angle / count + zeros) + 0.5 - zeros) - angle

@@ -47,8 +47,7 @@ class Fit:
         """The Jacobian without what cannot move: columns of what recorders did, at the end of its range, are 0."""
         near = RULES.search.at_end
         ends = [
-            p.name.startswith("recorder.")
-            and min(self.values[p.name] - p.low, p.high - self.values[p.name]) < near * (p.high - p.low)
+            p.of_recorder and min(self.values[p.name] - p.low, p.high - self.values[p.name]) < near * (p.high - p.low)
             for p in self.free
         ]
         return np.where(ends, 0.0, self.jacobian) if self.free else self.jacobian
@@ -117,8 +116,12 @@ def fit(
     c: float,
     effort: int = RULES.search.effort,
     tolerances: tuple[float, float] = RULES.search.tolerances,
+    by_channel: bool = False,
 ) -> Fit:
-    """Least squares over `rows` from `start`, within the bounds, robust beyond c; `tolerances`: of the loss, and of the values."""
+    """Least squares over `rows` from `start`, within the bounds, robust beyond c.
+
+    tolerances: of the loss, and of the values. by_channel: of a whole drive, compared in all its channels.
+    """
     free = tuple(free)
     if not free:
         r = misfit(fixed)
@@ -133,8 +136,7 @@ def fit(
     known: dict[bytes, np.ndarray] = {}
 
     # of a whole drive from 1 on: from 0 on the solver's first step has no length; elsewhere rules were made without that
-    whole = any(name.startswith("recorder.") for name in (*fixed, *start))
-    zero = origin - lengths if whole else np.zeros(len(free))
+    zero = origin - lengths if by_channel else np.zeros(len(free))
 
     def named(x):
         return {p.name: float(v) for p, v in zip(free, np.clip(zero + x * lengths, low, high))}

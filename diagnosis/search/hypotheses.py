@@ -46,6 +46,11 @@ class Free:
     shaft: str = ""  # with whose angle the wave goes of which it is a number
     on_request: bool = False  # freed only because the rig lists it as uncertain
 
+    @property
+    def of_recorder(self) -> bool:
+        """Whether it says how a log was recorded, not what the drive did."""
+        return self.name.startswith("recorder.")
+
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -114,33 +119,37 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
 
 
 def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
-    """Steps of time are looked for in whole samples, steps of a reading where its channel has them."""
+    """Steps of time are looked for in whole samples, steps of a reading where its channel has them.
 
-    by_channel = experiment.by_channel
+    Of a whole drive only those that the log shows are a question: a period or a step that is off is as good as none.
+    """
+    if experiment.by_channel:
+        shown = tuple(replace(p, trials=_shown(p, hypothesis.channel, experiment)) for p in hypothesis.free)
+        return replace(hypothesis, free=tuple(p for p in shown if p.trials or p.role not in (PERIOD, STEP)))
+    return replace(hypothesis, free=tuple(replace(p, trials=_even(p, hypothesis.channel, experiment)) for p in hypothesis.free))
 
-    def trials(p: Free) -> tuple[float, ...]:
-        if p.role == PERIOD and by_channel:
-            found = (period(ch) for ch in experiment.channels.values())
-            return tuple(sorted({x for x in found if p.low < x < p.high}))
-        if p.role == STEP and by_channel:
-            found = (
-                step_of(ch.raw(hypothesis.channel)[ch.good(hypothesis.channel)], own(ch)) for ch in experiment.channels.values()
-            )
-            return tuple(sorted({x for x in found if x > 0.0}))
-        if p.role == PERIOD:
-            step, (fewest, most) = experiment.step, RULES.search.periods
-            return tuple(n * step for n in range(fewest, most + 1) if p.low <= n * step <= p.high)
-        if p.role == STEP and hypothesis.channel:
-            steps = [
-                np.diff(np.unique(run.signals[hypothesis.channel][run.usable(hypothesis.channel)])) for run in experiment.runs
-            ]
-            return tuple({float(np.quantile(s, RULES.data.smallest_step)) for s in steps if len(s)})
-        return ()
 
-    own = lambda ch: resolution(ch.raw(hypothesis.channel)[ch.good(hypothesis.channel)])
-    tried = tuple(replace(p, trials=trials(p)) for p in hypothesis.free)
-    # of a whole drive what the log shows nothing of is no question: a period or a step that is off is as good as none
-    return replace(hypothesis, free=tuple(p for p in tried if p.trials or not (by_channel and p.role in (PERIOD, STEP))))
+def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, ...]:
+    """Periods and steps that a log shows of itself, ascending."""
+    found: set[float] = set()
+    for ch in experiment.channels.values():
+        if p.role == PERIOD and p.low < (of_command := period(ch)) < p.high:
+            found.add(of_command)
+        if p.role == STEP:
+            x = ch.raw(channel)[ch.good(channel)]
+            found.add(step_of(x, resolution(x)))
+    return tuple(sorted(found - {0.0}))
+
+
+def _even(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, ...]:
+    """Periods of whole samples, and the smallest step of a channel."""
+    if p.role == PERIOD:
+        step, (fewest, most) = experiment.step, RULES.search.periods
+        return tuple(n * step for n in range(fewest, most + 1) if p.low <= n * step <= p.high)
+    if p.role == STEP and channel:
+        steps = [np.diff(np.unique(run.signals[channel][run.usable(channel)])) for run in experiment.runs]
+        return tuple({float(np.quantile(s, RULES.data.smallest_step)) for s in steps if len(s)})
+    return ()
 
 
 def _seen_whole(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:

@@ -57,14 +57,8 @@ class Problem:
         if not self.by_channel:
             return self
         rules = RULES.residuals
-        if drifting not in self._glances:
-            seconds = rules.whole_fits if drifting else rules.whole_glance
-            self._glances[drifting] = replace(self, experiment=self.experiment.glance(seconds))
-        return self._glances[drifting]
-
-    @cached_property
-    def _glances(self) -> dict[bool, Problem]:
-        return {}
+        seconds = rules.whole_fits if drifting else rules.whole_glance
+        return replace(self, experiment=self.experiment.glance(seconds))
 
     def with_noise(self) -> Problem:
         """With the noise of each residual's bins, and what no data sheet says as it fits best from several starts.
@@ -78,7 +72,7 @@ class Problem:
         best = min(endings, key=lambda e: e.loss).end
         if (
             self.whole
-        ):  # what it leaves is hardly noise; and it is far from linear: what ends as low as from the start given is left
+        ):  # what it leaves is hardly noise, and it is far from linear: what ends as low as from the start given is left
             apart = min(e.loss for e in endings) < (1.0 - RULES.search.ends_alike) * endings[0].loss
             return replace(found, nominal=best if apart else found.nominal, endings=tuple(endings))
         near = tuple(replace(p, nominal=best[p.name]) for p in self.base_free)  # a guess far off is no scale to fit on
@@ -89,7 +83,7 @@ class Problem:
     @property
     def asked(self) -> tuple[Free, ...]:
         """What no data sheet says, without what recorders did."""
-        return tuple(p for p in self.base_free if not p.name.startswith("recorder."))
+        return tuple(p for p in self.base_free if not p.of_recorder)
 
     def _ending(self, start: dict[str, float]) -> Ending:
         """Where a fit of the nominal drive from this start ends."""
@@ -174,12 +168,12 @@ class Problem:
         """Robust least squares on the samples that teach; what recorders did is a matter of a few last steps."""
         rules = RULES.search
         tolerances = rules.tolerances_whole if self.whole or self.by_channel else rules.tolerances
-        drive = tuple(p for p in free if p.name == HOLD or not p.name.startswith("recorder."))
+        drive = tuple(p for p in free if p.name == HOLD or not p.of_recorder)
         if 0 < len(drive) < len(free):
             fixed = {p.name: start[p.name] for p in free if p not in drive}
-            first = fit(self.misfit, fixed, drive, start, self.rows, self.loss_scale, effort, tolerances)
+            first = fit(self.misfit, fixed, drive, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
             start, effort = start | first.values, min(effort, rules.effort_recorders)
-        return fit(self.misfit, {}, free, start, self.rows, self.loss_scale, effort, tolerances)
+        return fit(self.misfit, {}, free, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
 
     def with_these(self, causes: list[Candidate], fitted: Fit) -> Fit:
         """What is fitted, fitted again with these causes alone."""

@@ -10,6 +10,7 @@ import pytest
 from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.residuals import whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.mending import excess
@@ -92,7 +93,7 @@ def test_the_error_of_rounding_is_that_of_its_counts(seed, tmp_path):
     (ch,) = bench.channels.values()
     count, _ = counts("load.angle", ch)
     assert count == pytest.approx(2.0 * np.pi / case.recorder.counts["angle"], rel=1e-3)
-    errors = np.concatenate([whole.rounding("load.angle", {}, ch, zero) for zero in np.arange(8) / 8])
+    errors = whole.rounding("load.angle", {}, ch, np.arange(8) / 8)
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(count / np.sqrt(12.0), rel=0.1)
     assert abs(errors).max() <= count * (1.0 + 1e-9)
 
@@ -152,3 +153,22 @@ def test_the_step_of_a_coarse_sensor_is_found_behind_noise_and_a_finer_rounding(
     read = np.round((step * np.round(x / step) + noise * rng.standard_normal(len(x))) / 0.01) * 0.01
     assert step_of(read, 0.01) == pytest.approx(step, rel=5e-3)
     assert step_of(np.round((x + noise * rng.standard_normal(len(x))) / 0.01) * 0.01, 0.01) == 0.0
+
+
+@pytest.mark.parametrize(
+    "lost, said",
+    [
+        ("controller.angle_setpoint", "a column of controller.angle_setpoint"),
+        ("load.angle", "a column of load.angle or reducer.input_angle"),
+        ("controller.angle_gain", "the controller's angle_gain"),
+        ("motor.", "parameters of the motor"),
+    ],
+)
+def test_what_describes_no_loop_is_told_by_name(lost, said, tmp_path):
+    bench = experiment(recordings.hide([], recordings.DEVELOPMENT + 1, longest=2.0, duration=2.0), tmp_path)
+    signals = {name: x for name, x in bench.runs[0].signals.items() if name not in (lost, "reducer.input_angle")}
+    parameters = {name: value for name, value in bench.rig.parameters.items() if not name.startswith(lost)}
+    rig = replace(bench.rig, parameters=parameters)
+    assert whole.lacking(bench.rig, set(bench.runs[0].signals)) == ""
+    with pytest.raises(DataError, match=f'simulate = "whole" needs {said}'):
+        DriveExperiment(rig, [replace(bench.runs[0], signals=signals)])

@@ -46,7 +46,10 @@ MOVES = tuple(name for pair in SPEED_OF.items() for name in pair)
 TORQUES = {"motor.current", "motor.torque", "reducer.input_torque", "reducer.output_torque"}
 """Signals that tell what drives the motion: an impact may show in them for a sample, and in no motion."""
 
-COMMANDS = {"controller.angle_setpoint", "controller.speed_setpoint", "controller.voltage", "motor.duty"}
+SETPOINTS = {"controller.angle_setpoint", "controller.speed_setpoint"}
+"""Signals that somebody made up: no noise is on them."""
+
+COMMANDS = SETPOINTS | {"controller.voltage", "motor.duty"}
 """Signals that the experimenter gives as numbers: no sensor is between."""
 
 RELATIVE = {"reducer.input_angle"}

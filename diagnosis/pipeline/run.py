@@ -24,6 +24,7 @@ from ..output.report import write
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.kernels import kernels
+from ..residuals.propagated import in_step
 from ..residuals.recorder import counts
 from ..residuals.setting import Setting
 from ..residuals.whole import WHOLE, lacking
@@ -136,8 +137,8 @@ def diagnose_runs(
 def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> Rig:
     """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it.
 
-    Component by component tells more where rows are even, the controller acts at each, and speeds are what they say: then
-    measured inputs are as good as the outputs that follow from them.
+    Component by component tells more where rows are even, the controller acts at each and gives its command as a number, and
+    speeds are what they say: then measured inputs are as good as the outputs that follow from them.
     """
     run = runs[0]
     if rig.simulate or lacking(rig, set(run.signals)):
@@ -146,7 +147,7 @@ def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> Rig:
     slower = rig.parameters.get("controller.sample_period", 0.0) > 0.0
     uneven = float(np.median(abs(steps - np.median(steps)))) > RULES.pipeline.even * float(np.median(steps))
     made = lambda: any(channels.has(speed) and counts(speed, channels)[1] for speed in ANGLE_OF)
-    return replace(rig, simulate=WHOLE) if slower or uneven or made() else rig
+    return replace(rig, simulate=WHOLE) if slower or uneven or not in_step(channels) or made() else rig
 
 
 def problem_of(experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray) -> Problem:

@@ -121,6 +121,10 @@ class DriveExperiment(Experiment):
         channels = self._channels(runs=runs, takes=[None] * len(runs))
         return self.but(runs=runs, channels=channels, layout=self.layout.picked(places))
 
+    def recorded(self, runs: list[MeasuredRun]) -> Self:
+        """The same residuals, blocks and smoothing over other recordings of the same runs."""
+        return self.but(runs=runs, channels=self._channels(runs=runs))
+
     def finer(self, runs: list[MeasuredRun], parts: int) -> Self:
         """The same residuals over runs with `parts` samples where there was one; the smoothing lasts as long as it did."""
         finer = {prefix: (n * parts) | 1 if n > 1 else 1 for prefix, n in self.setting.smoothing.items()}
@@ -129,9 +133,9 @@ class DriveExperiment(Experiment):
         channels = self._channels(setting, runs, takes=[None] * len(runs))
         return self.but(runs=runs, setting=setting, channels=channels, layout=self.layout.picked(places))
 
-    def reach(self, residual: Residual) -> int:
-        """Samples over which smoothing ties the errors of a residual together."""
-        return self.setting.smoothing[residual.prefix] if residual.smoothed and not self.steady else 1
+    def window(self, residual: Residual) -> int:
+        """Samples over which the motions that a residual is computed from are smoothed."""
+        return 1 if self.steady else self.setting.smoothing[residual.prefix]
 
     def forget(self) -> None:
         """Let go of all motions and simulations: those that are asked for next are remembered in their place."""

@@ -54,9 +54,13 @@ class Experiment:
         """Speed of the input shaft and output torque of a residual's drive, for each run; empty where nothing moves."""
         return []
 
+    def window(self, residual: Residual) -> int:
+        """Samples over which the motions that a residual is computed from are smoothed."""
+        return 1
+
     def reach(self, residual: Residual) -> int:
         """Samples over which smoothing ties the errors of a residual together."""
-        return 1
+        return self.window(residual) if residual.smoothed else 1
 
     def forget(self) -> None:
         """Let go of what was derived from channels: what is asked for next is remembered in its place."""
@@ -91,10 +95,30 @@ class Experiment:
             sound = _sound(run, residual)
             if sound is not None:
                 good = good & compared(sound, ch.take, len(good))
+            settled = self._away_from_gaps(i, residual)
+            if settled is not None:
+                good = good & compared(settled, ch.take, len(good))
             if ch.take is not None and len(good) == len(run):  # what has all samples counts no more than what has few
                 good = good & _among(ch.take, len(run))
             found.append((simulated, measured, good))
         return found
+
+    def _away_from_gaps(self, i: int, residual: Residual) -> np.ndarray | None:
+        """Samples of a run that no gap reaches, by smoothing or by what the drive did in it; None where there is none.
+
+        A whole drive is not asked: it goes through a gap, and says itself where that is known again.
+        """
+        run = self.runs[i]
+        key = ("away from gaps", reach := self.window(residual))
+        if residual.kind == "whole" or self.steady:
+            return None
+        if key not in run.memory:
+            behind, away = np.flatnonzero(run.behind_gaps), np.ones(len(run), bool)
+            for row in behind:
+                away[max(0, row - reach - 1) : row + reach + 1] = False
+                away[row : np.searchsorted(run.time, run.time[row] + RULES.residuals.settling)] = False
+            run.memory[key] = away if len(behind) else None
+        return run.memory[key]
 
     def binned(self, residual: Residual, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Mean of measured - simulated and count in each bin, arrays (blocks, bins)."""
@@ -120,7 +144,7 @@ class Experiment:
     def _remembered(self, residual: Residual, values: dict[str, float]) -> np.ndarray:
         """A residual's bins, computed only when a value that it uses is new: a fit changes few residuals at a time."""
         key = tuple(sorted((name, value) for name, value in values.items() if residual.uses(name)))
-        memory = self._memory.setdefault(residual.name, {})
+        memory = self.remembered(residual.name)
         found = memory.get(key)
         if found is None:
             found = self.binned(residual, values)[0]
@@ -128,6 +152,10 @@ class Experiment:
                 memory.pop(old, None)  # another thread may have been here
             memory[key] = found
         return found
+
+    def remembered(self, what: str) -> dict:
+        """What this experiment keeps under a name, for those who fill it."""
+        return self._memory.setdefault(what, {})
 
     def present(self, values: dict[str, float]) -> np.ndarray:
         """Which entries of the misfit are backed by samples."""

@@ -18,6 +18,7 @@ from ..rules import RULES
 from . import drive
 from .drive_experiment import DriveExperiment
 from .experiment import Experiment
+from .propagated import of_inputs
 from .residual import Residual
 from .whole import rounding
 
@@ -30,7 +31,8 @@ def floor(experiment: Experiment, residual: Residual, values: dict, errors: list
         return max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0], of_formulas(experiment, residual))
     reach = experiment.reach(residual)
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
-    return of_samples(errors, trusted, reach, resolution(measured) if reach == 1 else 0.0)
+    of_neighbours = of_samples(errors, trusted, reach, resolution(measured) if reach == 1 else 0.0)
+    return max(of_neighbours, of_inputs(experiment, residual)[0]) if isinstance(experiment, DriveExperiment) else of_neighbours
 
 
 def of_samples(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int = 1, quantum: float = 0.0) -> float:

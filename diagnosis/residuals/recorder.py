@@ -87,6 +87,23 @@ def ticks(period: float, ch: Channels) -> float:
     return known[period]
 
 
+def measured(name: str, ch: Channels) -> float:
+    """Noise of a channel as a share of its spread; 0 where it is a number that somebody wrote down, as a controller its command.
+
+    A number that is held stands in row after row; noise comes anew in each.
+    """
+    x, good = ch.raw(name), ch.good(name)
+    steps, usual = np.diff(x)[good[1:] & good[:-1]], float(np.std(x[good])) if good.any() else 0.0
+    if usual <= 0.0 or np.mean(steps == 0.0) > 0.5:
+        return 0.0
+    return noise_of(x) / usual
+
+
+def noise_of(x: np.ndarray) -> float:
+    """Noise of rows, by fourth differences: a motion leaves next to nothing in them, white noise 70 times its variance."""
+    return float(np.median(abs(np.diff(x, n=4)))) / RULES.residuals.normal_median / np.sqrt(70.0) if len(x) > 4 else 0.0
+
+
 def period(ch: Channels) -> float:
     """The period, s, of a controller whose logged command steps only so often; 0 where no line stands out of the spectrum."""
     if not ch.has(COMMAND):

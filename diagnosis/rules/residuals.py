@@ -142,7 +142,7 @@ class ResidualRules:
         (0.1, 0.35, 0.6, 0.85), "counts by which an encoder's zero is moved to know its rounding", CLOSED
     )
     formulas: float = rule(
-        0.01,
+        0.003,
         "share of a channel's size, angles apart, below which no simulation of a whole drive is asked to be right",
         "a data sheet is no better; " + CLOSED,
     )
@@ -151,6 +151,18 @@ class ResidualRules:
     noise_samples: int = rule(10, "differences of samples without which nothing is said: the floor is 0 then", NOISE)
     coarse: float = rule(0.1, "a resolution beyond this share of the differences shows in them", NOISE)
     coarse_steps: float = rule(4.0, "of a coarse channel, steps up to which a difference is noise", NOISE)
+    exact: float = rule(
+        1e-3,
+        "noise of a voltage, as a share of its spread, up to which it is a number that the controller gave; beyond, it was measured",
+        "theory: more than rounding to 12 bits of its range leaves. The numbers of the study of power have 1e-4, "
+        "the voltages of the recorders of development 4e-3 and more",
+    )
+    dithered: float = rule(
+        0.5,
+        "counts of noise from which on a channel's rounding is white, too; below, it is that of the counts alone",
+        "theory: Widrow and Kollár (2008), Quantization Noise, chapter 4",
+    )
+    rounded_window: int = rule(41, "samples whose mean tells what lies between two counts", "the longest window; not studied")
     half_stretches: int = rule(
         8, "stretches of a run of steady state; every second one makes one half, so that a drift is in both", NOISE
     )

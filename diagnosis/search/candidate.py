@@ -83,11 +83,11 @@ def better(a: Candidate | None, b: Candidate, chance_level: float, whole: bool) 
     return first if not worse(first, second, chance_level) else second
 
 
-def ends(candidate: Candidate) -> bool:
-    """Whether a number that the hypothesis sets free is at the end of its range; one that shapes an effect may be."""
+def ends(candidate: Candidate) -> list[Free]:
+    """Numbers that the hypothesis sets free and that are at the end of their range; one that shapes an effect may be."""
     at, near = candidate.fitted.values, RULES.search.at_end
     asked = [p for p in candidate.free if p.role not in SHAPES and at[p.name] != p.nominal]
-    return any(min(at[p.name] - p.low, p.high - at[p.name]) < near * (p.high - p.low) for p in asked)
+    return [p for p in asked if min(at[p.name] - p.low, p.high - at[p.name]) < near * (p.high - p.low)]
 
 
 def simplest(

@@ -10,6 +10,7 @@ import numpy as np
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import excess
 from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding
+from ..residuals.propagated import of_inputs
 from ..residuals.whole import HOLD
 from ..rules import RULES
 from .candidate import Candidate
@@ -100,12 +101,13 @@ class Problem:
         for number, residual in enumerate(experiment.residuals):
             r, count = experiment.binned(residual, self.absolute(values))
             lag = 1 + experiment.reach(residual) // experiment.layout.per_bin
-            noise[number] = of_bins(r, count > 0, experiment.steady, lag)
+            recorded = of_inputs(experiment, residual)[1]
+            noise[number] = max(of_bins(r, count > 0, experiment.steady, lag), recorded)
             if residual.kind == "whole":
                 rounding = of_rounding(experiment, residual, self.absolute(values))[1]
                 noise[number] = max(noise[number], rounding, of_formulas(experiment, residual))
             if not experiment.steady:
-                quiet[number] = min(1.0, of_quiet_bins(r, count > 0, lag) / noise[number])
+                quiet[number] = min(1.0, max(of_quiet_bins(r, count > 0, lag), recorded) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)
         r = found.misfit(found.nominal)[self.rows]
         return replace(found, loss_scale=max(RULES.search.loss_scale, RULES.search.loss_median * float(np.median(abs(r)))))

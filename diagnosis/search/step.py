@@ -12,6 +12,7 @@ from numba.core import config
 from selflock.fmus.effect import LAG, LATE, PERIOD, PHASE, STEP
 
 from ..residuals.mending import Mending
+from ..residuals.whole import HOLD
 from ..rules import RULES
 from .candidate import Candidate, better, ends, equal, more, same_law, simplest
 from .fit import Fit
@@ -112,9 +113,14 @@ class Step:
             return f"it lowers the error of no comparison by {100 * RULES.search.relevant:.0f} %"
         if not self._resolved(candidate):
             return "what acts late in it does so within a sample of the log"
-        if self.problem.by_channel and ends(candidate):
+        if self.problem.by_channel and self._reaches_an_end(candidate):
             return "a number of it lies at the end of its range"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
+
+    def _reaches_an_end(self, candidate: Candidate) -> bool:
+        """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure."""
+        intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
+        return any(intervals[p.name][0] <= p.low or intervals[p.name][1] >= p.high for p in ends(candidate))
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""
@@ -208,7 +214,11 @@ class Step:
                 if names in seen:
                     continue
                 seen.append(names)
-                fitted = self.problem.fit((*base.free, *extra), {**base.values, **{name: start[name] for name in names}})
+                # a controller with a period holds its command by itself, and no faster one's hold stands beside it
+                by_itself = {HOLD: 0.0} if HOLD in base.values and any(p.role == PERIOD for p in extra) else {}
+                fitted = self.problem.fit(
+                    (*base.free, *extra), {**base.values, **{name: start[name] for name in names}, **by_itself}
+                )
                 found = self._candidate(way.hypothesis, extra, fitted, ways[0].gain)
                 if extra is fewest and best is not None:
                     best = found if more(found, best)[0] <= rules.matters else best

@@ -97,14 +97,12 @@ def test_a_comparison_counts_no_less_in_a_longer_log(tmp_path):
     assert shares[1] > 0.5 * shares[0], shares
 
 
-@_seen(3, "rounding of an encoder is correlated, the noise model is white")
 def test_a_sound_drive_behind_its_encoders_is_off_by_no_more_than_its_noise(tmp_path):
     case = _hidden(counts={"motor_angle": 4000, "angle": 4000}, channels=("voltage", "current", "motor_angle", "angle"))
     found = _sizes(_experiment(case, tmp_path)[0])
     assert max(found.values()) < 1.3, found
 
 
-@_seen(4, "one comparison is closed to 99 %, the whole drive is off by five times as much as before")
 @pytest.mark.slow
 def test_what_is_named_makes_the_whole_drive_no_worse(tmp_path):
     filtered = dict.fromkeys(SHARP.speeds, Speed("filter", time=8e-3))
@@ -134,7 +132,6 @@ def test_a_measured_supply_is_compared(tmp_path):
     assert "motor.supply_voltage" in experiment.measured
 
 
-@_seen(5, "periods of a sampling controller are tried in whole rows only")
 @pytest.mark.slow
 def test_a_sampling_period_between_rows_is_found(tmp_path):
     case = _hidden(
@@ -156,7 +153,6 @@ def test_an_impact_is_no_corrupted_sample(tmp_path):
     assert [f for f in told if f.kind == "corrupted"] == []
 
 
-@_seen(5, "comparisons run across gaps")
 def test_nothing_is_compared_across_a_gap(tmp_path):
     case = _hidden(duration=8.0)
     table = case.logs[0]

@@ -50,6 +50,7 @@ class Diagnosis:
     step: TimeStep | None = None  # what a finer step would change
     best: Best | None = None  # where nothing is believed
     uncertain: list[Told] = field(default_factory=list)  # what no data sheet says, as it was found
+    recorder: dict = field(default_factory=dict)  # what was assumed and estimated of it: judge.recorded
 
     @property
     def exit_code(self) -> int:
@@ -73,6 +74,8 @@ class Diagnosis:
         }
         if self.uncertain:
             found["uncertain"] = [one.row() for one in self.uncertain]
+        if self.recorder:
+            found["recorder"] = self.recorder
         if self.best:
             found["best"] = self.best.row()
         if self.step:

@@ -16,6 +16,7 @@ from ..data.rig import Rig
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..judge.gain import blame
+from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.time_step import finest, to_blame
 from ..judge.verdict import Judge, named, verdict
@@ -83,7 +84,7 @@ def diagnose_runs(
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
     rng = np.random.default_rng(seed)
-    rig = whole_where_described(rig, runs)
+    rig, why = whole_where_described(rig, runs)
     experiment = DriveExperiment(rig, runs)
     train, names = division.split(experiment, runs, held)
     if out is not None:
@@ -110,6 +111,7 @@ def diagnose_runs(
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
+    result.recorder = recorded(problem, found.outcome.final, why)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
@@ -133,20 +135,38 @@ def diagnose_runs(
     return result
 
 
-def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> Rig:
-    """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it.
+def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
+    """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it; and why.
 
     Component by component tells more where rows are even, the controller acts at each, and speeds are what they say: then
     measured inputs are as good as the outputs that follow from them.
     """
     run = runs[0]
-    if rig.simulate or lacking(rig, set(run.signals)):
-        return rig
+    if rig.simulate:
+        return rig, f'the rig asks for it (simulate = "{rig.simulate}")'
+    if what := lacking(rig, set(run.signals)):
+        return rig, f"the rig and its log describe no whole loop, which needs {what}"
+    if reasons := out_of_step(rig, run):
+        return replace(rig, simulate=WHOLE), f"the log was not taken in step with its controller: {'; '.join(reasons)}"
+    return rig, (
+        "nothing says that the log was not taken in step with its controller: "
+        "its rows are even, no period is given, no speed is made of counts"
+    )
+
+
+def out_of_step(rig: Rig, run: MeasuredRun) -> list[str]:
+    """What says that a log was not taken in step with its controller; nothing where it may have been."""
     channels, steps = Channels(run, "", Setting(rig, len(run), kernels(), {})), np.diff(run.time)
-    slower = rig.parameters.get("controller.sample_period", 0.0) > 0.0
-    uneven = float(np.median(abs(steps - np.median(steps)))) > RULES.pipeline.even * float(np.median(steps))
-    made = lambda: any(channels.has(speed) and counts(speed, channels)[1] for speed in ANGLE_OF)
-    return replace(rig, simulate=WHOLE) if slower or uneven or made() else rig
+    found, usual = [], float(np.median(steps))
+    if (period := rig.parameters.get("controller.sample_period", 0.0)) > 0.0:
+        found.append(f"the rig gives the controller a period of its own, {1e3 * period:.4g} ms")
+    uneven = float(np.median(abs(steps - usual)))
+    if uneven > RULES.pipeline.even * usual:
+        found.append(f"its rows are uneven, half of them by more than {100 * uneven / usual:.2g} % of the step")
+    for speed in ANGLE_OF:
+        if channels.has(speed) and (rows := counts(speed, channels)[1]):
+            found.append(f"{speed} is a difference of counts over {rows} row{'s' * (rows > 1)}")
+    return found
 
 
 def problem_of(experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray) -> Problem:

@@ -61,6 +61,7 @@ def write(
     ]
     environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=True)
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
+    environment.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
     environment.filters["estimate"] = estimate
     page = environment.get_template("report.html.j2").render(
         policy=Markup(policy()),

@@ -15,7 +15,7 @@ from ..data.log import MeasuredRun, read
 from ..data.rig import Rig
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
-from ..judge.gain import blame
+from ..judge.gain import blame, comparisons
 from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.time_step import finest, to_blame
@@ -119,9 +119,10 @@ def diagnose_runs(
     if answer == "unknown" and (closest := beside.closest(found)):
         extended, why = closest
         result.best = Best(named(extended.outcome), extended.gain, why)
+    mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
+    result.comparisons = comparisons(mending, found.gain)
     if out is not None and (causes or blamed is None):
         result.folder = out
-        mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
         if extended.outcome.causes:
             tell("extended FMUs", 0.0)
             whole = replace(extended.mending, experiment=experiment)

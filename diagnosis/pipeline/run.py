@@ -32,6 +32,7 @@ from ..rules import RULES
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
 from ..search.starts import told
+from ..search.step import so_far
 from . import hold_out as division
 
 
@@ -93,7 +94,7 @@ def diagnose_runs(
     experiment.forget()  # an hour's motions, which the search makes for itself
     outcome = ForwardSelection(problem_of(experiment, runs, held, train), rng, tell).run()
     outcome.problem.experiment.forget()
-    tell("gain", 0.0)
+    tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
     found = Judge(experiment, train, judged, names, rng).judge(outcome)
     step, coarse, by_step = None, [], ""
     if rig.simulate != WHOLE:  # whose inputs are numbers, and whose steps are its own

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+
+from selflock.fmus.effect import SHAPES
+
+from ..rules import RULES
+from ..search.candidate import pressed
+from ..search.hypotheses import Free
 
 
 @dataclass
@@ -11,11 +18,12 @@ class Cause:
 
     component: str
     effect: str
-    parameters: dict[str, dict]  # name: {value, low, high, unit, determined}
+    parameters: dict[str, dict]  # name: {value, low, high, unit, determined, doubt}
     confidence: float
     indistinguishable_from: list[str] = field(default_factory=list)
     separate_by: str = ""
     channel: str = ""  # of a sensor
+    doubts: list[str] = field(default_factory=list)  # about its numbers, that make it weak
 
     @property
     def label(self) -> str:
@@ -24,6 +32,50 @@ class Cause:
             return f"parameter {next(iter(self.parameters))}"
         return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
 
+    @property
+    def weak(self) -> list[str]:
+        """Why it is not certain, as sentences; of a certain one none."""
+        found, level = [], RULES.search.chance_quantile
+        if self.indistinguishable_from:
+            found.append("this log cannot tell it from another")
+        if self.confidence * (1 + len(self.indistinguishable_from)) < level:  # rivals have shared it
+            found.append(f"its confidence is {self.confidence:.2g}, below {level:g}: chance or another cause may do as well")
+        return found + self.doubts
+
+    @property
+    def mark(self) -> str:
+        """In a word."""
+        return "weak" if self.weak else "certain"
+
     def row(self) -> dict:
         """As diagnosis.json has it; a channel is a sensor's."""
-        return {key: value for key, value in asdict(self).items() if key != "channel" or value}
+        told = {key: value for key, value in asdict(self).items() if key != "doubts" and (key != "channel" or value)}
+        return told | {"weak": self.weak}
+
+
+def doubts(free: Sequence[Free], values: dict[str, float], intervals: dict[str, tuple[float, float]]) -> dict[str, str]:
+    """What is doubtful about numbers of a cause, by name: at the end of their range, or as good as what they are without it.
+
+    What shapes an effect, or is freed beside it, may keep its usual value.
+    """
+    found = {}
+    for p in free:
+        low, high = intervals[p.name]
+        if pressed(p, values[p.name]):
+            found[p.name] = "lies at the end of its range"
+        elif amount(p) and low <= p.nominal <= high:
+            found[p.name] = "may as well be what it is without this cause: its 95 % interval holds that"
+    return found
+
+
+def amount(p: Free) -> bool:
+    """Whether a number says how much there is of a cause."""
+    return p.role not in SHAPES and not p.companion
+
+
+def weakening(free: Sequence[Free], doubted: dict[str, str], values: dict[str, float]) -> list[str]:
+    """Of these doubts those that make the cause weak: a number at its end, or no amount of it that is told from none."""
+    ends = [p.name for p in free if pressed(p, values[p.name])]
+    amounts = [p.name for p in free if amount(p)]
+    none = amounts if amounts and all(name in doubted for name in amounts) else []
+    return [f"{name} {doubted[name]}" for name in dict.fromkeys([*ends, *none])]

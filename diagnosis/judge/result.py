@@ -100,9 +100,11 @@ class Diagnosis:
                 f"{name} = {p['value']:.4g} [{p['low']:.4g}, {p['high']:.4g}] {p['unit']}".rstrip()
                 for name, p in cause.parameters.items()
             )
-            lines.append(f"  cause: {cause.label}: {values}")
+            lines.append(f"  cause, {cause.mark}: {cause.label}: {values}")
             if cause.indistinguishable_from:
                 lines.append(f"    cannot be told from: {', '.join(cause.indistinguishable_from)}. {cause.separate_by}")
+            if cause.weak:
+                lines.append(f"    weak: {'; '.join(cause.weak)}")
         g = self.gain
         beside = [*filter(None, [g.relative]), f"noise floor {g.noise_floor:.3g} {g.unit}", f"closed {100 * g.closed:.0f} %"]
         lines.append(f"  {g.metric}, held out: {g.before:.4g} -> {g.after:.4g} {g.unit} ({', '.join(beside)})")

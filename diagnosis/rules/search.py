@@ -147,7 +147,11 @@ class SearchRules:
         "share of draws in which chance may do as well as a cause",
         FIRST + ". Measured since (docs/diagnosis.md): on two drives it calls 1 and 10 of 60 logs without effect significant",
     )
-    chance_quantile: float = rule(0.95, "quantile of the draws that is told as the chance level: one draw of twenty", AMOUNTS)
+    chance_quantile: float = rule(
+        0.95,
+        "quantile of the draws that is told as the chance level: one draw of twenty; a cause of less confidence is marked weak",
+        AMOUNTS,
+    )
     relevant: float = rule(
         0.04,
         "share by which a cause must lower the error of some residual: smaller gains may be a matter of formulas",

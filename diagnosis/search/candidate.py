@@ -85,9 +85,13 @@ def better(a: Candidate | None, b: Candidate, chance_level: float, whole: bool) 
 
 def ends(candidate: Candidate) -> bool:
     """Whether a number that the hypothesis sets free is at the end of its range; one that shapes an effect may be."""
-    at, near = candidate.fitted.values, RULES.search.at_end
-    asked = [p for p in candidate.free if p.role not in SHAPES and at[p.name] != p.nominal]
-    return any(min(at[p.name] - p.low, p.high - at[p.name]) < near * (p.high - p.low) for p in asked)
+    return any(pressed(p, candidate.fitted.values[p.name]) for p in candidate.free)
+
+
+def pressed(p: Free, value: float) -> bool:
+    """Whether a number that shapes nothing is at the end of its range, away from what it is without the hypothesis."""
+    near = RULES.search.at_end * (p.high - p.low)
+    return p.role not in SHAPES and value != p.nominal and min(value - p.low, p.high - value) < near
 
 
 def simplest(

@@ -44,6 +44,8 @@ def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_pat
     assert row["share_after"] == row["after"] / row["signal"] < 0.6 * row["share_before"]
     assert "% of the signal, noise floor" in result.summary()
     page = (out / "report.html").read_text()
+    assert all(f'<span class="mark {cause.mark}">{cause.mark}</span>' in page for cause in result.causes)
+    assert all(cause["weak"] == told.weak for cause, told in zip(data["causes"], result.causes))
     assert "share of the signal" in page and "mean absolute error" in page
     assert "<img" in page and "http://" not in page and "https://" not in page
     assert {"traces.png", "where.png", "search.png", "missing.png", "parameters.toml", "extended.toml", "reducer.fmu"} <= {

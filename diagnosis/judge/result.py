@@ -50,6 +50,7 @@ class Diagnosis:
     step: TimeStep | None = None  # what a finer step would change
     best: Best | None = None  # where nothing is believed
     uncertain: list[Told] = field(default_factory=list)  # what no data sheet says, as it was found
+    correlations: list[dict] = field(default_factory=list)  # of fitted numbers that hang together: search.starts
     comparisons: list[dict] = field(default_factory=list)  # errors of all: judge.gain
     recorder: dict = field(default_factory=dict)  # what was assumed and estimated of it: judge.recorded
 
@@ -75,6 +76,8 @@ class Diagnosis:
         }
         if self.comparisons:
             found["comparisons"] = self.comparisons
+        if self.correlations:
+            found["correlations"] = self.correlations
         if self.uncertain:
             found["uncertain"] = [one.row() for one in self.uncertain]
         if self.recorder:

@@ -31,7 +31,7 @@ from ..residuals.whole import WHOLE, lacking
 from ..rules import RULES
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
-from ..search.starts import told
+from ..search.starts import correlated, told
 from ..search.step import so_far
 from . import hold_out as division
 
@@ -113,6 +113,7 @@ def diagnose_runs(
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
     result.recorder = recorded(problem, found.outcome.final, why)
+    result.correlations = correlated(found.outcome.final, problem.rows)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))

@@ -99,7 +99,10 @@ class SearchRules:
         "theory: Belsley, Kuh and Welsch (1980), Regression Diagnostics, chapter 3",
     )
     collinear_share: float = rule(
-        0.5, "share of a value's variance that such a combination must bear for the value to be one of them", "theory: as above"
+        0.5,
+        "share of a value's variance that such a combination must bear for the value to be one of them; and that two values "
+        "must share for their correlation to be told",
+        "theory: as above",
     )
     tolerances: tuple[float, float] = rule((1e-6, 1e-5), "relative change of the loss, and of the values, that ends a fit", FIRST)
     tolerances_whole: tuple[float, float] = rule((1e-4, 1e-4), "the same of a whole drive", NONLINEAR)

@@ -16,7 +16,7 @@ from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
 from ..residuals.mending import Mending
 from ..search.selection import Selection
-from . import figures
+from . import figures, spectrum
 
 SAYS = {
     "explained": "A cause was found.",
@@ -34,6 +34,7 @@ def write(
     pictures = {
         "traces": figures.traces(mending, out / "traces.png"),
         "where": figures.where(mending, result.gain.noise_floor, out / "where.png"),
+        "spectrum": spectrum.draw(mending, result.gain.noise_floor, out / "spectrum.png"),
         "search": figures.search(outcome, out / "search.png") if outcome else None,
         "missing": figures.missing(mending, outcome, out / "missing.png", rng) if outcome and outcome.causes else None,
         "faults": figures.faults(experiment.original, faults, out / "faults.png"),

@@ -11,6 +11,8 @@ from ..rules import RULES
 from ..search.candidate import pressed
 from ..search.hypotheses import Free
 
+AT_END = "lies at the end of its range"
+
 
 @dataclass
 class Cause:
@@ -61,11 +63,19 @@ def doubts(free: Sequence[Free], values: dict[str, float], intervals: dict[str, 
     found = {}
     for p in free:
         low, high = intervals[p.name]
-        if pressed(p, values[p.name]):
-            found[p.name] = "lies at the end of its range"
+        if at_end(p, values[p.name], low, high):
+            found[p.name] = AT_END
         elif amount(p) and low <= p.nominal <= high:
             found[p.name] = "may as well be what it is without this cause: its 95 % interval holds that"
     return found
+
+
+def at_end(p: Free, value: float, low: float, high: float) -> bool:
+    """Whether a number is pressed against the end of its range; low, high: its interval, no wider than the range.
+
+    A small value of a wide range is near its end and may yet be well determined: then its interval does not reach it.
+    """
+    return pressed(p, value) and (low <= p.low or high >= p.high)
 
 
 def amount(p: Free) -> bool:
@@ -73,9 +83,9 @@ def amount(p: Free) -> bool:
     return p.role not in SHAPES and not p.companion
 
 
-def weakening(free: Sequence[Free], doubted: dict[str, str], values: dict[str, float]) -> list[str]:
+def weakening(free: Sequence[Free], doubted: dict[str, str]) -> list[str]:
     """Of these doubts those that make the cause weak: a number at its end, or no amount of it that is told from none."""
-    ends = [p.name for p in free if pressed(p, values[p.name])]
     amounts = [p.name for p in free if amount(p)]
-    none = amounts if amounts and all(name in doubted for name in amounts) else []
-    return [f"{name} {doubted[name]}" for name in dict.fromkeys([*ends, *none])]
+    all_doubted = all(name in doubted for name in amounts)
+    ends = [name for name, doubt in doubted.items() if doubt == AT_END]
+    return [f"{name} {doubted[name]}" for name in dict.fromkeys([*ends, *(amounts if all_doubted else [])])]

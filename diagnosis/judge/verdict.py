@@ -229,7 +229,7 @@ def named(outcome: Selection) -> list[Cause]:
                 [rival.label for rival in rivals],
                 advice.separate(h, rivals),
                 h.channel,
-                weakening(candidate.free, doubted, outcome.final.values),
+                weakening(candidate.free, doubted),
             )
         )
     return found

@@ -15,6 +15,7 @@ from selflock.fmus.effect import AMPLITUDE, SHAPE
 
 DROP = Free("motor.brush_voltage", 0.0, 0.0, 5.0, "V", role=AMPLITUDE)
 OTHER = Free("motor.other", 0.0, -5.0, 5.0, role=AMPLITUDE)
+WIDE = Free("reducer.stribeck_speed", 1.0, 0.1, 500.0, "rad/s")
 SPEED = Free("reducer.stribeck_speed", 1.0, 0.0, 10.0, "rad/s", role=SHAPE)
 BESIDE = Free("motor.resistance", 0.3, 0.06, 1.5, "Ohm", companion=True)
 
@@ -25,6 +26,8 @@ END, NONE = "lies at the end of its range", "may as well be what it is without t
     ((DROP,), (1.0,), ((0.8, 1.2),), []),
     ((DROP,), (1.0,), ((0.0, 2.2),), [NONE]),
     ((DROP,), (4.999,), ((4.0, 5.0),), [END]),
+    ((WIDE,), (0.3,), ((0.2, 0.4),), []),  # small beside its range, and well determined
+    ((WIDE,), (0.3,), ((0.1, 0.8),), [END]),
     ((DROP,), (0.0,), ((0.0, 0.1),), [NONE]),  # at the end where there is none of it
     ((DROP, SPEED), (1.0, 10.0), ((0.8, 1.2), (9.0, 10.0)), []),  # what shapes it may be at its end
     ((DROP, SPEED), (1.0, 1.0), ((0.8, 1.2), (0.5, 1.5)), []),  # or as usual
@@ -36,7 +39,7 @@ END, NONE = "lies at the end of its range", "may as well be what it is without t
 def test_numbers_make_a_cause_weak(free, values, intervals, said):
     values, spans = ({p.name: one for p, one in zip(free, many)} for many in (values, intervals))
     doubted = doubts(free, values, spans)
-    found = weakening(free, doubted, values)
+    found = weakening(free, doubted)
     assert len(found) == len(said) and all(word in sentence for word, sentence in zip(said, found))
     assert all(sentence.startswith(tuple(doubted)) for sentence in found)
 

@@ -13,6 +13,7 @@ from .data.rig import Rig, load
 from .judge.result import Diagnosis
 from .pipeline.replay import Replay, replay_drive
 from .pipeline.run import diagnose_runs, gather
+from .progress import shown
 from .residuals.laws import check_names
 from .systems.system import diagnose_system, replay_system
 
@@ -39,14 +40,15 @@ def diagnose(
     """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or held-out blocks.
 
     out: folder for diagnosis.json, report.html, figures and the extended FMUs; None writes nothing.
-    progress: True draws a bar; a function is called with what is being done and how much of it is.
+    progress: True draws a bar, or writes a line to stderr now and then where no terminal shows one; a function is called
+    with what is being done and how much of it is.
     seed: of the draws that measure chance; drawn when not given, and kept in the result.
     allow_code: parts of other packages may be loaded, where the rig has a system (docs/security.md).
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     out = Path(out) if out else None
     seed = secrets.randbits(32) if seed is None else seed
-    with _teller(progress) as tell:
+    with shown(progress) as tell:
         if rig.system is not None:
             return diagnose_system(rig, logs, test, out, tell, seed)
         check_names(rig)
@@ -56,26 +58,3 @@ def diagnose(
 
 def _allowed(rig: Rig, code: bool) -> Rig:
     return replace(rig, allow_code=True) if code else rig
-
-
-class _teller:
-    """Progress: nothing, a function of the caller's, or a bar."""
-
-    def __init__(self, progress):
-        self.progress = progress
-
-    def __enter__(self):
-        if callable(self.progress):
-            return self.progress
-        if not self.progress:
-            return lambda *_: None
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-        self.bar = Progress(TextColumn("{task.description:32}", markup=False), BarColumn(), TimeElapsedColumn(), transient=True)
-        self.bar.start()
-        task = self.bar.add_task("", total=1.0)
-        return lambda what, share: self.bar.update(task, description=what, completed=share)
-
-    def __exit__(self, *_):
-        if hasattr(self, "bar"):
-            self.bar.stop()

@@ -2,13 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, rms
 from ..rules import RULES
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How far one comparison is off before and after: in its `unit`, and beside the signal, as others may tell theirs."""
+
+    signal: float  # root mean square of what was measured about its mean
+    before: float  # root mean square errors
+    after: float
+    absolute_before: float  # mean absolute errors
+    absolute_after: float
+    noise_floor: float
+
+    @classmethod
+    def of(cls, mending: Mending, new: list[np.ndarray] | None = None) -> Errors:
+        """Of a residual; `new`: errors after, where something else than values made them."""
+        old, new = mending.old, mending.new if new is None else new
+        was, now, noise = mending.levels(new)
+        return cls(mending.signal, was, now, mending.absolute(old), mending.absolute(new), noise)
+
+    def share(self, error: float) -> float | None:
+        """Of the signal; None where there is none. 1 - its square is the share of the signal's variance that is explained."""
+        return error / self.signal if self.signal > 0.0 else None
+
+    def beside(self) -> dict:
+        """What is told beside root mean squares and noise floor."""
+        return {
+            "signal": self.signal,
+            "share_before": self.share(self.before),
+            "share_after": self.share(self.after),
+            "absolute_before": self.absolute_before,
+            "absolute_after": self.absolute_after,
+        }
 
 
 @dataclass
@@ -25,6 +58,18 @@ class Gain:
     noise_floor: float
     held_out: list[str]
     regimes: list[dict] = field(default_factory=list)  # {where, before, after}
+    signal: float = 0.0  # see Errors
+    share_before: float | None = None
+    share_after: float | None = None
+    absolute_before: float = 0.0
+    absolute_after: float = 0.0
+
+    @property
+    def relative(self) -> str:
+        """The error as a share of the signal, before and after, in words; "" where there is no signal."""
+        if self.share_before is None or self.share_after is None:
+            return ""
+        return f"{100 * self.share_before:.3g} -> {100 * self.share_after:.3g} % of the signal"
 
 
 def measure(mending: Mending, names: list[str], rng: np.random.Generator, new: list[np.ndarray] | None = None) -> Gain:
@@ -41,12 +86,28 @@ def measure(mending: Mending, names: list[str], rng: np.random.Generator, new: l
     there = np.flatnonzero(counts)
     picks = rng.choice(there, (RULES.judge.bootstraps, len(there)))
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), RULES.judge.interval))
-    was, now, noise = mending.levels(new)
+    off = Errors.of(mending, new)
+    was, now, noise = off.before, off.after, off.noise_floor
     closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
     what = residual.quantity if residual.quantity == residual.output else f"the {residual.quantity}"
     metric = f"root mean square error of {what} ({residual.name})"
     regimes = _regimes(mending, old, new, trusted)
-    return Gain(metric, residual.unit, was, now, float(low), float(high), closed, noise, names, regimes)
+    return Gain(metric, residual.unit, was, now, float(low), float(high), closed, noise, names, regimes, **off.beside())
+
+
+def comparisons(mending: Mending, gain: Gain) -> list[dict]:
+    """Errors of all comparisons before and after on the data that judge; `gain`: of the one that it is told of."""
+    found = []
+    for residual in mending.experiment.residuals:
+        if residual.name == mending.residual.name:
+            told = asdict(gain)
+        else:
+            off = Errors.of(replace(mending, residual=residual))
+            told = asdict(off) | off.beside()
+        row = {"comparison": residual.name, "channel": residual.output, "unit": residual.unit}
+        keys = ("before", "after", "noise_floor", "signal", "share_before", "share_after", "absolute_before", "absolute_after")
+        found.append(row | {key: told[key] for key in keys})
+    return found
 
 
 def _regimes(mending: Mending, old: list[np.ndarray], new: list[np.ndarray], trusted: list[np.ndarray]) -> list[dict]:

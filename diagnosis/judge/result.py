@@ -50,6 +50,9 @@ class Diagnosis:
     step: TimeStep | None = None  # what a finer step would change
     best: Best | None = None  # where nothing is believed
     uncertain: list[Told] = field(default_factory=list)  # what no data sheet says, as it was found
+    correlations: list[dict] = field(default_factory=list)  # of fitted numbers that hang together: search.starts
+    comparisons: list[dict] = field(default_factory=list)  # errors of all: judge.gain
+    recorder: dict = field(default_factory=dict)  # what was assumed and estimated of it: judge.recorded
 
     @property
     def exit_code(self) -> int:
@@ -71,8 +74,14 @@ class Diagnosis:
             "gain": asdict(self.gain),
             "remainder": self.remainder,
         }
+        if self.comparisons:
+            found["comparisons"] = self.comparisons
+        if self.correlations:
+            found["correlations"] = self.correlations
         if self.uncertain:
             found["uncertain"] = [one.row() for one in self.uncertain]
+        if self.recorder:
+            found["recorder"] = self.recorder
         if self.best:
             found["best"] = self.best.row()
         if self.step:
@@ -94,14 +103,14 @@ class Diagnosis:
                 f"{name} = {p['value']:.4g} [{p['low']:.4g}, {p['high']:.4g}] {p['unit']}".rstrip()
                 for name, p in cause.parameters.items()
             )
-            lines.append(f"  cause: {cause.label}: {values}")
+            lines.append(f"  cause, {cause.mark}: {cause.label}: {values}")
             if cause.indistinguishable_from:
                 lines.append(f"    cannot be told from: {', '.join(cause.indistinguishable_from)}. {cause.separate_by}")
+            if cause.weak:
+                lines.append(f"    weak: {'; '.join(cause.weak)}")
         g = self.gain
-        lines.append(
-            f"  {g.metric}, held out: {g.before:.4g} -> {g.after:.4g} {g.unit} "
-            f"(noise floor {g.noise_floor:.3g}, closed {100 * g.closed:.0f} %)"
-        )
+        beside = [*filter(None, [g.relative]), f"noise floor {g.noise_floor:.3g} {g.unit}", f"closed {100 * g.closed:.0f} %"]
+        lines.append(f"  {g.metric}, held out: {g.before:.4g} -> {g.after:.4g} {g.unit} ({', '.join(beside)})")
         if self.remainder["significant"]:
             lines.append(f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}")
         if self.best:

@@ -113,7 +113,7 @@ def to_blame(
         drops += np.bincount(experiment.layout.block(i)[t], (e**2 - f**2)[t], count)
     drops = drops[drops != 0.0]
     spread = drops.std(ddof=1) / np.sqrt(len(drops)) if len(drops) > 1 else np.inf
-    size = {"value": step.size, "low": step.size, "high": step.size, "unit": "s", "determined": True}
+    size = {"value": step.size, "low": step.size, "high": step.size, "unit": "s", "determined": True, "doubt": ""}
     cause = Cause("simulation", "step", {"step": size}, round(float(norm.cdf(drops.mean() / max(spread, 1e-300))), 4))
     acts = lambda h: h.component in residual.components or h.channel in (*residual.reads, residual.output)
     kept = [(c, stage) for c, stage in zip(outcome.causes, outcome.kept) if not acts(c.hypothesis)]

@@ -19,7 +19,7 @@ from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import CHANCE
 from . import advice
-from .cause import Cause
+from .cause import Cause, doubts, weakening
 from .depends import Dependence, depends
 from .gain import Gain, measure
 
@@ -201,12 +201,15 @@ def named(outcome: Selection) -> list[Cause]:
     step, (of_range, of_value) = problem.experiment.step, RULES.judge.determined
     found = []
     for candidate, stage in zip(outcome.causes, outcome.kept):
-        parameters = {}
+        parameters, spans = {}, {p.name: intervals[p.name] for p in candidate.free}
         for p in candidate.free:
-            low, high = intervals[p.name]
             fitted = outcome.final.values[p.name]
             if p.role in LATE:  # where within a sample something happened no log tells
-                low, high = max(p.low, min(low, fitted - step)), min(p.high, max(high, fitted + step))
+                low, high = spans[p.name]
+                spans[p.name] = max(p.low, min(low, fitted - step)), min(p.high, max(high, fitted + step))
+        doubted = doubts(candidate.free, outcome.final.values, spans)
+        for p in candidate.free:
+            fitted, (low, high) = outcome.final.values[p.name], spans[p.name]
             shift = values[p.name] - fitted
             parameters[p.name] = {
                 "value": values[p.name],
@@ -214,6 +217,7 @@ def named(outcome: Selection) -> list[Cause]:
                 "high": high + shift,
                 "unit": p.unit,
                 "determined": bool(high - low < min(of_range * (p.high - p.low), of_value * max(abs(fitted), 1e-300))),
+                "doubt": doubted.get(p.name, ""),
             }
         h, rivals = candidate.hypothesis, [c.hypothesis for c in stage.tied]
         found.append(
@@ -225,6 +229,7 @@ def named(outcome: Selection) -> list[Cause]:
                 [rival.label for rival in rivals],
                 advice.separate(h, rivals),
                 h.channel,
+                weakening(candidate.free, doubted),
             )
         )
     return found

@@ -277,7 +277,8 @@ def missing(mending: Mending, outcome: Selection, path: Path, rng: np.random.Gen
     axis.axhline(0.0, color=BEFORE, lw=1.0)
     axis.set_xlabel(axis_label(experiment, label))
     axis.set_ylabel(f"{residual.quantity} in {residual.unit}")
-    axis.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=2, fontsize=8.5, frameon=False)
+    beside = 2 if len(outcome.causes) == 1 else 1  # names of several causes are as wide as the figure
+    axis.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=beside, fontsize=8.5, frameon=False)
     return save(figure, path)
 
 

@@ -16,7 +16,7 @@ from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
 from ..residuals.mending import Mending
 from ..search.selection import Selection
-from . import figures
+from . import figures, spectrum
 
 SAYS = {
     "explained": "A cause was found.",
@@ -34,6 +34,7 @@ def write(
     pictures = {
         "traces": figures.traces(mending, out / "traces.png"),
         "where": figures.where(mending, result.gain.noise_floor, out / "where.png"),
+        "spectrum": spectrum.draw(mending, result.gain.noise_floor, out / "spectrum.png"),
         "search": figures.search(outcome, out / "search.png") if outcome else None,
         "missing": figures.missing(mending, outcome, out / "missing.png", rng) if outcome and outcome.causes else None,
         "faults": figures.faults(experiment.original, faults, out / "faults.png"),
@@ -61,6 +62,8 @@ def write(
     ]
     environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=True)
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
+    environment.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
+    environment.filters["estimate"] = estimate
     page = environment.get_template("report.html.j2").render(
         policy=Markup(policy()),
         rig=experiment.rig,
@@ -76,3 +79,12 @@ def write(
     path = out / "report.html"
     path.write_text(page, encoding="utf-8", errors="backslashreplace")
     return path
+
+
+def estimate(number: dict) -> str:
+    """A number with its unit, its 95 % interval where it has one, and whether it wants to leave its range."""
+    factor, unit = {"s": (1e3, "ms"), "1": (100.0, "%")}.get(number["unit"], (1.0, number["unit"]))
+    text = f"{factor * number['value']:.3g} {unit}"
+    if number.get("low") is not None:
+        text += f" ({factor * number['low']:.3g} to {factor * number['high']:.3g})"
+    return text + ", at the end of its range" * bool(number.get("at_end"))

@@ -15,23 +15,25 @@ from ..data.log import MeasuredRun, read
 from ..data.rig import Rig
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
-from ..judge.gain import blame
+from ..judge.gain import blame, comparisons
+from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.time_step import finest, to_blame
 from ..judge.verdict import Judge, named, verdict
 from ..output.extend import extend
 from ..output.report import write
+from ..residuals import drive
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.kernels import kernels
-from ..residuals.propagated import in_step
-from ..residuals.recorder import counts
+from ..residuals.recorder import counts, measured
 from ..residuals.setting import Setting
 from ..residuals.whole import WHOLE, lacking
 from ..rules import RULES
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
-from ..search.starts import told
+from ..search.starts import correlated, told
+from ..search.step import so_far
 from . import hold_out as division
 
 
@@ -84,7 +86,7 @@ def diagnose_runs(
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
     rng = np.random.default_rng(seed)
-    rig = whole_where_described(rig, runs)
+    rig, why = whole_where_described(rig, runs)
     experiment = DriveExperiment(rig, runs)
     train, names = division.split(experiment, runs, held)
     if out is not None:
@@ -93,7 +95,7 @@ def diagnose_runs(
     experiment.forget()  # an hour's motions, which the search makes for itself
     outcome = ForwardSelection(problem_of(experiment, runs, held, train), rng, tell).run()
     outcome.problem.experiment.forget()
-    tell("gain", 0.0)
+    tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
     found = Judge(experiment, train, judged, names, rng).judge(outcome)
     step, coarse, by_step = None, [], ""
     if rig.simulate != WHOLE:  # whose inputs are numbers, and whose steps are its own
@@ -111,6 +113,8 @@ def diagnose_runs(
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
+    result.recorder = recorded(problem, found.outcome.final, why)
+    result.correlations = correlated(found.outcome.final, problem.rows)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
@@ -118,9 +122,10 @@ def diagnose_runs(
     if answer == "unknown" and (closest := beside.closest(found)):
         extended, why = closest
         result.best = Best(named(extended.outcome), extended.gain, why)
+    mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
+    result.comparisons = comparisons(mending, found.gain)
     if out is not None and (causes or blamed is None):
         result.folder = out
-        mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
         if extended.outcome.causes:
             tell("extended FMUs", 0.0)
             whole = replace(extended.mending, experiment=experiment)
@@ -134,20 +139,42 @@ def diagnose_runs(
     return result
 
 
-def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> Rig:
-    """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it.
+def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
+    """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it; and why.
 
     Component by component tells more where rows are even, the controller acts at each and gives its command as a number, and
     speeds are what they say: then measured inputs are as good as the outputs that follow from them.
     """
     run = runs[0]
-    if rig.simulate or lacking(rig, set(run.signals)):
-        return rig
+    if rig.simulate:
+        return rig, f'the rig asks for it (simulate = "{rig.simulate}")'
+    if what := lacking(rig, set(run.signals)):
+        return rig, f"the rig and its log describe no whole loop, which needs {what}"
+    if reasons := out_of_step(rig, run):
+        return replace(rig, simulate=WHOLE), f"the log was not taken in step with its controller: {'; '.join(reasons)}"
+    return rig, (
+        "nothing says that the log was not taken in step with its controller: "
+        "its rows are even, no period is given, its voltage is a number without noise, no speed is made of counts"
+    )
+
+
+def out_of_step(rig: Rig, run: MeasuredRun) -> list[str]:
+    """What says that a log was not taken in step with its controller; nothing where it may have been."""
     channels, steps = Channels(run, "", Setting(rig, len(run), kernels(), {})), np.diff(run.time)
-    slower = rig.parameters.get("controller.sample_period", 0.0) > 0.0
-    uneven = float(np.median(abs(steps - np.median(steps)))) > RULES.pipeline.even * float(np.median(steps))
-    made = lambda: any(channels.has(speed) and counts(speed, channels)[1] for speed in ANGLE_OF)
-    return replace(rig, simulate=WHOLE) if slower or uneven or not in_step(channels) or made() else rig
+    found, usual = [], float(np.median(steps))
+    if (period := rig.parameters.get("controller.sample_period", 0.0)) > 0.0:
+        found.append(f"the rig gives the controller a period of its own, {1e3 * period:.4g} ms")
+    uneven = float(np.median(abs(steps - usual)))
+    if uneven > RULES.pipeline.even * usual:
+        found.append(f"its rows are uneven, half of them by more than {100 * uneven / usual:.2g} % of the step")
+    if not (electric := drive.electric(channels)):
+        found.append("it has no voltage")
+    elif (noise := measured(electric, channels)) > RULES.residuals.exact:
+        found.append(f"{electric} was measured: it has noise of its own, {100 * noise:.2g} % of its spread")
+    for speed in ANGLE_OF:
+        if channels.has(speed) and (rows := counts(speed, channels)[1]):
+            found.append(f"{speed} is a difference of counts over {rows} row{'s' * (rows > 1)}")
+    return found
 
 
 def problem_of(experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray) -> Problem:

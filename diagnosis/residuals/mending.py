@@ -17,14 +17,15 @@ Values = dict[str, float]
 Kind = TypeVar("Kind", bound=Experiment)
 
 
-def samples(experiment: Experiment, residual: Residual, values: Values, blocks: np.ndarray) -> tuple[list, list]:
-    """Error and trust of each run at the samples simulated, trusted only in the chosen blocks."""
-    errors, trusted = [], []
+def samples(experiment: Experiment, residual: Residual, values: Values, blocks: np.ndarray) -> tuple[list, list, list]:
+    """Error, trust and measured value of each run at the samples simulated, trusted only in the chosen blocks."""
+    errors, trusted, seen = [], [], []
     for i, (simulated, measured, good) in enumerate(experiment.compare(residual, values)):
         block = compared(experiment.layout.block(i), experiment.channels[i, residual.prefix].take, len(good))
         errors.append(measured - simulated)
         trusted.append(good & np.isfinite(simulated) & blocks[block])
-    return errors, trusted
+        seen.append(measured)
+    return errors, trusted, seen
 
 
 def rms(parts: list[np.ndarray]) -> float:
@@ -43,7 +44,7 @@ def excess(experiment: Experiment, values: Values, blocks: np.ndarray) -> np.nda
     """Error (root mean square) of each residual's samples over their noise, in these blocks; 1 where nothing is compared."""
     found = []
     for residual in experiment.residuals:
-        errors, trusted = samples(experiment, residual, values, blocks)
+        errors, trusted, _ = samples(experiment, residual, values, blocks)
         size = rms([e[t] for e, t in zip(errors, trusted)])
         noise = floor(experiment, residual, values, errors, trusted)
         found.append(size / noise if size > 0.0 and noise > 0.0 else 1.0)
@@ -67,8 +68,10 @@ class Mending(Generic[Kind]):
         return any(self.residual.uses(name) and before.get(name) != after.get(name) for name in {*before, *after})
 
     @cached_property
-    def _old(self) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        return samples(self.experiment, self.residual, self.before, self.blocks)
+    def _old(self) -> tuple[list[np.ndarray], list[np.ndarray], float]:
+        errors, trusted, measured = samples(self.experiment, self.residual, self.before, self.blocks)
+        joined = np.concatenate([m[t] for m, t in zip(measured, trusted)])
+        return errors, trusted, float(np.std(joined)) if len(joined) else 0.0
 
     @property
     def old(self) -> list[np.ndarray]:
@@ -80,14 +83,26 @@ class Mending(Generic[Kind]):
         """Which samples count, of each run."""
         return self._old[1]
 
+    @property
+    def signal(self) -> float:
+        """Root mean square of what is measured about its mean, where it is trusted."""
+        return self._old[2]
+
     @cached_property
     def new(self) -> list[np.ndarray]:
         """Errors after, of each run."""
+        if not self.changed:
+            return self.old
         return samples(self.experiment, self.residual, self.after, self.blocks)[0]
 
     def size(self, errors: list[np.ndarray]) -> float:
         """Root mean square of errors where they are trusted."""
         return rms([e[t] for e, t in zip(errors, self.trusted)])
+
+    def absolute(self, errors: list[np.ndarray]) -> float:
+        """Mean absolute error where it is trusted."""
+        joined = np.concatenate([e[t] for e, t in zip(errors, self.trusted)])
+        return float(np.mean(abs(joined))) if len(joined) else 0.0
 
     def levels(self, new: list[np.ndarray] | None = None) -> tuple[float, float, float]:
         """Error (root mean square) before and after, and the noise floor, which is no higher.

@@ -27,6 +27,13 @@ class PipelineRules:
         5e-4, "s; step of an extended system of a whole drive, at most", developed("the system that plays the log")
     )
 
+    # --- while it runs: progress
+    told_every: float = rule(
+        10.0,
+        "s from one line of progress to the next where no terminal shows a bar, and of a stage before the rest of it is guessed",
+        "not studied; a diagnosis of a minute is told in a few lines, one of an hour in some hundred; it decides nothing",
+    )
+
     # --- others' systems: systems.system
     fine: float = rule(
         1e-3, "share of a channel's size below which no error matters: a log without noise is no reason to look closer", SYSTEMS

@@ -99,7 +99,10 @@ class SearchRules:
         "theory: Belsley, Kuh and Welsch (1980), Regression Diagnostics, chapter 3",
     )
     collinear_share: float = rule(
-        0.5, "share of a value's variance that such a combination must bear for the value to be one of them", "theory: as above"
+        0.5,
+        "share of a value's variance that such a combination must bear for the value to be one of them; and that two values "
+        "must share for their correlation to be told",
+        "theory: as above",
     )
     tolerances: tuple[float, float] = rule((1e-6, 1e-5), "relative change of the loss, and of the values, that ends a fit", FIRST)
     tolerances_whole: tuple[float, float] = rule((1e-4, 1e-4), "the same of a whole drive", NONLINEAR)
@@ -147,7 +150,11 @@ class SearchRules:
         "share of draws in which chance may do as well as a cause",
         FIRST + ". Measured since (docs/diagnosis.md): on two drives it calls 1 and 10 of 60 logs without effect significant",
     )
-    chance_quantile: float = rule(0.95, "quantile of the draws that is told as the chance level: one draw of twenty", AMOUNTS)
+    chance_quantile: float = rule(
+        0.95,
+        "quantile of the draws that is told as the chance level: one draw of twenty; a cause of less confidence is marked weak",
+        AMOUNTS,
+    )
     relevant: float = rule(
         0.04,
         "share by which a cause must lower the error of some residual: smaller gains may be a matter of formulas",

@@ -85,9 +85,13 @@ def better(a: Candidate | None, b: Candidate, chance_level: float, whole: bool) 
 
 def ends(candidate: Candidate) -> list[Free]:
     """Numbers that the hypothesis sets free and that are at the end of their range; one that shapes an effect may be."""
-    at, near = candidate.fitted.values, RULES.search.at_end
-    asked = [p for p in candidate.free if p.role not in SHAPES and at[p.name] != p.nominal]
-    return [p for p in asked if min(at[p.name] - p.low, p.high - at[p.name]) < near * (p.high - p.low)]
+    return [p for p in candidate.free if pressed(p, candidate.fitted.values[p.name])]
+
+
+def pressed(p: Free, value: float) -> bool:
+    """Whether a number that shapes nothing is at the end of its range, away from what it is without the hypothesis."""
+    near = RULES.search.at_end * (p.high - p.low)
+    return p.role not in SHAPES and value != p.nominal and min(value - p.low, p.high - value) < near
 
 
 def simplest(

@@ -18,7 +18,7 @@ from .candidate import Candidate, worse
 from .fit import Fit
 from .hypotheses import Hypothesis
 from .problem import Problem
-from .step import Stage, Step
+from .step import Stage, Step, so_far
 
 
 @dataclass
@@ -76,7 +76,7 @@ class ForwardSelection:
             base = standing.fitted
         whole = problem.experiment.whole()
         if whole is not problem.experiment:  # the last word on the numbers has the whole log
-            self.tell("last fit", 0.0)
+            self.tell("last fit" + so_far([c.hypothesis for c in causes]), 0.0)
             problem = problem.on(whole).with_noise_at(problem.nominal)
             first = problem.fit(first.free, dict(first.values), RULES.search.effort_last)
             base = problem.fit(base.free, dict(base.values), RULES.search.effort_last)

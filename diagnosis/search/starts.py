@@ -116,3 +116,23 @@ def collinear(fitted: Fit, rows: np.ndarray) -> dict[str, list[str]]:
             for name in names:
                 found.setdefault(name, set()).update(names - {name})
     return {name: sorted(others) for name, others in found.items()}
+
+
+def correlated(fitted: Fit, rows: np.ndarray) -> list[dict]:
+    """Pairs of fitted values that share more than `collinear_share` of their variance, closest first: {first, second, correlation}.
+
+    Of the fit's own slopes, as white noise would leave it: what of one the log may as well put into the other, whatever its
+    noise. rows: entries of the flat misfit that teach.
+    """
+    columns = fitted.jacobian[rows] * fitted.weights[rows, None]
+    lengths = np.sqrt((columns**2).sum(0))
+    felt = np.flatnonzero(lengths > 0.0)
+    columns = columns[:, felt] / lengths[felt]
+    spread = np.linalg.inv(columns.T @ columns + RULES.search.ridge * np.eye(len(felt)))
+    like = spread / np.sqrt(np.outer(np.diag(spread), np.diag(spread)))
+    pairs = [(i, j) for i in range(len(felt)) for j in range(i) if like[i, j] ** 2 > RULES.search.collinear_share]
+    names = [fitted.free[i].name for i in felt]
+    return [
+        {"first": names[j], "second": names[i], "correlation": float(like[i, j])}
+        for i, j in sorted(pairs, key=lambda pair: -abs(like[pair]))
+    ]

@@ -37,6 +37,13 @@ class Stage:
     chance_level: float = np.inf  # gain that the best hypothesis finds by chance in one draw of twenty
 
 
+def so_far(found: Sequence[Hypothesis], best: str = "") -> str:
+    """What is known while a search goes on, in brackets, to stand behind what is being done; none of it is judged yet."""
+    known = ["found: " + ", ".join(h.label for h in found)] if found else []
+    known += ["best as yet: " + best] if best else []
+    return f" ({'; '.join(known)})" if known else ""
+
+
 class Step:
     """The questions of one step, over a base fit and the causes `found` that it holds.
 
@@ -53,7 +60,7 @@ class Step:
         tell: Callable[[str, float], None],
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
-        self.tell = lambda what, share: tell(f"cause {len(found) + 1}: {what}", share)
+        self._tell = tell
         unseen = problem.held_out(base)
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
         self.fitted = problem.residual_errors(base.misfit)
@@ -67,6 +74,10 @@ class Step:
             for h in problem.hypotheses
             if not all(p.name in taken for p in h.free) and not self._one_more_wave(h)
         ]
+
+    def tell(self, what: str, share: float, best: str = "") -> None:
+        """Tell what is done, the causes found before, and the hypothesis that does best in this step as yet."""
+        self._tell(f"cause {len(self.found) + 1}: {what}{so_far(self.found, best)}", share)
 
     def _one_more_wave(self, hypothesis: Hypothesis) -> bool:
         """Waves fit anything, one after another: a cause that is found gets more of its numbers, but no more waves."""
@@ -149,13 +160,19 @@ class Step:
 
     def _each(self, what: str, do: Callable, items: Sequence) -> list:
         """do(item) of all items, in their order; as many at a time as numba is allowed threads, a few at most."""
-        done = []
+        done: list = []
+        self.tell(what, 0.0)
         threads = min(RULES.search.threads, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # made as numba is imported
         with ThreadPoolExecutor(threads) as pool:
             for result in pool.map(do, items):
                 done.append(result)
-                self.tell(what, len(done) / len(items))
+                self.tell(what, len(done) / len(items), self._best([c for c in done if isinstance(c, Candidate) and c.fit]))
         return done
+
+    def _best(self, fitted: list[Candidate]) -> str:
+        """The candidate that leaves least as yet, where it leaves less than the base does; "" where none."""
+        best = min(fitted, key=lambda c: c.errors.mean(), default=None)
+        return best.hypothesis.label if best and best.errors.mean() < self.losses.sum(1).mean() else ""
 
     def _look(self, linear: Linear) -> list[Direction]:
         """The first look at all ways of acting of all hypotheses."""

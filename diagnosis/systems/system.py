@@ -17,7 +17,7 @@ from ..data.log import MeasuredRun, read
 from ..data.rig import Rig
 from ..errors import DataError
 from ..judge.depends import depends
-from ..judge.gain import blame, measure
+from ..judge.gain import blame, comparisons, measure
 from ..judge.result import Diagnosis
 from ..output import figures
 from ..output.report import write
@@ -181,6 +181,7 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
         or list(dict.fromkeys(d.variable for d in left)),
     }
     result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
+    result.comparisons = comparisons(mending, gain)
     named = _name(rig, parts, shares, logs, test, out, tell, seed) if off else None
     if named is not None:
         return named

@@ -39,7 +39,14 @@ def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_pat
     assert data["gain"]["after"] < 0.6 * data["gain"]["before"] and data["gain"]["closed"] > 0.8
     promised, found = data["extension"]["promised"], data["extension"]["fmu"]
     assert abs(found - promised) < 0.01 * promised
+    (row,) = data["comparisons"]
+    assert row["comparison"] == "gear" and row["after"] == data["gain"]["after"]
+    assert row["share_after"] == row["after"] / row["signal"] < 0.6 * row["share_before"]
+    assert "% of the signal, noise floor" in result.summary()
     page = (out / "report.html").read_text()
+    assert all(f'<span class="mark {cause.mark}">{cause.mark}</span>' in page for cause in result.causes)
+    assert all(cause["weak"] == told.weak for cause, told in zip(data["causes"], result.causes))
+    assert "share of the signal" in page and "mean absolute error" in page
     assert "<img" in page and "http://" not in page and "https://" not in page
     assert {"traces.png", "where.png", "search.png", "missing.png", "parameters.toml", "extended.toml", "reducer.fmu"} <= {
         p.name for p in out.iterdir()

@@ -1,6 +1,6 @@
 """The comparisons of a drive: residuals vanish for the law that made the log, and show in the residual that is wrong."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from inspect import signature
 
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 from selflock.diagnosis.data import rig as rigs
 from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import MeasuredRun, read
-from selflock.diagnosis.judge.gain import measure
+from selflock.diagnosis.judge.gain import comparisons, measure
 from selflock.diagnosis.residuals import drive, loops
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
@@ -97,6 +97,38 @@ def test_gain_is_measured_on_the_blocks_that_are_asked_for(tmp_path, rng):
     assert gain.before > 50 * gain.after and gain.closed > 0.99 and gain.low <= gain.after <= gain.high
     worse = measure(Mending(bench, gear, {"reducer.friction_kinetic": 0.04}, {}, held), ["block"], np.random.default_rng(0))
     assert worse.closed == 0.0 and worse.regimes[0]["after"] > worse.regimes[0]["before"]
+
+
+def test_errors_are_told_beside_the_signal_and_as_mean_absolute_ones(tmp_path, rng):
+    """Against their definitions, over the samples that are trusted in the blocks that judge."""
+    bench = inverse(tmp_path, rng, friction=0.04)
+    (gear,) = bench.residuals
+    held = np.arange(bench.layout.count) % 3 == 2
+    mending = Mending(bench, gear, {}, {"reducer.friction_kinetic": 0.04}, held)
+    gain = measure(mending, ["block"], np.random.default_rng(0))
+    ((simulated, measured, good),) = bench.compare(gear, {})
+    there = good & held[bench.layout.block(0)]
+    off, signal = (measured - simulated)[there], np.std(measured[there])
+    assert gain.signal == pytest.approx(signal)
+    assert gain.share_before == pytest.approx(np.sqrt(np.mean(off**2)) / signal) == gain.before / gain.signal
+    assert gain.absolute_before == pytest.approx(np.mean(abs(off))) and gain.absolute_before < gain.before
+    assert gain.share_after < 0.02 * gain.share_before and gain.absolute_after < 0.02 * gain.absolute_before
+    assert f"{100 * gain.share_before:.3g} -> " in gain.relative and gain.relative.endswith("% of the signal")
+    (row,) = comparisons(mending, gain)
+    assert (row["comparison"], row["channel"], row["unit"]) == ("gear", "motor.torque", "N.m")
+    assert all(row[key] == value for key, value in asdict(gain).items() if key in row and key != "unit")
+
+
+def test_every_comparison_is_told_and_a_signal_that_stands_still_has_no_share(tmp_path, rng):
+    bench = inverse(tmp_path, rng)
+    (gear,) = bench.residuals
+    flat = replace(gear, name="flat", compute=lambda values, ch: (np.zeros(6000), np.full(6000, 2.0), np.ones(6000, bool)))
+    both = bench.but(residuals=(gear, flat))
+    held = np.ones(bench.layout.count, bool)
+    mending = Mending(both, gear, {}, {"reducer.friction_kinetic": 0.04}, held)
+    first, second = comparisons(mending, measure(mending, ["block"], rng))
+    assert first["before"] != first["after"] and second["before"] == second["after"] == second["absolute_after"] == 2.0
+    assert (second["comparison"], second["signal"], second["share_before"], second["share_after"]) == ("flat", 0.0, None, None)
 
 
 def test_the_vocabulary_is_that_of_the_components_and_channels_in_play(tmp_path, rng):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from selflock.diagnosis.search.fit import fit
+from selflock.diagnosis.search.fit import Fit, fit
 from selflock.diagnosis.search.hypotheses import Free
-from selflock.diagnosis.search.starts import Ending, collinear, starts, told
+from selflock.diagnosis.search.starts import Ending, collinear, correlated, starts, told
 
 ROWS = np.ones(400, bool)
 BLOCKS = np.repeat(np.arange(20), 20)
@@ -69,3 +69,15 @@ def test_starts_that_end_elsewhere_are_told(rng):
     (one,) = told(fitted(misfit, free, best.end), free, endings, ROWS, BLOCKS)
     assert {way["start"] for way in one.elsewhere} == {0.1, 2.6, 6.0} - {e.start["a"] for e in endings if e is best}
     assert one.row()["elsewhere"] == one.elsewhere and "from other starts" in one.sentences()[0]
+
+
+def test_values_that_hang_together_are_told_in_pairs_with_their_sign(rng):
+    """Columns that are alike by c make a correlation of -c; what the log does not feel hangs with nothing."""
+    x, y = np.linalg.qr(rng.standard_normal((400, 2)))[0].T
+    columns = np.stack([x, 0.9 * x + np.sqrt(1.0 - 0.81) * y, -x + 1e-3 * y, np.zeros(400)], 1)
+    free = tuple(Free(name, 0.0, -10.0, 10.0) for name in "abcd")
+    for kept, pairs in (((0, 1, 3), [("a", "b", -0.9)]), ((0, 2), [("a", "c", 1.0)]), ((3,), [])):
+        some = tuple(free[i] for i in kept)
+        told = correlated(Fit(some, {p.name: 0.0 for p in some}, y, columns[:, kept], np.ones(400)), ROWS)
+        assert [(one["first"], one["second"]) for one in told] == [pair[:2] for pair in pairs]
+        assert [one["correlation"] for one in told] == pytest.approx([pair[2] for pair in pairs], abs=1e-2)

@@ -1,0 +1,86 @@
+"""Which causes are marked weak, and why, in words."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.judge.cause import Cause, doubts, weakening
+from selflock.diagnosis.judge.gain import Gain
+from selflock.diagnosis.judge.result import Diagnosis
+from selflock.diagnosis.judge.verdict import named
+from selflock.diagnosis.search.fit import Fit
+from selflock.diagnosis.search.hypotheses import Free, Hypothesis
+from selflock.fmus.effect import AMPLITUDE, SHAPE
+
+DROP = Free("motor.brush_voltage", 0.0, 0.0, 5.0, "V", role=AMPLITUDE)
+OTHER = Free("motor.other", 0.0, -5.0, 5.0, role=AMPLITUDE)
+WIDE = Free("reducer.stribeck_speed", 1.0, 0.1, 500.0, "rad/s")
+SPEED = Free("reducer.stribeck_speed", 1.0, 0.0, 10.0, "rad/s", role=SHAPE)
+BESIDE = Free("motor.resistance", 0.3, 0.06, 1.5, "Ohm", companion=True)
+
+END, NONE = "lies at the end of its range", "may as well be what it is without this cause"
+
+
+@pytest.mark.parametrize("free, values, intervals, said", [
+    ((DROP,), (1.0,), ((0.8, 1.2),), []),
+    ((DROP,), (1.0,), ((0.0, 2.2),), [NONE]),
+    ((DROP,), (4.999,), ((4.0, 5.0),), [END]),
+    ((WIDE,), (0.3,), ((0.2, 0.4),), []),  # small beside its range, and well determined
+    ((WIDE,), (0.3,), ((0.1, 0.8),), [END]),
+    ((DROP,), (0.0,), ((0.0, 0.1),), [NONE]),  # at the end where there is none of it
+    ((DROP, SPEED), (1.0, 10.0), ((0.8, 1.2), (9.0, 10.0)), []),  # what shapes it may be at its end
+    ((DROP, SPEED), (1.0, 1.0), ((0.8, 1.2), (0.5, 1.5)), []),  # or as usual
+    ((DROP, BESIDE), (1.0, 0.31), ((0.8, 1.2), (0.2, 0.4)), []),  # so may what is freed beside it
+    ((DROP, BESIDE), (1.0, 1.4999), ((0.8, 1.2), (0.2, 1.5)), [END]),
+    ((DROP, OTHER), (1.0, 0.1), ((0.8, 1.2), (-0.5, 0.7)), []),  # one amount is enough
+    ((DROP, OTHER), (1.0, 0.1), ((0.0, 1.2), (-0.5, 0.7)), [NONE, NONE]),
+])  # fmt: skip
+def test_numbers_make_a_cause_weak(free, values, intervals, said):
+    values, spans = ({p.name: one for p, one in zip(free, many)} for many in (values, intervals))
+    doubted = doubts(free, values, spans)
+    found = weakening(free, doubted)
+    assert len(found) == len(said) and all(word in sentence for word, sentence in zip(said, found))
+    assert all(sentence.startswith(tuple(doubted)) for sentence in found)
+
+
+def test_a_number_that_makes_nothing_weak_is_doubted_by_itself():
+    doubted = doubts((DROP, OTHER), {DROP.name: 1.0, OTHER.name: 0.1}, {DROP.name: (0.8, 1.2), OTHER.name: (-0.5, 0.7)})
+    assert list(doubted) == [OTHER.name] and NONE in doubted[OTHER.name]
+
+
+@pytest.mark.parametrize("confidence, rivals, said", [
+    (0.995, [], []), (0.94, [], ["its confidence is 0.94, below 0.95"]),
+    (0.497, ["b"], ["cannot tell it from another"]),  # which shares its confidence
+    (0.4, ["b"], ["cannot tell it from another", "its confidence is 0.4"]),
+])  # fmt: skip
+def test_confidence_makes_a_cause_weak(confidence, rivals, said):
+    cause = Cause("motor", "brush_drop", {}, confidence, rivals)
+    assert len(cause.weak) == len(said) and all(word in sentence for word, sentence in zip(said, cause.weak))
+    assert cause.mark == ("weak" if said else "certain") and cause.row()["weak"] == cause.weak and "doubts" not in cause.row()
+
+
+def test_marks_stand_in_the_summary():
+    gain = Gain("", "", 1.0, 1.0, 1.0, 1.0, 0.0, 1.0, [])
+    causes = [Cause("motor", "brush_drop", {}, 0.99), Cause("load", "tilt", {}, 0.99, doubts=["load.tilt lies at the end"])]
+    lines = Diagnosis("explained", [], [], causes, gain, {"significant": False}).summary().splitlines()
+    assert lines[1].startswith("  cause, certain: motor brush_drop") and lines[2].startswith("  cause, weak: load tilt")
+    assert lines[3] == "    weak: load.tilt lies at the end"
+
+
+@pytest.mark.parametrize("size, weak", [(1.0, False), (1e-3, True)])
+def test_the_interval_of_the_last_fit_decides(size, weak, rng):
+    """A slope in noise, clear or not."""
+    n = 400
+    column = np.linspace(-1.0, 1.0, n)
+    noise = rng.standard_normal(n)
+    noise -= column * (column @ noise) / (column @ column)  # so that the fit is the size itself
+    free = (Free("load.tilt", 0.0, -5.0, 5.0, "rad", role=AMPLITUDE),)
+    fit = Fit(free, {"load.tilt": size}, noise, -column[:, None], np.ones(n))
+    problem = SimpleNamespace(
+        rows=np.ones(n, bool), blocks=np.arange(n) // 10, absolute=dict, experiment=SimpleNamespace(step=1e-3)
+    )
+    candidate = SimpleNamespace(hypothesis=Hypothesis("load", "tilt", free), free=free, chance=0.005)
+    stage = SimpleNamespace(candidates=[], tied=[])
+    (cause,) = named(SimpleNamespace(causes=[candidate], kept=[stage], problem=problem, final=fit))
+    assert (cause.mark == "weak") == weak and bool(cause.parameters["load.tilt"]["doubt"]) == weak

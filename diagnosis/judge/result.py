@@ -50,6 +50,7 @@ class Diagnosis:
     step: TimeStep | None = None  # what a finer step would change
     best: Best | None = None  # where nothing is believed
     uncertain: list[Told] = field(default_factory=list)  # what no data sheet says, as it was found
+    runs: list[dict] = field(default_factory=list)  # what belongs to a run: {log, run, parameter, value, low, high}
 
     @property
     def exit_code(self) -> int:
@@ -73,6 +74,8 @@ class Diagnosis:
         }
         if self.uncertain:
             found["uncertain"] = [one.row() for one in self.uncertain]
+        if self.runs:
+            found["runs"] = self.runs
         if self.best:
             found["best"] = self.best.row()
         if self.step:
@@ -108,6 +111,10 @@ class Diagnosis:
             lines.append(f"  {self.best}")
         if self.step:
             lines.append(f"  {self.step}")
+        for name in dict.fromkeys(row["parameter"] for row in self.runs):
+            mine = [row for row in self.runs if row["parameter"] == name]
+            each = [f"{row['value']:.4g} ({' '.join(filter(None, (row['log'], row['run'])))})" for row in mine]
+            lines.append(f"  {name} of each run: {', '.join(each)}")
         lines += [f"  {sentence}" for one in self.uncertain for sentence in one.sentences()]
         if self.faults:
             kinds = sorted({fault["kind"] for fault in self.faults})

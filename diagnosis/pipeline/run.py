@@ -17,7 +17,7 @@ from ..errors import DataError
 from ..judge.gain import blame
 from ..judge.result import Best, Diagnosis
 from ..judge.time_step import finest, to_blame
-from ..judge.verdict import Judge, named, verdict
+from ..judge.verdict import Judge, named, of_runs, verdict
 from ..output.extend import extend
 from ..output.report import write
 from ..residuals.drive_experiment import DriveExperiment
@@ -113,6 +113,7 @@ def diagnose_runs(
     if answer == "unknown" and (closest := beside.closest(found)):
         extended, why = closest
         result.best = Best(named(extended.outcome), extended.gain, why)
+    result.runs = of_runs(extended)
     if out is not None and (causes or blamed is None):
         result.folder = out
         mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of

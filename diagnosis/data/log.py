@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,10 +34,16 @@ class MeasuredRun:
     signals: dict[str, np.ndarray]
     good: dict[str, np.ndarray] = field(default_factory=dict)
     repeated: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # rows left out: no time, or the time before again
+    source: str = ""  # path of the log: two logs may have one name
     memory: dict = field(default_factory=dict, init=False, repr=False)  # what was derived from the signals, for all who look
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def key(self) -> str:
+        """What tells this run from all others."""
+        return f"{self.source or self.log}:{self.name}"
 
     @property
     def behind_gaps(self) -> np.ndarray:
@@ -50,7 +56,7 @@ class MeasuredRun:
     def head(self, samples: int) -> MeasuredRun:
         """The first samples, as a run of its own."""
         signals, good = ({name: x[:samples] for name, x in which.items()} for which in (self.signals, self.good))
-        return MeasuredRun(self.log, self.name, self.rows[:samples], self.time[:samples], signals, good)
+        return MeasuredRun(self.log, self.name, self.rows[:samples], self.time[:samples], signals, good, source=self.source)
 
     def usable(self, *names: str) -> np.ndarray:
         """Samples at which all these channels can be trusted."""
@@ -89,9 +95,8 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         rows = np.flatnonzero(names == name)
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
-        runs.append(
-            _ordered(path, MeasuredRun(path.name, str(name), rows, time[rows], {k: v[rows] for k, v in data.items()}), rig)
-        )
+        signals = {k: v[rows] for k, v in data.items()}
+        runs.append(_ordered(path, MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve())), rig))
     if sum(len(run) for run in runs) < RULES.data.shortest_log:
         raise DataError(
             f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {RULES.data.shortest_log}, better some seconds."
@@ -283,7 +288,7 @@ def _ordered(path: Path, run: MeasuredRun, rig: Rig) -> MeasuredRun:
     if keep.all():
         return run
     signals = {k: v[keep] for k, v in run.signals.items()}
-    return MeasuredRun(run.log, run.name, run.rows[keep], run.time[keep], signals, repeated=run.rows[~keep])
+    return replace(run, rows=run.rows[keep], time=run.time[keep], signals=signals, repeated=run.rows[~keep])
 
 
 def write_csv(table: pd.DataFrame, path: Path) -> None:

@@ -53,6 +53,7 @@ class Diagnosis:
     correlations: list[dict] = field(default_factory=list)  # of fitted numbers that hang together: search.starts
     comparisons: list[dict] = field(default_factory=list)  # errors of all: judge.gain
     recorder: dict = field(default_factory=dict)  # what was assumed and estimated of it: judge.recorded
+    runs: list[dict] = field(default_factory=list)  # what belongs to a run: {log, run, parameter, value, low, high}
 
     @property
     def exit_code(self) -> int:
@@ -82,6 +83,8 @@ class Diagnosis:
             found["uncertain"] = [one.row() for one in self.uncertain]
         if self.recorder:
             found["recorder"] = self.recorder
+        if self.runs:
+            found["runs"] = self.runs
         if self.best:
             found["best"] = self.best.row()
         if self.step:
@@ -117,6 +120,10 @@ class Diagnosis:
             lines.append(f"  {self.best}")
         if self.step:
             lines.append(f"  {self.step}")
+        for name in dict.fromkeys(row["parameter"] for row in self.runs):
+            mine = [row for row in self.runs if row["parameter"] == name]
+            each = [f"{row['value']:.4g} ({' '.join(filter(None, (row['log'], row['run'])))})" for row in mine]
+            lines.append(f"  {name} of each run: {', '.join(each)}")
         lines += [f"  {sentence}" for one in self.uncertain for sentence in one.sentences()]
         if self.faults:
             kinds = sorted({fault["kind"] for fault in self.faults})

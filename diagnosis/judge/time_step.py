@@ -148,4 +148,4 @@ def _between(run: MeasuredRun, drives: tuple[str, ...], held: bool) -> MeasuredR
     still = {name for name in run.signals if name == VALID or (held and split(name, drives)[1] in GIVEN)}
     signals = {name: x[before] if name in still else line(x) for name, x in run.signals.items()}
     good = {name: g[before] & g[after] for name, g in run.good.items()}
-    return MeasuredRun(run.log, run.name, run.rows[before], line(run.time), signals, good)
+    return MeasuredRun(run.log, run.name, run.rows[before], line(run.time), signals, good, source=run.source)

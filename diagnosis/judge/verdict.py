@@ -11,6 +11,7 @@ from selflock.fmus.effect import LATE
 
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, excess, most_mended, sizes
+from ..residuals.phase import name, parameter
 from ..residuals.residual import Residual
 from ..rules import RULES
 from ..search.candidate import Candidate
@@ -51,12 +52,13 @@ class Judge:
         problem, base = outcome.problem, outcome.base
         while len(outcome.causes) > 1 and (fewer := self._refuted(outcome)):
             outcome = fewer
-        before = problem.absolute(base.values) | {k: v for k, v in problem.nominal.items() if k not in base.values}
+        before = self._everywhere(problem, base) | {k: v for k, v in problem.nominal.items() if k not in base.values}
         nothing = replace(outcome, causes=[], kept=[], final=base)
         found = self._gained(outcome, before)
         # held-out data without the error can refute nothing
         silent = found.gain.before < RULES.judge.quiet * found.gain.noise_floor
-        if outcome.causes and not silent and found.gain.after > (1.0 - RULES.judge.help) * found.gain.before:
+        was, now, _ = self._levels(problem, base, outcome.final, found.mending) if outcome.causes else (0.0, 0.0, 0.0)
+        if outcome.causes and not silent and now > (1.0 - RULES.judge.help) * was:
             why = f"it lowers the error of held-out data by less than {100 * RULES.judge.help:.0f} %"
             found = replace(self._gained(nothing, before), dropped=found, why=why)
         found.left = self._dependences(found.mending.after)
@@ -100,18 +102,37 @@ class Judge:
         """The outcome without the cause found last, where that lowers no error of the data that judge."""
         experiment, rest, problem = self.experiment, outcome.causes[:-1], outcome.problem
         without = problem.with_these(rest, outcome.final)
-        old, new = problem.absolute(without.values), problem.absolute(outcome.final.values)
+        old, new = (self._everywhere(problem, fit) for fit in (without, outcome.final))
         residual = most_mended(experiment, old, new, self.train)
-        was, now, noise = Mending(experiment, residual, old, new, self.judged).levels()
+        was, now, noise = self._levels(problem, without, outcome.final, Mending(experiment, residual, old, new, self.judged))
         silent = was < RULES.judge.quiet * noise  # data without the error can refute nothing
         if silent or now <= (1.0 - RULES.search.shows) * was:
             return None
         return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
 
+    def _everywhere(self, problem: Problem, fit: Fit) -> dict:
+        """Values of a fit as the laws have them, for all runs: what belongs to a run is found for those that judge, too."""
+        return problem.settled(self.experiment, problem.absolute(fit.values), fit.free)
+
+    def _levels(self, problem: Problem, before: Fit, after: Fit, mending: Mending) -> tuple[float, float, float]:
+        """Error before and after, and noise, in what judges.
+
+        What belongs to a run that judges is found on every second block and judged on the others, then the other way round.
+        """
+        experiment, fits = self.experiment, (before, after)
+        if [mending.before, mending.after] == [problem.absolute(fit.values) for fit in fits]:
+            return mending.levels()
+        odd, found = np.arange(experiment.layout.count) % 2 == 1, []
+        for half in (odd, ~odd):
+            old, new = (problem.settled(experiment, problem.absolute(fit.values), fit.free, ~half) for fit in fits)
+            found.append(Mending(experiment, mending.residual, old, new, self.judged & half).levels())
+        was, now, noise = np.sqrt(np.mean(np.square(found), axis=0))
+        return float(was), float(now), float(noise)
+
     def _gained(self, outcome: Selection, before: dict) -> Judgement:
         experiment, after = self.experiment, before
         if outcome.causes:
-            after = outcome.problem.absolute(outcome.final.values)
+            after = self._everywhere(outcome.problem, outcome.final)
             residual = most_mended(experiment, before, after, self.train)
         else:
             residual = self._most_off(outcome)
@@ -233,6 +254,21 @@ def named(outcome: Selection) -> list[Cause]:
             )
         )
     return found
+
+
+def of_runs(found: Judgement) -> list[dict]:
+    """What belongs to each run, fitted; or as it was found for a run that judges, without an interval."""
+    outcome, (experiment, after) = found.outcome, (found.mending.experiment, found.mending.after)
+    intervals = outcome.final.intervals(outcome.problem.rows, outcome.problem.blocks)
+    rows = []
+    for whose in dict.fromkeys(parameter(p.name) for p in outcome.final.free if p.of_run or p.part):
+        for run in experiment.runs:
+            fitted = next((n for n in (name(run, whose), whose) if n in after), "")
+            if fitted and whose not in experiment.rig.of_log(run.log):
+                low, high = intervals.get(fitted, (None, None))
+                row = {"log": run.log, "run": run.name, "parameter": whose, "value": after[fitted], "low": low, "high": high}
+                rows.append(row)
+    return rows
 
 
 def _confidence(winner: Candidate, candidates: list[Candidate], tied: list[Candidate]) -> float:

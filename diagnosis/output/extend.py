@@ -6,10 +6,12 @@ must give the same error.
 
 from __future__ import annotations
 
+import json
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from glob import escape
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,6 +24,7 @@ from selflock.fmus.build import build
 from selflock.master.archive import unpack
 
 from ..data.rig import split
+from ..residuals import phase
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import LAWS, as_fmu
 from ..residuals.mending import Mending
@@ -55,7 +58,7 @@ def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis
     system = write_system(experiment, values, fmus, out)
     enough = experiment.head(experiment.enough(blocks))
     promised = Mending(enough, residual, after, after, blocks)
-    theirs = with_fmus(enough, fmus, residual)  # None where this comparison is not one of an FMU
+    theirs = with_fmus(enough, fmus, residual, after)  # None where this comparison is not one of an FMU
     found = None if theirs is None else Mending(theirs, residual, after, after, blocks)
     return {
         "fmus": sorted(path.name for path in fmus.values()),
@@ -77,28 +80,48 @@ def starts(part: str, name: str, values: dict[str, float]) -> dict:
 def _parameters(experiment: DriveExperiment, before: dict, after: dict, path: Path) -> None:
     """What the fits changed, beside what it was."""
     lines = ["# Parameters of the extended simulation; what they were stands behind.", "", "[parameters]"]
-    for name in sorted({**experiment.rig.parameters, **after}):
+    of_runs = {name for name in after if name.startswith(phase.RUN)}
+    for name in sorted({**experiment.rig.parameters, **after}.keys() - of_runs):
         value = {**experiment.rig.parameters, **after}[name]
         old = before.get(name, experiment.rig.parameters.get(name))
         lines.append(
             f'"{name}" = {value!r}'
             + (f"  # was {old!r}" if old is not None and old != value else "  # new" if old is None else "")
         )
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text("\n".join(lines + _of_runs(experiment, after)) + "\n")
+
+
+def _of_runs(experiment: DriveExperiment, after: dict) -> list[str]:
+    """What belongs to a run alone: of a log with one run as a rig has it; of one among several no rig can say it."""
+    logs, lines = [run.log for run in experiment.runs], []
+    for run in experiment.runs:
+        own = [f'"{name}" = {value!r}' for name, value in sorted(phase.own(after, run).items())]
+        if own and logs.count(run.log) == 1:
+            lines += ["", f"[logs.{json.dumps(escape(run.log), ensure_ascii=False)}]", *own]
+        elif own:
+            lines += ["", f"# run {json.dumps(run.name, ensure_ascii=False)} of {json.dumps(run.log, ensure_ascii=False)}"]
+            lines += [f"# {line}" for line in own]
+    return lines
 
 
 RUNS = {"gear": "reducer", "motor": "motor", "controller": "controller", "drive": "reducer"}
 """The FMU that takes the law's place in a residual of this kind; in a whole drive those of all components do."""
 
 
-def with_fmus(experiment: DriveExperiment, fmus: dict[str, Path], residual: Residual) -> DriveExperiment | None:
-    """The experiment with FMUs under FMPy in place of the laws of one residual; None where the residual has none of these."""
+def with_fmus(
+    experiment: DriveExperiment, fmus: dict[str, Path], residual: Residual, values: Iterable[str] = ()
+) -> DriveExperiment | None:
+    """The experiment with FMUs under FMPy in place of the laws of one residual; None where the residual has none of these.
+
+    values: names of those that it will be asked with; FMUs are told what belongs to a run.
+    """
     kind, prefix = residual.kind, residual.prefix
     part = RUNS.get(kind, "")
     path = fmus.get(prefix + part)
     if not part or path is None:
         return None
-    theirs = {name for values in experiment.rig.logs.values() for name in values}  # FMUs have the rig's own values
+    theirs = {name for own in experiment.rig.logs.values() for name in own}  # FMUs have the rig's own values
+    theirs |= {phase.parameter(name) for name in values if name.startswith(phase.RUN)}
     of_log = {c: [n.rpartition(".")[2] for n in theirs if n.rpartition(".")[0] == prefix + c] for c in COMPONENTS}
     own = lambda p: _starts_of_log(part, p, of_log[part])
     loop = {

@@ -258,7 +258,7 @@ def missing(mending: Mending, outcome: Selection, path: Path, rng: np.random.Gen
     # a closed loop is far from linear: intervals from slopes say nothing of its band
     number = 0 if problem.whole else 24
     draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
-    curves = [added(problem.absolute(dict(zip(names, row)))) for row in draws]
+    curves = [added(mending.after | problem.absolute(dict(zip(names, row)))) for row in draws]
     curves = [curve for curve in curves if np.isfinite(curve).all()]
     figure, axis = subplots(figsize=(7, 3.8))
     axis.errorbar(

@@ -14,7 +14,7 @@ from selflock.fmus import chain
 from selflock.master.face import Part, Variable
 
 from ..data.log import write_csv
-from ..residuals import drive
+from ..residuals import drive, phase
 from ..residuals.compare import gear_inputs
 from ..residuals.drive_experiment import DriveExperiment
 from ..rules import RULES
@@ -129,7 +129,7 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
 
     With set-points and a voltage the loop is closed over the load; with a voltage alone it is open; with a motion
     alone the motion is imposed on the reducer. Steady-state points are no motion: they get no system. What the rig says
-    of that log alone is in it; that a log's power is switched off is not.
+    of that log alone is in it, and what belongs to that run; that a log's power is switched off is not.
     """
     if experiment.steady:
         return None
@@ -142,7 +142,12 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
         name = lambda part: prefix + part
         first, second = drive.both(values, ch)
 
+        of_run = phase.own(values, run)
+
         def component(part: str, more: str = "") -> None:
+            begin = name(part) + "."
+            mine = [f"{key.removeprefix(begin)} = {value!r}" for key, value in of_run.items() if key.startswith(begin)]
+            more = "\n".join(filter(None, [*mine, more]))
             components.append(
                 f'[components.{name(part)}]\nfmu = "{fmus[name(part)].name}"\n'
                 + (f"[components.{name(part)}.start]\n{more}\n" if more else "")

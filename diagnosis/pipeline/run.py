@@ -19,7 +19,7 @@ from ..judge.gain import blame, comparisons
 from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.time_step import finest, to_blame
-from ..judge.verdict import Judge, named, verdict
+from ..judge.verdict import Judge, named, of_runs, verdict
 from ..output.extend import extend
 from ..output.report import write
 from ..residuals import drive
@@ -124,6 +124,7 @@ def diagnose_runs(
         result.best = Best(named(extended.outcome), extended.gain, why)
     mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
     result.comparisons = comparisons(mending, found.gain)
+    result.runs = of_runs(extended)
     if out is not None and (causes or blamed is None):
         result.folder = out
         if extended.outcome.causes:

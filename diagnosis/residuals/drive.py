@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..rules import RULES
+from . import phase
 from .blocks import compared
 from .channels import Channels, ShaftMotion, derivative, motion
 from .laws import LAGS, parameters
@@ -12,9 +13,8 @@ from .laws import LAGS, parameters
 
 def law(component: str, values: dict, ch: Channels):
     """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
-    return parameters(
-        component, ch.prefix + component, {**ch.setting.rig.parameters, **values, **ch.setting.rig.of_log(ch.run.log)}
-    )
+    rig, of_run = ch.setting.rig, phase.own(values, ch.run)
+    return parameters(component, ch.prefix + component, {**rig.parameters, **values, **of_run, **rig.of_log(ch.run.log)})
 
 
 def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:

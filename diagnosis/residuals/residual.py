@@ -23,7 +23,7 @@ from typing import Any
 
 from ..data.signals import MOVES, unit
 from ..errors import DataError
-from . import compare, drive, forward, whole
+from . import compare, drive, forward, phase, whole
 from .channels import Channels
 from .compare import Compared
 
@@ -59,6 +59,7 @@ class Residual:
 
     def uses(self, name: str) -> bool:
         """Whether a parameter's value matters to this residual: one of its components', or a sensor's of its channels."""
+        name = phase.parameter(name)
         owner = name.rpartition(".")[0]
         what, _, channel = owner.partition(".")
         if name == whole.HOLD:

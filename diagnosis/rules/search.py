@@ -114,6 +114,26 @@ class SearchRules:
     interval: float = rule(1.96, "standard errors to either side of a value: a 95 % interval", "theory: Φ⁻¹(0.975)")
     ridge: float = rule(1e-8, "added to normal equations of columns of length 1, so that they can be solved", FIRST)
 
+    # --- the phase of a wave in each run: search.phases
+    phase_blocks: int = rule(
+        2,
+        "blocks of each run without which all runs share a phase: of a run that is one block no other tells it",
+        "the least with which a phase can be judged on what it was not fitted to",
+    )
+    phase_places: int = rule(
+        8, "phases at which a run is simulated to find its own", "theory: two harmonics need five; not studied beyond"
+    )
+    phase_damping: float = rule(
+        0.1,
+        "share of a run's usual energy of a wave below which, at the first look, it hardly says what phase it has",
+        "a run that goes through a part of a wave alone is no measure of its other half; not studied",
+    )
+    phase_fine: int = rule(
+        720,
+        "phases at which what these tell is looked at: to half a degree",
+        "an error of a quarter of a degree leaves 2e-5 of a wave's energy",
+    )
+
     # --- blocks not seen: search.problem, search.fit
     folds: int = rule(5, "folds of the blocks that teach; each is judged under the fit to the others", FIRST)
     wild: float = rule(

@@ -95,16 +95,41 @@ def slope(moved: np.ndarray, at: np.ndarray, step: float) -> np.ndarray:
 def jacobian(misfit: Misfit, fixed: dict, free: Sequence[Free], values: dict, at: np.ndarray) -> np.ndarray:
     """Forward differences, inside the bounds."""
     columns = []
+    beside = _beside(misfit, fixed, [p for p in free if p.part], values)
     for parameter in free:
         value = values[parameter.name]
         if value in parameter.trials:  # what acts in steps has no slope that is worth following
             columns.append(np.zeros(len(at)))
             continue
-        step = RULES.search.difference * scale(parameter, value)
-        if value + step > parameter.high:
-            step = -step
+        step = _difference(parameter, value)
+        if parameter.part:
+            first, last = parameter.part
+            column = np.zeros(len(at))
+            column[first:last] = slope(beside[parameter.name][first:last], at[first:last], step)
+            columns.append(column)
+            continue
         columns.append(slope(misfit({**fixed, **values, parameter.name: value + step}), at, step))
     return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
+
+
+def _difference(parameter: Free, value: float) -> float:
+    """By how much a value is moved for a derivative."""
+    step = RULES.search.difference * scale(parameter, value)
+    return -step if value + step > parameter.high else step
+
+
+def _beside(misfit: Misfit, fixed: dict, free: Sequence[Free], values: dict) -> dict[str, np.ndarray]:
+    """Misfits with each of these moved: together, where none has to do with the parts of the others."""
+    groups: list[list[Free]] = []
+    for p in free:
+        apart = lambda group, p=p: all(q.part[1] <= p.part[0] or p.part[1] <= q.part[0] for q in group)
+        group = next((group for group in groups if apart(group)), None)
+        groups.append([p]) if group is None else group.append(p)
+    found: dict[str, np.ndarray] = {}
+    for group in groups:
+        moved = misfit({**fixed, **values, **{p.name: values[p.name] + _difference(p, values[p.name]) for p in group}})
+        found |= {p.name: moved for p in group}
+    return found
 
 
 def fit(

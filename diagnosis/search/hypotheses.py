@@ -45,6 +45,8 @@ class Free:
     role: str = VALUE  # of fmus.effect.ROLES
     shaft: str = ""  # with whose angle the wave goes of which it is a number
     on_request: bool = False  # freed only because the rig lists it as uncertain
+    of_run: bool = False  # each run has one of its own: see search.phases
+    part: tuple[int, int] | None = None  # entries of the flat misfit, from and to, that alone depend on it; None: all
 
     @property
     def of_recorder(self) -> bool:

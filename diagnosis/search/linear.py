@@ -19,44 +19,79 @@ from .screen import Direction
 
 
 class Linear:
-    """Held-out gains of directions over the base, by block-wise normal equations."""
+    """Held-out gains of directions over the base, by block-wise normal equations.
 
-    def __init__(self, base_columns: np.ndarray, weights: np.ndarray, folds: np.ndarray):
+    base_columns: (blocks, samples, numbers). runs: of each block; without, all are of one.
+    """
+
+    def __init__(self, base_columns: np.ndarray, weights: np.ndarray, folds: np.ndarray, runs: np.ndarray | None = None):
         self.weights = weights.astype(np.float32)  # (blocks, samples), 0 for samples not trained on
         self.folds = folds  # (blocks,)
+        self.runs = np.zeros(len(folds), int) if runs is None else np.unique(runs, return_inverse=True)[1]
         self.base, self.lengths = _normal((base_columns * weights[..., None]).astype(np.float32))  # (blocks, samples, k0)
         self.gram = np.matmul(self.base.transpose(0, 2, 1), self.base).astype(float)
 
-    def _energy(self, gram: np.ndarray, cross: np.ndarray, limits=None):
+    def _energy(self, gram: np.ndarray, cross: np.ndarray, limits=None, pairs: bool = False):
         """Change of the squared misfit on folds not seen, for each draw, and the coefficients of all folds together.
 
-        gram: X_b' X_b (blocks, k, k); cross: X_b' e_b of each draw (draws, blocks, k). Columns have length 1.
+        gram: X_b' X_b (blocks, k, k); cross: X_b' e_b of each draw (draws, blocks, k). Columns have length 1. pairs: those
+        behind the base's are a wave's in each run.
         """
-        k = gram.shape[-1]
-        ridge = RULES.search.ridge * np.eye(k)
+        solved = self._one_amplitude if pairs else _solved
         inside = (self.folds == np.unique(self.folds)[:, None]).astype(float)  # (folds, blocks)
         own_gram = np.tensordot(inside, gram, 1)
         own_cross = np.matmul(inside, cross)  # (draws, folds, k)
         total_gram, total_cross = gram.sum(0), cross.sum(1)
-        rest = (total_cross[:, None] - own_cross).transpose(1, 2, 0)
-        step = -np.linalg.solve(total_gram - own_gram + ridge, rest).transpose(2, 0, 1)  # as own_cross
+        step = solved(total_gram - own_gram, total_cross[:, None] - own_cross)  # as own_cross
         if limits is not None:
             step = np.clip(step, *limits)
         change = (step * (2.0 * own_cross + np.einsum("fij,rfj->rfi", own_gram, step))).sum((1, 2))
-        return change, -np.linalg.solve(total_gram + ridge, total_cross.T).T
+        return change, solved(total_gram[None], total_cross[:, None])[:, 0]
+
+    def _one_amplitude(self, gram: np.ndarray, cross: np.ndarray) -> np.ndarray:
+        """Coefficients of a wave that has one amplitude in all runs, and a phase of its own in each; shapes as `_solved`.
+
+        Each run's pair alone says its phase, then all of them the amplitude. With an amplitude for each run one that hardly
+        moves would say anything of the blocks that it does not see.
+        """
+        k0 = self.base.shape[-1]
+        draws, folds, k = cross.shape
+        runs = (k - k0) // 2
+        places = k0 + np.arange(k - k0).reshape(runs, 2)
+        own = gram[:, places[:, :, None], places[:, None, :]]  # (folds, runs, 2, 2)
+        usual = 0.5 * np.trace(own, axis1=-2, axis2=-1)[..., None, None]
+        damped = own + (RULES.search.phase_damping * usual + RULES.search.ridge) * np.eye(2)
+        pair = -np.linalg.solve(damped, cross[..., k0:].reshape(draws, folds, runs, 2)[..., None])[..., 0]
+        pair /= np.maximum(np.sqrt((pair**2).sum(-1, keepdims=True)), 1e-300)
+        way = pair.reshape(draws, folds, k - k0)
+        # the base's columns as they are, all of the wave's as one
+        along = np.einsum("fij,rfj->rfi", gram[..., k0:], way)
+        few = np.empty((draws, folds, k0 + 1, k0 + 1))
+        few[..., :k0, :k0], few[..., :k0, k0], few[..., k0, :k0] = gram[:, :k0, :k0], along[..., :k0], along[..., :k0]
+        few[..., k0, k0] = (along[..., k0:] * way).sum(-1)
+        asked = np.concatenate([cross[..., :k0], (cross[..., k0:] * way).sum(-1, keepdims=True)], -1)
+        found = -np.linalg.solve(few + RULES.search.ridge * np.eye(k0 + 1), asked[..., None])[..., 0]
+        return np.concatenate([found[..., :k0], found[..., k0:] * way], -1)
 
     def gains(self, direction: Direction | None, draws: Draws):
         """Drop of the held-out squared misfit, and the coefficients, for each draw."""
         k0 = self.base.shape[-1]
         gram, cross, lengths, limits = self.gram, draws.base, self.lengths, None
+        pairs = direction is not None and direction.of_run and self.runs.max() > 0
         if direction is not None:
             part = direction.part
             own, own_lengths = _normal(direction.columns * self.weights[:, part, None])
             mixed = np.matmul(self.base[:, part].transpose(0, 2, 1), own)
-            gram = np.zeros((len(own), k0 + own.shape[-1], k0 + own.shape[-1]))
+            square, against = np.matmul(own.transpose(0, 2, 1), own), draws.cross(own, part)
+            if pairs:
+                square = self._of_runs(self._of_runs(square).transpose(0, 2, 1))
+                mixed, against = self._of_runs(mixed), self._of_runs(against.transpose(1, 0, 2)).transpose(1, 0, 2)
+                own_lengths = np.tile(own_lengths, self.runs.max() + 1)
+            k = k0 + len(own_lengths)
+            gram = np.zeros((len(own), k, k))
             gram[:, :k0, :k0], gram[:, :k0, k0:], gram[:, k0:, :k0] = self.gram, mixed, mixed.transpose(0, 2, 1)
-            gram[:, k0:, k0:] = np.matmul(own.transpose(0, 2, 1), own)
-            cross = np.concatenate([draws.base, draws.cross(own, part)], axis=-1)
+            gram[:, k0:, k0:] = square
+            cross = np.concatenate([draws.base, against], axis=-1)
             lengths = np.concatenate([self.lengths, own_lengths])
             if not direction.phase:
                 least, most = zip(
@@ -68,8 +103,15 @@ class Linear:
                 )
         if gram.shape[-1] == 0:
             return np.zeros(len(cross)), np.zeros((len(cross), 0))
-        change, full = self._energy(gram, cross, limits)
+        change, full = self._energy(gram, cross, limits, pairs)
         return -change, full / lengths
+
+    def _of_runs(self, products: np.ndarray) -> np.ndarray:
+        """Products with columns, (blocks, any, columns), where each run has the columns for itself: 0 with those of others."""
+        blocks, rows, columns = products.shape
+        found = np.zeros((blocks, rows, self.runs.max() + 1, columns), products.dtype)
+        found[np.arange(blocks), :, self.runs] = products
+        return found.reshape(blocks, rows, columns * (self.runs.max() + 1))
 
     def draws(self, errors: np.ndarray, order: np.ndarray | None = None, signs: np.ndarray | None = None) -> Draws:
         """Misfits to try directions on: blocks as they are, or put in `order` with `signs` (draws, blocks)."""
@@ -112,6 +154,12 @@ class Draws:
             return np.matmul(turned, errors[..., None])[None, ..., 0].astype(float)
         pairs = np.matmul(turned, errors.T).transpose(0, 2, 1).astype(float)  # (block, block, k)
         return pairs[np.arange(len(columns))[None, :], self.order] * self.signs[..., None]
+
+
+def _solved(gram: np.ndarray, cross: np.ndarray) -> np.ndarray:
+    """Coefficients, (draws, folds, k), of normal equations: gram (folds, k, k), cross (draws, folds, k)."""
+    ridge = RULES.search.ridge * np.eye(gram.shape[-1])
+    return -np.linalg.solve(gram + ridge, cross.transpose(1, 2, 0)).transpose(2, 0, 1)
 
 
 def _normal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,14 +8,17 @@ from functools import cached_property
 import numpy as np
 
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.experiment import Experiment
 from ..residuals.mending import excess
 from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding
+from ..residuals.phase import name, parameter
 from ..residuals.propagated import of_inputs
 from ..residuals.whole import HOLD
 from ..rules import RULES
 from .candidate import Candidate
 from .fit import Fit, fit, held_out, rho
 from .hypotheses import Free, Hypothesis, recorder, uncertain, vocabulary
+from .phases import beside, best, losses, marked, settled, zeros
 from .starts import Ending, starts
 
 
@@ -43,11 +46,19 @@ class Problem:
             for p in uncertain(experiment.rig)
             if (p.name.rpartition(".")[0] in experiment.components or p.name.startswith("sensor.")) and not p.on_request
         )
-        free += recorder(experiment)
-        hypotheses = tuple(vocabulary(experiment.rig, experiment.components, experiment.measured, experiment))
+        free = marked(experiment, free) + recorder(experiment)
+        known = vocabulary(experiment.rig, experiment.components, experiment.measured, experiment)
+        hypotheses = tuple(replace(h, free=marked(experiment, h.free)) for h in known)
         nominal = {p.name: p.nominal for p in free}
         ones = np.ones(len(experiment.residuals))
-        return cls(experiment, train, free, hypotheses, nominal, ones, ones, experiment.present(nominal))
+        return cls(experiment, train, free, hypotheses, nominal, ones, ones, experiment.present(nominal))._with_zeros()
+
+    def _with_zeros(self) -> Problem:
+        """With where each run begins, where nothing that is measured says it."""
+        new = zeros(self.experiment, self.teaching)
+        nominal = self._found(new, self.nominal)
+        new = [replace(p, nominal=nominal[p.name]) for p in new]
+        return replace(self, base_free=(*self.base_free, *new), nominal=nominal) if new else self
 
     def on(self, experiment: DriveExperiment) -> Problem:
         """The same problem where other samples are simulated."""
@@ -83,8 +94,8 @@ class Problem:
 
     @property
     def asked(self) -> tuple[Free, ...]:
-        """What no data sheet says, without what recorders did."""
-        return tuple(p for p in self.base_free if not p.of_recorder)
+        """What no data sheet says, without what recorders did and what belongs to a run."""
+        return tuple(p for p in self.base_free if not (p.part or p.of_recorder))
 
     def _ending(self, start: dict[str, float]) -> Ending:
         """Where a fit of the nominal drive from this start ends."""
@@ -167,8 +178,12 @@ class Problem:
         return out
 
     def fit(self, free: tuple[Free, ...], start: dict, effort: int = RULES.search.effort) -> Fit:
-        """Robust least squares on the samples that teach; what recorders did is a matter of a few last steps."""
+        """Robust least squares on the samples that teach; what recorders did is a matter of a few last steps.
+
+        A phase that each run has of its own is freed for each of them, started where it fits best.
+        """
         rules = RULES.search
+        free, start = self._with_phases(free, start)
         tolerances = rules.tolerances_whole if self.whole or self.by_channel else rules.tolerances
         drive = tuple(p for p in free if p.name == HOLD or not p.of_recorder)
         if 0 < len(drive) < len(free):
@@ -176,6 +191,36 @@ class Problem:
             first = fit(self.misfit, fixed, drive, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
             start, effort = start | first.values, min(effort, rules.effort_recorders)
         return fit(self.misfit, {}, free, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+
+    def _with_phases(self, free: tuple[Free, ...], start: dict) -> tuple[tuple[Free, ...], dict]:
+        """What a fit frees and where it starts, with the phases of single runs."""
+        new = [p for p in beside(self.experiment, free, self.teaching) if p.name not in {q.name for q in free}]
+        return (*free, *new), self._found(new, start)
+
+    def _found(self, new: list[Free], start: dict) -> dict:
+        """Where a fit starts, with these numbers of single runs where they fit best; those that have a start keep it."""
+        for whose in dict.fromkeys(parameter(p.name) for p in new):
+            every = self.experiment.runs
+            mine = [i for i, run in enumerate(every) if name(run, whose) in {p.name for p in new}]
+
+            def loss(values: dict, mine: list[int] = mine) -> np.ndarray:
+                return losses(self.experiment, self.misfit(values) * self.rows, self.loss_scale)[mine]
+
+            start = best(loss, start, [every[i] for i in mine], whose) | start
+        return start
+
+    @cached_property
+    def teaching(self) -> list[int]:
+        """Runs with blocks that teach."""
+        return sorted({int(i) for i in self.experiment.layout.run_of[self.train]})
+
+    def settled(self, experiment: Experiment, values: dict, free: tuple[Free, ...], seen: np.ndarray | None = None) -> dict:
+        """Values of a fit that freed these, for an experiment that may have runs that did not teach: with what is theirs.
+
+        seen: blocks to which that is fitted; all.
+        """
+        taught = {self.experiment.runs[i].key for i in self.teaching}
+        return settled(experiment, values, free, taught, self.noise, self.loss_scale, seen)
 
     def with_these(self, causes: list[Candidate], fitted: Fit) -> Fit:
         """What is fitted, fitted again with these causes alone."""

@@ -30,6 +30,7 @@ class Direction:
     gain: float = 0.0
     amounts: np.ndarray = field(default_factory=lambda: np.zeros(0))
     phase: str = ""  # name of a phase; then the columns are the amplitude's at phase 0 and a quarter later
+    of_run: bool = False  # that phase is another in each run: so are then both amounts
     jump: float = 0.0  # where not 0 the only amount that is looked at
     part: slice = field(default_factory=lambda: slice(None))  # of the samples: only there are columns not 0, and kept
 
@@ -50,8 +51,9 @@ class Direction:
         values = dict(self.shape)
         if self.phase:
             amplitude = self.amplitudes[0]
-            values[self.phase] = float(np.arctan2(self.amounts[1], self.amounts[0]))
-            values[amplitude.name] = amplitude.nominal + float(np.hypot(*self.amounts))
+            pairs = self.amounts.reshape(-1, 2)  # of each run, where each has a phase: the first has the wave's own name
+            values[self.phase] = float(np.arctan2(pairs[0, 1], pairs[0, 0]))
+            values[amplitude.name] = amplitude.nominal + float(np.mean(np.hypot(*pairs.T)))
         else:
             for free, amount in zip(self.amplitudes, self.amounts):
                 values[free.name] = free.nominal + float(amount)
@@ -162,7 +164,8 @@ def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes, starts: int) ->
             columns = [_column(misfit, base, here, p, at) for p in amplitudes]
         stacked = np.stack(columns, -1)
         if np.all(np.isfinite(stacked)) and np.any(stacked):
-            found.append(Direction(hypothesis, shape, amplitudes, stacked, phase=phase.name if phase else ""))
+            wave = {"phase": phase.name, "of_run": phase.of_run} if phase else {}
+            found.append(Direction(hypothesis, shape, amplitudes, stacked, **wave))
     return found
 
 

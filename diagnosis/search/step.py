@@ -95,6 +95,7 @@ class Step:
             base.open.reshape(*problem.shape, -1)[problem.train],
             problem.taught(base.weights),
             problem.fold_of_block[problem.train],
+            problem.experiment.layout.run_of[problem.train],
         )
         ways = self._look(linear)
         stage.candidates = self._fits(ways)

@@ -72,13 +72,14 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows, r
 ])  # fmt: skip
 def test_the_last_of_several_causes_must_lower_the_error_of_the_data_that_judge(monkeypatch, before, after, floor, stays):
     """In the comparison that it mended most on the data that taught."""
-    first, last, without = object(), object(), SimpleNamespace(values={"last": 0.0})
-    problem = SimpleNamespace(with_these=lambda causes, fitted: without, absolute=dict)
+    first, last, without = object(), object(), SimpleNamespace(values={"last": 0.0}, free=())
+    as_they_are = lambda experiment, values, free, seen=None: values
+    problem = SimpleNamespace(with_these=lambda causes, fitted: without, absolute=dict, settled=as_they_are)
     experiment = SimpleNamespace(residuals=["gear", "motor"])
     told = {"gear": (before, after, floor), "motor": None}
     monkeypatch.setattr(Mending, "improvement", property(lambda self: {"gear": 0.1, "motor": 0.05}[self.residual]))
     monkeypatch.setattr(Mending, "levels", lambda self: told[self.residual])
-    kept, final = ["stage of the first", "of the last"], SimpleNamespace(values={"last": 1.0})
+    kept, final = ["stage of the first", "of the last"], SimpleNamespace(values={"last": 1.0}, free=())
     fewer = Judge(experiment, None, None, [], None)._refuted(Selection(problem, [], [first, last], kept, final, None))
     if stays:
         assert fewer is None

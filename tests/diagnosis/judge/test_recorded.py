@@ -27,6 +27,7 @@ EVEN = Recorder(
     channels=("setpoint_angle", "setpoint_speed", "voltage", "current", "motor_angle", "motor_speed", "angle", "speed"),
 )  # fmt: skip
 COUNTED = replace(EVEN, speeds=EVEN.speeds | {"speed": Speed("difference", rows=3)})
+EXACT = replace(EVEN, noise=NOISE | {"voltage": 0.0})
 SEED = recordings.DEVELOPMENT + 21
 
 
@@ -66,7 +67,8 @@ def test_of_a_whole_drive_each_channel_is_told_with_units_and_intervals(counted)
 def test_what_the_log_does_not_feel_has_no_interval(counted):
     rig, train, _ = counted
     rig = replace(load(rig), simulate=WHOLE)
-    problem = Problem.of(DriveExperiment(rig, read(train, rig)), np.ones(1, bool))
+    experiment = DriveExperiment(rig, read(train, rig))
+    problem = Problem.of(experiment, np.ones(experiment.layout.count, bool))
     fit = problem.fit((), {})
     free = next(p for p in problem.base_free if p.name == "recorder.motor.current.shift")
     flat = replace(fit, free=(free,), values={free.name: free.high}, jacobian=np.zeros((len(fit.misfit), 1)))
@@ -77,7 +79,8 @@ def test_what_the_log_does_not_feel_has_no_interval(counted):
 @pytest.mark.parametrize(
     "recorder, more, mode, said",
     [
-        (EVEN, {}, "", "nothing says that the log was not taken in step"),
+        (EXACT, {}, "", "nothing says that the log was not taken in step"),
+        (EVEN, {}, WHOLE, "controller.voltage was measured: it has noise of its own"),
         (replace(EVEN, jitter=0.1), {}, WHOLE, "its rows are uneven, half of them by more than"),
         (replace(EVEN, control=0.01), {}, WHOLE, "a period of its own, 10 ms"),
         (EVEN, {"simulate": WHOLE}, WHOLE, 'the rig asks for it (simulate = "whole")'),

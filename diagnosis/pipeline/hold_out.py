@@ -10,6 +10,7 @@ from ..data.rig import EVERY_SECOND, Rig
 from ..data.rig import split as split_name
 from ..data.signals import ANGLE_OF, GIVEN, SIGNALS
 from ..errors import DataError
+from ..residuals.blocks import Blocks
 from ..residuals.experiment import Experiment
 from ..rules import RULES
 
@@ -37,9 +38,12 @@ def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> 
     else:
         train = np.arange(count) % rules.every != rules.every - 1
         names = [f"block {i + 1} of {count}" for i in np.flatnonzero(~train)]
-    if train.sum() < rules.fewest_blocks:
+    teach = int(train.sum())
+    if any(held) and not experiment.steady:  # they are cut into blocks of their own, however long the logs are that judge
+        teach = Blocks([run for run, h in zip(runs, held) if not h], False).count
+    if teach < rules.fewest_blocks:
         raise DataError(
-            f"{experiment.rig.path}: the logs make {int(train.sum())} blocks to learn from, too few to tell a cause from "
+            f"{experiment.rig.path}: the logs make {teach} blocks to learn from, too few to tell a cause from "
             f"chance. Give a longer log or more runs (at least {rules.fewest_blocks} points or about {rules.fewest_blocks * RULES.residuals.shortest_block * 2} samples)."
         )
     _refuse_rest(experiment, runs, train)
@@ -49,7 +53,8 @@ def split(experiment: Experiment, runs: list[MeasuredRun], held: list[bool]) -> 
 def _refuse_rest(experiment: Experiment, runs: list[MeasuredRun], train: np.ndarray) -> None:
     """Data in which nothing can be compared: friction is told only where a shaft moves one way for sure."""
     compared = experiment.present({}).any(axis=1)
-    for blocks, what, least in ((train, "to learn from", RULES.pipeline.fewest_blocks), (~train, "to judge by", 1)):
+    few = min(RULES.pipeline.fewest_blocks, int(train.sum()))
+    for blocks, what, least in ((train, "to learn from", few), (~train, "to judge by", 1)):
         found = int((compared & blocks).sum())
         if found < least:
             logs = ", ".join(sorted({runs[i].log for i in experiment.layout.owner[blocks]}))

@@ -10,12 +10,18 @@ from typer.testing import CliRunner
 from selflock import diagnosis, master
 from selflock.cli import app
 from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.output import extend
+from selflock.diagnosis.pipeline.hold_out import split
+from selflock.diagnosis.pipeline.run import gather
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.laws import parameters
+from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search import problem as ground
 from selflock.fmus.errors import BuildError
 
+from ..plant import recordings
 from ..residuals.test_experiment import inverse
 
 
@@ -122,3 +128,18 @@ def test_an_answer_that_no_fmu_takes_is_told_and_nothing_else_is_lost(tmp_path, 
     kept = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert kept["causes"] and "cannot start" in kept["extension"]["not_written"]
     assert "not all written" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.slow
+def test_a_short_log_teaches_beside_a_long_one_that_judges(tmp_path):
+    """It is cut into blocks of its own: by those of the long one it would have too few."""
+    case = recordings.hide([], recordings.DEVELOPMENT + 300, duration=20.0)
+    rig, train, test = case.write(tmp_path)
+    case.logs[0][:400].to_csv(train, index=False, float_format="%.9g")
+    rig = load(rig)
+    runs, _, held = gather(rig, [train], [test])
+    taught, _ = split(DriveExperiment(rig, runs), runs, held)
+    assert 0 < taught.sum() < RULES.pipeline.fewest_blocks
+    with pytest.raises(DataError, match="to learn from, too few to tell a cause"):
+        short = [runs[0].head(100), runs[1]]
+        split(DriveExperiment(rig, short), short, held)

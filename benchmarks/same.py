@@ -1,0 +1,155 @@
+"""The same log told otherwise, and more or less of it: does the diagnosis answer the same?
+
+    python -m benchmarks.same [--seeds 2] [--first 300] [--only reducer.viscous ...]
+    python -m benchmarks.same --draw           only write the document from the rows at hand
+
+Each case is one of benchmarks.recordings, on seeds for development. Its log is given as it is; with other units, other times,
+its columns in another order; cut into two files; with every second row; and its first 10, 30 and 90 s alone. Rows are kept
+in out/same; what is there is not run again. The end is docs/same.md.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from pathlib import Path
+
+for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # each worker, which inherits them, is busy enough
+    os.environ.setdefault(threads, "1")
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.cases import arguments, collect, rate, rows, sources
+from benchmarks.recordings import STRENGTHS, hide
+from selflock.diagnosis.errors import DataError
+from tests.diagnosis.plant import recordings, score
+
+ROOT = Path(__file__).parents[1]
+EFFECTS = ("reducer.viscous", "reducer.stribeck", "motor.torque_constant", "controller.delay", "sensor.scale", "load.mass")
+UNITS = {"rad": ("deg", 180.0 / np.pi), "rad/s": ("rpm", 30.0 / np.pi), "A": ("mA", 1e3), "V": ("mV", 1e3)}
+SECONDS = (10.0, 30.0, 90.0)
+
+
+def _as_it_is(text: str, log: pd.DataFrame) -> tuple[str, list[pd.DataFrame]]:
+    return text, [log]
+
+
+def _later(text: str, log: pd.DataFrame) -> tuple[str, list[pd.DataFrame]]:
+    return text, [log.assign(time=log["time"] + 1234.5)]
+
+
+def _in_other_units(text: str, log: pd.DataFrame) -> tuple[str, list[pd.DataFrame]]:
+    lines, log = [], log.copy()
+    for line in text.splitlines():
+        for unit, (other, factor) in UNITS.items():
+            if 'column = "' in line and f'unit = "{unit}"' in line:
+                column = line.split('column = "')[1].split('"')[0]
+                log[column] = log[column] * factor
+                line = line.replace(f'unit = "{unit}"', f'unit = "{other}"')
+                break
+        lines.append(line)
+    return "\n".join(lines) + "\n", [log]
+
+
+def _in_other_order(text: str, log: pd.DataFrame) -> tuple[str, list[pd.DataFrame]]:
+    return text, [log[[*reversed(log.columns)]]]
+
+
+def _in_two_files(text: str, log: pd.DataFrame) -> tuple[str, list[pd.DataFrame]]:
+    half = len(log) // 2
+    return text, [log[:half], log[half:]]
+
+
+def _every_second_row(text: str, log: pd.DataFrame) -> tuple[str, list[pd.DataFrame]]:
+    return text, [log[::2]]
+
+
+WAYS = {
+    "as it is": _as_it_is, "other times": _later, "other units": _in_other_units, "columns in another order": _in_other_order,
+    "cut into two files": _in_two_files, "every second row": _every_second_row,
+    **{f"first {t:g} s": lambda text, log, t=t: (text, [log[log["time"] < t]]) for t in SECONDS},
+}  # fmt: skip
+
+
+def one(_, item: dict) -> dict:
+    """Hide, write in one way, diagnose: a row, as one text."""
+    from selflock.diagnosis import diagnose
+
+    case = hide(item)
+    row = {"duration": case.recorder.duration, "strong": case.strong}
+    if item["way"].startswith("first") and float(item["way"].split()[1]) >= case.recorder.duration:
+        return {"row": json.dumps(row | {"verdict": "", "answers": []})}  # that is all of it
+    with tempfile.TemporaryDirectory() as folder:
+        rig, train, test = case.write(Path(folder))
+        text, logs = WAYS[item["way"]](rig.read_text(), case.logs[0])
+        text, (judging,) = WAYS[item["way"]](rig.read_text(), case.logs[1]) if item["way"] == "other units" else (text, [None])
+        rig.write_text(text)
+        if judging is not None:
+            judging.to_csv(test, index=False, float_format="%.12g")
+        files = [train.with_name(f"train{i}.csv") for i in range(len(logs))]
+        for table, file in zip(logs, files):
+            table.to_csv(file, index=False, float_format="%.12g")
+        began = time.process_time()
+        try:
+            result = score.plain(diagnose(rig, files, test=[test], out=None, seed=case.seed))
+        except DataError:  # too little of it: no answer is no other answer
+            return {"row": json.dumps(row | {"verdict": "", "answers": ["refused"]})}
+    found = {"verdict": result["verdict"], "answers": score.answers(result), "right": score.right_first(result, case)}
+    return {"row": json.dumps(row | found | {"seconds": round(time.process_time() - began, 1)})}
+
+
+def document(found: list[dict], folder: Path) -> str:
+    """docs/same.md."""
+    cases: dict[tuple, dict[str, dict]] = {}
+    for row in found:
+        cases.setdefault(("+".join(row["hidden"]) or "nothing", row["seed"]), {})[row["way"]] = row
+    first = lambda row: row["answers"][0] if row["answers"] else ""
+    lines = [
+        "# The same log told otherwise",
+        "",
+        "Regenerated by `python -m benchmarks.same`. Cases are those of [recordings.md](recordings.md), on seeds for development. "
+        "Every log is diagnosed as it is, then told otherwise; the log that judges stays. The first name should stay. With less of "
+        "a log a cause may be missed, and none may be lost with more.",
+        "",
+        f"{len(cases)} cases, by the sources {sources(folder)}.",
+        "",
+        "| told | the same first name |",
+        "|---|---|",
+    ]
+    for way in list(WAYS)[1:]:
+        told = [
+            (case["as it is"], case[way])
+            for case in cases.values()
+            if way in case and "as it is" in case and case[way]["verdict"]
+        ]
+        lines.append(f"| {way} | {rate(first(a) == first(b) for a, b in told)} |")
+    lines += ["", "| hidden | seed | length, s | " + " | ".join(WAYS) + " |", "|---" * (3 + len(WAYS)) + "|"]
+    for (hidden, seed), case in sorted(cases.items()):
+        length = next(iter(case.values()))["duration"]
+        answers = [", ".join(case[way]["answers"]) if way in case else "not run" for way in WAYS]
+        lines.append(f"| {hidden} | {seed} | {length:.0f} | " + " | ".join(answers) + " |")
+    return "\n".join([*lines, ""])
+
+
+def main() -> None:
+    parser = arguments(__doc__, 2, 2, 0)
+    parser.add_argument("--first", type=int, default=300, help="number of the first seed")
+    chosen = parser.parse_args()
+    folder = ROOT / "out" / "same"
+    if not chosen.draw:
+        from benchmarks.same import one  # by the name under which workers find it, not as a part of __main__
+
+        kinds = [([name], chosen.seeds) for name in chosen.only or EFFECTS if name != "none"] + [([], chosen.none)]
+        items = [
+            {"hidden": names, "seed": recordings.DEVELOPMENT + chosen.first + number, "faulty": False, "longest": 0.0, "way": way}
+            for names, count in kinds for number in range(count) for way in WAYS
+        ]  # fmt: skip
+        collect(one, items, folder, {"strengths": STRENGTHS}, chosen.workers, chosen.scheduler)
+    (ROOT / "docs" / "same.md").write_text(document(rows(folder), folder))
+
+
+if __name__ == "__main__":
+    main()

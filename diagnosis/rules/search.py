@@ -149,7 +149,11 @@ class SearchRules:
 
     # --- which hypotheses are fitted: search.step
     fits: int = rule(8, "hypotheses that are fitted in a step, those that look best", "a limit of time; " + FIRST)
-    fits_by_channel: int = rule(6, "the same of a whole drive compared in all its channels", "a limit of time; not studied")
+    fits_by_channel: int = rule(
+        6,
+        "the same of a whole drive compared in all its channels, beside what a log shows of itself",
+        "a limit of time; not studied",
+    )
     starts: int = rule(
         4,
         "sets of free numbers that a hypothesis is fitted with, at most",

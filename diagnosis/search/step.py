@@ -208,7 +208,7 @@ class Step:
         def judge(ways: list[Direction]) -> Candidate:
             return self._judge(ways) if ways[0].gain > 0.0 or shown(ways) else self._unfitted(ways[0])
 
-        most = RULES.search.fits_by_channel if self.problem.by_channel else RULES.search.fits
+        most = RULES.search.fits_by_channel + sum(map(shown, groups)) if self.problem.by_channel else RULES.search.fits
         candidates = self._each("fits", judge, groups[:most]) + [self._unfitted(ways[0]) for ways in groups[most:]]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 

@@ -39,27 +39,6 @@ def write(
         "missing": figures.missing(mending, outcome, out / "missing.png", rng) if outcome and outcome.causes else None,
         "faults": figures.faults(experiment.original, faults, out / "faults.png"),
     }
-    stages = outcome.stages if outcome else []
-    steps = [
-        {
-            "winner": stage.winner.hypothesis.label if stage.winner else "",
-            "rows": [
-                {
-                    "label": c.hypothesis.label,
-                    "summary": c.hypothesis.summary,
-                    "loss": c.errors.mean() / stage.base.errors.mean(),
-                    "drop": c.drop,
-                    "chance": c.chance,
-                    "free": len(c.free),
-                    "role": figures.role(outcome, stage, c) if outcome else "",
-                }
-                for c in stage.candidates
-                if c.fit
-            ],
-            "others": [c.hypothesis.label for c in stage.candidates if not c.fit],
-        }
-        for stage in stages
-    ]
     environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=True)
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
     environment.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
@@ -70,7 +49,7 @@ def write(
         result=result,
         says=SAYS[result.verdict],
         gain=result.gain,
-        stages=steps,
+        stages=result.rivals,
         left=left,
         faults=faults,
         pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},

@@ -49,7 +49,7 @@ def rivals(outcome: Selection, rng: np.random.Generator) -> list[dict]:
     found, problem = [], outcome.searched
     for stage in outcome.stages:
         rows = _competed(outcome, stage)
-        if rows[1:] and (curve := _free_curve(problem, stage, rng)):
+        if rows[1:] and (curve := _free_curve(outcome, stage, rng)):
             rows.append(curve)
         best = max(rows, key=lambda rival: rival.density.sum())
         told = [rival.row(best) for rival in rows]
@@ -95,10 +95,14 @@ def _competed(outcome: Selection, stage: Stage) -> list[Rival]:
     return rows
 
 
-def _free_curve(problem: Problem, stage: Stage, rng: np.random.Generator) -> Rival | None:
-    """The free function of one variable that predicts most of what the base leaves, where one predicts more than chance."""
+def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> Rival | None:
+    """The free function of one variable that predicts most of what the base leaves, where one predicts more than chance.
+
+    Variables are means of all samples of a bin, also where of a long log a part was simulated.
+    """
+    problem, experiment = outcome.searched, outcome.problem.experiment
     unseen, rows = stage.unseen.reshape(problem.shape), problem.rows.reshape(problem.shape)
-    values, experiment = problem.absolute(stage.base.fitted.values), problem.experiment
+    values = problem.absolute(stage.base.fitted.values)
     found: list[Rival] = []
     for one in depends(experiment, unseen, rows, values, rng):
         bent = without(experiment, unseen, rows, values, one)

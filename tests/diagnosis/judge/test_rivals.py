@@ -60,7 +60,7 @@ def test_differences_and_their_errors_are_those_over_blocks(rng, monkeypatch):
     nothing = Candidate(Hypothesis("", "none", ()), (), SimpleNamespace(values={}), ground.block_loss(base.ravel()))
     looked = Candidate(Hypothesis("load", "fluid", ()), (), None, nothing.losses)
     stage = Stage(nothing, [*fitted, looked], fitted[0], unseen=np.zeros(base.size))
-    outcome = Selection(ground, [stage], [fitted[0]], [stage], None, None, ground)
+    outcome = Selection(ground, [stage], [fitted[0]], [stage], None, None, ground)  # all its samples were simulated
     (told,) = rivals(outcome, rng)
     assert [row["label"] for row in told["rows"]] == ["motor brush_drop", "load tilt", BASE]
     assert [row["role"] for row in told["rows"]] == ["named", "considered", "base"]

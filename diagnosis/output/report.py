@@ -14,6 +14,7 @@ from selflock.fmus.shown import policy
 from ..data.faults import DataFault
 from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
+from ..judge.together import against
 from ..residuals.mending import Mending
 from ..search.selection import Selection
 from . import figures, spectrum
@@ -21,6 +22,7 @@ from . import figures, spectrum
 SAYS = {
     "explained": "A cause was found.",
     "ambiguous": "A cause was found, but this log cannot tell it from another.",
+    "contrary": "A cause was found, but the whole drive, simulated with it, speaks against it.",
     "unknown": "Something is missing in the simulation, but none of the known causes explains it.",
     "none": "Nothing is missing: what remains is noise.",
 }
@@ -47,7 +49,7 @@ def write(
         policy=Markup(policy()),
         rig=experiment.rig,
         result=result,
-        says=SAYS[result.verdict],
+        says=SAYS["contrary" if result.causes and against(result.whole) else result.verdict],
         gain=result.gain,
         stages=result.rivals,
         left=left,

@@ -20,6 +20,7 @@ from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.rivals import rivals
 from ..judge.time_step import finest, to_blame
+from ..judge.together import against, asked, together
 from ..judge.verdict import Judge, named, of_runs, verdict
 from ..output.extend import extend
 from ..output.report import write
@@ -128,6 +129,13 @@ def diagnose_runs(
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
     result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]))
+    if extended.outcome.causes and asked(rig, experiment):
+        tell("the whole drive", 0.0)
+        result.whole = together(experiment, train, judged, extended.mending.before, extended.mending.after)
+        if causes and (contrary := against(result.whole)):
+            result.verdict = "ambiguous"
+            for cause in causes:
+                cause.doubts.append(contrary)
     if out is not None and (causes or blamed is None):
         result.folder = out
         if extended.outcome.causes:

@@ -70,6 +70,43 @@ def depends(
     return found
 
 
+def without(
+    experiment: Experiment, misfit: np.ndarray, present: np.ndarray, values: dict, dependence: Dependence
+) -> tuple[np.ndarray, int] | None:
+    """The misfit without what the free function of a dependence predicts of blocks that it was not learnt on; its numbers.
+
+    None of a line in the spectrum, which is no function of a variable.
+    """
+    residual = next(one for one in experiment.residuals if one.name == dependence.residual)
+    part = experiment.slice(residual)
+    here, known = present[:, part], experiment.variables(residual, values)
+    if dependence.variable not in known:
+        return None
+    r, folds = misfit[:, part] * here, np.arange(len(misfit)) % RULES.judge.folds
+    held = np.clip(r, *np.quantile(r[here], RULES.judge.tails)) * here
+    every, plain = np.arange(len(r))[None], np.ones((1, len(r)))
+    best, most = None, -np.inf
+    for along in _regressors(experiment.layout, known, here):
+        for functions in _functions(experiment.layout, known[dependence.variable], here):
+            columns = functions if along is None else np.concatenate([functions, functions * along], -1)
+            share = float(_shares(held, columns, folds, every, plain)[0])
+            if share > most:
+                best, most = columns, share
+    if best is None:
+        return None
+    out = misfit.copy()
+    for fold in np.unique(folds):
+        out[folds == fold, part] -= best[folds == fold] @ _learnt(held, best, folds != fold) * here[folds == fold]
+    return out, best.shape[-1]
+
+
+def _learnt(r: np.ndarray, columns: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Amounts of the columns (blocks, bins, k) that predict r (blocks, bins) best in the blocks seen, held back by the ridge."""
+    turned = columns[seen].transpose(0, 2, 1)
+    known, pull = (turned @ columns[seen]).sum(0), (turned @ r[seen][..., None]).sum(0)[:, 0]
+    return np.linalg.solve(known + np.diag(1.0 + RULES.judge.ridge * np.diag(known)), pull)
+
+
 def _quiet(experiment: Experiment, residual: Residual, r: np.ndarray, here: np.ndarray) -> bool:
     """Whether a residual's misfit is its noise: then nothing remains, whatever it goes with."""
     if experiment.steady:

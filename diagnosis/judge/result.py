@@ -53,6 +53,8 @@ class Diagnosis:
     correlations: list[dict] = field(default_factory=list)  # of fitted numbers that hang together: search.starts
     comparisons: list[dict] = field(default_factory=list)  # errors of all: judge.gain
     recorder: dict = field(default_factory=dict)  # what was assumed and estimated of it: judge.recorded
+    whole: list[dict] = field(default_factory=list)  # errors of the whole drive, where parts were compared: judge.together
+    rivals: list[dict] = field(default_factory=list)  # what competed in each step of the search: judge.rivals
     runs: list[dict] = field(default_factory=list)  # what belongs to a run: {log, run, parameter, value, low, high}
 
     @property
@@ -85,6 +87,10 @@ class Diagnosis:
             found["recorder"] = self.recorder
         if self.runs:
             found["runs"] = self.runs
+        if self.whole:
+            found["whole"] = self.whole
+        if self.rivals:
+            found["rivals"] = self.rivals
         if self.best:
             found["best"] = self.best.row()
         if self.step:

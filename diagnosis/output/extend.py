@@ -21,6 +21,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from selflock.fmus import chain
 from selflock.fmus.build import build
+from selflock.fmus.errors import SelflockError
 from selflock.master.archive import unpack
 
 from ..data.rig import split
@@ -29,7 +30,9 @@ from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import LAWS, as_fmu
 from ..residuals.mending import Mending
 from ..residuals.residual import Residual
+from ..residuals.whole import WHOLE
 from ..search.hypotheses import COMPONENTS, Hypothesis
+from .loop import in_the_loop, run_again, sensor_name, write_loop
 from .playback import write_system
 
 
@@ -48,19 +51,20 @@ def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis
             **starts(part, name, values),
             **({"kinematic": True} if part == "reducer" else {}),
         )
-    for cause in causes:
-        if cause.component == "sensor":
-            start = len(f"sensor.{cause.channel}.")
-            known = {key[start:]: value for key, value in after.items() if key.startswith(f"sensor.{cause.channel}.")}
-            name = f"sensor_{cause.channel.replace('.', '_')}"
-            fmus[name] = build("Sensor", out / f"{name}.fmu", **known)
+    together = experiment.rig.simulate == WHOLE
+    read = [cause.channel for cause in causes if cause.component == "sensor"]
+    for channel in dict.fromkeys([*read, *(in_the_loop(experiment, after) if together else ())]):
+        start = len(f"sensor.{channel}.")
+        known = {key[start:]: value for key, value in after.items() if key.startswith(f"sensor.{channel}.")}
+        name = sensor_name(channel)
+        fmus[name] = build("Sensor", out / f"{name}.fmu", **known)
     _parameters(experiment, mending.before, after, out / "parameters.toml")
-    system = write_system(experiment, values, fmus, out)
+    system = write_loop(experiment, values, fmus, out) if together else write_system(experiment, values, fmus, out)
     enough = experiment.head(experiment.enough(blocks))
     promised = Mending(enough, residual, after, after, blocks)
     theirs = with_fmus(enough, fmus, residual, after)  # None where this comparison is not one of an FMU
     found = None if theirs is None else Mending(theirs, residual, after, after, blocks)
-    return {
+    told = {
         "fmus": sorted(path.name for path in fmus.values()),
         "parameters": "parameters.toml",
         "system": system.name if system else None,
@@ -68,6 +72,12 @@ def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis
         "fmu": None if found is None else found.size(found.old),
         "unit": residual.unit,
     }
+    if not (together and system):
+        return told
+    try:
+        return told | run_again(experiment, values, system, residual)
+    except SelflockError as error:  # as of an FMU that cannot go on
+        return told | {"not_run": str(error)}
 
 
 def starts(part: str, name: str, values: dict[str, float]) -> dict:

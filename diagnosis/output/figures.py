@@ -13,11 +13,10 @@ from matplotlib.patches import Patch
 
 from selflock.fmus.shown import literal
 
+from ..judge.rivals import role
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending
-from ..search.candidate import Candidate
 from ..search.selection import Selection
-from ..search.step import Stage
 
 BEFORE, AFTER, MEASURED, BAND = "#c2571a", "#1f6fb2", "#222222", "#1f6fb233"
 STYLE: dict[str, Any] = {
@@ -162,18 +161,6 @@ ROLES: dict[str, dict[str, Any]] = {
     "best, dropped later": {"facecolor": "white", "edgecolor": AFTER, "hatch": "////"},
     "considered": {"facecolor": "#b8b8b8"},
 }
-
-
-def role(outcome: Selection, stage: Stage, candidate: Candidate) -> str:
-    """What became of a candidate of a step, one of ROLES: a later step may drop or exchange the best."""
-    label = candidate.hypothesis.label
-    named = {cause.hypothesis.label for cause in outcome.causes}
-    chosen = [kept.winner.hypothesis.label for kept in outcome.kept if kept.winner and kept.candidates is stage.candidates]
-    if label in chosen or (candidate is stage.winner and label in named):
-        return "named"
-    if candidate is stage.winner:
-        return "best, dropped later"
-    return "not to be told from it" if any(candidate is t for t in stage.tied) else "considered"
 
 
 @styled

@@ -193,20 +193,35 @@ def write_system(experiment: DriveExperiment, values: dict, fmus: dict[str, Path
         connections += [line for part in ("motor", "reducer", "load") for line in _chained(part, name)]
     if not components:
         return None
-    write_csv(pd.DataFrame(columns), out / "inputs.csv")
     step = float(np.median(run.time[1:] - run.time[:-1]))
     step = min(step, RULES.pipeline.longest_step) if any("initial_speed" in c for c in components) else step
+    return written(experiment.rig.name, out, columns, held, step, components, connections)
+
+
+def written(
+    name: str,
+    out: Path,
+    columns: dict[str, np.ndarray],
+    held: list[str],
+    step: float,
+    components: list[str],
+    connections: list[str],
+    order: Iterable[str] = (),
+) -> Path:
+    """extended.toml of these components and connections, in steps of `step`, s; its inputs are `columns`, one of them "time"."""
+    write_csv(pd.DataFrame(columns), out / "inputs.csv")
     stop = np.floor(columns["time"][-1] / step) * step
     text = [
         "# The extended simulation on the last log: selflock run extended.toml -o result.csv",
         "",
         "[system]",
-        f"name = {json.dumps(experiment.rig.name + ', extended', ensure_ascii=False)}",
+        f"name = {json.dumps(name + ', extended', ensure_ascii=False)}",
         "",
         "[run]",
         f"stop = {stop:.9g}",
         f"step = {step:.9g}",
         "open_inputs = true",
+        *([f"order = {list(order)!r}"] if order else []),
         "",
         "[components.log]",
         'part = "selflock.diagnosis.output.playback:Playback"',

@@ -14,6 +14,7 @@ from selflock.fmus.shown import policy
 from ..data.faults import DataFault
 from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
+from ..judge.together import against
 from ..residuals.mending import Mending
 from ..search.selection import Selection
 from . import figures, spectrum
@@ -21,6 +22,7 @@ from . import figures, spectrum
 SAYS = {
     "explained": "A cause was found.",
     "ambiguous": "A cause was found, but this log cannot tell it from another.",
+    "contrary": "A cause was found, but the whole drive, simulated with it, speaks against it.",
     "unknown": "Something is missing in the simulation, but none of the known causes explains it.",
     "none": "Nothing is missing: what remains is noise.",
 }
@@ -39,27 +41,6 @@ def write(
         "missing": figures.missing(mending, outcome, out / "missing.png", rng) if outcome and outcome.causes else None,
         "faults": figures.faults(experiment.original, faults, out / "faults.png"),
     }
-    stages = outcome.stages if outcome else []
-    steps = [
-        {
-            "winner": stage.winner.hypothesis.label if stage.winner else "",
-            "rows": [
-                {
-                    "label": c.hypothesis.label,
-                    "summary": c.hypothesis.summary,
-                    "loss": c.errors.mean() / stage.base.errors.mean(),
-                    "drop": c.drop,
-                    "chance": c.chance,
-                    "free": len(c.free),
-                    "role": figures.role(outcome, stage, c) if outcome else "",
-                }
-                for c in stage.candidates
-                if c.fit
-            ],
-            "others": [c.hypothesis.label for c in stage.candidates if not c.fit],
-        }
-        for stage in stages
-    ]
     environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=True)
     environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
     environment.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
@@ -68,9 +49,9 @@ def write(
         policy=Markup(policy()),
         rig=experiment.rig,
         result=result,
-        says=SAYS[result.verdict],
+        says=SAYS["contrary" if result.causes and against(result.whole) else result.verdict],
         gain=result.gain,
-        stages=steps,
+        stages=result.rivals,
         left=left,
         faults=faults,
         pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},

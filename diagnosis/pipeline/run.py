@@ -18,7 +18,9 @@ from ..errors import DataError
 from ..judge.gain import blame, comparisons
 from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
+from ..judge.rivals import rivals
 from ..judge.time_step import finest, to_blame
+from ..judge.together import against, asked, together
 from ..judge.verdict import Judge, named, of_runs, verdict
 from ..output.extend import extend
 from ..output.report import write
@@ -94,7 +96,8 @@ def diagnose_runs(
     judged = ~train
     experiment.forget()  # an hour's motions, which the search makes for itself
     outcome = ForwardSelection(problem_of(experiment, runs, held, train), rng, tell).run()
-    outcome.problem.experiment.forget()
+    for problem in (outcome.problem, outcome.searched):
+        problem.experiment.forget()
     tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
     found = Judge(experiment, train, judged, names, rng).judge(outcome)
     step, coarse, by_step = None, [], ""
@@ -125,6 +128,14 @@ def diagnose_runs(
     mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
+    result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]))
+    if extended.outcome.causes and asked(rig, experiment):
+        tell("the whole drive", 0.0)
+        result.whole = together(experiment, train, judged, extended.mending.before, extended.mending.after)
+        if causes and (contrary := against(result.whole)):
+            result.verdict = "ambiguous"
+            for cause in causes:
+                cause.doubts.append(contrary)
     if out is not None and (causes or blamed is None):
         result.folder = out
         if extended.outcome.causes:

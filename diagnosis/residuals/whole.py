@@ -134,17 +134,29 @@ def matters(name: str, ch: Channels) -> bool:
     return True
 
 
-def _simulated(values: dict, ch: Channels) -> dict[str, np.ndarray]:
+def plain(values: dict, ch: Channels) -> dict[str, np.ndarray]:
+    """All signals of the drive itself at the instants of the run's grid: nothing is said of a recorder, nor when a controller ticked."""
+    return _simulated({name: value for name, value in values.items() if not name.startswith("recorder.")}, ch, 0.0)
+
+
+def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:
+    """Stiffness and damping of the output shaft and parts of a step with which a run is simulated."""
+    return stable(drive.law("reducer", values, ch), drive.law("load", values, ch), float(grid(ch).dt[1:].max(initial=1e-9)))
+
+
+def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[str, np.ndarray]:
+    """ticked: how long before the first row the controller did; as the steps of its logged command tell."""
     here = grid(ch)
     pc, pm, pr, pl = (drive.law(part, values, ch) for part in PARTS)
-    stiffness, damping, parts = stable(pr, pl, float(here.dt[1:].max(initial=1e-9)))
+    stiffness, damping, parts = carried_in(values, ch)
     if hold := values.get(HOLD, 0.0):
         pc = pc._replace(command_delay=pc.command_delay + hold)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     angle, speed = seen_by_controller(ch)
     at_motor = angle.startswith("reducer")
-    start = _start(pr, pl, ch)
-    ticked = ticks(pc.sample_period, ch) if pc.sample_period > 0.0 else 0.0
+    start, _ = begin(values, ch)
+    if ticked is None:
+        ticked = ticks(pc.sample_period, ch) if pc.sample_period > 0.0 else 0.0
     off = laws.no_sensor()
     seen = [ch.sensor(name, values) for name in (angle, speed)]
     out = np.empty((len(ROWS), len(here.time)))
@@ -156,8 +168,11 @@ def _simulated(values: dict, ch: Channels) -> dict[str, np.ndarray]:
     return dict(zip(ROWS, out))
 
 
-def _start(pr, pl, ch: Channels) -> np.ndarray:
-    """Angle and speed of both shafts as a run begins: as measured, the shaft wound up by what the load takes at rest."""
+def begin(values: dict, ch: Channels) -> tuple[np.ndarray, float]:
+    """Angle and speed of both shafts as a run begins: as measured, the shaft wound up by what the load takes at rest, N.m."""
+    pr, pl = drive.law("reducer", values, ch), drive.law("load", values, ch)
+    stiffness, damping, _ = carried_in(values, ch)
+    pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     first, second = drive.both({}, ch)
     angle, speed = float(second.angle[0]), float(second.speed[0])
     if not ch.has("load.angle"):  # counted from anywhere: the loop began where it was asked to be
@@ -165,7 +180,7 @@ def _start(pr, pl, ch: Channels) -> np.ndarray:
     torque, wound = np.empty(1), np.empty(1)
     ch.setting.kernels.load_torque(pl, np.array([angle]), np.array([speed]), np.zeros(1), torque)
     ch.setting.kernels.windup(pr, np.array([angle * pr.gear_ratio]), torque, wound)
-    return np.array([(angle + wound[0]) * pr.gear_ratio, speed * pr.gear_ratio, angle, speed])
+    return np.array([(angle + wound[0]) * pr.gear_ratio, speed * pr.gear_ratio, angle, speed]), float(torque[0])
 
 
 def stable(reducer, load, step: float) -> tuple[float, float, int]:

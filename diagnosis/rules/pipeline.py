@@ -22,9 +22,19 @@ class PipelineRules:
     )
     most_faulty: float = rule(0.5, "share of a channel's samples that may be faulty before the log is refused", END_TO_END)
 
-    # --- what is run again: output.playback
+    # --- what is run again: output.playback, output.loop
     longest_step: float = rule(
         5e-4, "s; step of an extended system of a whole drive, at most", developed("the system that plays the log")
+    )
+
+    coupled_steps: int = rule(6_000, "steps of a coupled extended drive that are run again", "a limit of time")
+    coupled_apart: float = rule(
+        2.0,
+        "times the error of its step by which a coupled extended drive may miss what the fit promised, and agrees",
+        "theory: of first order, half a step has half of the error; as much again for the promise's own steps. It is told, and decides nothing",
+    )
+    coupled_exact: float = rule(
+        1e-6, "the same as a share of the channel, where steps hardly matter", "theory: digits of a text file"
     )
 
     # --- while it runs: progress

@@ -241,6 +241,22 @@ class Problem:
         sums = np.stack([loss[:, self.experiment.slice(residual)].sum(1) for residual in self.experiment.residuals], 1)
         return sums[self.train] / np.maximum(self.rows.reshape(self.shape).sum(1)[self.train, None], 1)
 
+    @cached_property
+    def new(self) -> np.ndarray:
+        """Share of each residual's entries that are independent of their neighbours.
+
+        A moving mean over `reach` samples has as many independent values as it is times shorter than the log, so that a bin of
+        fewer samples is a part of one.
+        """
+        layout, reach = self.experiment.layout, self.experiment.reach
+        return np.array([min(1.0, layout.per_bin / reach(residual)) for residual in self.experiment.residuals])
+
+    @cached_property
+    def entries(self) -> np.ndarray:
+        """How many entries of each residual teach, (training blocks, residuals)."""
+        rows = self.rows.reshape(self.shape)[self.train]
+        return np.stack([rows[:, self.experiment.slice(residual)].sum(1) for residual in self.experiment.residuals], 1)
+
     def residual_errors(self, misfit: np.ndarray) -> np.ndarray:
         """Root of the mean loss over training blocks, for each residual."""
         loss, rows = (rho(misfit, self.loss_scale) * self.rows).reshape(self.shape), self.rows.reshape(self.shape)

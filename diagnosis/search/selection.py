@@ -31,6 +31,7 @@ class Selection:
     kept: list[Stage]  # the stages in which they were found
     final: Fit
     base: Fit
+    searched: Problem  # with the samples and the noise of the contests
 
 
 class ForwardSelection:
@@ -74,13 +75,13 @@ class ForwardSelection:
         if len(causes) > 1:
             causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
             base = standing.fitted
-        whole = problem.experiment.whole()
+        searched, whole = problem, problem.experiment.whole()
         if whole is not problem.experiment:  # the last word on the numbers has the whole log
             self.tell("last fit" + so_far([c.hypothesis for c in causes]), 0.0)
             problem = problem.on(whole).with_noise_at(problem.nominal)
             first = problem.fit(first.free, dict(first.values), RULES.search.effort_last)
             base = problem.fit(base.free, dict(base.values), RULES.search.effort_last)
-        return Selection(problem, stages, causes, kept, base, first)
+        return Selection(problem, stages, causes, kept, base, first, searched)
 
     def step(self, base: Fit, found: list[Hypothesis]) -> Stage:
         """One step over a base that holds the causes `found`."""

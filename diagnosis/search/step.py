@@ -35,6 +35,7 @@ class Stage:
     by_chance: np.ndarray = field(default_factory=lambda: np.zeros(0))  # largest gain in each draw without an effect
     tied: list[Candidate] = field(default_factory=list)  # cannot be told from the winner
     chance_level: float = np.inf  # gain that the best hypothesis finds by chance in one draw of twenty
+    unseen: np.ndarray = field(default_factory=lambda: np.zeros(0))  # misfit of the base on blocks that its fit did not see
 
 
 def so_far(found: Sequence[Hypothesis], best: str = "") -> str:
@@ -61,7 +62,7 @@ class Step:
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
         self._tell = tell
-        unseen = problem.held_out(base)
+        self.unseen = unseen = problem.held_out(base)
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
         self.fitted = problem.residual_errors(base.misfit)
         if problem.by_channel:  # samples tell: averages of many show what no formula has
@@ -88,7 +89,8 @@ class Step:
         """Look, fit, judge, and compare with chance."""
         problem, base, rules = self.problem, self.base, RULES.search
         problem.experiment.forget()  # what the base says of sensors is asked all the time
-        stage = Stage(Candidate(Hypothesis("", "none", ()), base.free, base, self.losses), [], chance_level=self.chance_level)
+        nothing = Candidate(Hypothesis("", "none", ()), base.free, base, self.losses)
+        stage = Stage(nothing, [], chance_level=self.chance_level, unseen=self.unseen)
         if not self.off.any():  # no cause would be believed: see _candidate
             return stage
         linear = Linear(

@@ -49,7 +49,12 @@ def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_pat
     assert row["comparison"] == "gear" and row["after"] == data["gain"]["after"]
     assert row["share_after"] == row["after"] / row["signal"] < 0.6 * row["share_before"]
     assert "% of the signal, noise floor" in result.summary()
+    first = data["rivals"][0]
+    assert first["rows"][0]["elpd_diff"] == 0.0 and first["effective"] <= first["entries"]
+    by_label = {row["label"]: row for row in first["rows"]}
+    assert by_label["nothing more"]["elpd_diff"] < -3.0 * by_label["nothing more"]["dse"] < 0.0
     page = (out / "report.html").read_text()
+    assert "to the best" in page and "independent of their neighbours" in page
     assert all(f'<span class="mark {cause.mark}">{cause.mark}</span>' in page for cause in result.causes)
     assert all(cause["weak"] == told.weak for cause, told in zip(data["causes"], result.causes))
     assert "share of the signal" in page and "mean absolute error" in page

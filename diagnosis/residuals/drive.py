@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..rules import RULES
@@ -65,6 +67,9 @@ def both(values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
             second.sliding,
             second.noise * ratio,
         )
+    elif second is not None and ch.has("reducer.input_angle") and not ch.has("load.angle"):
+        # integrated from its speed alone a load's angle begins at 0; where it is the input shaft says
+        second = replace(second, angle=second.angle + (first.angle[0] / ratio - second.angle[0]))
     if second is None:
         second = ShaftMotion(
             first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio

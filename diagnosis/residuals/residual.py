@@ -7,6 +7,7 @@ A residual is a comparison of one measured channel with what some of the compone
     gear         measured motion (and load)         -> torque at the motor's shaft, or the current that makes it
     load         measured motion of the load        -> output torque
     twist        measured angle of the input shaft  -> angle of the load
+    shafts       measured motion of one shaft         -> speed of the other, where one is known by its speed alone
     input        measured angle of the input shaft  -> its speed: sensors alone
     output       measured angle of the load         -> its speed: sensors alone
     drive        set-points or voltage              -> motion: the whole at once, where the rig asks for it (simulate)
@@ -21,7 +22,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..data.signals import MOVES, unit
+from ..data.signals import MOVES, SPEED_OF, unit
 from ..errors import DataError
 from . import compare, drive, forward, phase, whole
 from .channels import Channels
@@ -32,7 +33,7 @@ from .compare import Compared
 class Residual:
     """One comparison: `compute(values, channels)` gives simulated, measured and trusted samples of one run."""
 
-    kind: str  # controller | motor | gear | load | twist | input | output | drive; whole; of a system of FMUs: signal
+    kind: str  # controller | motor | gear | load | twist | shafts | input | output | drive; whole; of a system of FMUs: signal
     name: str  # with the drive's prefix
     components: tuple[str, ...]
     reads: tuple[str, ...]
@@ -55,7 +56,7 @@ class Residual:
     @property
     def smoothed(self) -> bool:
         """Whether what is compared is smoothed like the motion that it is computed from."""
-        return self.kind in ("gear", "input", "output")
+        return self.kind in ("gear", "input", "output", "shafts")
 
     def uses(self, name: str) -> bool:
         """Whether a parameter's value matters to this residual: one of its components', or a sensor's of its channels."""
@@ -155,5 +156,14 @@ def residuals(probe: Channels) -> list[Residual]:
             (*moves, *delivered),
             "load.angle",
             lambda v, ch: compare.twist(v, ch),
+        )
+    elif not steady and all(any(has(m) for m in side) for side in SPEED_OF.items()):
+        known = "reducer.input_speed" if has("load.angle") else "load.speed"  # the shaft that has no angle
+        add(
+            "shafts",
+            ["reducer", *([] if delivered else ["load"])],
+            (*[m for m in moves if m != known], *delivered),
+            known,
+            lambda v, ch: compare.shafts(known, v, ch),
         )
     return found

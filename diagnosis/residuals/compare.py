@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from selflock.fmus.motor.effects.supply_sag import supplied
+
 from ..data.signals import MOVES
 from ..rules import RULES
 from . import drive, laws, phase
@@ -43,6 +45,23 @@ def motor(electric: str, values: dict, ch: Channels) -> Compared:
     current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
     ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, first.speed, ch.dt, current, torque)
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
+
+
+def supply(values: dict, ch: Channels) -> Compared:
+    """The supply's voltage under the current that is drawn from it; the current is the measured one, where it is measured.
+
+    Its voltage without load, and what that loses evenly over a run (a battery its charge), are nobody's fault.
+    """
+    law, voltage = drive.law("motor", values, ch), drive.voltage("controller.voltage", values, ch)
+    if ch.has("motor.current"):
+        current = ch.true("motor.current", values)
+    else:
+        first, _ = drive.both(values, ch)
+        current = np.empty(len(ch.dt))
+        ch.setting.kernels.motor(law, voltage, first.speed, ch.dt, current, np.empty(len(ch.dt)))
+    name = "motor.supply_voltage"
+    out, measured = drive.read(name, supplied(law, voltage, current), values, ch), ch.raw(name)
+    return drive.level(out, measured, ch.good(name), ch.run.time), measured, everywhere(len(out))
 
 
 def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(None)) -> tuple[tuple[np.ndarray, ...], ShaftMotion]:

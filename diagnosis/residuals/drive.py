@@ -89,6 +89,16 @@ def voltage(electric: str, values: dict, ch: Channels) -> np.ndarray:
     return found * ch.true("motor.supply_voltage", values) if electric == "motor.duty" else found
 
 
+def level(out: np.ndarray, measured: np.ndarray, good: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """A simulated voltage of a supply, moved to the measured one's level, and to what of it is lost evenly in time."""
+    if good.sum() < 3:
+        return out
+    since = time - time[good].mean()
+    off = (measured - out)[good]
+    slope = float(since[good] @ off / max(since[good] @ since[good], 1e-300))
+    return out + off.mean() + slope * since
+
+
 def speed_setpoint(wanted: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
     """Set-point of the speed: logged, or the rate of the angle's, `wanted`."""
     name = "controller.speed_setpoint"

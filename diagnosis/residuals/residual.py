@@ -4,6 +4,7 @@ A residual is a comparison of one measured channel with what some of the compone
 
     controller   set-points and measured angles     -> voltage
     motor        measured voltage and speed         -> current (or torque)
+    supply       commanded voltage and the current    -> voltage of the supply
     gear         measured motion (and load)         -> torque at the motor's shaft, or the current that makes it
     load         measured motion of the load        -> output torque
     twist        measured angle of the input shaft  -> angle of the load
@@ -33,7 +34,7 @@ from .compare import Compared
 class Residual:
     """One comparison: `compute(values, channels)` gives simulated, measured and trusted samples of one run."""
 
-    kind: str  # controller | motor | gear | load | twist | shafts | input | output | drive; whole; of a system of FMUs: signal
+    kind: str  # controller | motor | supply | gear | load | twist | shafts | input | output | drive; whole; of a system of FMUs: signal
     name: str  # with the drive's prefix
     components: tuple[str, ...]
     reads: tuple[str, ...]
@@ -94,7 +95,7 @@ def residuals(probe: Channels) -> list[Residual]:
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]
     delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
-    if rig.kind == "forward" and rig.simulate and electric and moves:
+    if rig.kind == "forward" and rig.simulate in ("open", "closed") and electric and moves:
         closed = rig.simulate == "closed"
         if closed and not has("controller.angle_setpoint"):
             raise DataError(f'{rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')
@@ -125,6 +126,16 @@ def residuals(probe: Channels) -> list[Residual]:
         )
     if electric and moves and has("motor.current"):
         add("motor", ["motor"], (*volts, *moves), "motor.current", lambda v, ch: compare.motor(electric, v, ch))
+    # a duty counts times the measured supply, and a voltage measured on the motor has fallen with it: what such a motor
+    # lacks is no matter of its supply
+    if (
+        electric == "controller.voltage"
+        and (has("motor.current") or moves)
+        and not steady
+        and _varies(probe, "motor.supply_voltage")
+    ):
+        drawn = ("motor.current",) if has("motor.current") else tuple(moves)
+        add("supply", ["motor"], (electric, *drawn), "motor.supply_voltage", lambda v, ch: compare.supply(v, ch))
     torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
     if torque and moves:
         who = ["reducer"] if delivered else ["reducer", "load"]
@@ -167,3 +178,8 @@ def residuals(probe: Channels) -> list[Residual]:
             lambda v, ch: compare.shafts(known, v, ch),
         )
     return found
+
+
+def _varies(probe: Channels, name: str) -> bool:
+    """Whether a channel was measured, and is no number that somebody wrote down."""
+    return probe.has(name) and len(set(probe.raw(name)[probe.good(name)])) > 1

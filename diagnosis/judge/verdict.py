@@ -83,16 +83,17 @@ class Judge:
         return ""
 
     def closest(self, found: Judgement) -> tuple[Judgement, str] | None:
-        """The best that the search has where nothing is believed: causes that were dropped, or what beats chance at least; and why it is not believed.
+        """The best that the search has where nothing is believed: causes that were dropped, or what does best on blocks that it did not see; and why it is not believed.
 
         None where it does not lower the error of the data that judge either.
         """
         best, why, outcome = found.dropped, found.why, found.outcome
         if best is None:
             first = outcome.stages[0]
-            candidate = next((c for c in first.candidates if c.doubt not in ("", CHANCE)), None)
-            if candidate is None:
+            fitted = [c for c in first.candidates if c.fit and c.doubt]  # best first; what beats chance before what does not
+            if not fitted:
                 return None
+            candidate = next((c for c in fitted if c.doubt != CHANCE), fitted[0])
             final = outcome.problem.fit(candidate.fitted.free, dict(candidate.fitted.values), effort=8)
             best = self._gained(replace(outcome, causes=[candidate], kept=[first], final=final), found.mending.before)
             why = candidate.doubt

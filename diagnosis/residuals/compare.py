@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from selflock.fmus.motor.effects.supply_sag import supplied
+
+from ..data.signals import MOVES
 from ..rules import RULES
-from . import drive
-from .channels import Channels, ShaftMotion, derivative, smooth
+from . import drive, laws, phase
+from .channels import Channels, ShaftMotion, derivative, smooth, window
 
 Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -42,6 +45,23 @@ def motor(electric: str, values: dict, ch: Channels) -> Compared:
     current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
     ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, first.speed, ch.dt, current, torque)
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
+
+
+def supply(values: dict, ch: Channels) -> Compared:
+    """The supply's voltage under the current that is drawn from it; the current is the measured one, where it is measured.
+
+    Its voltage without load, and what that loses evenly over a run (a battery its charge), are nobody's fault.
+    """
+    law, voltage = drive.law("motor", values, ch), drive.voltage("controller.voltage", values, ch)
+    if ch.has("motor.current"):
+        current = ch.true("motor.current", values)
+    else:
+        first, _ = drive.both(values, ch)
+        current = np.empty(len(ch.dt))
+        ch.setting.kernels.motor(law, voltage, first.speed, ch.dt, current, np.empty(len(ch.dt)))
+    name = "motor.supply_voltage"
+    out, measured = drive.read(name, supplied(law, voltage, current), values, ch), ch.raw(name)
+    return drive.level(out, measured, ch.good(name), ch.run.time), measured, everywhere(len(out))
 
 
 def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(None)) -> tuple[tuple[np.ndarray, ...], ShaftMotion]:
@@ -138,14 +158,86 @@ def twist(values: dict, ch: Channels) -> Compared:
     return drive.read("load.angle", out, values, ch), ch.raw("load.angle"), good
 
 
-def _pressed(ch: Channels) -> np.ndarray:
-    """Where the nominal output torque is far enough from zero to press one flank for sure, and has been for a while."""
-    key, rules = ("pressed", ch.smoothing), RULES.residuals
+def shafts(name: str, values: dict, ch: Channels) -> Compared:
+    """The speed of a shaft against the motion of the other through the ratio, and the rate of the gear's wind-up and play.
+
+    The torque that winds it up comes from a motion that is smoothed; its rate needs more of it, and so has all else.
+    While no flank is pressed for sure, how the shafts go through the play is no matter of one of them alone (the motor
+    drives the one, its weight the other), but how far they get from flank to flank is: both speeds are averaged over all
+    of such a stretch. Each of its n samples then has the mean's error, with 1 / n of their variance, so that together
+    they weigh as much as the mean does.
+    """
+    first, second = drive.both(values, ch)
+    law, samples, wide = drive.law("reducer", values, ch), ch.smoothing, _wide(ch)
+    torque = drive.delivered(values, ch, second)
+    if ch.has("reducer.output_torque"):
+        torque = smooth(torque, samples)
+    rate = derivative(_followed(law, torque, first.angle, ch), np.cumsum(ch.dt))
+    out = first.speed / law.gear_ratio - rate if name == "load.speed" else (second.speed + rate) * law.gear_ratio
+    good = ch.run.usable(*(ch.prefix + m for m in MOVES if ch.has(m))) & ~ch.run.behind_gaps
+    reach = _reach(ch)
+    good[:reach] = good[-reach:] = False  # the average has no neighbours there
+    stretch = _stretches(values, ch)
+    mean = lambda x: (np.bincount(stretch, x * ch.dt) / np.bincount(stretch, ch.dt))[stretch]
+    simulated, measured = drive.read(name, out, values, ch), smooth(ch.raw(name), samples)
+    return mean(smooth(simulated, wide)), mean(smooth(measured, wide)), mean(good) > 1.0 - 1e-9
+
+
+def _wide(ch: Channels) -> int:
+    """Samples over which speeds of both shafts are smoothed once more: the longest window that leaves a motion."""
+    return window(RULES.residuals.longest_window, ch.dt)
+
+
+def _reach(ch: Channels) -> int:
+    """Samples to either side that both averages feel."""
+    return (ch.smoothing + _wide(ch)) // 2 + 1
+
+
+def _followed(law, torque: np.ndarray, angle: np.ndarray, ch: Channels) -> np.ndarray:
+    """The wind-up that follows the output torque M behind the shaft's damper: M = k x + c x', a lag of c / k.
+
+    Of the nominal damper: the smoothing leaves too little of so short a lag to ask for another.
+    """
+    damping = drive.law("reducer", {}, ch).shaft_damping
+    wound, spring = np.empty(len(torque)), np.empty(2)
+    ch.setting.kernels.windup(law, angle, torque, wound)
+    ch.setting.kernels.windup(law, np.zeros(2), np.array([1.0, 2.0]), spring)  # on one flank: 1 / k is the difference
+    followed = np.empty(len(torque))
+    ch.setting.kernels.read(laws.no_sensor()._replace(lag_time=damping * (spring[1] - spring[0])), wound, ch.dt, followed)
+    return followed
+
+
+def _stretches(values: dict, ch: Channels) -> np.ndarray:
+    """Numbers of the stretches of a run: one sample where a flank is pressed for sure, else as long as none is.
+
+    By the nominal torque, so that what a fit tries changes no stretch, but for where the load hangs in a run that does
+    not say it, in eighths of a radian.
+    """
+    hangs = {name: round(8.0 * v) / 8.0 for name, v in values.items() if name == phase.name(ch.run, ch.prefix + "load.arm_angle")}
+    key = ("stretches", ch.smoothing, *hangs.values())
     if key not in ch.memory:
-        torque = drive.delivered({}, ch, drive.both({}, ch)[1])
-        side = np.sign(torque) * (abs(torque) > rules.pressed * np.quantile(abs(torque), rules.high_torque))
-        steady = side != 0.0
-        for shift in range(1, rules.pressed_windows * ch.smoothing):
-            steady[shift:] &= side[shift:] == side[:-shift]
-        ch.memory[key] = steady
+        torque = smooth(drive.delivered(hangs, ch, drive.both({}, ch)[1]), _wide(ch))
+        pressed, reach = _on_a_flank(torque, _wide(ch)), _reach(ch)
+        ahead = np.concatenate([pressed[reach:], np.repeat(pressed[-1:], min(reach, len(pressed)))])  # an average feels it before
+        pressed = pressed & ahead
+        new = pressed | np.concatenate([[True], pressed[:-1]])
+        ch.memory[key] = np.cumsum(new) - 1
     return ch.memory[key]
+
+
+def _pressed(ch: Channels) -> np.ndarray:
+    """Where the nominal output torque presses one flank for sure."""
+    key = ("pressed", ch.smoothing)
+    if key not in ch.memory:
+        ch.memory[key] = _on_a_flank(drive.delivered({}, ch, drive.both({}, ch)[1]), ch.smoothing)
+    return ch.memory[key]
+
+
+def _on_a_flank(torque: np.ndarray, samples: int) -> np.ndarray:
+    """Where a torque is far enough from zero to press one flank for sure, and has been for a while, in windows of `samples`."""
+    rules = RULES.residuals
+    side = np.sign(torque) * (abs(torque) > rules.pressed * np.quantile(abs(torque), rules.high_torque))
+    steady = side != 0.0
+    for shift in range(1, rules.pressed_windows * samples):
+        steady[shift:] &= side[shift:] == side[:-shift]
+    return steady

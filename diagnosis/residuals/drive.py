@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..rules import RULES
@@ -65,6 +67,9 @@ def both(values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
             second.sliding,
             second.noise * ratio,
         )
+    elif second is not None and ch.has("reducer.input_angle") and not ch.has("load.angle"):
+        # integrated from its speed alone a load's angle begins at 0; where it is the input shaft says
+        second = replace(second, angle=second.angle + (first.angle[0] / ratio - second.angle[0]))
     if second is None:
         second = ShaftMotion(
             first.angle / ratio, first.speed / ratio, first.acceleration / ratio, first.sliding, first.noise / ratio
@@ -82,6 +87,16 @@ def voltage(electric: str, values: dict, ch: Channels) -> np.ndarray:
     """Voltage on the motor, V; a duty counts times the supply's."""
     found = ch.true(electric, values)
     return found * ch.true("motor.supply_voltage", values) if electric == "motor.duty" else found
+
+
+def level(out: np.ndarray, measured: np.ndarray, good: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """A simulated voltage of a supply, moved to the measured one's level, and to what of it is lost evenly in time."""
+    if good.sum() < 3:
+        return out
+    since = time - time[good].mean()
+    off = (measured - out)[good]
+    slope = float(since[good] @ off / max(since[good] @ since[good], 1e-300))
+    return out + off.mean() + slope * since
 
 
 def speed_setpoint(wanted: np.ndarray, values: dict, ch: Channels) -> np.ndarray:

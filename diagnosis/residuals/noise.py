@@ -85,6 +85,8 @@ def of_formulas(experiment: Experiment, residual: Residual) -> float:
     if residual.reading.endswith("angle"):
         return 0.0
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
+    if residual.reading == "supply_voltage":  # of which only what it falls by is told
+        measured = measured - np.mean(measured)
     return RULES.residuals.formulas * float(np.sqrt(np.mean(measured**2))) if len(measured) else 0.0
 
 

@@ -4,9 +4,11 @@ A residual is a comparison of one measured channel with what some of the compone
 
     controller   set-points and measured angles     -> voltage
     motor        measured voltage and speed         -> current (or torque)
+    supply       commanded voltage and the current    -> voltage of the supply
     gear         measured motion (and load)         -> torque at the motor's shaft, or the current that makes it
     load         measured motion of the load        -> output torque
     twist        measured angle of the input shaft  -> angle of the load
+    shafts       measured motion of one shaft         -> speed of the other, where one is known by its speed alone
     input        measured angle of the input shaft  -> its speed: sensors alone
     output       measured angle of the load         -> its speed: sensors alone
     drive        set-points or voltage              -> motion: the whole at once, where the rig asks for it (simulate)
@@ -21,7 +23,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..data.signals import MOVES, unit
+from ..data.signals import MOVES, SPEED_OF, unit
 from ..errors import DataError
 from . import compare, drive, forward, phase, whole
 from .channels import Channels
@@ -32,7 +34,7 @@ from .compare import Compared
 class Residual:
     """One comparison: `compute(values, channels)` gives simulated, measured and trusted samples of one run."""
 
-    kind: str  # controller | motor | gear | load | twist | input | output | drive; whole; of a system of FMUs: signal
+    kind: str  # controller | motor | supply | gear | load | twist | shafts | input | output | drive; whole; of a system of FMUs: signal
     name: str  # with the drive's prefix
     components: tuple[str, ...]
     reads: tuple[str, ...]
@@ -55,7 +57,7 @@ class Residual:
     @property
     def smoothed(self) -> bool:
         """Whether what is compared is smoothed like the motion that it is computed from."""
-        return self.kind in ("gear", "input", "output")
+        return self.kind in ("gear", "input", "output", "shafts")
 
     def uses(self, name: str) -> bool:
         """Whether a parameter's value matters to this residual: one of its components', or a sensor's of its channels."""
@@ -93,7 +95,7 @@ def residuals(probe: Channels) -> list[Residual]:
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]
     delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
-    if rig.kind == "forward" and rig.simulate and electric and moves:
+    if rig.kind == "forward" and rig.simulate in ("open", "closed") and electric and moves:
         closed = rig.simulate == "closed"
         if closed and not has("controller.angle_setpoint"):
             raise DataError(f'{rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')
@@ -124,6 +126,16 @@ def residuals(probe: Channels) -> list[Residual]:
         )
     if electric and moves and has("motor.current"):
         add("motor", ["motor"], (*volts, *moves), "motor.current", lambda v, ch: compare.motor(electric, v, ch))
+    # a duty counts times the measured supply, and a voltage measured on the motor has fallen with it: what such a motor
+    # lacks is no matter of its supply
+    if (
+        electric == "controller.voltage"
+        and (has("motor.current") or moves)
+        and not steady
+        and _varies(probe, "motor.supply_voltage")
+    ):
+        drawn = ("motor.current",) if has("motor.current") else tuple(moves)
+        add("supply", ["motor"], (electric, *drawn), "motor.supply_voltage", lambda v, ch: compare.supply(v, ch))
     torque = next((t for t in ("motor.torque", "reducer.input_torque", "motor.current") if has(t)), electric)
     if torque and moves:
         who = ["reducer"] if delivered else ["reducer", "load"]
@@ -156,4 +168,18 @@ def residuals(probe: Channels) -> list[Residual]:
             "load.angle",
             lambda v, ch: compare.twist(v, ch),
         )
+    elif not steady and all(any(has(m) for m in side) for side in SPEED_OF.items()):
+        known = "reducer.input_speed" if has("load.angle") else "load.speed"  # the shaft that has no angle
+        add(
+            "shafts",
+            ["reducer", *([] if delivered else ["load"])],
+            (*[m for m in moves if m != known], *delivered),
+            known,
+            lambda v, ch: compare.shafts(known, v, ch),
+        )
     return found
+
+
+def _varies(probe: Channels, name: str) -> bool:
+    """Whether a channel was measured, and is no number that somebody wrote down."""
+    return probe.has(name) and len(set(probe.raw(name)[probe.good(name)])) > 1

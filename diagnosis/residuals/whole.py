@@ -19,6 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from selflock.fmus.motor.effects.supply_sag import supplied
+
 from ..data.log import VALID
 from ..data.rig import Rig
 from ..data.signals import ANGLE_OF
@@ -30,12 +32,15 @@ from .compare import Compared
 from .forward import ROWS, carried
 from .recorder import counts, ticks
 
+SUPPLY = "supply"
+
 SHOWN = {
     "controller.voltage": "voltage",
     "motor.voltage": "voltage",
     "motor.current": "current",
     "motor.torque": "torque",
     "reducer.output_torque": "output_torque",
+    "motor.supply_voltage": SUPPLY,
     "load.angle": "angle",
     "load.speed": "speed",
     "reducer.input_angle": "input_angle",
@@ -165,7 +170,8 @@ def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[
         pc, pm, pr, pl, *(off if p is None else p for p in seen), float(any(p is not None for p in seen)), float(at_motor),
         *given, parts, ticked, start, out,
     )  # fmt: skip
-    return dict(zip(ROWS, out))
+    rows = dict(zip(ROWS, out))
+    return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}
 
 
 def begin(values: dict, ch: Channels) -> tuple[np.ndarray, float]:
@@ -202,6 +208,8 @@ def channel(name: str, values: dict, ch: Channels) -> Compared:
         trusted = good & ch.taken(ch.good(name))
         if trusted.any():  # where the encoders' zeros lie is nobody's fault
             simulated = simulated - np.mean((simulated - measured)[trusted])
+    if SHOWN[name] == SUPPLY:  # its voltage without load is nobody's fault
+        simulated = drive.level(simulated, measured, good & ch.taken(ch.good(name)), ch.taken(ch.run.time))
     return simulated, measured, good
 
 

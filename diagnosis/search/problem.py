@@ -111,14 +111,17 @@ class Problem:
         noise, quiet = self.noise.copy(), self.quiet.copy()
         for number, residual in enumerate(experiment.residuals):
             r, count = experiment.binned(residual, self.absolute(values))
+            told = count > 0
+            if residual.kind == "shafts":  # the mean of a stretch stands in all its bins, and is one value
+                told[:, 1:] &= np.diff(r, axis=1) != 0.0
             lag = 1 + experiment.reach(residual) // experiment.layout.per_bin
             recorded = of_inputs(experiment, residual)[1]
-            noise[number] = max(of_bins(r, count > 0, experiment.steady, lag), recorded)
+            noise[number] = max(of_bins(r, told, experiment.steady, lag), recorded)
             if residual.kind == "whole":
                 rounding = of_rounding(experiment, residual, self.absolute(values))[1]
                 noise[number] = max(noise[number], rounding, of_formulas(experiment, residual))
             if not experiment.steady:
-                quiet[number] = min(1.0, max(of_quiet_bins(r, count > 0, lag), recorded) / noise[number])
+                quiet[number] = min(1.0, max(of_quiet_bins(r, told, lag), recorded) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)
         r = found.misfit(found.nominal)[self.rows]
         return replace(found, loss_scale=max(RULES.search.loss_scale, RULES.search.loss_median * float(np.median(abs(r)))))

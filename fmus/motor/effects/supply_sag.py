@@ -16,6 +16,11 @@ def resistance(p, x):
     return p.supply_resistance * duty * duty
 
 
+def supplied(p, voltage, current):
+    """The voltage of the supply, V, that gives d I while the motor has this voltage U = d U_s, V, and current I, A."""
+    return p.supply_voltage - p.supply_resistance * voltage / p.supply_voltage * current
+
+
 EFFECT = Effect(
     component="motor",
     name="supply_sag",

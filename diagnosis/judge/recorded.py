@@ -1,8 +1,8 @@
 """What was assumed and estimated about the recorder of a log: channel by channel where a whole drive is simulated.
 
 There the last fit holds numbers of the recorder beside all others (search.hypotheses.recorder), and what is told of them
-is that fit's. Where parts of a drive run on measured inputs nothing of the kind is estimated, and what was assumed instead
-is told.
+is that fit's. Where parts of a drive run on measured inputs nothing of the kind is estimated but how a measured voltage is
+read between its rows, and what was assumed instead is told.
 """
 
 from __future__ import annotations
@@ -31,9 +31,11 @@ def recorded(problem: Problem, final: Fit, why: str) -> dict:
     experiment = problem.experiment
     rig = experiment.rig
     found: dict = {"mode": rig.simulate or "parts", "why": why, "estimated": rig.simulate == whole.WHOLE}
-    if rig.simulate != whole.WHOLE:
-        return found | {"assumed": _assumed_in_parts(experiment)}
     numbers = _numbers(problem, final)
+    if rig.simulate != whole.WHOLE:
+        channels = [_between_rows(name, number) for name, number in numbers.items()]
+        beside = {"estimated": True, "channels": channels} if channels else {}
+        return found | beside | {"assumed": _assumed_in_parts(experiment, bool(channels))}
     ch = experiment.channels[0, ""]
     found["assumed"] = _assumed_of_whole(ch)
     found["controller"] = _controller(rig, ch, numbers)
@@ -100,6 +102,13 @@ def _channel(name: str, ch: Channels, numbers: dict[str, dict], final: Fit, prob
     return found
 
 
+def _between_rows(name: str, number: dict) -> dict:
+    """How a measured voltage was read where parts of a drive run on it."""
+    channel = name.removeprefix("recorder.").removesuffix(".shift")
+    read = "a voltage that at 0 is held from its row to the next, half a step late goes straight from row to row, beyond was read late"
+    return {"channel": channel, "count": 0.0, "rows": 0, "unit": "V", "read": read, "numbers": {"shift": number}}
+
+
 def _way(name: str, count: float, rows: int) -> str:
     if rows:
         return f"the difference of an angle's counts over {rows} row{'s' * (rows > 1)}, divided by their time"
@@ -141,14 +150,16 @@ def _assumed_of_whole(ch: Channels) -> list[str]:
     ]
 
 
-def _assumed_in_parts(experiment: DriveExperiment) -> list[str]:
+def _assumed_in_parts(experiment: DriveExperiment, estimated: bool) -> list[str]:
     rig = experiment.rig
     if experiment.steady:
         point = "the mean of the trusted samples of its run" if rig.run else "a row of the log"
         return [f"each point is {point}; all its channels are of the same steady state"]
-    found = ["all channels of a row were read at its instant, as they were then: not late, not averaged, not filtered"]
+    which = "all channels of a row but its voltage" if estimated else "all channels of a row"
+    found = [f"{which} were read at its instant, as they were then: not late, not averaged, not filtered"]
     if rig.kind == "forward":
-        found.append("between two rows a command keeps its value, and a measured motion goes straight from one to the next")
+        held = "a set-point" if estimated else "a command"
+        found.append(f"between two rows {held} keeps its value, and a measured motion goes straight from one to the next")
     if any(residual.kind == CONTROLLER for residual in experiment.residuals) or rig.simulate == "closed":
         period = rig.parameters.get("controller.sample_period", 0.0)
         found.append(

@@ -16,6 +16,7 @@ from scipy.stats import norm
 from ..data.log import VALID, MeasuredRun
 from ..data.rig import split
 from ..data.signals import GIVEN
+from ..residuals.drive import between
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, most_mended
@@ -81,7 +82,7 @@ def finest(experiment: DriveExperiment, before: dict, after: dict, blocks: np.nd
         return None
     experiment, found = experiment.head(experiment.enough(blocks)), []
     size = experiment.step
-    ways = {held: refined(experiment, held) for held in (True, False)}
+    ways = {held: refined(experiment, held, before) for held in (True, False)}
     for residual in experiment.residuals:
         mending = Mending(experiment, residual, before, after, blocks)
         errors, left, pick = mending.old, mending.new, mending.size
@@ -106,7 +107,7 @@ def to_blame(
     experiment = whole.head(whole.enough(blocks))
     residual = next(residual for residual in experiment.residuals if residual.name == step.residual)
     mending = Mending(experiment, residual, before, before, blocks)
-    finer = errors_of(refined(experiment, step.held), residual, before, mending.old)
+    finer = errors_of(refined(experiment, step.held, before), residual, before, mending.old)
     count = experiment.layout.count
     drops = np.zeros(count)
     for i, (e, f, t) in enumerate(zip(mending.old, finer, mending.trusted)):
@@ -129,13 +130,27 @@ def to_blame(
 
 def errors_of(fine: Experiment, residual: Residual, values: dict, errors: list[np.ndarray]) -> list[np.ndarray]:
     """Errors of a refined experiment at the rows of the log; what cannot be simulated there stays as it was."""
+    values = {name: value for name, value in values.items() if not name.startswith("recorder.")}  # see refined
     found = [(measured - simulated)[:: RULES.judge.parts] for simulated, measured, _ in fine.compare(residual, values)]
     return [np.where(np.isfinite(f), f, e) for f, e in zip(found, errors)]
 
 
-def refined(experiment: DriveExperiment, held: bool) -> DriveExperiment:
-    """The same comparisons in parts of steps; row i of the log is sample i times as many."""
-    return experiment.finer([_between(run, experiment.rig.drives, held) for run in experiment.runs], RULES.judge.parts)
+def refined(experiment: DriveExperiment, held: bool, values: dict) -> DriveExperiment:
+    """The same comparisons in parts of steps; row i of the log is sample i times as many.
+
+    A measured voltage of which a fit has found how it is to be read between rows is read so here: that is known.
+    """
+    return experiment.finer(
+        [_read(run, _between(run, experiment.rig.drives, held), values) for run in experiment.runs], RULES.judge.parts
+    )
+
+
+def _read(run: MeasuredRun, finer: MeasuredRun, values: dict) -> MeasuredRun:
+    """The finer run with voltages as `values` have them read between rows, in the middle of each of its steps."""
+    middle = finer.time + 0.5 * np.append(np.diff(finer.time), 0.0)
+    of = lambda name: f"recorder.{name}.shift"
+    known = {name: between(x, run.time, values[of(name)], middle) for name, x in run.signals.items() if of(name) in values}
+    return replace(finer, signals=finer.signals | known)
 
 
 def _between(run: MeasuredRun, drives: tuple[str, ...], held: bool) -> MeasuredRun:

@@ -40,11 +40,27 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
 
 def motor(electric: str, values: dict, ch: Channels) -> Compared:
     """The current that the measured voltage and speed make."""
-    first, _ = drive.both(values, ch)
-    voltage = drive.voltage(electric, values, ch)
-    current, torque = np.empty(len(ch.dt)), np.empty(len(ch.dt))
-    ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, first.speed, ch.dt, current, torque)
+    current, _ = _driven(electric, values, ch, drive.both(values, ch)[0].speed)
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
+
+
+def _driven(electric: str, values: dict, ch: Channels, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Current and torque of the motor at this speed on its voltage: held from row to row where that is how it was given.
+
+    A measured voltage is read between its rows as `values` say, and the speed goes straight there, in parts of a step.
+    """
+    law, voltage = drive.law("motor", values, ch), drive.voltage(electric, values, ch)
+    late, dt, parts = values.get(drive.shift(electric, ch)), ch.dt, 1
+    if late is not None:
+        time, parts = ch.run.time, RULES.residuals.motor_parts
+        rows = np.arange((len(time) - 1) * parts + 1) / parts
+        fine = np.interp(rows, np.arange(len(time)), time)
+        speed = np.interp(fine, time, speed)
+        dt = np.diff(fine, prepend=fine[0] - ch.dt[0] / parts)
+        voltage = drive.between(voltage, time, late, fine + 0.5 * np.append(dt[1:], dt[-1]))
+    current, torque = np.empty(len(dt)), np.empty(len(dt))
+    ch.setting.kernels.motor(law, voltage, speed, dt, current, torque)
+    return current[::parts], torque[::parts]
 
 
 def supply(values: dict, ch: Channels) -> Compared:
@@ -56,9 +72,7 @@ def supply(values: dict, ch: Channels) -> Compared:
     if ch.has("motor.current"):
         current = ch.true("motor.current", values)
     else:
-        first, _ = drive.both(values, ch)
-        current = np.empty(len(ch.dt))
-        ch.setting.kernels.motor(law, voltage, first.speed, ch.dt, current, np.empty(len(ch.dt)))
+        current, _ = _driven("controller.voltage", values, ch, drive.both(values, ch)[0].speed)
     name = "motor.supply_voltage"
     out, measured = drive.read(name, supplied(law, voltage, current), values, ch), ch.raw(name)
     return drive.level(out, measured, ch.good(name), ch.run.time), measured, everywhere(len(out))
@@ -104,9 +118,7 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
         given = ch.raw(torque)
         bare = drive.read(torque, bare + inertial, values, ch) - inertial
     else:
-        given = np.empty(len(ch.dt))
-        voltage = drive.voltage(electric, values, ch)
-        ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, first.speed, ch.dt, np.empty(len(ch.dt)), given)
+        _, given = _driven(electric, values, ch, first.speed)
     given = pick(given)
     if ch.steady:
         return bare, given, good

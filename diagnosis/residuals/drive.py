@@ -89,6 +89,28 @@ def voltage(electric: str, values: dict, ch: Channels) -> np.ndarray:
     return found * ch.true("motor.supply_voltage", values) if electric == "motor.duty" else found
 
 
+def shift(electric: str, ch: Channels) -> str:
+    """The number that says how a measured voltage is to be read between its rows."""
+    return f"recorder.{ch.prefix}{electric}.shift"
+
+
+def between(rows: np.ndarray, time: np.ndarray, late: float, when: np.ndarray) -> np.ndarray:
+    """A voltage of these rows, V, `late` s after its own time, at these instants.
+
+    The mean of the voltage held from row to row, over 2 |late|, a step at most, about the instant `late` s on: at 0 it is
+    held, half a step late it goes straight from row to row, and beyond that it is this straight line that was read late.
+    """
+    step = float(np.median(np.diff(time)))
+    width = min(2.0 * abs(late), step)
+    if width < 1e-6 * step:
+        return rows[np.clip(np.searchsorted(time, when + late, side="right") - 1, 0, len(rows) - 1)]
+    margin = 2.0 * (abs(late) + step)
+    edges = np.concatenate([[time[0] - margin], time, [time[-1] + margin]])
+    area = np.concatenate([[0.0], np.cumsum(np.concatenate([rows[:1], rows]) * np.diff(edges))])
+    first, last = when + late - 0.5 * width, when + late + 0.5 * width
+    return (np.interp(last, edges, area) - np.interp(first, edges, area)) / width
+
+
 def level(out: np.ndarray, measured: np.ndarray, good: np.ndarray, time: np.ndarray) -> np.ndarray:
     """A simulated voltage of a supply, moved to the measured one's level, and to what of it is lost evenly in time."""
     if good.sum() < 3:

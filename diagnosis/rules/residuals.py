@@ -78,6 +78,14 @@ class ResidualRules:
         developed("a comparison that breaks down whole is infinitely wrong, without a warning"),
     )
 
+    # --- a motor on a measured voltage: residuals.compare
+    motor_parts: int = rule(
+        4,
+        "parts of a step in which a motor runs on a measured voltage and speed that change between rows",
+        "as many as those in which the step is asked whether it is fine enough (`parts`): the middle of a part misses its mean by "
+        "a sixteenth of what the middle of a step does",
+    )
+
     # --- a whole drive in time: residuals.forward
     shaft_step: float = rule(
         0.3,

@@ -15,7 +15,9 @@ from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES
 from ..data.stuck import resolution
 from ..residuals import whole
 from ..residuals.drive import both
+from ..residuals.drive import electric as electric_of
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.propagated import in_step
 from ..residuals.recorder import counts, period, step_of
 from ..rules import RULES
 
@@ -249,8 +251,14 @@ def uncertain(rig: Rig) -> tuple[Free, ...]:
 
 
 def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
-    """How channels of a whole drive were recorded, within what recorders do: free in every fit, and no cause."""
+    """How channels were recorded, within what recorders do: free in every fit, and no cause.
+
+    Of a whole drive all channels; where its parts run on measured inputs the measured voltage: how it is to be read between its rows.
+    """
     rules, step, found = RULES.search, experiment.step, []
+    if not experiment.by_channel:
+        late = 0.5 * step, -step, rules.latest + step  # first taken to go straight from row to row
+        return tuple(Free(f"recorder.{channel}.shift", *late, "s") for channel in between_rows(experiment))
     told = {"controller.sample_period", "controller.command_delay"} & {*experiment.rig.parameters, *experiment.rig.uncertain}
     if experiment.rig.simulate == whole.WHOLE and not told:
         found.append(Free(whole.HOLD, rules.window_start * step, 0.0, step, "s"))
@@ -265,6 +273,21 @@ def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
             numbers["window"] = (rules.window_start * step, 0.0, step)
         found += [Free(f"recorder.{channel}.{name}", *three) for name, three in numbers.items()]
     return tuple(found)
+
+
+def between_rows(experiment: DriveExperiment) -> list[str]:
+    """Voltages that were measured and drive a motor's comparison; what stood between their rows nobody logged.
+
+    A command that is a number of a controller in step with the log keeps its value from row to row, and is no question.
+    """
+    found = []
+    for prefix in experiment.rig.drives if not experiment.steady else ():
+        ch = experiment.channels[0, prefix]
+        electric = electric_of(ch)
+        reads = any(prefix + electric in r.reads and r.kind in ("motor", "gear") for r in experiment.residuals)
+        if electric in VOLTAGES and reads and not in_step(ch):
+            found.append(prefix + electric)
+    return found
 
 
 def _sensor(channel: str, effect: Effect, reach: float) -> Hypothesis:

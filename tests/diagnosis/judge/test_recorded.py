@@ -112,6 +112,8 @@ def test_it_stands_in_the_result_and_on_the_page(counted, tmp_path, monkeypatch)
         assert f'the rig asks for it (simulate = "{mode}")' in words[mode]
     assert "load.speed the difference of an angle's counts over 3 rows, divided by their time 0.0007854 rad" in words[WHOLE]
     assert " ms (" in words[WHOLE] and "controller acts later than its row" in words[WHOLE]
-    assert "channels" not in told["parts"] and "Nothing about the recorder was estimated" in words["parts"]
+    (voltage,) = told["parts"]["channels"]  # which was measured; nothing else is estimated
+    assert voltage["channel"] == "controller.voltage" and set(voltage["numbers"]) == {"shift"}
+    assert "controller.voltage a voltage that" in words["parts"] and "but its voltage were read at its instant" in words["parts"]
     assert all(sentence in words["parts"] for sentence in told["parts"]["assumed"])
-    assert any("a command keeps its value" in sentence for sentence in told["parts"]["assumed"])
+    assert any("a set-point keeps its value" in sentence for sentence in told["parts"]["assumed"])

@@ -60,7 +60,7 @@ def worse(a: Candidate, b: Candidate, chance_level: float) -> bool:
     ratio = np.log(np.maximum(a.errors, 1e-300) / np.maximum(b.errors, 1e-300))  # a few blocks may have most of a difference
     spread = lambda x: x.std(ddof=1) / np.sqrt(len(x)) if len(x) > 1 else 0.0
     beyond = lambda x: x.mean() > rules.spreads * spread(x)
-    whole = b.fit is not None and any(p.of_recorder for p in b.fit.free)
+    whole = b.fit is not None and b.fit.by_channel
     return share > rules.matters and (
         beyond(difference)
         or (whole and beyond(ratio))

@@ -28,6 +28,7 @@ class Fit:
     misfit: np.ndarray  # at all samples
     jacobian: np.ndarray  # d misfit / d value
     weights: np.ndarray  # of the robust loss, sqrt: 1 where the misfit is small
+    by_channel: bool = False  # of a whole drive, compared in all its channels
 
     def covariance(self, rows: np.ndarray, blocks: np.ndarray) -> np.ndarray:
         """Of the free values, by the sandwich over blocks, so that correlated noise does not make it too small."""
@@ -150,7 +151,7 @@ def fit(
     free = tuple(free)
     if not free:
         r = misfit(fixed)
-        return Fit((), {}, r, np.zeros((len(r), 0)), weight(r, c))
+        return Fit((), {}, r, np.zeros((len(r), 0)), weight(r, c), by_channel)
     start = {p.name: start[p.name] if np.isfinite(start[p.name]) else p.nominal for p in free}
     low = np.array([p.low for p in free])
     high = np.array([p.high for p in free])
@@ -188,7 +189,7 @@ def fit(
     )
     values = named(found.x)
     r = value(found.x)
-    return Fit(free, values, r, jacobian(misfit, fixed, free, values, r), weight(r, c))
+    return Fit(free, values, r, jacobian(misfit, fixed, free, values, r), weight(r, c), by_channel)
 
 
 def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | None = None, c: float = np.inf) -> np.ndarray:

@@ -97,6 +97,7 @@ def test_the_same_seed_makes_the_same_log_and_says_little(tmp_path, seed):
     assert set(header) == {"time"} | {entry["column"] for entry in rig["columns"].values()}
 
 
+@pytest.mark.slow
 def test_the_true_model_leaves_the_noise_and_the_strength_is_what_it_mends(seed):
     case = recordings.hide(["load.mass"], seed, target=4.0, duration=10.0)
     assert case.ratios[0] == pytest.approx(4.0, rel=0.15) and case.strong
@@ -162,6 +163,7 @@ def test_fault_rows_are_counted_by_channel_and_kind():
     assert found == {"frozen": [10, 5, 10, 8], "missing": [2, 2, 2, 2], "corrupted": [0, 0, 1, 0]}
 
 
+@pytest.mark.slow
 def test_what_is_believed_is_counted_cause_by_cause():
     case = recordings.hide(["motor.brush_drop"], 10_001, duration=10.0)
     named = [dict(component="motor", effect="brush_drop", confidence=0.9), dict(component="load", effect="mass", confidence=0.4)]

@@ -85,6 +85,7 @@ def test_a_reader_that_went_away_stops_nothing():
         tell("fits", 0.5)
 
 
+@pytest.mark.slow
 def test_a_function_is_told_the_causes_found_and_the_best_as_yet(tmp_path, rng):
     inverse(tmp_path, rng, friction=0.04, noise=2e-3)
     told = []
@@ -137,6 +138,7 @@ def test_without_a_terminal_lines_go_to_stderr_and_stdout_is_the_answers_alone()
 
 
 @pytest.mark.parametrize("screen", ["stdout", "stderr"])
+@pytest.mark.slow
 def test_a_terminal_shows_a_bar_whichever_stream_it_is(screen):
     ours, theirs = pty.openpty()
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | {screen: theirs}

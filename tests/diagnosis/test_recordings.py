@@ -155,6 +155,7 @@ def test_what_is_named_makes_the_whole_drive_no_worse(tmp_path):
 @pytest.mark.parametrize(
     "unknown", [("motor_angle", "speed"), ("motor_speed", "angle"), ("motor_angle", "angle")], ids="no {0[0]}, no {0[1]}".format
 )
+@pytest.mark.slow
 def test_a_play_shows_where_one_shaft_is_known_by_angle_and_one_by_speed(unknown, tmp_path):
     case = _hidden(["reducer.backlash"], target=40.0)  # of the twist, which the log has not: 0.4 degrees
     case.recorder = replace(case.recorder, channels=tuple(name for name in ALL if name not in unknown))
@@ -181,6 +182,7 @@ def test_a_play_is_found_where_one_shaft_is_known_by_its_speed_alone(tmp_path):
 
 @pytest.mark.parametrize("unknown", ["", "current"], ids="no {}".format)
 @pytest.mark.parametrize("simulate", ["parts", "whole"])
+@pytest.mark.slow
 def test_a_measured_supply_is_compared(simulate, unknown, tmp_path):
     case = _hidden(["motor.supply_sag"], seed=10_102, target=6.0, channels=(*ALL, "supply"))
     case.recorder = replace(case.recorder, channels=tuple(name for name in (*ALL, "supply") if name != unknown))
@@ -251,6 +253,7 @@ def test_nothing_is_compared_across_a_gap(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["frozen", "clipped", "corrupted", "non-finite", "missing"])
+@pytest.mark.slow
 def test_faulty_rows_are_told_all_and_alone(kind, tmp_path):
     case = _hidden(duration=8.0)
     sound, put, told = case.logs[0], 0, 0
@@ -333,6 +336,7 @@ def test_an_uncertain_value_is_found_from_every_start(name, start, tmp_path):
     assert found[0] == pytest.approx(found[1], rel=0.05), found
 
 
+@pytest.mark.slow
 def test_each_run_has_its_own_phase_where_no_angle_is_absolute(tmp_path):
     case = _unloaded(change=dict(cogging=0.01), channels=("current", "motor_speed"), duration=6.0)
     rig, *logs = case.write(tmp_path)
@@ -361,6 +365,7 @@ def test_logs_of_one_name_have_each_their_phase(tmp_path):
     assert len(fitted.values) == len(cogging.free) + 1
 
 
+@pytest.mark.slow
 def test_what_judges_and_what_is_played_have_phases_of_their_own(tmp_path):
     case = _unloaded(change=dict(cogging=0.01), channels=("current", "motor_speed"), duration=6.0)
     rig, train, test = case.write(tmp_path)

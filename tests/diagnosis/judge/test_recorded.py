@@ -96,6 +96,7 @@ def test_the_reason_for_the_way_of_comparing_is_told(recorder, more, mode, said,
     assert found.simulate == mode and said in why
 
 
+@pytest.mark.slow
 def test_it_stands_in_the_result_and_on_the_page(counted, tmp_path, monkeypatch):
     """No cause is looked for, which would take its time."""
     monkeypatch.setattr(ground, "vocabulary", lambda *given: [])

@@ -48,6 +48,7 @@ def at_rows(bench, step):
     return {name: np.interp(time, whole.grid(ch).time, x) for name, x in rows.items()}
 
 
+@pytest.mark.slow
 def test_the_simulation_converges_with_its_step(seed, tmp_path):
     """Half the step leaves at most 0.7 of the error: a first order would leave a half, a switch at rest is another sample."""
     bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
@@ -60,6 +61,7 @@ def test_the_simulation_converges_with_its_step(seed, tmp_path):
         assert off[1][name] < 5e-3 * np.ptp(fine[name]), (name, off)
 
 
+@pytest.mark.slow
 def test_a_sound_drive_is_off_by_little_more_than_its_noise_whatever_the_recorder(seed, tmp_path):
     """Nature's forms of friction, contact and armature are not ours; mostly they leave less than `natural`, here twice its excess."""
     bench = experiment(recordings.hide([], seed, longest=10.0, duration=10.0), tmp_path)

@@ -315,7 +315,8 @@ def _candidates(stills: Stills, name: str) -> list[_Still]:
     if not len(starts):
         return []
     prefix, bare = split(name, stills.drives)
-    odd = _longer_than_chance(stills, name, starts, lengths)
+    rests = (bare in ANGLE_OF) & (stills.run.signals[name][starts] == 0.0)  # a difference of counts has no noise there
+    odd = _longer_than_chance(stills, name, starts, lengths) & ~rests
     found = []
     never = stills.repeats(name) <= rules.frozen_shares[0] and len(lengths) <= rules.usual_stills  # not even at rest
     if bare not in MOVES or never:

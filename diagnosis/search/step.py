@@ -48,7 +48,8 @@ def so_far(found: Sequence[Hypothesis], best: str = "") -> str:
 class Step:
     """The questions of one step, over a base fit and the causes `found` that it holds.
 
-    clean: times its noise up to which a residual's error has nothing missing. chance_level: of the step before.
+    clean: times its noise up to which a residual's error has nothing missing. chance_level: of the step before. first: the
+    base fit without any cause.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class Step:
         clean: float,
         chance_level: float,
         tell: Callable[[str, float], None],
+        first: Fit | None = None,
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
         self._tell = tell
@@ -66,7 +68,8 @@ class Step:
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
         self.fitted = problem.residual_errors(base.misfit)
         if problem.by_channel:  # samples tell: averages of many show what no formula has
-            self.off = problem.excess(base.values) > RULES.search.natural
+            without = first.values if found and first else None
+            self.off = problem.excess(base.values, without) > RULES.search.natural
         else:
             self.off = problem.experiment.steady | (self.errors > clean * problem.quiet)
         taken = {p.name for p in base.free}

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numba.core import config
 
-from selflock.fmus.effect import LAG, LATE, PERIOD, PHASE, STEP
+from selflock.fmus.effect import LAG, LATE, PERIOD, PHASE, SHAPES, STEP
 
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
@@ -135,9 +135,18 @@ class Step:
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
 
     def _reaches_an_end(self, candidate: Candidate) -> bool:
-        """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure."""
+        """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure.
+
+        Where that end is what the number is without the cause, others of its numbers may say how much there is of it.
+        """
         intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
-        return any(intervals[p.name][0] <= p.low or intervals[p.name][1] >= p.high for p in ends(candidate))
+        amounts = [p for p in candidate.free if p.role not in SHAPES]
+        nothing = [p for p in amounts if intervals[p.name][0] <= p.nominal <= intervals[p.name][1]]
+        for p in ends(candidate):
+            low, high = intervals[p.name]
+            if (low <= p.low or high >= p.high) and (p not in nothing or len(nothing) == len(amounts)):
+                return True
+        return False
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""

@@ -32,6 +32,16 @@ def initialize(wiring: Wiring, stop: float | None) -> list[str]:
     return [" -> ".join(loop) for loop in loops]
 
 
+def untaken(wiring: Wiring) -> list[str]:
+    """A sentence for each parameter that is not what it was set to once the parts are initialized."""
+    return [
+        f"{name}.{variable} = {wiring.values[name][variable]} "
+        + ("cannot be read back: whether the FMU took it is unknown" if found is None else f"was not taken: the FMU has {found}")
+        for name, part in wiring.parts.items()
+        for variable, found in part.untaken.items()
+    ]
+
+
 def _order(wiring: Wiring) -> tuple[list[list[str]], list[Node]]:
     """The loops, and all connected outputs in an order in which each comes after what it depends on."""
     given: dict[str, list[Link]] = {}

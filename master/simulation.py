@@ -32,6 +32,7 @@ def run(
     keep: dict[str, Part] | None = None,
     step: float | None = None,
     algorithm: str | None = None,
+    tolerance: float | None = None,
     allow_code: bool = False,
     unlimited: bool = False,
     isolate: bool = False,
@@ -48,6 +49,7 @@ def run(
     unlimited: FMUs and SSPs may be of any size.
     isolate: every FMU runs in a process of its own with limits and without rights.
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
+    tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
@@ -60,10 +62,9 @@ def run(
             unlimited=system.unlimited or unlimited,
             isolate=system.isolate or isolate,
         )
-    if step is not None or algorithm is not None:
-        check_choice("algorithm", algorithm or system.run.algorithm, ALGORITHMS)
-        chosen = replace(system.run, step=system.run.step if step is None else step, algorithm=algorithm or system.run.algorithm)
-        system = replace(system, run=chosen)
+    given: dict[str, Any] = {"step": step, "algorithm": algorithm, "fmu_tolerance": tolerance}
+    system = replace(system, run=replace(system.run, **{key: value for key, value in given.items() if value is not None}))
+    check_choice("algorithm", system.run.algorithm, ALGORITHMS)
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
     with _Progress(progress, system.run.start, end) as tell:
@@ -110,13 +111,15 @@ def _go(running: Running) -> None:
         one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
         if len(formed) == 1 and isinstance(one, convoy.Convoy) and not one.looking and not observed and not windows.parameters:
             return convoy.sail(running, one, count, every)
-    time = start
+    ends, time = running.ends, start
     for index in range(count):
         if windows.parameters:
             windows.switch(time)
         advance(stepped, index, time, step)
         time = start + (index + 1) * step
         running.index = index + 1
+        if ends and running.over(time):
+            return
         arrive(time, (index + 1) % every == 0)
 
 
@@ -140,6 +143,10 @@ def _controlled(running: Running) -> None:
             if snapshot is None or size == 1 or not failure.status.startswith("Discard"):
                 raise
             error = math.inf
+        if running.ends:
+            running.index += 1
+            running.over(time + size * tick)
+            return
         if error > 1.0 and size > 1 and snapshot is not None:
             snapshot.restore()
             running.rejected += 1

@@ -33,6 +33,7 @@ class Run:
     open_inputs: bool = False  # True: inputs that nobody gives keep their FMU's start value
     step_control: str = ""  # "" | power | doubling
     tolerance: float = 1e-3  # of step control, relative
+    fmu_tolerance: float | None = None  # of the FMUs' own solvers, relative; 0: none is told; None: of their default experiments
     step_min: float = 0.0  # smallest step of step control; 0: step / 1024
 
 
@@ -44,6 +45,7 @@ class Component:
     part: str = ""  # "package.module:Class" instead of an FMU
     options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
     step: float = 0.0  # its own step in s; 0: the communication step
+    tolerance: float | None = None  # of its own solver, relative; 0: none is told; None: as [run] fmu_tolerance
     start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
     process: bool = False  # in a process of its own
     isolate: bool = False  # in one with limits and without rights (docs/security.md)

@@ -88,6 +88,9 @@ def run(
     stop: Annotated[float | None, typer.Option(help="Stop time in s.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step in s; the system's own when not given.")] = None,
     algorithm: Annotated[str | None, typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Relative, of the FMUs' own solvers; the system's or the FMUs' own when not given.")
+    ] = None,
     allow_code: AllowCode = False,
     unlimited: Unlimited = False,
     isolate: Annotated[
@@ -106,6 +109,7 @@ def run(
         progress=True,
         step=step,
         algorithm=algorithm,
+        tolerance=tolerance,
         allow_code=allow_code,
         unlimited=unlimited,
         isolate=isolate,

@@ -141,7 +141,7 @@ def test_instances_share_one_unpacked_folder(counter):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end, status", [(2, "Discard"), (3, "Error"), (4, "Fatal")])
+@pytest.mark.parametrize("end, status", [(3, "Error"), (4, "Fatal")])
 def test_the_teller_ends_as_told(system, native, end, status):
     description = system(
         {"t": (native("teller"), {"word_in": "hallo", "count_in": 1, "flag_in": False, "mood": 2})}, stop=1.0, step=0.1

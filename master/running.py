@@ -43,7 +43,7 @@ class Running:
             self.wiring.close()
             raise
         self.loops: list[str] = []
-        self.notes: list[str] = []
+        self.notes = list(system.notes)
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
         self.ended: dict[str, float] = {}  # the first of them
         for part in self.wiring.parts.values():
@@ -56,8 +56,8 @@ class Running:
         """Initialize the parts, and bring all to the first communication point."""
         wiring, start = self.wiring, self.system.run.start
         self.loops = initialize(wiring, self.stop)
-        for note in untaken(wiring):
-            self.notes.append(note)
+        self.notes += untaken(wiring)
+        for note in self.notes:
             warn(note)
         for part in wiring.parts.values():
             part.at(start)

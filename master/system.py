@@ -103,6 +103,7 @@ class System:
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
     unlimited: bool = False  # its archives may be of any size; likewise
     isolate: bool = False  # every FMU as if its component said so
+    notes: list[str] = field(default_factory=list)  # what its file says and nobody uses, a sentence each
 
     @property
     def order(self) -> list[str]:

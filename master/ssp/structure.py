@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import math
 import shutil
 import tempfile
 from dataclasses import replace
@@ -29,8 +28,9 @@ def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
 def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> System:
     """The system in an SSP archive. Its FMUs are unpacked to a temporary folder that lives as long as the process.
 
-    An SSP says nothing of algorithm and step: ours carry an annotation; for others it is Gauss-Seidel in the order
-    of the file with the smallest default step of the FMUs, or 1 ms, shortened to a whole fraction of the experiment.
+    An SSP says nothing of algorithm and step. Ours carry an annotation, and so do those of OSP and OMSimulator; for
+    others it is Gauss-Seidel in the order of the file with the smallest default step of the FMUs, or 1 ms, shortened to a
+    whole fraction of the experiment.
     Raises DescriptionError.
     """
     folder = Path(tempfile.mkdtemp(prefix="selflock_ssp_"))
@@ -40,12 +40,14 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
     told = flat.ours | {"system": {"name": flat.name, "description": flat.description}, "components": {}}
     told["run"] = flat.ours.get("run", {}) | {"start": flat.start_time, "stop": stop}
     told["run"]["open_inputs"] = True  # SSP leaves unconnected inputs at their start values
-    told["run"].setdefault("step", _step(flat.smallest_step or 1e-3, stop - flat.start_time))
+    others = flat.others if not flat.ours else flat.others.beside_ours()
+    told["run"] = others.run(flat.smallest_step or 1e-3, stop - flat.start_time) | told["run"]
     for name, fmu in flat.fmus.items():
         start = {variable: value for (component, variable), value in flat.start.items() if component == name}
-        told["components"][name] = flat.ours.get("components", {}).get(name, {}) | {"fmu": str(fmu), "start": start}
+        said = others.component(name, told["run"]["step"]) | flat.ours.get("components", {}).get(name, {})
+        told["components"][name] = said | {"fmu": str(fmu), "start": start}
     system = from_dict(told, folder)
-    system.unlimited = unlimited
+    system.unlimited, system.notes = unlimited, others.notes
     if sorted(system.run.order) != sorted(system.components):  # another tool changed the file
         system.run.order = []
     for (component, variable), ((source, output), change) in flat.connections.items():
@@ -53,8 +55,3 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
             f"{source}.{output}", change.factor, change.offset, convert=False
         )
     return system
-
-
-def _step(step: float, length: float) -> float:
-    """The longest step up to `step` of which `length` is a whole number."""
-    return length / max(1, math.ceil(length / step - 1e-6))

@@ -53,7 +53,7 @@ class FmuPart(Part):
     def __init__(self, name: str, path: Path | str, tolerance: float | None = None):
         self._binary = binary.open_fmu(path)
         described = self._binary.description
-        super().__init__(name, _variables(described))
+        super().__init__(name, variables_of(described))
         self.path = Path(path)
         self._tolerance = _of_experiment(described) if tolerance is None else tolerance
         slave = described.coSimulation
@@ -440,7 +440,8 @@ def _si(unit: BaseUnit) -> Unit:
     return Unit(tuple(int(getattr(unit, base) or 0) for base in BASES), float(unit.factor), float(unit.offset))
 
 
-def _variables(described: ModelDescription) -> Iterator[Variable]:
+def variables_of(described: ModelDescription) -> Iterator[Variable]:
+    """What an FMU says of its variables."""
     depends = {}
     for unknown in described.outputs:
         if unknown.variable is not None and unknown.dependencies is not None:

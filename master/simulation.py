@@ -15,6 +15,7 @@ from .errors import DescriptionError, PartFailed
 from .face import Part
 from .results import Result
 from .running import Observer, Running
+from .single import driven, single
 from .ssp.structure import system_of
 from .system import System, check_choice
 
@@ -33,13 +34,15 @@ def run(
     step: float | None = None,
     algorithm: str | None = None,
     tolerance: float | None = None,
+    inputs: Path | str | None = None,
     allow_code: bool = False,
     unlimited: bool = False,
     isolate: bool = False,
 ) -> Result:
-    """Couple the components of `system` from its start to `stop` [s].
+    """Couple the components of `system` from its start to `stop` [s]. A path may also be that of one FMU (master.single).
 
-    settings: "component.variable" = value, over those of the system; text is taken as the variable's type wants it.
+    settings: "component.variable" = value, over those of the system; text is taken as the variable's type wants it. Of
+        one FMU "variable" is enough.
     out: a .csv or .parquet file to write to; without one the table stays in memory.
     progress: True draws a bar; a function is called with the fraction done.
     observe: called as observe(time, parts) at the start and after every communication step.
@@ -49,11 +52,14 @@ def run(
     unlimited: FMUs and SSPs may be of any size.
     isolate: every FMU runs in a process of its own with limits and without rights.
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
+    inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
-    if not isinstance(system, System):
+    if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
+        system = replace(single(system, unlimited, stop, step), isolate=isolate)
+    elif not isinstance(system, System):
         system = system_of(system, allow_code, unlimited, isolate)
     else:
         system = replace(
@@ -65,6 +71,8 @@ def run(
     given: dict[str, Any] = {"step": step, "algorithm": algorithm, "fmu_tolerance": tolerance}
     system = replace(system, run=replace(system.run, **{key: value for key, value in given.items() if value is not None}))
     check_choice("algorithm", system.run.algorithm, ALGORITHMS)
+    if inputs is not None:
+        system = driven(system, inputs)
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
     with _Progress(progress, system.run.start, end) as tell:

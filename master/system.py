@@ -103,6 +103,7 @@ class System:
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
     unlimited: bool = False  # its archives may be of any size; likewise
     isolate: bool = False  # every FMU as if its component said so
+    alone: str = ""  # the component whose name may be left out
     notes: list[str] = field(default_factory=list)  # what its file says and nobody uses, a sentence each
 
     @property
@@ -116,6 +117,8 @@ class System:
         for count in range(len(parts) - 1, 0, -1):
             if ".".join(parts[:count]) in self.components:
                 return ".".join(parts[:count]), ".".join(parts[count:])
+        if self.alone:
+            return self.alone, name
         if len(parts) == 1:
             raise DescriptionError(f"{where}: {name} should be written as component.variable.")
         raise DescriptionError(f"{where}: there is no component {parts[0]}{did_you_mean(parts[0], self.components)}")

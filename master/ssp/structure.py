@@ -1,4 +1,4 @@
-"""A system from a file: a system structure (.ssp), ours or others', or a TOML file."""
+"""A system from a file: a system structure (.ssp), ours or others', a TOML file, or one FMU."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from ..single import single
 from ..system import Connection, System, from_dict, load_toml
 from .read import read
 
 
 def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False, isolate: bool = False) -> System:
-    """The system described in a TOML file, or in a system structure (.ssp).
+    """The system described in a TOML file, in a system structure (.ssp), or of one FMU (.fmu).
 
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you; no
     code but that of its FMUs is ever run from an .ssp.
     unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
     isolate: every FMU runs in a process of its own with limits and without rights.
     """
+    if Path(path).suffix.lower() == ".fmu":
+        return replace(single(path, unlimited), isolate=isolate)
     if Path(path).suffix.lower() == ".ssp":
         return replace(load(path, unlimited=unlimited), isolate=isolate)
     return load_toml(path, allow_code, unlimited, isolate)

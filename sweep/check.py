@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from selflock.fmus.errors import SelflockError
+from selflock.master.errors import warn
 from selflock.master.face import Part
+from selflock.master.initial import not_taken
 from selflock.master.system import System
 from selflock.master.wiring import Wiring, typed, wire
 
@@ -72,6 +74,8 @@ def _objection(part: Part, given: dict[str, Any], varied: dict[str, Any], stop: 
         said = [line.removeprefix("Error: ") for line in part.log if line.startswith("Error")]
         return f"{part.name}: {said[0]}" if said else str(error)
     for name, found in part.untaken.items():
+        sentence = not_taken(f"{part.name}.{name}", {**given, **varied}[name], found)
         if name in varied and found is not None:
-            return f"{part.name}.{name} = {varied[name]} is not taken: the FMU has {found}"
+            return sentence
+        warn(sentence)
     return None

@@ -3,6 +3,7 @@
 import logging
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -70,7 +71,7 @@ def test_a_sweep_over_what_is_not_taken_is_refused(native, tmp_path):
             f'system = "system.toml"\n[vary.x]\nset = "f.{name}"\nvalues = [0.5, 2.0]\n[record]\ny = {{ final = "f.y" }}\n'
         )
         if refused:
-            with pytest.raises(SweepError, match="f.limit = 2.0 is not taken: the FMU has 1.0"):
+            with pytest.raises(SweepError, match="f.limit = 2.0 was not taken: the FMU has 1.0"):
                 sweep(study, tmp_path / name, workers=0)
         else:
             assert list(sweep(study, tmp_path / name, workers=0).table["y"]) == pytest.approx([0.5, 2.0])
@@ -80,6 +81,14 @@ def test_parameters_of_a_system_structure_stay(system, native, tmp_path):
     ssp.export(alone(system, native("forgetful"), GIVEN), tmp_path / "f.ssp")
     result = master.run(tmp_path / "f.ssp", settings={"f.limit": 0.5})
     assert result.table["f.y"].iloc[-1] == pytest.approx(3.0 + 2.0) and result.notes == []
+
+
+def test_a_value_beyond_32_bits_in_a_system_structure_is_refused(system, native, tmp_path, refused):
+    ssp.export(alone(system, native("forgetful"), {"count": 1234567}), tmp_path / "f.ssp")
+    with zipfile.ZipFile(tmp_path / "f.ssp") as old, zipfile.ZipFile(tmp_path / "g.ssp", "w") as new:
+        for name in old.namelist():
+            new.writestr(name, old.read(name).replace(b"1234567", b"99999999999"))
+    refused(lambda: master.run(tmp_path / "g.ssp"), "f.count", "99999999999", "32 bits")
 
 
 @foreign

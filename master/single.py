@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..fmus.variable import BEYOND, INTEGERS
 from .binary import open_fmu
 from .errors import DescriptionError
 from .face import Part, Variable
@@ -111,6 +112,9 @@ class Table(Part):
                 raise DescriptionError(f"{path}: column {column} holds what is no number.")
             if self.types.get(column, "").endswith(("Integer", "Boolean")) and (values != np.trunc(values)).any():
                 raise DescriptionError(f"{path}: column {column} holds numbers that are not whole; its input is of that type.")
+            if self.types.get(column, "").endswith("Integer"):
+                for value in values[(values < INTEGERS[0]) | (values > INTEGERS[1])][:1]:
+                    raise DescriptionError(f"{path}: column {column} holds {value:.0f}, which {BEYOND}.")
             self._columns[column] = values.tolist()
         self._time = self._columns.pop("time")
         if any(later < earlier for earlier, later in zip(self._time, self._time[1:])):

@@ -83,12 +83,14 @@ def test_parameters_of_a_system_structure_stay(system, native, tmp_path):
     assert result.table["f.y"].iloc[-1] == pytest.approx(3.0 + 2.0) and result.notes == []
 
 
-def test_a_value_beyond_32_bits_in_a_system_structure_is_refused(system, native, tmp_path, refused):
+@pytest.mark.parametrize("kind, word", [(b"Integer", "f.ssv"), (b"Real", "32 bits")])  # the schema, and we
+def test_a_value_beyond_32_bits_in_a_system_structure_is_refused(system, native, tmp_path, refused, kind, word):
     ssp.export(alone(system, native("forgetful"), {"count": 1234567}), tmp_path / "f.ssp")
     with zipfile.ZipFile(tmp_path / "f.ssp") as old, zipfile.ZipFile(tmp_path / "g.ssp", "w") as new:
         for name in old.namelist():
-            new.writestr(name, old.read(name).replace(b"1234567", b"99999999999"))
-    refused(lambda: master.run(tmp_path / "g.ssp"), "f.count", "99999999999", "32 bits")
+            text = old.read(name)
+            new.writestr(name, text.replace(b'Integer value="1234567"', kind + b' value="99999999999"'))
+    refused(lambda: master.run(tmp_path / "g.ssp"), "99999999999", word)
 
 
 @foreign

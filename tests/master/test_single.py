@@ -87,6 +87,7 @@ def test_units_of_a_table_are_converted(system, table):
         ("time,offset\n0,nan\n", ["offset", "no number"]),
         ("time,offst\n0,1\n", ["offst", "Did you mean offset?"]),
         ("time,count_in\n0,1.5\n", ["count_in", "not whole"]),
+        ("time,count_in\n0,99999999999\n", ["count_in", "99999999999", "32 bits"]),
         ("time,y\n0,1\n", ["y is no input"]),
         ("time,gain\n0,1\n", ["gain is no input"]),
     ],

@@ -99,7 +99,7 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
         )
     file = _file(folder, description)
     if not file.is_file():
-        there = ", ".join(sorted(one.name for one in file.parent.iterdir())) or "nothing"
+        there = ", ".join(sorted(one.name for one in file.parent.iterdir())[:5]) or "nothing"
         raise DescriptionError(
             f"{path} has no binary named after its modelIdentifier: in {file.parent.relative_to(folder)} there is {there}, "
             f"not {file.name}. Whoever made it must build it again."

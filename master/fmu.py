@@ -289,9 +289,10 @@ class FmuPart(Part):
                 return
             if status != DISCARD:
                 break
+            complained = self._complained()  # before it is asked for more, which it may not know
             reached = self._status("fmi2GetRealStatus", c_double(math.nan), fmi2.fmi2LastSuccessfulTime)
             if self._status("fmi2GetBooleanStatus", c_int(0), fmi2.fmi2Terminated):
-                if self._complained():
+                if complained:
                     break
                 return self.end(min(max(reached, time), end) if math.isfinite(reached) else time)
             if reached >= end - tiny:
@@ -422,7 +423,7 @@ def _late(variable: ModelVariable) -> bool:
 
 def _same(given: Any, taken: Any) -> bool:
     """Whether a parameter has the value given: to the digits of a float, in which some FMUs keep their numbers."""
-    if isinstance(given, str) or isinstance(taken, str) or taken is None:
+    if not isinstance(taken, float):
         return given == taken
     return given == taken or abs(given - taken) <= SINGLE * abs(given)
 

@@ -127,7 +127,7 @@ def test_files_that_are_no_fmu_for_us(tmp_path, native, refused):
         ): "model exchange only",
         broken(
             tmp_path / "lib.fmu", good, description=lambda t: t.replace('Identifier="relaxation"', 'Identifier="other"')
-        ): "cannot be loaded",
+        ): "named after its modelIdentifier",
     }
     for path, words in cases.items():
         refused(lambda: master.run(master.from_dict({"components": {"x": {"fmu": str(tmp_path / path)}}})), words)

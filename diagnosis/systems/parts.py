@@ -141,5 +141,11 @@ class Parts:
         )
         given = self.rig.parameters | self.rig.of_log(run.log)
         given = {name: value for name, value in given.items() if self.owner(name) in group.members}
-        table = run_system(part, settings=given).table
+        result = run_system(part, settings=given)
+        for name, end in result.ended.items():
+            raise DataError(
+                f"{run.log}: {name} ends every run itself at t = {end:.9g} s, the log goes on until {time[-1]:.9g} s. "
+                "Cut the log there."
+            )
+        table = result.table
         return {name: np.interp(time, table["time"], table[name].astype(float)) for name in wanted}

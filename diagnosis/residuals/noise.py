@@ -20,7 +20,7 @@ from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .propagated import of_inputs
 from .residual import Residual
-from .whole import rounding
+from .whole import rounding, seen_by_controller
 
 
 def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
@@ -81,9 +81,17 @@ def of_rounding(experiment: Experiment, residual: Residual, values: dict) -> tup
 
 
 def of_formulas(experiment: Experiment, residual: Residual) -> float:
-    """What no formula and no step tells better, whatever the recorder: a share of the signal; of an angle nothing."""
+    """What no formula and no step tells better, whatever the recorder: a share of the signal.
+
+    Of the angle that is controlled as much as makes the controller's voltage by that share another; of a wind-up nothing.
+    """
     if residual.reading.endswith("angle"):
-        return 0.0
+        ch = experiment.channels[0, residual.prefix]
+        electric, gain = drive.electric(ch), ch.setting.value("controller.angle_gain", {})
+        if residual.output != residual.prefix + seen_by_controller(ch)[0] or not electric or gain <= 0.0:
+            return 0.0
+        gears = ch.setting.value("reducer.gear_ratio", {}) if residual.reading == "input_angle" else 1.0
+        return RULES.residuals.formulas * float(np.sqrt(np.mean(drive.voltage(electric, {}, ch) ** 2))) / gain * gears
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
     if residual.reading == "supply_voltage":  # of which only what it falls by is told
         measured = measured - np.mean(measured)

@@ -102,7 +102,7 @@ class Drive(NamedTuple):
     bristle_form: int = 0  # 0 Dahl, 1 LuGre, 2 elasto-plastic
     stribeck_form: int = 0  # 0 Lorentzian, 1 hyperbolic secant
     viscous_form: int = 0  # 0 a little less at speed (oil thins), 1 a little more (oil is churned)
-    contact_form: int = 0  # of a play: 0 spring and damper, 1 Hunt-Crossley
+    contact_form: int = 0  # of a play: 0 spring and damper, 1 damped with depth
     armature_form: int = 0  # 0 inductance, brushes' voltage rounded; 1 quasi-static, brushes' voltage sharp
     commutation: float = 0.0  # relative ripple of flux under the brushes
     segments: float = 11.0  # of the commutator

@@ -14,7 +14,7 @@ FORMS = {
     "bristle_form": ("Dahl", "LuGre", "elasto-plastic"),
     "stribeck_form": ("Lorentzian", "hyperbolic secant"),
     "viscous_form": ("thinning", "churning"),
-    "contact_form": ("spring and damper", "Hunt-Crossley"),
+    "contact_form": ("spring and damper", "damped with depth"),
     "armature_form": ("inductance", "quasi-static"),
 }
 PERIODS = (1.25e-4, 2.5e-4)  # s, of choppers: 8 and 4 kHz

@@ -4,7 +4,7 @@ Semi-implicit Euler in steps of at most 50 µs. Friction, contact and armature h
 product's; each is a function of its own, so that its limits can be tested. `d` is a `Drive`.
 
     bristle     Dahl (1968); LuGre, Canudas de Wit et al. (1995); elasto-plastic, Dupont et al. (2002)
-    contact     spring and damper; Hunt and Crossley (1975)
+    contact     spring and damper; a damper that takes hold over a depth, as in ADAMS' IMPACT function (Ryan 1990)
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 GRAVITY = 9.81
-PRESSED = 5.0  # N.m at which Hunt and Crossley's contact damps as the linear damper does
+DEPTH = 0.02  # of the play, over which the damper of its flanks takes hold
 BREAKAWAY = 0.7  # share of the largest friction up to which an elasto-plastic bristle only bends
 
 
@@ -78,8 +78,10 @@ def contact(d, stiffness, twist, rate):
     """Torque of the output shaft, wound up by `twist` at `rate`, behind its play."""
     play = min(max(twist, -0.5 * d.backlash), 0.5 * d.backlash)
     torque = stiffness * (twist - play)
-    if d.contact_form == 1 and d.backlash > 0.0:  # no pull at the end of a touch
-        return torque * max(1.0 + d.shaft_damping / PRESSED * math.copysign(rate, twist * rate), 0.0)
+    if d.contact_form == 1 and d.backlash > 0.0:
+        deep = min(abs(twist - play) / (DEPTH * d.backlash), 1.0)
+        damped = torque + d.shaft_damping * (3.0 - 2.0 * deep) * deep * deep * rate
+        return damped if damped * torque > 0.0 else 0.0  # no pull at the end of a touch
     if twist != play or d.backlash == 0.0:
         torque += d.shaft_damping * rate
     return torque

@@ -114,7 +114,7 @@ class Recorder:
 
     def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
         self.sink = sink
-        self.timed = [seat for seat in seats.values() if seat.timed]
+        self.timed = [seat for name, seat in seats.items() if seat.timed and wiring.record[name]]
         self.texts: list[tuple[Part, str]] = []
         pieces: list[_Piece] = []
         position = 1

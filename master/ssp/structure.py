@@ -1,4 +1,4 @@
-"""A system from a file: a system structure (.ssp), ours or others', or a TOML file."""
+"""A system from a file: a system structure (.ssp), ours or others', a TOML file, or one FMU that is all of it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from ..system import Connection, System, from_dict, load_toml
+from ..binary import open_fmu
+from ..system import Component, Connection, Run, System, from_dict, load_toml
 from .read import read
 
 
 def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False, isolate: bool = False) -> System:
-    """The system described in a TOML file, or in a system structure (.ssp).
+    """The system described in a TOML file or in a system structure (.ssp), or of the one FMU that is given (.fmu).
 
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you; no
     code but that of its FMUs is ever run from an .ssp.
@@ -23,7 +24,23 @@ def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     """
     if Path(path).suffix.lower() == ".ssp":
         return replace(load(path, unlimited=unlimited), isolate=isolate)
+    if Path(path).suffix.lower() == ".fmu":
+        return replace(alone(Path(path), unlimited), isolate=isolate)
     return load_toml(path, allow_code, unlimited, isolate)
+
+
+def alone(path: Path, unlimited: bool = False) -> System:
+    """An FMU as a system of one component called as its file, from start to stop and in steps as the FMU would have it.
+
+    What it does not tell is 0 s, 1 s later and 1 ms. Inputs stay at their start values. Raises DescriptionError.
+    """
+    default = open_fmu(path, unlimited).description.defaultExperiment
+    start, stop, step = (float(getattr(default, key, None) or 0.0) for key in ("startTime", "stopTime", "stepSize"))
+    stop = stop if stop > start else start + 1.0
+    run = Run(start, stop, _step(step or 1e-3, stop - start), open_inputs=True)
+    system = System(path.stem, folder=path.parent, run=run, components={path.stem: Component(fmu=path.name)})
+    system.unlimited = unlimited
+    return system
 
 
 def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> System:

@@ -57,9 +57,8 @@ class Number:
 
     def difference(self, place: float) -> float:
         """By how much a place is moved for a derivative, at first."""
-        rules = RULES.search
-        reach = 1.0 if self.by_decades else max(abs(self.at(place)) / (self.high - self.low), rules.range_scale)
-        return rules.difference * min(reach, 1.0)
+        reach = 1.0 if self.by_decades else max(abs(self.at(place)) / (self.high - self.low), RULES.search.range_scale)
+        return RULES.calibrate.difference * min(reach, 1.0)
 
 
 def of_rig(rig: Rig, parts: Parts, runs: Sequence[MeasuredRun]) -> tuple[Number, ...]:

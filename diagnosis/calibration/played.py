@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 
 import numpy as np
 
@@ -60,6 +61,7 @@ class Played:
                 raise DataError(f"{rig.path}: {number.variable!r} is fixed: the log gives it. Leave it out of [calibrate].")
         self.systems: list[System] = [parts.played(self.group, run, self.outputs) for run in runs]
         self.base = [parts.given(self.group, run) for run in runs]
+        import_module("selflock.master.convoy")  # once loaded, it steps short runs too: there will be many
         self.reusable = True  # FMUs can be reset
         self.kept: dict[str, Part] = {}  # them
         self.effort = Effort()

@@ -50,8 +50,6 @@ class FittedNumber:
         if self.at_bound:
             end = self.range[0] if self.at_bound == "lowest" else self.range[1]
             yield f"{self.name} is at the {self.at_bound} value of its range, {end:.6g}: the range, or the model, may be wrong"
-        if self.collinear_with:
-            yield f"{self.name} cannot be told from {', '.join(self.collinear_with)} in these logs"
         if not self.determined:
             yield f"{self.name} is not determined by these logs: its 95 % interval is {self.low:.4g} to {self.high:.4g}"
 
@@ -107,7 +105,9 @@ class Calibration:
 
     def doubts(self) -> list[str]:
         """All that should be known before the numbers are used."""
-        return [sentence for number in self.numbers for sentence in number.sentences()] + self.notes
+        together = dict.fromkeys(tuple(sorted([n.name, *n.collinear_with])) for n in self.numbers if n.collinear_with)
+        alike = [f"{', '.join(names[:-1])} and {names[-1]} cannot be told from one another in these logs" for names in together]
+        return [sentence for number in self.numbers for sentence in number.sentences()] + alike + self.notes
 
     def data(self) -> dict[str, Any]:
         """As calibration.json has it."""
@@ -172,6 +172,8 @@ def spelt(n: FittedNumber) -> str:
     """A number with its standard error and its interval, as lmfit and as a paper have it."""
     if n.silent:
         return f"{n.value:.8g} (changes nothing)"
+    if n.low is None:
+        return f"{n.value:.8g} (fitted to what judges)"
     share = f" ({100.0 * n.error / abs(n.value):.2f}%)" if n.error is not None and n.value else ""
     error = f"{n.error:.3g}" if n.error is not None else "?"
     marks = [word for word, on in (("at bound", n.at_bound), ("not determined", not n.determined)) if on]

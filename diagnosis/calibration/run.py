@@ -107,10 +107,12 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
         ChannelError(
             name,
             played.parts.variables[name].unit,
-            *(None if sizes is None else sizes[name] for sizes in error),
-            noise[name],
-            played.spread(name),
-            *(None if sizes is None else sizes[name] for sizes in held_out),
+            before=_of(error[0], name),
+            after=_of(error[1], name),
+            noise=noise[name],
+            spread=played.spread(name),
+            held_out_before=_of(held_out[0], name),
+            held_out=_of(held_out[1], name),
         )
         for name in played.outputs
     ]
@@ -220,6 +222,10 @@ def _sizes(problem: Calibrating, values: dict[str, float], counted: list[np.ndar
         return None
     trusted = problem.counted(which, counted)
     return {name: rms([e[t] for e, t in zip(errors[name], trusted[name])]) for name in errors}
+
+
+def _of(sizes: dict[str, float] | None, name: str) -> float | None:
+    return None if sizes is None else sizes[name]
 
 
 def _numbers(

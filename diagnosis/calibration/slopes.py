@@ -1,7 +1,7 @@
 """Slopes of a simulation that may jump or fail: differences to both sides, widened where jumps hide them.
 
-A difference is first about as wide as those of the diagnosis. It is widened while nothing changes, or while the two
-sides do not agree on the slope, as where an event falls to this side of a sample or to that; of these the one whose sides
+A difference is first as small as doubles allow. It is widened while nothing changes, or while the two sides do not agree
+on the slope, as where an event falls to this side of a sample or to that; of these the one whose sides
 agree best is taken. Where a side fails, or lies outside, the other does alone; where both fail it is made narrower.
 """
 
@@ -45,7 +45,7 @@ class Slopes:
                 continue
             if jump < least:
                 best, least, self.widths[j] = column, jump, width / first
-            if narrowed or jump <= rules.jumps or width >= rules.widest:
+            if narrowed or jump <= rules.jumps or width >= rules.widest or jump > rules.worse * least < np.inf:
                 return best
             width *= rules.wider
 

@@ -32,14 +32,20 @@ class CalibrateRules:
     alike: float = rule(1e-3, "share of its range by which two ends of fits may differ and are the same", FAMILIES)
 
     # --- slopes of what may jump: calibration.slopes
-    wider: float = rule(4.0, "times by which a difference is widened that jumps hide, or that changes nothing", FAMILIES)
+    difference: float = rule(
+        1e-5,
+        "share of its scale by which a number is moved for a derivative at first",
+        "theory: the cube root of the digits of a double",
+    )
+    wider: float = rule(10.0, "times by which a difference is widened that jumps hide, or that changes nothing", FAMILIES)
+    worse: float = rule(2.0, "times the least of the jumps so far from which on a wider difference helps no more", FAMILIES)
     widest: float = rule(0.1, "share of a number's range that a difference takes, at most", FAMILIES)
     jumps: float = rule(
-        0.5,
+        0.1,
         "size of the second difference over the first from which on a slope is one of jumps",
         "theory: 0 of a straight line, 1 of a jump to one side; between the two",
     )
-    narrower: int = rule(3, "times that a difference is made 16 times smaller where the system fails on both sides", FAMILIES)
+    narrower: int = rule(2, "times that a difference is made 100 times smaller where the system fails on both sides", FAMILIES)
 
     # --- what is told: calibration.told
     unmoved: float = rule(

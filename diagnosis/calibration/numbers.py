@@ -78,7 +78,7 @@ def _numbers(rig: Rig, parts: Parts, runs: Sequence[MeasuredRun], name: str, ent
     if name not in parts.variables:
         raise DataError(f"{where}: {parts.path.name} has no such variable{did_you_mean(name, parts.variables)}")
     variable, component = parts.variables[name], parts.owner(name)
-    fixed = _fixed(rig, parts, name)
+    fixed = _fixed(rig, parts, name, runs)
     if fixed:
         raise DataError(f"{where} is fixed: {fixed}. Leave it out, or let go of it there.")
     if variable.type != "Real":
@@ -119,13 +119,15 @@ def label(run: MeasuredRun) -> str:
     return f"{run.log} {run.name}".strip()
 
 
-def _fixed(rig: Rig, parts: Parts, name: str) -> str:
+def _fixed(rig: Rig, parts: Parts, name: str, runs: Sequence[MeasuredRun]) -> str:
     """Why a value cannot be set; "" where it can be."""
     variable = parts.variables[name]
     if name in rig.known or f"{parts.owner(name)}.*" in rig.known:
         return "[rig] known says that it is never questioned"
     if any(name in values for values in rig.logs.values()):
         return "[logs] gives it"
+    if variable.causality == "input" and name in runs[0].signals:
+        return "the log gives it"
     if name in parts.links:
         link = parts.links[name]
         return f"it is connected to {link.source}.{link.output}"

@@ -56,9 +56,6 @@ class Played:
                 f"[columns], such as {(known or ['component.output'])[0]!r}."
             )
         self.group = parts.group(sorted({parts.owner(name) for name in self.outputs}), given)
-        for number in numbers:
-            if number.variable in given:
-                raise DataError(f"{rig.path}: {number.variable!r} is fixed: the log gives it. Leave it out of [calibrate].")
         self.systems: list[System] = [parts.played(self.group, run, self.outputs) for run in runs]
         self.base = [parts.given(self.group, run) for run in runs]
         import_module("selflock.master.convoy")  # once loaded, it steps short runs too: there will be many

@@ -9,7 +9,7 @@ sys.path.append(str(Path(__file__).parent))
 @pytest.fixture(scope="session")
 def native(tmp_path_factory):
     """native("ball"): the path of a C FMU of tests/native, compiled here."""
-    import bench  # noqa: F401  # tests/native is found from there on
+    import oscillators  # noqa: F401  # tests/native is found from there on
     from pack import pack
 
     folder, made = tmp_path_factory.mktemp("native"), {}

@@ -6,8 +6,7 @@ Bounds of values are two of their 95 % intervals: four standard errors, which on
 import json
 import shutil
 
-import bench
-import numpy as np
+import oscillators
 import pandas as pd
 import pytest
 
@@ -31,11 +30,11 @@ def recovered(result, truth, prefix="oscillator."):
 
 
 def test_hidden_numbers_are_found_and_a_silent_one_is_named(tmp_path, oscillator, rng):
-    log, test = (bench.log(tmp_path / name, oscillator, rng) for name in ("log.csv", "test.csv"))
-    wanted = {f"oscillator.{name}": ends for name, ends in bench.RANGES.items()} | {"oscillator.nothing": [0.0, 2.0]}
-    rig = bench.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {bench.STEP}")
+    log, test = (oscillators.log(tmp_path / name, oscillator, rng) for name in ("log.csv", "test.csv"))
+    wanted = {f"oscillator.{name}": ends for name, ends in oscillators.RANGES.items()} | {"oscillator.nothing": [0.0, 2.0]}
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {oscillators.STEP}")
     result = calibrate(rig, [log], test=[test], out=tmp_path / "out")
-    recovered(result, bench.TRUTH)
+    recovered(result, oscillators.TRUTH)
     silent = found(result)["oscillator.nothing"]
     assert silent.silent and silent.value == 1.0 and silent.low is None
     assert any("oscillator.nothing changes nothing" in doubt for doubt in result.doubts())
@@ -55,18 +54,23 @@ def test_hidden_numbers_are_found_and_a_silent_one_is_named(tmp_path, oscillator
 
 
 def test_what_cannot_be_told_apart_and_what_wants_to_leave_its_range(tmp_path, oscillator, rng):
-    log = bench.log(tmp_path / "log.csv", oscillator, rng)
-    names = ("mass", *bench.RANGES)
-    wanted = {f"oscillator.{name}": ends for name, ends in ({"mass": [0.2, 5.0]} | bench.RANGES).items()}
-    together = calibrate(bench.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {bench.STEP}"), [log], **QUICK)
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
+    names = ("mass", *oscillators.RANGES)
+    wanted = {f"oscillator.{name}": ends for name, ends in ({"mass": [0.2, 5.0]} | oscillators.RANGES).items()}
+    together = calibrate(
+        oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {oscillators.STEP}"), [log], **QUICK
+    )
     for name in names:  # mass x'' + damping x' + stiffness x = gain u: all of them times any number is the same
         number = found(together)[f"oscillator.{name}"]
         assert not number.determined and set(number.collinear_with) == {f"oscillator.{n}" for n in names if n != name}
     assert sum("cannot be told from one another" in doubt for doubt in together.doubts()) == 1
     wanted = {
-        f"oscillator.{name}": ends for name, ends in (bench.RANGES | {"gain": {"start": 0.5, "low": 0.1, "high": 1.0}}).items()
+        f"oscillator.{name}": ends
+        for name, ends in (oscillators.RANGES | {"gain": {"start": 0.5, "low": 0.1, "high": 1.0}}).items()
     }
-    bound = calibrate(bench.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {bench.STEP}"), [log], **QUICK)
+    bound = calibrate(
+        oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {oscillators.STEP}"), [log], **QUICK
+    )
     gain = found(bound)["oscillator.gain"]
     assert gain.at_bound == "highest" and gain.value == 1.0
     assert any("oscillator.gain is at the highest value of its range, 1" in doubt for doubt in bound.doubts())
@@ -75,47 +79,53 @@ def test_what_cannot_be_told_apart_and_what_wants_to_leave_its_range(tmp_path, o
 @pytest.mark.parametrize("end", [2, 3, 6])
 def test_runs_that_break_off_do_not_break_the_fit(tmp_path, oscillator, rng, end):
     """Discard, Error and not a number where the position leaves what the hidden oscillator reaches: half of all starts do."""
-    log = bench.log(tmp_path / "log.csv", oscillator, rng)
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
     limit = 1.3 * float(pd.read_csv(log)["position"].abs().max())
     parameters = {"oscillator.limit": limit, "oscillator.end": end}
-    rig = bench.rig(tmp_path / "rig.toml", "oscillator.fmu", parameters=parameters, more=f"step = {bench.STEP}")
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", parameters=parameters, more=f"step = {oscillators.STEP}")
     result = calibrate(rig, [log], **QUICK)
-    recovered(result, bench.TRUTH)
+    recovered(result, oscillators.TRUTH)
     assert result.effort["failed"] > 0 and sum(result.effort["reasons"].values()) == result.effort["failed"]
     assert "failed" in result.summary()
 
 
 def test_a_start_that_breaks_off_is_left_for_one_that_does_not(tmp_path, oscillator, rng):
-    log = bench.log(tmp_path / "log.csv", oscillator, rng)
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
     limit = 1.3 * float(pd.read_csv(log)["position"].abs().max())
-    wanted = {f"oscillator.{name}": ends for name, ends in bench.RANGES.items()}
+    wanted = {f"oscillator.{name}": ends for name, ends in oscillators.RANGES.items()}
     wanted["oscillator.stiffness"] = {"start": 10.0, "low": 10.0, "high": 1000.0}
     wanted["oscillator.damping"] = {"start": -1.0, "low": -1.0, "high": 20.0}
-    rig = bench.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, {"oscillator.limit": limit}, more=f"step = {bench.STEP}")
+    rig = oscillators.rig(
+        tmp_path / "rig.toml", "oscillator.fmu", wanted, {"oscillator.limit": limit}, more=f"step = {oscillators.STEP}"
+    )
     result = calibrate(rig, [log], out=None, starts=3)
-    recovered(result, bench.TRUTH)
+    recovered(result, oscillators.TRUTH)
     assert result.errors[0].before is None and "failed ->" in result.summary()
 
 
 @pytest.mark.parametrize("reset, words", [(1, "another after fmi2Reset"), (2, "")])
 def test_fmus_that_cannot_be_reset_are_made_anew(tmp_path, oscillator, rng, reset, words):
-    log = bench.log(tmp_path / "log.csv", oscillator, rng)
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
     parameters = {"oscillator.reset": reset}
-    rig = bench.rig(tmp_path / "rig.toml", "oscillator.fmu", parameters=parameters, more=f"step = {bench.STEP}")
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", parameters=parameters, more=f"step = {oscillators.STEP}")
     result = calibrate(rig, [log], **QUICK)
-    recovered(result, bench.TRUTH)
+    recovered(result, oscillators.TRUTH)
     assert not words or any(words in doubt for doubt in result.doubts())
 
 
 def test_each_run_begins_where_it_begins(tmp_path, oscillator, rng):
     """The position at the start is another in each log, that which judges too; stiffness and gain are those of all."""
     begins = {"a.csv": 0.7, "b.csv": -0.4, "test.csv": 0.2}
-    logs = [bench.log(tmp_path / n, oscillator, rng, bench.TRUTH | {"position": x}, count=800) for n, x in begins.items()]
+    logs = [
+        oscillators.log(tmp_path / n, oscillator, rng, oscillators.TRUTH | {"position": x}, count=800) for n, x in begins.items()
+    ]
     wanted = {"oscillator.stiffness": [10.0, 1000.0], "oscillator.gain": [0.1, 5.0]}
     wanted["oscillator.position"] = {"low": -2.0, "high": 2.0, "each_run": True}
-    rig = bench.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, {"oscillator.damping": 1.5}, more=f"step = {bench.STEP}")
+    rig = oscillators.rig(
+        tmp_path / "rig.toml", "oscillator.fmu", wanted, {"oscillator.damping": 1.5}, more=f"step = {oscillators.STEP}"
+    )
     result = calibrate(rig, logs[:2], test=logs[2:], out=tmp_path / "out", starts=2)
-    recovered(result, {name: bench.TRUTH[name] for name in ("stiffness", "gain")})
+    recovered(result, {name: oscillators.TRUTH[name] for name in ("stiffness", "gain")})
     for name, begin in begins.items():
         assert result.values[f"oscillator.position of {name}"] == pytest.approx(begin, abs=0.01)
     assert result.errors[0].held_out == pytest.approx(0.002, rel=0.15)
@@ -134,7 +144,7 @@ def test_events_do_not_break_the_slopes(tmp_path, native, rng):
     table["ball.height"] += 0.003 * rng.standard_normal(len(table))
     table.to_csv(tmp_path / "log.csv", index=False)
     wanted = {"ball.gravity": [8.0, 11.0], "ball.restitution": [0.5, 1.0], "ball.height": {"low": 0.5, "high": 1.5}}
-    rig = bench.rig(tmp_path / "rig.toml", "ball.fmu", wanted, columns={"ball.height": "ball.height"}, more="step = 0.01")
+    rig = oscillators.rig(tmp_path / "rig.toml", "ball.fmu", wanted, columns={"ball.height": "ball.height"}, more="step = 0.01")
     result = calibrate(rig, [tmp_path / "log.csv"], out=None)
     for name, hidden in {"ball.gravity": 9.3, "ball.restitution": 0.85, "ball.height": 1.0}.items():
         assert result.values[name] == pytest.approx(hidden, rel=0.005)

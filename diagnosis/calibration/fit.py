@@ -128,13 +128,13 @@ def remaining(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple
         noise = of_samples(parts, trusted, 1, resolution(measured))
         joined = np.concatenate([e[t] for e, t in zip(parts, trusted)])
         usual = float(np.median(abs(joined))) / RULES.residuals.normal_median if len(joined) else 0.0
-        found[name] = usual, noise
+        found[name] = usual, float(noise)
     return found
 
 
-def fit_from(problem: Calibrating, start: np.ndarray, effort: int) -> End:
+def fit_from(problem: Calibrating, start: np.ndarray, effort: int, ended: tuple[float, float] = RULES.calibrate.ended) -> End:
     """Least squares from a start, in places of ranges; an infinite loss where the start itself breaks off."""
-    free, rules = problem.free, RULES.calibrate
+    free = problem.free
     at = problem.misfit(start)
     if at is None or not free:
         return End(start, start, problem.loss(at), at, None if at is None else np.zeros((len(at), 0)))
@@ -158,8 +158,8 @@ def fit_from(problem: Calibrating, start: np.ndarray, effort: int) -> End:
         loss="soft_l1",
         f_scale=RULES.search.loss_scale,
         max_nfev=effort,
-        ftol=rules.ended[0],
-        xtol=rules.ended[1],
+        ftol=ended[0],
+        xtol=ended[1],
         gtol=None,
     )
     places = _settled(problem, found.x, problem.loss(value(found.x)))
@@ -184,7 +184,7 @@ def from_start(problem: Calibrating, item: dict[str, Any]) -> dict[str, Any]:
     before = problem.played.effort
     problem.played.effort = mine = Effort()
     try:
-        end = fit_from(problem, np.array(item["places"]), item["effort"])
+        end = fit_from(problem, np.array(item["places"]), item["effort"], RULES.calibrate.ended_start)
     finally:
         problem.played.effort = before
     return {"places": end.places.tolist(), "loss": end.loss, "effort": [mine.runs, mine.steps, mine.seconds, dict(mine.failed)]}

@@ -233,7 +233,7 @@ def _numbers(
 ) -> tuple[list[FittedNumber], np.ndarray]:
     """All numbers with what the logs tell of them, and the correlations of the free ones."""
     of_entry = problem.blocks(labels)
-    spread, loose = told.covariance(problem, final, of_entry)
+    errors, like, loose = told.errors(problem, final, of_entry)
     alike, width = told.together(problem, final), told.reach(of_entry, len(problem.free))
     order = {number.name: j for j, number in enumerate(problem.free)}
     rules, found = RULES.calibrate, []
@@ -247,7 +247,7 @@ def _numbers(
             found.append(plain)
             continue
         j, place = order[n.name], float(final.places[order[n.name]])
-        error = float(np.sqrt(max(spread[j, j], 0.0)))
+        error = float(errors[j])
         low, high = (0.0, 1.0) if loose[j] else (place - width * error, place + width * error)
         at_bound = "lowest" if place < rules.bound else "highest" if place > 1.0 - rules.bound else ""
         found.append(
@@ -261,7 +261,7 @@ def _numbers(
                 collinear_with=alike.get(n.name, []),
             )
         )
-    return found, told.correlations(np.where(np.outer(loose, loose), 0.0, spread))
+    return found, like
 
 
 def _starts(problem: Calibrating, ends: list[End], best: End) -> list[dict[str, Any]]:

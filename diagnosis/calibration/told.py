@@ -35,29 +35,36 @@ def silent(problem: Calibrating, bases: Sequence[np.ndarray]) -> set[str]:
     return found
 
 
-def covariance(problem: Calibrating, end: End, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of the places, by the sandwich over blocks; and which places take part in a direction that nothing determines.
+def errors(problem: Calibrating, end: End, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Standard errors of the places, their correlations, and which take part in a direction that nothing determines.
 
-    White (1980), Econometrica 48, 817, over blocks, so that errors that go together do not make it too small. Directions
-    without any slope are left out of it.
+    An error is the larger of two: of white noise, and the sandwich over blocks (White 1980, Econometrica 48, 817), in which
+    errors that go together count; of few blocks the latter is often too small. Correlations are those of white noise: what
+    of one the logs may as well put into the other. Directions without any slope are left out of all.
     """
     assert end.misfit is not None and end.jacobian is not None
     weights = weight(end.misfit, RULES.search.loss_scale)
-    weighted, errors = end.jacobian * weights[:, None], end.misfit * weights
+    weighted, left = end.jacobian * weights[:, None], end.misfit * weights
     lengths = np.sqrt((weighted**2).sum(0))
     felt = lengths > 0.0
-    columns = weighted / np.where(felt, lengths, 1.0)
+    scale = np.where(felt, lengths, 1.0)
+    columns, count = weighted / scale, weighted.shape[1]
     _, sizes, ways = np.linalg.svd(columns, full_matrices=False)
     lost = sizes <= RULES.calibrate.lost * max(float(sizes.max(initial=0.0)), 1e-300)
-    inverse = np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, sizes) ** 2)
-    bread = (ways.T * inverse) @ ways
+    loose = ~felt | (abs(ways[lost]) > np.sqrt(RULES.calibrate.lost)).any(0)
+    bread = (ways.T * np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, sizes) ** 2)) @ ways
     names, places = np.unique(labels, return_inverse=True)
-    scores = np.zeros((len(names), columns.shape[1]))
-    np.add.at(scores, places, columns * errors[:, None])
-    meat = scores.T @ scores * len(names) / max(1, len(names) - columns.shape[1])
-    scale = np.where(felt, lengths, 1.0)
-    loose = ~felt | (abs(ways[lost]) > np.sqrt(RULES.calibrate.lost)).any(0) if lost.any() else ~felt
-    return bread @ meat @ bread / np.outer(scale, scale), loose
+    scores = np.zeros((len(names), count))
+    np.add.at(scores, places, columns * left[:, None])
+    meat = scores.T @ scores * len(names) / max(1, len(names) - count)
+    white = bread * (left @ left) / max(1, len(left) - count)
+    larger = np.maximum(np.diag(white), np.diag(bread @ meat @ bread))
+    return np.sqrt(np.maximum(larger, 0.0)) / scale, _correlations(np.where(np.outer(loose, loose), 0.0, bread)), loose
+
+
+def _correlations(spread: np.ndarray) -> np.ndarray:
+    sizes = np.sqrt(np.maximum(np.diag(spread), 0.0))
+    return np.divide(spread, np.outer(sizes, sizes), out=np.zeros_like(spread), where=np.outer(sizes, sizes) > 0.0)
 
 
 def reach(labels: np.ndarray, numbers: int) -> float:
@@ -73,9 +80,3 @@ def together(problem: Calibrating, end: End) -> dict[str, list[str]]:
     values = problem.values(end.places)
     fitted = Fit(free, values, end.misfit, end.jacobian, weight(end.misfit, RULES.search.loss_scale))
     return collinear(fitted, np.ones(len(end.misfit), bool))
-
-
-def correlations(spread: np.ndarray) -> np.ndarray:
-    """Of each two numbers, from their covariance; 0 of what has none."""
-    sizes = np.sqrt(np.maximum(np.diag(spread), 0.0))
-    return np.divide(spread, np.outer(sizes, sizes), out=np.zeros_like(spread), where=np.outer(sizes, sizes) > 0.0)

@@ -28,7 +28,12 @@ class CalibrateRules:
         60, "steps of the fit from the best end, in units of what remains, at most", "a limit of time; " + FAMILIES
     )
     rounds: int = rule(2, "times that what remains is taken anew as the unit of each channel", FAMILIES)
-    ended: tuple[float, float] = rule((1e-8, 1e-8), "relative change of the loss, and of the values, that ends a fit", FAMILIES)
+    ended_start: tuple[float, float] = rule(
+        (1e-4, 1e-4),
+        "relative change of the loss, and of the values, that ends a fit from a start",
+        "a limit of time; " + FAMILIES,
+    )
+    ended: tuple[float, float] = rule((1e-8, 1e-8), "the same of the last fits", FAMILIES)
     alike: float = rule(1e-3, "share of its range by which two ends of fits may differ and are the same", FAMILIES)
 
     # --- slopes of what may jump: calibration.slopes

@@ -23,7 +23,7 @@ def pushes(rng, count):
     return np.repeat(rng.uniform(-20.0, 20.0, count // 50 + 1), 50)[:count]
 
 
-def log(path, fmu, rng, truth=None, noise=0.002, count=2000, force=None, columns=("position",)):
+def log(path, fmu, rng, truth=None, noise=0.002, count=1200, force=None, columns=("position",)):
     """A log of the oscillator with these hidden numbers: time, u, and its outputs with noise."""
     time = STEP * np.arange(count)
     force = pushes(rng, count) if force is None else force

@@ -29,11 +29,12 @@ def recovered(result, truth, prefix="oscillator."):
         assert half < 0.01 * abs(hidden)
 
 
+@pytest.mark.slow
 def test_hidden_numbers_are_found_and_a_silent_one_is_named(tmp_path, oscillator, rng):
     log, test = (oscillators.log(tmp_path / name, oscillator, rng) for name in ("log.csv", "test.csv"))
     wanted = {f"oscillator.{name}": ends for name, ends in oscillators.RANGES.items()} | {"oscillator.nothing": [0.0, 2.0]}
     rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {oscillators.STEP}")
-    result = calibrate(rig, [log], test=[test], out=tmp_path / "out")
+    result = calibrate(rig, [log], test=[test], out=tmp_path / "out", starts=3)
     recovered(result, oscillators.TRUTH)
     silent = found(result)["oscillator.nothing"]
     assert silent.silent and silent.value == 1.0 and silent.low is None
@@ -53,6 +54,7 @@ def test_hidden_numbers_are_found_and_a_silent_one_is_named(tmp_path, oscillator
         assert words in text
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_apart_and_what_wants_to_leave_its_range(tmp_path, oscillator, rng):
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
     names = ("mass", *oscillators.RANGES)
@@ -113,6 +115,7 @@ def test_fmus_that_cannot_be_reset_are_made_anew(tmp_path, oscillator, rng, rese
     assert not words or any(words in doubt for doubt in result.doubts())
 
 
+@pytest.mark.slow
 def test_each_run_begins_where_it_begins(tmp_path, oscillator, rng):
     """The position at the start is another in each log, that which judges too; stiffness and gain are those of all."""
     begins = {"a.csv": 0.7, "b.csv": -0.4, "test.csv": 0.2}
@@ -132,6 +135,7 @@ def test_each_run_begins_where_it_begins(tmp_path, oscillator, rng):
     assert '[logs."a.csv"]' in (tmp_path / "out/parameters.toml").read_text()
 
 
+@pytest.mark.slow
 def test_events_do_not_break_the_slopes(tmp_path, native, rng):
     """A ball that bounces, seen by its height: the impacts fall between samples, and move from one to the next."""
     shutil.copy(native("ball"), tmp_path)

@@ -72,6 +72,7 @@ def recorded(folder, native, rng):
     return folder / "log.csv"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["toml", "ssp"])
 def test_a_chain_from_a_file_of_either_kind(tmp_path, native, rng, kind):
     from selflock.master.dump import save

@@ -14,6 +14,8 @@ from typing import Any
 
 CAUSALITIES = ("parameter", "input", "output", "local", "calculatedParameter", "independent")
 TYPES = ((bool, "Boolean"), (int, "Integer"), (float, "Real"), (str, "String"))  # a bool is an int to Python: it comes first
+INTEGERS = -(2**31), 2**31 - 1  # FMI 2.0's fmi2Integer is a C int
+BEYOND = f"is beyond an Integer's 32 bits, {INTEGERS[0]} to {INTEGERS[1]}"
 WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false"}
 
 
@@ -83,6 +85,10 @@ class Variable:
                 if number != int(number):
                     raise ValueError
                 number = int(number)
+                if not INTEGERS[0] <= number <= INTEGERS[1]:
+                    raise OverflowError
+        except OverflowError:
+            raise ValueError(BEYOND if self.type == "Integer" else "is not a finite number") from None
         except (KeyError, ValueError, TypeError):
             raise ValueError(f"is not {WANTED[self.type]}") from None
         wrong = self.unfit(number)

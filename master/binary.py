@@ -40,13 +40,18 @@ class Binary:
 
     @cached_property
     def library(self) -> ctypes.CDLL:
-        name = f"{self.description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
         try:
-            return ctypes.CDLL(str(self.folder / "binaries" / fmpy.platform / name))
+            return ctypes.CDLL(str(_file(self.folder, self.description)))
         except OSError as error:
-            raise DescriptionError(
-                f"The binary of {self.path} cannot be loaded: {error}. Something it needs is missing here."
-            ) from None
+            said = str(error)
+            missing = re.match(r"([^/:]+): cannot open shared object file", said)  # as Linux says it of what is needed
+            why = (
+                f"it needs the system library {missing[1]}, which is not on this machine. Install what brings it, or export the "
+                "FMU with its libraries inside"
+                if missing
+                else said
+            )
+            raise DescriptionError(f"The binary of {self.path} cannot be loaded: {why}.") from None
 
 
 def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
@@ -92,8 +97,20 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
         raise DescriptionError(
             f"{path}: {description.coSimulation.modelIdentifier!r} is no modelIdentifier, which names its binary."
         )
+    file = _file(folder, description)
+    if not file.is_file():
+        there = ", ".join(sorted(one.name for one in file.parent.iterdir())[:5]) or "nothing"
+        raise DescriptionError(
+            f"{path} has no binary named after its modelIdentifier: in {file.parent.relative_to(folder)} there is {there}, "
+            f"not {file.name}. Whoever made it must build it again."
+        )
     _check_script(folder, path)
     return description
+
+
+def _file(folder: Path, description: ModelDescription) -> Path:
+    """Where the binary of an unpacked FMU lies, on this machine."""
+    return folder / "binaries" / fmpy.platform / f"{description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
 
 
 def _check_script(folder: Path, path: Path) -> None:

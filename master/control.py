@@ -50,6 +50,7 @@ class Snapshot:
 
     def restore(self) -> None:
         for seat, state, u, y in self.seats:
+            seat.part.ends.clear()
             seat.part.restore(state)
             seat.part.u[:], seat.part.y[:] = u, y
         for port, state in self.ports:

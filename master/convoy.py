@@ -21,15 +21,17 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic as numba_intrinsic
 
+from ..fmus.variable import INTEGERS
 from .algorithms import Algorithm
 from .energy import Port
-from .native import Exchange, Native
+from .native import BEYOND, Exchange, Native
 from .seat import Seat
 
 if TYPE_CHECKING:
     from .running import Running
 
 STRETCH = 1000  # macro steps between two looks at the results
+LEAST, MOST = INTEGERS[0] - 1.0, INTEGERS[1] + 1.0
 MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK, LOOK = range(7)
 
 
@@ -118,7 +120,11 @@ def _carry_out(kinds, where, numbers, first, row, time, size):
                 value = numbers[k, 0] * value + numbers[k, 1]
             _store(b, value)
         elif kind == TO_INT:
-            _store_int(b, np.int32(_load(a)))
+            value = _load(a)
+            if LEAST < value < MOST:  # as int() takes it
+                _store_int(b, np.int32(value))
+            else:
+                status = BEYOND
         else:
             _store(b, float(_load_int(a)))
         if status > 1:
@@ -175,7 +181,7 @@ class Program:
         native = self.natives[seat.name]
         for exchange in native.writes:
             for place, own in exchange.copies:
-                self.add(seat, TO_INT, address(seat.u, place), own)
+                self.add(seat, TO_INT, address(seat.u, place), own, name=exchange.name)
             self.exchange(seat, native, exchange)
         self.add(seat, STEP, native.do_step, native.instance, native.free)
         for exchange in native.reads:
@@ -311,8 +317,11 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
             program.mend(failed, status, running.time, size)
             program.run(running.time, size, failed + 1, running.index - first)
             running.index += 1
-            running.time = start + running.index * size
+            now = start + running.index * size
+            if running.ends and running.over(now):
+                return
+            running.time = now
             if running.index % every == 0:
-                recorder.row(running.time)
+                recorder.row(now)
         if running.tell is not None:
             running.tell(running.time)

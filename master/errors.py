@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import logging
+from functools import lru_cache
 from typing import Any
 
 from ..fmus.errors import SelflockError
+
+
+@lru_cache(maxsize=1000)
+def warn(sentence: str) -> None:
+    """Log what does not end a run but bears on its numbers; each sentence once in a process, however many runs have it."""
+    logging.getLogger("selflock").warning("%s", sentence)
 
 
 class DescriptionError(SelflockError):

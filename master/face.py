@@ -54,12 +54,16 @@ class Part:
     tells_ahead: bool = False  # of a part that is `timed`: `ahead` tells a stretch of time at once, of Reals
     parallel: bool = False  # `begin` starts a step that others need not wait for
     lacks: Sequence[str] = ()  # what isolation, where it was asked for, could not take away
+    untaken: Mapping[
+        str, Any
+    ] = {}  # parameters that are not what they were set to after initialization: what they are, None if unsaid
     units: Mapping[str, Unit] = {}  # what the part says itself of its units, by name; a name not here is known by everyone
 
     name: str  # the component's name in the system
     variables: Mapping[str, Variable]
     log: Sequence[str]  # what the part said last, newest at the end
     values: dict[str, Any]
+    ends: list[tuple[str, float]]  # parts that ended the run, and when in s; one list of all parts of a run
 
     u: np.ndarray  # float64, inputs in the order given to bind; made by bind, then only changed in place
     y: np.ndarray  # float64, outputs in the order given to bind; likewise
@@ -73,6 +77,7 @@ class Part:
         self.name = name
         self.variables = {variable.name: variable for variable in described or self.described}
         self.log = []
+        self.ends = []
         self.inputs: tuple[str, ...] = ()
         self.outputs: tuple[str, ...] = ()
         self.u, self.y = np.zeros(0), np.zeros(0)
@@ -144,6 +149,10 @@ class Part:
     def stepper(self) -> Callable[[float, float], None]:
         """What the master calls as `cycle`, asked for once after `bind`; of a part that has looked everything up before."""
         return self.cycle
+
+    def end(self, time: float) -> None:
+        """Called by the part itself in a step: it ends the run here, regularly, with its outputs as they are at `time`."""
+        self.ends.append((self.name, time))
 
     def begin(self, time: float, size: float) -> None:
         """Start write, step and read, which `cycle` then ends; only of a part that is `parallel`."""

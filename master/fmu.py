@@ -16,10 +16,12 @@ from fmpy import fmi2
 from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable
 
 from ..fmus.units import BASES, Unit
+from ..fmus.variable import BEYOND as TOO_LARGE
+from ..fmus.variable import INTEGERS
 from . import binary
 from .errors import DescriptionError, PartFailed
 from .face import Part, Variable, view
-from .native import Exchange, Native
+from .native import BEYOND, Exchange, Native
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 SETTABLE = ("parameter", "structuralParameter", "input")
@@ -29,11 +31,13 @@ KIND: dict[str, type[c_double] | type[c_int] | type[ctypes.c_char_p]] = {
     "Boolean": c_int,
     "String": ctypes.c_char_p,
 }
+SINGLE = 2.0**-23  # relative: numbers that a parameter's float cannot tell apart
 PARTIAL_STEPS = 1000  # how often an FMU may discard the rest of one step
 
 HINTS = {
     DISCARD: "a smaller [run] step, or a smaller `step` for this component; its inputs may also be out of its range.",
     ERROR: "read what it said above; check its inputs and its parameters in the system file.",
+    BEYOND: "a smaller factor or offset of what it is connected to.",
     FATAL: "`process = true` for this component keeps the master safe from it; report it to whoever made the FMU.",
 }
 
@@ -43,13 +47,15 @@ class FmuPart(Part):
 
     Integers, Booleans and enumerations cross as floats in `u` and `y`; strings only through `set` and `get`.
     A step that the FMU discards after a last successful time is finished from there with the same inputs.
+    tolerance: relative, what its own solver is told; 0: nothing, None: what its default experiment says.
     """
 
-    def __init__(self, name: str, path: Path | str):
+    def __init__(self, name: str, path: Path | str, tolerance: float | None = None):
         self._binary = binary.open_fmu(path)
         described = self._binary.description
-        super().__init__(name, _variables(described))
+        super().__init__(name, variables_of(described))
         self.path = Path(path)
+        self._tolerance = _of_experiment(described) if tolerance is None else tolerance
         slave = described.coSimulation
         self.variable_step = slave.canHandleVariableCommunicationStepSize
         self.can_roll_back = slave.canGetAndSetFMUstate
@@ -61,6 +67,8 @@ class FmuPart(Part):
         self._do_step = self._function("fmi2DoStep")
         self._instance = c_void_p()
         self._alive = False  # between exit of initialization and terminate
+        self._given: dict[str, Any] | None = {}  # values set so far; None from initialization mode on
+        self._wanted: dict[str, Any] = {}  # parameters among them
         self._callbacks, self.log = binary.callbacks(name)
         self._instantiate()
 
@@ -93,23 +101,45 @@ class FmuPart(Part):
 
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self._time.value = start
-        self._call(
-            "fmi2SetupExperiment", c_int(0), c_double(0.0), c_double(start), c_int(stop is not None), c_double(stop or 0.0)
-        )
+        tolerance = c_int(self._tolerance > 0.0), c_double(self._tolerance)
+        self._call("fmi2SetupExperiment", *tolerance, c_double(start), c_int(stop is not None), c_double(stop or 0.0))
+        given, self._given = self._given or {}, None
+        self._again(given)  # there are FMUs (20-sim's) that take their defaults back at fmi2SetupExperiment,
         self._call("fmi2EnterInitializationMode")
+        self._again({name: value for name, value in given.items() if _late(self._known[name])})  # or here
+        self._wanted = {name: value for name, value in given.items() if self.variables[name].causality == "parameter"}
+
+    def _again(self, given: dict[str, Any]) -> None:
+        """Set once more what was set. An FMU that refuses that has it already, or is found out when it is read back."""
+        for name, value in given.items():
+            status = self._put(name, value)
+            if status == FATAL:
+                self._fail(status, f"fmi2Set{_kind(self._known[name])}")
 
     def exit_initialization(self) -> None:
         self._call("fmi2ExitInitializationMode")
         self._alive = True
+        found = {name: self._taken(name) for name in self._wanted}
+        self.untaken = {name: found[name] for name, value in self._wanted.items() if not _same(value, found[name])}
+
+    def _taken(self, name: str) -> Any:
+        """The value that a parameter has; None where the FMU does not tell."""
+        status, value = self._ask(name)
+        if status == FATAL:
+            self._fail(status, f"fmi2Get{_kind(self._known[name])}")
+        return value if status <= WARNING else None
 
     def reset(self) -> None:
         self._call("fmi2Reset")
-        self._alive = False
+        self._alive, self._given, self.untaken = False, {}, {}
+        self.ends.clear()
 
     def terminate(self) -> None:
         if self._alive:
             self._alive = False
-            self._call("fmi2Terminate")
+            status = self._function("fmi2Terminate")(self._instance)
+            if status > WARNING and all(name != self.name for name, _ in self.ends):  # else it has ended already
+                self._fail(status, "fmi2Terminate")
 
     def close(self) -> None:
         if self._instance:
@@ -121,19 +151,36 @@ class FmuPart(Part):
     # --- single values -------------------------------------------------------------------------------------------
 
     def set(self, name: str, value: Any) -> None:
+        status = self._put(name, value)
+        if status > WARNING:
+            self._fail(status, f"fmi2Set{_kind(self._known[name])}")
+        if self._given is not None:
+            self._given[name] = value
+
+    def get(self, name: str) -> Any:
+        status, value = self._ask(name)
+        if status > WARNING:
+            self._fail(status, f"fmi2Get{_kind(self._known[name])}")
+        return value
+
+    def _put(self, name: str, value: Any) -> int:
         variable = self._variable(name)
         kind = _kind(variable)
         given: Any = str(value).encode() if kind == "String" else float(value) if kind == "Real" else int(value)
-        self._call(f"fmi2Set{kind}", byref(c_uint(variable.valueReference)), c_size_t(1), byref(KIND[kind](given)))
+        if kind == "Integer" and not INTEGERS[0] <= given <= INTEGERS[1]:
+            raise DescriptionError(f"{self.name}.{name} = {given} {TOO_LARGE}.")
+        set_ = self._function(f"fmi2Set{kind}")
+        return set_(self._instance, byref(c_uint(variable.valueReference)), c_size_t(1), byref(KIND[kind](given)))
 
-    def get(self, name: str) -> Any:
+    def _ask(self, name: str) -> tuple[int, Any]:
         variable = self._variable(name)
         kind = _kind(variable)
         value: Any = KIND[kind]()
-        self._call(f"fmi2Get{kind}", byref(c_uint(variable.valueReference)), c_size_t(1), byref(value))
+        get = self._function(f"fmi2Get{kind}")
+        status = get(self._instance, byref(c_uint(variable.valueReference)), c_size_t(1), byref(value))
         if kind == "String":
-            return (value.value or b"").decode("utf-8", "replace")
-        return bool(value.value) if kind == "Boolean" else value.value
+            return status, (value.value or b"").decode("utf-8", "replace")
+        return status, bool(value.value) if kind == "Boolean" else value.value
 
     def _variable(self, name: str) -> ModelVariable:
         if name not in self._known:
@@ -177,8 +224,11 @@ class FmuPart(Part):
             now.value = time
             span.value = size
             for function, references, count, pointer, copies, values, typed, name in writes:
-                for i, k in copies:
-                    typed[k] = int(values[i])
+                try:
+                    for i, k in copies:
+                        typed[k] = int(values[i])
+                except (ValueError, OverflowError):
+                    self._fail(BEYOND, name)
                 status = function(instance, references, count, pointer)
                 if status > 1:
                     self._fail(status, name)
@@ -205,8 +255,11 @@ class FmuPart(Part):
 
     def write(self) -> None:
         for function, references, count, pointer, copies, values, typed, name in (block.call for block in self._writes):
-            for i, k in copies:
-                typed[k] = int(values[i])
+            try:
+                for i, k in copies:
+                    typed[k] = int(values[i])
+            except (ValueError, OverflowError):
+                self._fail(BEYOND, name)
             status = function(self._instance, references, count, pointer)
             if status > 1:
                 self._fail(status, name)
@@ -234,13 +287,14 @@ class FmuPart(Part):
                 status = self._wait()
             if status <= WARNING:
                 return
-            reached = (
-                self._status("fmi2GetRealStatus", c_double(math.nan), fmi2.fmi2LastSuccessfulTime)
-                if status == DISCARD
-                else math.nan
-            )
-            if status != DISCARD or self._status("fmi2GetBooleanStatus", c_int(0), fmi2.fmi2Terminated):
+            if status != DISCARD:
                 break
+            complained = self._complained()  # before it is asked for more, which it may not know
+            reached = self._status("fmi2GetRealStatus", c_double(math.nan), fmi2.fmi2LastSuccessfulTime)
+            if self._status("fmi2GetBooleanStatus", c_int(0), fmi2.fmi2Terminated):
+                if complained:
+                    break
+                return self.end(min(max(reached, time), end) if math.isfinite(reached) else time)
             if reached >= end - tiny:
                 return
             if not reached > time + tiny:
@@ -250,6 +304,10 @@ class FmuPart(Part):
             status = self._do_step(self._instance, self._time, self._size, self._free)
         self._size.value = end - time
         self._fail(status, "fmi2DoStep")
+
+    def _complained(self) -> bool:
+        """Whether it named an error last: pythonfmu says "terminated" of every step that its slave did not make."""
+        return bool(self.log) and self.log[-1].startswith((binary.STATUS[ERROR], binary.STATUS[FATAL]))
 
     def _wait(self) -> int:
         while (status := self._status("fmi2GetStatus", c_int(PENDING), fmi2.fmi2DoStepStatus)) == PENDING:
@@ -263,6 +321,8 @@ class FmuPart(Part):
     def _fail(self, status: int, function: str) -> NoReturn:
         inputs = {name: value for name, value in zip(self.inputs, self.u.tolist())}
         said = f"{binary.STATUS[status] if status < 6 else status} to {function}"
+        if status == BEYOND:
+            said = f"nothing, for an Integer among its inputs would be beyond 32 bits ({function}),"
         if status == FATAL:
             self._instance = c_void_p()  # FMI: after Fatal nothing may be called any more, not even free
         raise PartFailed(self.name, self._time.value, self._size.value, said, inputs, list(self.log), HINTS.get(status, ""))
@@ -295,6 +355,7 @@ class FmuPart(Part):
         return state
 
     def restore(self, state: _State) -> None:
+        self.ends.clear()
         self._call("fmi2SetFMUstate", state.pointer)
 
 
@@ -346,6 +407,27 @@ def _address(pointer: Any) -> int:
     return ctypes.cast(pointer, c_void_p).value or 0
 
 
+def _of_experiment(described: ModelDescription) -> float:
+    """The tolerance that an FMU's default experiment names; 0 where it names none."""
+    try:
+        told = float(described.defaultExperiment.tolerance or 0.0) if described.defaultExperiment else 0.0
+    except ValueError:
+        return 0.0
+    return told if 0.0 < told < math.inf else 0.0
+
+
+def _late(variable: ModelVariable) -> bool:
+    """Whether FMI 2.0 (section 4.2.4) lets it be set in initialization mode."""
+    return variable.causality == "input" or (variable.variability != "constant" and variable.initial == "exact")
+
+
+def _same(given: Any, taken: Any) -> bool:
+    """Whether a parameter has the value given: to the digits of a float, in which some FMUs keep their numbers."""
+    if not isinstance(taken, float):
+        return given == taken
+    return given == taken or abs(given - taken) <= SINGLE * abs(given)
+
+
 def _kind(variable: ModelVariable) -> str:
     return "Integer" if variable.type == "Enumeration" else variable.type
 
@@ -359,7 +441,8 @@ def _si(unit: BaseUnit) -> Unit:
     return Unit(tuple(int(getattr(unit, base) or 0) for base in BASES), float(unit.factor), float(unit.offset))
 
 
-def _variables(described: ModelDescription) -> Iterator[Variable]:
+def variables_of(described: ModelDescription) -> Iterator[Variable]:
+    """What an FMU says of its variables."""
     depends = {}
     for unknown in described.outputs:
         if unknown.variable is not None and unknown.dependencies is not None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from graphlib import CycleError, TopologicalSorter
+from typing import Any
 
 from .errors import DescriptionError
 from .wiring import Link, Wiring
@@ -30,6 +31,23 @@ def initialize(wiring: Wiring, stop: float | None) -> list[str]:
     for part in parts.values():
         part.exit_initialization()
     return [" -> ".join(loop) for loop in loops]
+
+
+def untaken(wiring: Wiring) -> list[str]:
+    """A sentence for each parameter that is not what it was set to once the parts are initialized."""
+    values = wiring.values
+    return [
+        not_taken(f"{name}.{variable}", values[name][variable], found)
+        for name, part in wiring.parts.items()
+        for variable, found in part.untaken.items()
+    ]
+
+
+def not_taken(name: str, given: Any, found: Any) -> str:
+    """The sentence about a parameter that was set to `given` and is `found`, None where the FMU does not tell."""
+    if found is None:
+        return f"{name} = {given} cannot be read back: whether the FMU took it is unknown"
+    return f"{name} = {given} was not taken: the FMU has {found}"
 
 
 def _order(wiring: Wiring) -> tuple[list[list[str]], list[Node]]:

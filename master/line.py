@@ -10,6 +10,7 @@ import json
 import socket
 import struct
 import time as clock
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -176,6 +177,13 @@ def value_of(variable: Variable | None, told: Any) -> Any:
     if type(told) is not wanted:
         raise Garbled(f"a {type(told).__name__} as the value of {variable.name if variable else 'nothing'}")
     return told
+
+
+def values(variables: Mapping[str, Variable], told: Any) -> dict[str, Any]:
+    """Values by the names of variables, None where there is none. Raises Garbled."""
+    if not isinstance(told, dict) or any(name not in variables for name in told):
+        raise Garbled("no values of variables")
+    return {name: None if value is None else value_of(variables[name], value) for name, value in told.items()}
 
 
 def numbers(told: Any, count: int) -> list[float]:

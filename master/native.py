@@ -10,6 +10,8 @@ Whoever gives a `Native` (Part.native) promises:
 - The loop goes on after OK and Warning. Any other status is handed back: `finish` brings a step to its end or raises
   PartFailed, `fail` raises PartFailed for an exchange.
 
+- An Integer beyond 32 bits is handed back with the status BEYOND before the call.
+
 The loop promises to call from one thread at a time, and between initialization and termination only.
 """
 
@@ -18,6 +20,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn
+
+BEYOND = 7  # no fmi2Status: a number for an Integer that none can hold
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,13 +29,27 @@ from selflock.fmus.errors import SelflockError
 from . import binary, isolation
 from .errors import PartFailed
 from .face import Part
-from .line import DESCRIPTION, VALUE, Garbled, Line, answer, complaint, described, description, numbers, understood, value_of
+from .line import (
+    DESCRIPTION,
+    VALUE,
+    Garbled,
+    Line,
+    answer,
+    complaint,
+    described,
+    description,
+    numbers,
+    understood,
+    value_of,
+    values,
+)
 
 log = logging.getLogger("selflock")
 PATIENCE = 10.0  # s that a process gets to end by itself
 SAID = 20_000  # bytes of the end of its error output that are read
 _STEP, _WRITE, _READ, _FAILED = b"s", b"w", b"r", b"!"  # no pickle begins with one of these
 _TIMES = struct.Struct("dd")
+_ENDED = struct.Struct("d")  # follows the numbers of a step in which the FMU ended the run
 
 
 class ProcessPart(Part):
@@ -43,8 +57,19 @@ class ProcessPart(Part):
 
     parallel = True
 
-    def __init__(self, name: str, path: Path | str, unlimited: bool = False, isolate: bool = False, step_timeout: float = 0.0):
-        """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step, 0 for ever."""
+    def __init__(
+        self,
+        name: str,
+        path: Path | str,
+        unlimited: bool = False,
+        isolate: bool = False,
+        step_timeout: float = 0.0,
+        tolerance: float | None = None,
+    ):
+        """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step, 0 for ever.
+
+        tolerance: as of an FmuPart.
+        """
         super().__init__(name)
         self.path = Path(path).absolute()
         self.isolate, self.step_timeout = isolate, step_timeout or (isolation.TIMEOUT if isolate else 0.0)
@@ -62,7 +87,7 @@ class ProcessPart(Part):
                 self.lacks = [str(lack) for lack in self._call("lacks")]
                 if self.lacks:
                     log.warning("%s is isolated only in part: not taken away are %s", name, "; ".join(self.lacks))
-            told = self._call("open", name, str(self.path), unlimited, most=DESCRIPTION)
+            told = self._call("open", name, str(self.path), unlimited, tolerance, most=DESCRIPTION)
             self.variables, self.units, self.can_roll_back, self.variable_step = self._sound(lambda: description(told))
         except BaseException:
             self.close()
@@ -192,9 +217,15 @@ class ProcessPart(Part):
     def _receive(self, what: bytes) -> None:
         """The numbers of a step: as many as were asked for, or a failure that is then asked for."""
         wanted = 0 if what == _WRITE else self.y.nbytes
-        answered = self._sound(lambda: self._line.receive(max(wanted, 1)))
+        answered = self._sound(lambda: self._line.receive(max(wanted, 1) + _ENDED.size))
         if answered == _FAILED:
             self._call("failure")
+        if what == _STEP and len(answered) == wanted + _ENDED.size:
+            (ended,) = _ENDED.unpack_from(answered, wanted)
+            if not self._time <= ended <= self._time + self._size:
+                self._garbled(f"an end at t = {ended} s")
+            self.end(ended)
+            answered = answered[:wanted]
         if len(answered) != wanted:
             self._garbled(f"{len(answered)} bytes where {wanted} are due")
         if wanted:
@@ -212,7 +243,8 @@ class ProcessPart(Part):
         self._call("enter_initialization", start, stop)
 
     def exit_initialization(self) -> None:
-        self._call("exit_initialization")
+        told = self._call("exit_initialization")
+        self.untaken = self._sound(lambda: values(self.variables, told))
 
     def save(self) -> int:
         told = self._call("save")
@@ -225,6 +257,7 @@ class ProcessPart(Part):
 
     def reset(self) -> None:
         self._call("reset")
+        self.untaken = {}
 
     def terminate(self) -> None:
         self._call("terminate")
@@ -293,14 +326,17 @@ class _Host:
             from .binary import open_fmu
             from .fmu import FmuPart
 
-            name, path, unlimited = arguments
+            name, path, unlimited, tolerance = arguments
             open_fmu(path, unlimited)
-            self.part, self.opened = FmuPart(name, path), True
+            self.part, self.opened = FmuPart(name, path, tolerance), True
             return described(self.part)
         if method == "lacks":
             return self.lacks
         if method == "bind":
             return self.bind(*arguments)
+        if method == "exit_initialization":
+            self.part.exit_initialization()
+            return self.part.untaken
         if method == "failure":
             raise self.error or SelflockError("nothing failed")
         if method == "save":
@@ -322,6 +358,8 @@ class _Host:
             if what == _STEP:
                 part.u[:] = np.frombuffer(numbers[_TIMES.size :])
                 self.cycle(*_TIMES.unpack_from(numbers))
+                if part.ends:
+                    return part.y.tobytes() + _ENDED.pack(part.ends[-1][1])
             elif what == _WRITE:
                 part.u[:] = np.frombuffer(numbers)
                 part.write()

@@ -205,6 +205,8 @@ class Result:
     path: Path | None
     sink: Sink = field(repr=False)
     lacks: dict[str, Sequence[str]] = field(default_factory=dict)  # by isolated component: what could not be taken away from it
+    notes: list[str] = field(default_factory=list)  # what else a reader of the numbers should know, a sentence each
+    ended: dict[str, float] = field(default_factory=dict)  # a component that ended the run itself, and when, s
 
     @property
     def table(self) -> pd.DataFrame:
@@ -214,12 +216,14 @@ class Result:
     def summary(self) -> str:
         speed = f", {self.time / self.duration:.3g} x real time" if self.duration > 0 else ""
         lines = [f"{self.system}: {self.time:.6g} s in {self.steps} steps, {self.duration:.2f} s of computing{speed}"]
+        lines += [f"  {name} ended the run itself at t = {time:.9g} s" for name, time in self.ended.items()]
         if self.rejected:
             lines.append(f"  {self.rejected} steps were made again with a smaller step")
         for loop in self.loops:
             lines.append(f"  algebraic loop, its values lag by a step: {loop}")
         for name, lacks in self.lacks.items():
             lines.append(f"  {name} was isolated only in part: not taken away were {'; '.join(lacks)}")
+        lines += [f"  {note}" for note in self.notes]
         for name, bond in self.energy.iterrows():
             percent = f" ({100 * bond.relative:+.2g} % of its turnover)" if math.isfinite(bond.relative) else ""
             lines.append(f"  energy the coupling lost at {name}: {bond.lost:+.3g} J{percent}")

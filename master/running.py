@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from . import control, energy
-from .errors import PartFailed
+from .errors import PartFailed, warn
 from .face import Part, Variable
 from .faults import Faults
-from .initial import initialize
+from .initial import initialize, untaken
 from .results import Result, Sink, sink
 from .seat import Seat, seats
 from .system import System
@@ -43,6 +43,11 @@ class Running:
             self.wiring.close()
             raise
         self.loops: list[str] = []
+        self.notes = list(system.notes)
+        self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
+        self.ended: dict[str, float] = {}  # the first of them
+        for part in self.wiring.parts.values():
+            part.ends = self.ends
         self.lacks = {name: part.lacks for name, part in self.wiring.parts.items() if part.lacks}
         self.balances: list[energy.Balance] = []
         self.seats: list[Seat] = []
@@ -51,6 +56,9 @@ class Running:
         """Initialize the parts, and bring all to the first communication point."""
         wiring, start = self.wiring, self.system.run.start
         self.loops = initialize(wiring, self.stop)
+        self.notes += untaken(wiring)
+        for note in self.notes:
+            warn(note)
         for part in wiring.parts.values():
             part.at(start)
         self.seats = seats(wiring)
@@ -75,6 +83,26 @@ class Running:
         if self.tell is not None:
             self.tell(time)
 
+    def over(self, time: float) -> bool:
+        """Whether, at this communication point, a part has ended the run. The last row then is of the time that it tells.
+
+        Where it tells of one within the step, only a part that was alone has a row there: the others have stepped further,
+        and all end at the communication point before.
+        """
+        slack = 1e-9 * self.system.run.step
+        name, at = min(self.ends, key=lambda end: end[1])
+        if at > time + slack:  # its own step is longer than that of the others
+            return False
+        stepped = [seat for seat in self.seats if not seat.timed]
+        if at >= time - slack:
+            self.arrive(time)
+        else:
+            self.index -= 1
+            if len(stepped) == 1 and stepped[0].even and at > self.time + slack:
+                self.arrive(at)
+        self.ended = {name: at}
+        return True
+
     def result(self) -> Result:
         """What there is so far."""
         table = pd.DataFrame(
@@ -96,6 +124,8 @@ class Running:
             self.sink.path,
             self.sink,
             self.lacks,
+            self.notes,
+            self.ended,
         )
 
 

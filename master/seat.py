@@ -174,6 +174,8 @@ class Seat:
             self.go(time, step)
         elif self.small > 1:
             for k in range(self.small):
+                if self.part.ends and self.name in dict(self.part.ends):
+                    break
                 since = step * k / self.small
                 if gather:
                     self.gather(time + since, since, (k + 1) / self.small)

@@ -16,6 +16,7 @@ from .errors import DescriptionError, PartFailed
 from .face import Part
 from .results import Result
 from .running import Observer, Running
+from .single import driven, single
 from .ssp.structure import system_of
 from .system import System, check_choice
 
@@ -34,13 +35,16 @@ def run(
     keep: dict[str, Part] | None = None,
     step: float | None = None,
     algorithm: str | None = None,
+    tolerance: float | None = None,
+    inputs: Path | str | None = None,
     allow_code: bool = False,
     unlimited: bool = False,
     isolate: bool = False,
 ) -> Result:
-    """Couple the components of `system` from its start to `stop` [s].
+    """Couple the components of `system` from its start to `stop` [s]. A path may also be that of one FMU (master.single).
 
-    settings: "component.variable" = value, over those of the system; text is taken as the variable's type wants it.
+    settings: "component.variable" = value, over those of the system; text is taken as the variable's type wants it. Of
+        one FMU "variable" is enough.
     out: a .csv or .parquet file to write to; without one the table stays in memory.
     progress: True draws a bar; a function is called with the fraction done.
     observe: called as observe(time, parts) at the start and after every communication step.
@@ -50,10 +54,14 @@ def run(
     unlimited: FMUs and SSPs may be of any size.
     isolate: every FMU runs in a process of its own with limits and without rights.
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
+    inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
+    tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
-    if not isinstance(system, System):
+    if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
+        system = replace(single(system, unlimited, stop, step), isolate=isolate)
+    elif not isinstance(system, System):
         system = system_of(system, allow_code, unlimited, isolate)
     else:
         system = replace(
@@ -62,10 +70,11 @@ def run(
             unlimited=system.unlimited or unlimited,
             isolate=system.isolate or isolate,
         )
-    if step is not None or algorithm is not None:
-        check_choice("algorithm", algorithm or system.run.algorithm, ALGORITHMS)
-        chosen = replace(system.run, step=system.run.step if step is None else step, algorithm=algorithm or system.run.algorithm)
-        system = replace(system, run=chosen)
+    given: dict[str, Any] = {"step": step, "algorithm": algorithm, "fmu_tolerance": tolerance}
+    system = replace(system, run=replace(system.run, **{key: value for key, value in given.items() if value is not None}))
+    check_choice("algorithm", system.run.algorithm, ALGORITHMS)
+    if inputs is not None:
+        system = driven(system, inputs)
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
     with _Progress(progress, system.run.start, end) as tell:
@@ -114,13 +123,15 @@ def _go(running: Running) -> None:
         if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not windows.parameters:
             if one.clocks() is not None:
                 return convoy.sail(running, one, count, every)
-    time = start
+    ends, time = running.ends, start
     for index in range(count):
         if windows.parameters:
             windows.switch(time)
         advance(stepped, index, time, step)
         time = start + (index + 1) * step
         running.index = index + 1
+        if ends and running.over(time):
+            return
         arrive(time, (index + 1) % every == 0)
 
 
@@ -144,6 +155,10 @@ def _controlled(running: Running) -> None:
             if snapshot is None or size == 1 or not failure.status.startswith("Discard"):
                 raise
             error = math.inf
+        if running.ends:
+            running.index += 1
+            running.over(time + size * tick)
+            return
         if error > 1.0 and size > 1 and snapshot is not None:
             snapshot.restore()
             running.rejected += 1

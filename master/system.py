@@ -33,6 +33,7 @@ class Run:
     open_inputs: bool = False  # True: inputs that nobody gives keep their FMU's start value
     step_control: str = ""  # "" | power | doubling
     tolerance: float = 1e-3  # of step control, relative
+    fmu_tolerance: float | None = None  # of the FMUs' own solvers, relative; 0: none is told; None: of their default experiments
     step_min: float = 0.0  # smallest step of step control; 0: step / 1024
 
 
@@ -44,6 +45,7 @@ class Component:
     part: str = ""  # "package.module:Class" instead of an FMU
     options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
     step: float = 0.0  # its own step in s; 0: the communication step
+    tolerance: float | None = None  # of its own solver, relative; 0: none is told; None: as [run] fmu_tolerance
     start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
     process: bool = False  # in a process of its own
     isolate: bool = False  # in one with limits and without rights (docs/security.md)
@@ -101,6 +103,8 @@ class System:
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
     unlimited: bool = False  # its archives may be of any size; likewise
     isolate: bool = False  # every FMU as if its component said so
+    alone: str = ""  # the component whose name may be left out
+    notes: list[str] = field(default_factory=list)  # what its file says and nobody uses, a sentence each
 
     @property
     def order(self) -> list[str]:
@@ -113,6 +117,8 @@ class System:
         for count in range(len(parts) - 1, 0, -1):
             if ".".join(parts[:count]) in self.components:
                 return ".".join(parts[:count]), ".".join(parts[count:])
+        if self.alone:
+            return self.alone, name
         if len(parts) == 1:
             raise DescriptionError(f"{where}: {name} should be written as component.variable.")
         raise DescriptionError(f"{where}: there is no component {parts[0]}{did_you_mean(parts[0], self.components)}")

@@ -102,6 +102,8 @@ def make(name: str, component: Component, system: System) -> Part:
     if component.part:
         if component.isolate or component.step_timeout:
             raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")
+        if component.tolerance is not None:
+            raise DescriptionError(f"{where}: tolerance is for FMUs, which have solvers of their own.")
         kind = load_part(component.part, where, system.allow_code)
         try:
             part = kind(name, **component.options)
@@ -120,12 +122,22 @@ def make(name: str, component: Component, system: System) -> Part:
     isolate, limit = component.isolate or system.isolate, component.step_timeout
     if not 0.0 <= limit < 1e9:
         raise DescriptionError(f"{where} step_timeout = {limit:g}: a time in s is wanted here.")
+    tolerance = _tolerance(where, component, system)
     apart = component.process or isolate or limit > 0.0
     if apart or open_fmu(path, system.unlimited).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
         from .process import ProcessPart
 
-        return ProcessPart(name, path, system.unlimited, isolate, limit)
-    return FmuPart(name, path)
+        return ProcessPart(name, path, system.unlimited, isolate, limit, tolerance)
+    return FmuPart(name, path, tolerance)
+
+
+def _tolerance(where: str, component: Component, system: System) -> float | None:
+    """What an FMU's solver is told; 0: nothing, None: what its default experiment says."""
+    run, own = system.run.fmu_tolerance, component.tolerance
+    told, where = (own, f"{where} tolerance") if own is not None else (run, "[run] fmu_tolerance")
+    if told is not None and not 0.0 <= told < 1.0:
+        raise DescriptionError(f"{where} = {told:g}: a relative tolerance below 1 is wanted here, or 0 for none.")
+    return told
 
 
 def fmu_path(component: Component, system: System):

@@ -43,7 +43,7 @@ def _overrides(pairs: list[str]) -> dict[str, str]:
     settings = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")
-        if not equals or "." not in name:
+        if not equals or not name.strip():
             raise SelflockError(
                 f"--set {pair}: write it as component.variable=value, such as rear_reducer.friction_kinetic=0.02."
             )
@@ -82,19 +82,30 @@ def build(
 
 @app.command()
 def run(
-    system: Annotated[Path, typer.Argument(help="A system file (.toml) or a system structure (.ssp).")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Result file, .csv or .parquet.")],
-    set_: Annotated[list[str] | None, typer.Option("--set", help="component.variable=value; may be repeated.")] = None,
+    system: Annotated[Path, typer.Argument(help="A system file (.toml), a system structure (.ssp) or one FMU (.fmu).")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Result file, .csv or .parquet; of X.fmu X_result.csv when not given.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="component.variable=value, of one FMU variable=value; may be repeated."),
+    ] = None,
+    input_: Annotated[
+        Path | None, typer.Option("--input", help="Table (.csv, .parquet) with columns time and those of inputs, by name.")
+    ] = None,
     stop: Annotated[float | None, typer.Option(help="Stop time in s.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step in s; the system's own when not given.")] = None,
     algorithm: Annotated[str | None, typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Relative, of the FMUs' own solvers; the system's or the FMUs' own when not given.")
+    ] = None,
     allow_code: AllowCode = False,
     unlimited: Unlimited = False,
     isolate: Annotated[
         bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")
     ] = False,
 ) -> None:
-    """Run a coupled system and write its table of results."""
+    """Run a coupled system, or one FMU, and write the table of results."""
     from selflock.master import run as run_system
 
     settings = _overrides(set_ or [])
@@ -102,10 +113,12 @@ def run(
         system,
         settings,
         stop,
-        out,
+        out or Path(f"{system.stem}_result.csv"),
         progress=True,
+        inputs=input_,
         step=step,
         algorithm=algorithm,
+        tolerance=tolerance,
         allow_code=allow_code,
         unlimited=unlimited,
         isolate=isolate,

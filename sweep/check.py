@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from selflock.fmus.errors import SelflockError
+from selflock.master.errors import warn
 from selflock.master.face import Part
+from selflock.master.initial import not_taken
 from selflock.master.system import System
 from selflock.master.wiring import Wiring, typed, wire
 
@@ -45,7 +47,7 @@ def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, 
         for component, values in mine.items():
             key = canonical([component, values])
             if key not in seen:
-                seen[key] = _objection(wiring.parts[component], {**wiring.values.get(component, {}), **values}, study.stop)
+                seen[key] = _objection(wiring.parts[component], wiring.values.get(component, {}), values, study.stop)
             if (objection := seen[key]) is not None:
                 refused.append((number, objection))
                 break
@@ -60,15 +62,20 @@ def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, 
         )
 
 
-def _objection(part: Part, values: dict[str, Any], stop: float | None) -> str | None:
+def _objection(part: Part, given: dict[str, Any], varied: dict[str, Any], stop: float | None) -> str | None:
     """Why the part does not accept these values together; None if it does."""
     try:
         part.reset()
-        for name, value in values.items():
+        for name, value in {**given, **varied}.items():
             part.set(name, typed(part.variables[name], value, part.name))
         part.enter_initialization(0.0, stop)
         part.exit_initialization()
     except (SelflockError, ValueError) as error:
         said = [line.removeprefix("Error: ") for line in part.log if line.startswith("Error")]
         return f"{part.name}: {said[0]}" if said else str(error)
+    for name, found in part.untaken.items():
+        sentence = not_taken(f"{part.name}.{name}", {**given, **varied}[name], found)
+        if name in varied and found is not None:
+            return sentence
+        warn(sentence)
     return None

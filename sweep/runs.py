@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import io
+import math
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from selflock.master.system import System
 from selflock.master.wiring import fmu_path
 
 from .errors import SweepError
-from .record import Figure, figures
+from .record import SLACK, Figure, figures
 from .store import digest
 
 
@@ -83,6 +84,10 @@ def run_one(bench: Bench, item: dict[str, Any]) -> tuple[dict[str, Any], dict[st
         result = master.run(system, settings=settings, stop=bench.stop, keep=bench.parts)
     except master.PartFailed as error:
         raise SweepError(str(error).partition("\n  the results until")[0]) from error
+    for name, end in result.ended.items():
+        late = [one.name for one in bench.record if one.kind != "value" and end + SLACK < one.end < math.inf]
+        if late:
+            raise SweepError(f"{name} ended the run itself at t = {end:.9g} s, before the window of {late[0]} is over.")
     row = figures(bench.record, result.table, item["parameters"])
     if not bench.table:
         return row, {}

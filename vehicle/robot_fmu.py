@@ -4,8 +4,8 @@
     build("out/fmus")                                # Robot.fmu, or with other start values: build("out", track="belt")
 
 The FMU holds the vehicle's sources as they are here, so its numbers are those of the part `selflock.vehicle.Robot` bit for
-bit. Nothing but the standard library is imported before the start, so that a host whose Python lacks what is needed
-is told so in a sentence.
+bit. Nothing but the standard library is imported before an instance is made, so that a host whose Python lacks what is needed
+is told so in a sentence, and has none.
 """
 
 from __future__ import annotations
@@ -46,6 +46,10 @@ class RobotFmu(Slave):
     inputs = tuple(replace(row, nominal=NOMINAL.get(row.unit)) for row in tables.INPUTS)
     outputs = tuple(replace(row, nominal=NOMINAL.get(row.unit)) for row in map(tables.output, tables.OUTPUTS))
     parameters = tables.PARAMETERS
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        _vehicle(self.identity)  # what is missing is told here, where a host stops: no instance
 
     def _fit_parameters(self) -> tuple[dict[str, Any], str]:
         return {row.name: type(row.start)(self.value(row.name)) for row in self.parameters}, ""

@@ -11,6 +11,8 @@ import numpy as np
 
 from selflock.master.errors import DescriptionError, PartFailed
 from selflock.master.face import Part
+from selflock.master.initial import not_taken
+from selflock.master.results import Result
 from selflock.master.simulation import run as run_system
 from selflock.master.system import System
 
@@ -64,11 +66,13 @@ class Played:
         self.effort = Effort()
         self.memory: list[dict[tuple, dict[str, np.ndarray] | None]] = [{} for _ in runs]
         self.last: Exception | None = None  # why a run broke off
+        self.untaken = ""  # of the first number that an FMU did not take, the sentence
+        self.notes: list[str] = []  # what the master has to tell of the first run
 
     # --- one run -------------------------------------------------------------------------------------------------
 
     def simulate(self, i: int, settings: Settings) -> dict[str, np.ndarray] | None:
-        """The outputs at the times of run i; None where the run broke off. `settings`: by variable, over the rig's own."""
+        """The outputs at the times of run i; None where the run broke off, or was one of other numbers. `settings`: over the rig's."""
         mine = {name: value for name, value in settings.items() if self.parts.owner(name) in self.group.members}
         key = tuple(sorted(mine.items()))
         memory = self.memory[i]
@@ -94,17 +98,39 @@ class Played:
             self.effort.failed[_said(error)] += 1
             self.effort.runs += 1
             return None
+        whole = self._whole(result, kept, settings, float(run.time[-1] - run.time[0]))
         if LOG in kept:
             kept.pop(LOG).close()
         self.kept = kept
         if not self.reusable:
             self.close()
+        self.notes = self.notes or result.notes
         self.effort.runs += 1
         self.effort.steps += result.steps * len(self.group.members)
         self.effort.seconds += result.duration
+        if not whole:
+            return None
         table, time = result.table, run.time - run.time[0]
         grid = table["time"].to_numpy()
         return {name: np.interp(time, grid, table[name].to_numpy(float)) for name in self.outputs}
+
+    def _whole(self, result: Result, parts: dict[str, Part], settings: Settings, stop: float) -> bool:
+        """Whether a run was one of these settings, until there; what it was otherwise is told as of one that broke off."""
+        for name, part in parts.items():
+            for variable, found in part.untaken.items():
+                if (given := settings.get(f"{name}.{variable}")) is not None and found is not None:
+                    sentence = not_taken(f"{name}.{variable}", given, found)
+                    self.untaken = self.untaken or sentence
+                    return self._failed(f"{name}.{variable} was not taken", sentence)
+        for name, end in result.ended.items():
+            if end < stop - 1e-9 * max(1.0, stop):
+                return self._failed(f"{name} ended the run itself", f"{name} ends the run itself at t = {end:.9g} s")
+        return True
+
+    def _failed(self, reason: str, sentence: str) -> bool:
+        self.effort.failed[reason] += 1
+        self.last = DataError(sentence)
+        return False
 
     def close(self) -> None:
         """Free the FMUs."""

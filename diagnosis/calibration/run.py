@@ -166,6 +166,9 @@ def _first_look(problem: Calibrating, origin: np.ndarray) -> list[str]:
     first = problem.which[0]
     if word := played.trust(start[first], other[first], first):
         notes.append(word)
+    if played.untaken:
+        raise DataError(f"{rig.path}: [calibrate] {played.untaken}. Leave it out, or narrow its range to what the FMU takes.")
+    notes += played.notes
     if played.still():
         channels = ", ".join(feed.channel for feed in played.group.feeds)
         if not _moving(problem):

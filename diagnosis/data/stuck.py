@@ -371,6 +371,22 @@ def _longer_than_chance(stills: Stills, name: str, starts: np.ndarray, lengths: 
     return odd
 
 
+def _noisy_at_rest(stills: Stills, name: str, stretch: slice) -> bool:
+    """Whether a channel has noise in the other rests of its drive, so that it repeats no value for so long in this one either.
+
+    At 0 it may be switched off.
+    """
+    x, rules = stills.run.signals[name], RULES.data
+    rests = ~stills.moving(split(name, stills.drives)[0]).any(axis=0) & stills.sound[name]
+    rests[stretch] = False
+    pairs = rests[1:] & rests[:-1]
+    if x[stretch.start] == 0.0 or pairs.sum() < rules.frozen_samples:
+        return False
+    usual = max(float(np.mean(np.diff(x)[pairs] == 0.0)), rules.frozen_shares[0])
+    longest = np.log(rules.frozen_chance / len(x)) / np.log(usual) if usual < 1.0 else np.inf
+    return usual <= rules.noisy_repeats and stretch.stop - stretch.start > longest
+
+
 def _drive_moves(stills: Stills, name: str, stretch: slice, limit: float) -> bool:
     """Whether something happens for more rows of a stretch than chance leaves a value equal.
 
@@ -379,6 +395,8 @@ def _drive_moves(stills: Stills, name: str, stretch: slice, limit: float) -> boo
     """
     rules, prefix = RULES.data, split(name, stills.drives)[0]
     if stills.noisy(name) and np.any(stills.moving(prefix)[:, stretch].sum(axis=1) > limit):
+        return True
+    if _noisy_at_rest(stills, name, stretch):
         return True
     for other in (*ANGLE_OF, *_OTHERS):
         x = stills.run.signals.get(prefix + other)

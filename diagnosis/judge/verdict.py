@@ -61,7 +61,7 @@ class Judge:
         if outcome.causes and not silent and now > (1.0 - RULES.judge.help) * was:
             why = f"it lowers the error of held-out data by less than {100 * RULES.judge.help:.0f} %"
             found = replace(self._gained(nothing, before), dropped=found, why=why)
-        found.left = self._dependences(found.mending.after)
+        found.left = self._dependences(found.mending.after, found.mending.before if found.outcome.causes else None)
         if found.outcome.causes and found.left:
             missing = self._dependences(before)
             why = self._doubted(found, missing, silent)
@@ -140,11 +140,12 @@ class Judge:
         mending = Mending(experiment, residual, before, after, self.judged)
         return Judgement(outcome, mending, measure(mending, self.names, self.rng), [])
 
-    def _dependences(self, values: dict) -> list[Dependence]:
+    def _dependences(self, values: dict, without: dict | None = None) -> list[Dependence]:
+        """With what goes what these values leave; `without` the causes that they hold."""
         experiment = self.experiment
         found = depends(experiment, experiment.misfit(values), experiment.present(values), values, self.rng)
         if experiment.by_channel:  # what averages of many samples show no formula has
-            off = excess(experiment, values, np.ones(experiment.layout.count, bool)) > RULES.judge.excess
+            off = excess(experiment, values, np.ones(experiment.layout.count, bool), without) > RULES.judge.excess
             found = [d for d in found if off[experiment.residuals.index(self._residual(d))]]
         return found
 

@@ -115,14 +115,16 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
         out[7, i] = l.speed
 
 
-def closed(pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, speed_setpoint, dt, parts, ticked, start, out):
+def closed(pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, speed_setpoint, dt, parts, ticked, at, starts, out):
     """A drive from its set-points with the loop closed; the controller acts at every sample, or as its period says.
 
     pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor > 0: these are the
-    input shaft's, seen through the gear's ratio. ticked: s since it acted last, of one with a period. start, powered and
-    rows of out as in `whole`.
+    input shaft's, seen through the gear's ratio. ticked: s since it acted last, of one with a period. at: samples at which
+    the shafts are put where they were measured, 0 first, each with its row of starts, as `start` in `whole`; heat and wear
+    go on. powered and rows of out as in `whole`.
     """
     ratio = pr.gear_ratio
+    start, put = starts[0], 1
     m, g = dc.start(pm), shaft.start(pr, start[0], start[1], start[2], start[3])
     m = dc.State(m.current, start[0], m.heat, m.effects)  # waves over the rotor go with the angle that is measured
     l = load.State(start[2], start[3])
@@ -148,9 +150,17 @@ def closed(pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, sp
                 l, lo = load.advance(pl, l, 0.5 * (before + delivered) if i > 1 else delivered, h)
                 rising, falling = g.speed - turned, l.speed - moved
             current, torque = mo.current, mo.torque
+        anew = put < len(at) and at[put] == i
+        if anew:
+            g = shaft.State(starts[put, 0], starts[put, 1], g.effects, g.time, g.heat, g.distance)
+            l = load.State(starts[put, 2], starts[put, 3])
+            delivered = rising = falling = 0.0
+            put += 1
         angle, speed = l.angle, l.speed
         if at_motor > 0.0:
             angle, speed = g.angle / ratio, g.speed / ratio
+        if anew and sensed > 0.0:
+            sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
         if sensed > 0.0:
             sa, seen = sensor.advance(pa, sa, angle, dt[i])
             angle = seen.reading

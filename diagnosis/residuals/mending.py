@@ -8,6 +8,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from ..rules import RULES
 from .blocks import compared
 from .experiment import Experiment
 from .noise import floor
@@ -40,13 +41,21 @@ def sizes(experiment: Experiment, misfit: np.ndarray, present: np.ndarray) -> di
     return {name: rms([misfit[:, part][present[:, part]]]) for name, part in parts.items()}
 
 
-def excess(experiment: Experiment, values: Values, blocks: np.ndarray) -> np.ndarray:
-    """Error (root mean square) of each residual's samples over their noise, in these blocks; 1 where nothing is compared."""
+def excess(experiment: Experiment, values: Values, blocks: np.ndarray, without: Values | None = None) -> np.ndarray:
+    """Error (root mean square) of each residual's samples over their noise, in these blocks; 1 where nothing is compared.
+
+    without: values without the causes that `values` hold. What their formulas may leave of all that they move, a share of
+    RULES.residuals.own_formulas, is then taken out of the error's square.
+    """
     found = []
     for residual in experiment.residuals:
         errors, trusted, _ = samples(experiment, residual, values, blocks)
         size = rms([e[t] for e, t in zip(errors, trusted)])
         noise = floor(experiment, residual, values, errors, trusted)
+        if without is not None and size > noise > 0.0:
+            others = samples(experiment, residual, without, blocks)[0]
+            moved = rms([(o - e)[t & np.isfinite(o)] for o, e, t in zip(others, errors, trusted)])
+            size = np.sqrt(max(size**2 - (RULES.residuals.own_formulas * moved) ** 2, noise**2))
         found.append(size / noise if size > 0.0 and noise > 0.0 else 1.0)
     return np.array(found)
 

@@ -159,7 +159,7 @@ def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     angle, speed = seen_by_controller(ch)
     at_motor = angle.startswith("reducer")
-    start, _ = begin(values, ch)
+    places, starts = begins(values, ch)
     if ticked is None:
         ticked = ticks(pc.sample_period, ch) if pc.sample_period > 0.0 else 0.0
     off = laws.no_sensor()
@@ -168,25 +168,66 @@ def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[
     given = here.powered, here.wanted, here.rate, here.dt
     ch.setting.kernels.closed(
         pc, pm, pr, pl, *(off if p is None else p for p in seen), float(any(p is not None for p in seen)), float(at_motor),
-        *given, parts, ticked, start, out,
+        *given, parts, ticked, places, starts, out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out))
     return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}
 
 
-def begin(values: dict, ch: Channels) -> tuple[np.ndarray, float]:
-    """Angle and speed of both shafts as a run begins: as measured, the shaft wound up by what the load takes at rest, N.m."""
+def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
+    """Angle and speed of both shafts as a run begins: as measured, the shaft wound up by what the load takes at rest, N.m.
+
+    Or behind a gap, which ended with this row.
+    """
     pr, pl = drive.law("reducer", values, ch), drive.law("load", values, ch)
     stiffness, damping, _ = carried_in(values, ch)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
-    first, second = drive.both({}, ch)
-    angle, speed = float(second.angle[0]), float(second.speed[0])
+    _, second = drive.both({}, ch)
+    angle, speed = (float(second.angle[0]), float(second.speed[0])) if row == 0 else _behind(row, values, ch)
     if not ch.has("load.angle"):  # counted from anywhere: the loop began where it was asked to be
-        angle = float(ch.raw("controller.angle_setpoint")[0])
+        angle += float(ch.raw("controller.angle_setpoint")[0] - second.angle[0])
     torque, wound = np.empty(1), np.empty(1)
     ch.setting.kernels.load_torque(pl, np.array([angle]), np.array([speed]), np.zeros(1), torque)
     ch.setting.kernels.windup(pr, np.array([angle * pr.gear_ratio]), torque, wound)
     return np.array([(angle + wound[0]) * pr.gear_ratio, speed * pr.gear_ratio, angle, speed]), float(torque[0])
+
+
+def begins(values: dict, ch: Channels) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of the run's grid at which the shafts are put where they were measured, and where: the first, and those behind gaps.
+
+    What a set-point did in a gap nobody knows, and a shaft that locks itself stays for long where that left it.
+    """
+    here = grid(ch)
+    if "begins" not in ch.memory:
+        time = ch.run.time - ch.run.time[0]
+        rows = np.append(0, np.flatnonzero(ch.run.behind_gaps))
+        ch.memory["begins"] = rows[time[rows] <= here.time[-1]]
+    rows = ch.memory["begins"]
+    places = np.searchsorted(here.time, ch.run.time[rows] - ch.run.time[0] - 1e-9)
+    return places, np.stack([begin(values, ch, int(row))[0] for row in rows])
+
+
+def _behind(row: int, values: dict, ch: Channels) -> tuple[float, float]:
+    """Angle and speed of the load at the first row behind a gap: of straight lines through the rows after it alone."""
+    gears = ch.setting.value("reducer.gear_ratio", values)
+    known = ch.memory.setdefault("behind", {})
+    if (row, gears) in known:
+        return known[row, gears]
+    last = min(row + max(ch.smoothing, RULES.residuals.windows[0]), len(ch.run))
+    others = np.flatnonzero(ch.run.behind_gaps[row + 1 : last])
+    rows = np.arange(row, row + 1 + others[0] if len(others) else last)
+    since = ch.run.time[rows] - ch.run.time[row]
+
+    def line(name: str) -> np.ndarray:
+        return np.append(np.polynomial.polynomial.polyfit(since, ch.raw(name)[rows], min(1, len(rows) - 1)), 0.0)[:2]
+
+    angle, rate = line("load.angle") if ch.has("load.angle") else line("reducer.input_angle") / gears
+    if ch.has("load.speed"):
+        rate = line("load.speed")[0]
+    elif ch.has("reducer.input_speed"):
+        rate = line("reducer.input_speed")[0] / gears
+    known[row, gears] = float(angle), float(rate)
+    return known[row, gears]
 
 
 def stable(reducer, load, step: float) -> tuple[float, float, int]:

@@ -163,9 +163,9 @@ class Problem:
         """Whether every channel is compared with a whole drive's."""
         return self.experiment.by_channel
 
-    def excess(self, values: dict) -> np.ndarray:
-        """Error of each residual's samples over their noise, in the blocks that teach."""
-        return excess(self.experiment, self.absolute(values), self.train)
+    def excess(self, values: dict, without: dict | None = None) -> np.ndarray:
+        """Error of each residual's samples over their noise, in the blocks that teach; see residuals.mending.excess."""
+        return excess(self.experiment, self.absolute(values), self.train, None if without is None else self.absolute(without))
 
     def misfit(self, values: dict) -> np.ndarray:
         """Flat, in units of the noise; values counted above another are put back on it."""

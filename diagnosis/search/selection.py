@@ -60,7 +60,7 @@ class ForwardSelection:
         stages: list[Stage] = []
         kept: list[Stage] = []
         while len(stages) < RULES.search.most_steps:
-            stage = self.step(base, [c.hypothesis for c in causes])
+            stage = self.step(base, [c.hypothesis for c in causes], first)
             stages.append(stage)
             if stage.winner is None:
                 break
@@ -83,11 +83,10 @@ class ForwardSelection:
             base = problem.fit(base.free, dict(base.values), RULES.search.effort_last)
         return Selection(problem, stages, causes, kept, base, first, searched)
 
-    def step(self, base: Fit, found: list[Hypothesis]) -> Stage:
-        """One step over a base that holds the causes `found`."""
-        stage = Step(self.problem, base, found, RULES.search.left if found else self.clean, self.chance_level, self.tell).play(
-            self.rng
-        )
+    def step(self, base: Fit, found: list[Hypothesis], first: Fit | None = None) -> Stage:
+        """One step over a base that holds the causes `found`; `first` is the base fit without any."""
+        clean = RULES.search.left if found else self.clean
+        stage = Step(self.problem, base, found, clean, self.chance_level, self.tell, first).play(self.rng)
         self.chance_level = stage.chance_level
         return stage
 

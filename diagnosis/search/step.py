@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numba.core import config
 
-from selflock.fmus.effect import LAG, LATE, PERIOD, PHASE, STEP
+from selflock.fmus.effect import LAG, LATE, PERIOD, PHASE, SHAPES, STEP
 
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
@@ -48,7 +48,8 @@ def so_far(found: Sequence[Hypothesis], best: str = "") -> str:
 class Step:
     """The questions of one step, over a base fit and the causes `found` that it holds.
 
-    clean: times its noise up to which a residual's error has nothing missing. chance_level: of the step before.
+    clean: times its noise up to which a residual's error has nothing missing. chance_level: of the step before. first: the
+    base fit without any cause.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class Step:
         clean: float,
         chance_level: float,
         tell: Callable[[str, float], None],
+        first: Fit | None = None,
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
         self._tell = tell
@@ -66,7 +68,8 @@ class Step:
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
         self.fitted = problem.residual_errors(base.misfit)
         if problem.by_channel:  # samples tell: averages of many show what no formula has
-            self.off = problem.excess(base.values) > RULES.search.natural
+            without = first.values if found and first else None
+            self.off = problem.excess(base.values, without) > RULES.search.natural
         else:
             self.off = problem.experiment.steady | (self.errors > clean * problem.quiet)
         taken = {p.name for p in base.free}
@@ -132,9 +135,18 @@ class Step:
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
 
     def _reaches_an_end(self, candidate: Candidate) -> bool:
-        """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure."""
+        """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure.
+
+        Where that end is what the number is without the cause, others of its numbers may say how much there is of it.
+        """
         intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
-        return any(intervals[p.name][0] <= p.low or intervals[p.name][1] >= p.high for p in ends(candidate))
+        amounts = [p for p in candidate.free if p.role not in SHAPES]
+        nothing = [p for p in amounts if intervals[p.name][0] <= p.nominal <= intervals[p.name][1]]
+        for p in ends(candidate):
+            low, high = intervals[p.name]
+            if (low <= p.low or high >= p.high) and (p not in nothing or len(nothing) == len(amounts)):
+                return True
+        return False
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""

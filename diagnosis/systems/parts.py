@@ -112,8 +112,13 @@ class Parts:
 
     def replay(self, group: Group, run: MeasuredRun, wanted: list[str]) -> dict[str, np.ndarray]:
         """The variables `wanted` of a group at the times of a run."""
-        table = run_system(self.played(group, run, wanted), settings=self.given(group, run)).table
-        time = run.time - run.time[0]
+        result, time = run_system(self.played(group, run, wanted), settings=self.given(group, run)), run.time - run.time[0]
+        for name, end in result.ended.items():
+            raise DataError(
+                f"{run.log}: {name} ends every run itself at t = {end:.9g} s, the log goes on until {time[-1]:.9g} s. "
+                "Cut the log there."
+            )
+        table = result.table
         return {name: np.interp(time, table["time"], table[name].astype(float)) for name in wanted}
 
     def given(self, group: Group, run: MeasuredRun) -> dict[str, float]:
@@ -151,4 +156,6 @@ class Parts:
             components=components,
             connections=connections,
             run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0),
+            alone=self.system.alone,
+            notes=self.system.notes,
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..errors import DescriptionError
 from ..units import Declared, conversion
+from .others import Others
 
 Port = tuple[str, str]  # (element path, connector); the path of a system is that of the system itself
 
@@ -62,4 +63,5 @@ class Flat:
     start_time: float = 0.0
     stop_time: float | None = None
     smallest_step: float = 0.0  # of the FMUs' default experiments, s; 0: none says one
+    others: Others = field(default_factory=Others)  # what the annotations of other tools say
     ours: dict = field(default_factory=dict)  # what our annotation says, if it is there; see write.py

@@ -57,6 +57,8 @@ class _Reader:
         if experiment is not None:
             flat.start_time = float(experiment.get("startTime", "0"))
             flat.stop_time = float(experiment.get("stopTime")) if experiment.get("stopTime") else None
+        flat.others.look(root)
+        flat.others.look(experiment)
         for annotation in root.iter(tag("ssc:Annotation")):
             if annotation.get("type") == ANNOTATION and len(annotation):
                 try:
@@ -69,6 +71,7 @@ class _Reader:
 
     def _system(self, node: etree._Element, path: str, base: Path, units: dict[str, Unit], depth: int) -> None:
         """Take in a system and all below it. `path` is "" for the outermost."""
+        self.flat.others.look(node, path)
         self._connectors(node, path, units)
         children = {}
         elements = node.find(tag("ssd:Elements"))
@@ -122,6 +125,7 @@ class _Reader:
         except Exception as error:  # fmpy raises whatever its parser meets
             raise DescriptionError(f"{path}: {source} cannot be read as an FMU: {error}") from None
         self.flat.fmus[path] = file
+        self.flat.others.look(node, path)
         step = description.defaultExperiment.stepSize if description.defaultExperiment else None
         if step:
             self.flat.smallest_step = min(float(step), self.flat.smallest_step or float(step))

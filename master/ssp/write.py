@@ -153,7 +153,8 @@ def _ours(system: System) -> dict:
         "order": run.order or list(system.components),
     }
     components = {
-        name: differing(c, Component(), ("step", "process", "isolate", "step_timeout")) for name, c in system.components.items()
+        name: differing(c, Component(), ("step", "tolerance", "process", "isolate", "step_timeout"))
+        for name, c in system.components.items()
     }
     return {
         "run": said,

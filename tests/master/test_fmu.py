@@ -1,6 +1,7 @@
 """FMUs of other makers: pythonfmu slaves and native ones written in C after the specification."""
 
 import math
+import subprocess
 import zipfile
 from pathlib import Path
 
@@ -126,7 +127,7 @@ def test_files_that_are_no_fmu_for_us(tmp_path, native, refused):
         ): "model exchange only",
         broken(
             tmp_path / "lib.fmu", good, description=lambda t: t.replace('Identifier="relaxation"', 'Identifier="other"')
-        ): "cannot be loaded",
+        ): "named after its modelIdentifier",
     }
     for path, words in cases.items():
         refused(lambda: master.run(master.from_dict({"components": {"x": {"fmu": str(tmp_path / path)}}})), words)
@@ -141,7 +142,7 @@ def test_instances_share_one_unpacked_folder(counter):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end, status", [(2, "Discard"), (3, "Error"), (4, "Fatal")])
+@pytest.mark.parametrize("end, status", [(3, "Error"), (4, "Fatal")])
 def test_the_teller_ends_as_told(system, native, end, status):
     description = system(
         {"t": (native("teller"), {"word_in": "hallo", "count_in": 1, "flag_in": False, "mood": 2})}, stop=1.0, step=0.1
@@ -218,3 +219,40 @@ def test_log_lines_find_their_instance_with_or_without_its_environment(counter):
     assert list(parts[0].log) == ["Warning: hot"] and list(parts[1].log) == ["Error: zu heiß"]
     for part in parts:
         part.close()
+
+
+def changed(path, out, change):
+    """The FMU at `path` with its files renamed or changed: change(name, content) -> (name, content)."""
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(out, "w") as new:
+        for name in old.namelist():
+            new.writestr(*change(name, old.read(name)))
+    return str(out)
+
+
+def test_a_binary_of_another_name_is_told(native, tmp_path, refused):
+    def rename(name, content):
+        return name.replace("linux64/ball.so", "linux64/bell.so"), content
+
+    path = changed(native("ball"), tmp_path / "b.fmu", rename)
+    refused(lambda: FmuPart("b", path), "named after its modelIdentifier", "there is bell.so", "not ball.so")
+
+
+def test_a_missing_system_library_is_named(native, tmp_path, refused):
+    needed = tmp_path / "libnowhere.so.3"
+    subprocess.run(["gcc", "-shared", "-Wl,-soname,libnowhere.so.3", "-o", needed, "-x", "c", "/dev/null"], check=True)
+    subprocess.run(
+        ["gcc", "-shared", "-o", tmp_path / "own.so", "-x", "c", "/dev/null", "-x", "none", "-Wl,--no-as-needed", needed],
+        check=True,
+    )
+    needed.unlink()
+
+    def lacking(name, content):
+        return name, (tmp_path / "own.so").read_bytes() if name.endswith(".so") else content
+
+    path = changed(native("ball"), tmp_path / "b.fmu", lacking)
+    refused(lambda: FmuPart("b", path), "the system library libnowhere.so.3", "not on this machine")
+
+
+def test_a_binary_that_is_none_is_told(native, tmp_path, refused):
+    path = changed(native("ball"), tmp_path / "b.fmu", lambda name, content: (name, b"no" if name.endswith(".so") else content))
+    refused(lambda: FmuPart("b", path), "cannot be loaded", "b.fmu")

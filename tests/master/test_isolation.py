@@ -56,7 +56,7 @@ def processes() -> set[str]:
         ("memory", "SIGSEGV"),
         ("garbage", "4294967295 bytes"),
         ("failure", "no answer|more than was asked"),
-        ("pickle", "where at most 8 are read|bytes where 8 are due"),
+        ("pickle", "where at most 16 are read|bytes where 8 are due"),
     ],
 )
 def test_one_message_and_the_results_until_then(hostile, tmp_path, deed, said):

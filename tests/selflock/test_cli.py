@@ -55,6 +55,20 @@ def test_what_was_set_is_what_runs(typed, tmp_path, ending):
     assert len(table) == 11 and table["motor.torque"].iloc[0] == 0.0 and units["gear.output_torque"] == "N.m"
 
 
+def test_one_fmu_runs_by_itself(typed, tmp_path, monkeypatch):
+    from selflock.fmus.build import built
+
+    monkeypatch.chdir(tmp_path)
+    fmu = built("Motor")
+    (tmp_path / "u.csv").write_text("time,voltage\n0,12\n")
+    code, told, _ = typed("run", fmu, "--stop", "0.01", "--set", "resistance=2", "--set", "speed=0", "--input", "u.csv")
+    table, _ = read(tmp_path / "Motor_result.csv")
+    assert code == 0 and "Motor_result.csv" in told and table["time"].iloc[-1] == 0.01
+    assert table["Motor.current"].iloc[-1] == pytest.approx(6.0, rel=1e-6)
+    code, _, told = typed("run", fmu, "--set", "resistanse=2")
+    assert code == 2 and "Did you mean resistance?" in told
+
+
 def test_step_and_algorithm_can_be_chosen(typed, tmp_path):
     chosen = "--stop", "0.01", "--step", "0.0005", "--algorithm", "jacobi"
     code, told, _ = typed("run", BENCH, *chosen, "-o", tmp_path / "x.csv")

@@ -137,12 +137,10 @@ def test_a_python_without_pymunk_is_told_what_is_missing(fmu, tmp_path):
 import sys
 sys.path[:0] = [r"{tmp_path / "resources"}"]
 import {script} as module
-robot = module.Robot(instance_name="robot", resources="")
-said = []
-robot.log = lambda text, *rest: said.append(text)
-robot.enter_initialization_mode()
-robot.exit_initialization_mode()
-print(said, robot.do_step(0.0, 1e-3))
+try:
+    module.Robot(instance_name="robot", resources="")
+except ImportError as error:  # which pythonfmu logs; there is no instance then
+    print(error)
 """
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     python = shutil.which("python3", path="/usr/bin:/usr/local/bin") or sys.executable
@@ -152,4 +150,4 @@ print(said, robot.do_step(0.0, 1e-3))
     assert "lacks numpy" in done.stdout or "lacks pymunk" in done.stdout or "lacks numba" in done.stdout, (
         done.stdout + done.stderr
     )
-    assert "pip install" in done.stdout and done.stdout.strip().endswith("False")
+    assert "pip install" in done.stdout and done.returncode == 0

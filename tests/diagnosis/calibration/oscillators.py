@@ -42,7 +42,7 @@ def log(path, fmu, rng, truth=None, noise=0.002, count=1200, force=None, columns
 
 
 def rig(path, system, wanted=None, parameters=None, columns=None, more=""):
-    """A rig of an oscillator called as its file."""
+    """A rig of an oscillator called as its model."""
     columns = {"oscillator.force": "u", "oscillator.position": "position"} if columns is None else columns
     wanted = {f"oscillator.{name}": ends for name, ends in RANGES.items()} if wanted is None else wanted
     entry = lambda value: (

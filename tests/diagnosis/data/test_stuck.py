@@ -100,6 +100,29 @@ def test_a_frozen_channel_is_told_and_no_other(rig, rng, speed, channel):
     assert not run.good[channel][first + 1 : first + length].any()
 
 
+def longest_rest(speed):
+    """First row and length."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], speed == 0.0, [0]])))
+    first, length = max(zip(edges[::2], np.diff(edges)[::2]), key=lambda rest: rest[1])
+    return int(first), int(length)
+
+
+def test_a_current_that_is_noisy_at_rest_is_told_where_it_freezes_at_rest(rig, rng, speed):
+    run = recorded(rng, speed)
+    first, length = longest_rest(speed)
+    first += 80 + int(np.flatnonzero(run.signals[CURRENT][first + 80 :])[0])  # the last of the motion is over, and it is not 0
+    run.signals[CURRENT][first : first + 80] = run.signals[CURRENT][first]
+    faults = check([run], rig)
+    assert kinds(faults) == {("frozen", CURRENT)}
+    assert rows(faults, "frozen", CURRENT, len(speed))[first + 1 : first + 80].all()
+
+
+def test_a_current_that_is_switched_off_at_rest_is_not_frozen(rig, rng, speed):
+    run = recorded(rng, speed)
+    run.signals[CURRENT][speed == 0.0] = 0.0
+    assert check([run], rig) == []
+
+
 @pytest.mark.parametrize("both", [True, False])
 def test_play_lets_the_load_rest_while_the_motor_turns(rig, rng, speed, both):
     """Whether or not a second sensor of the load says so too."""

@@ -158,7 +158,7 @@ LAWS_OF = {
     "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
     "closed": (loops.pd, loops.dc, loops.shaft, loops.load, loops.sensor, loops.sensor),
 }  # fmt: skip
-NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2, "sensed": 1.0, "at_motor": 0.0, "ticked": 0.0}
+NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2, "sensed": 1.0, "at_motor": 0.0, "ticked": 0.0, "at": np.array([0, 20])}
 
 
 def test_all_loops_are_compiled():
@@ -181,7 +181,7 @@ def test_kernels_agree_with_the_plain_laws(name, rng):
     }
     plain, compiled = getattr(loops, name), getattr(kernels(), name)
     names = list(signature(plain).parameters)[len(LAWS_OF[name]) :]
-    shapes = {"start": 4, "out": (8, n)}
+    shapes = {"start": 4, "starts": (2, 4), "out": (8, n)}
     arrays = {key: NUMBERS.get(key, rng.uniform(-20.0, 20.0, shapes.get(key, n))) for key in names} | {"dt": np.full(n, STEP)}
     arrays = {key: arrays[key] for key in names}
     found = []

@@ -114,6 +114,24 @@ def test_nothing_is_compared_behind_a_gap_nor_at_the_start(seed, tmp_path):
         assert good.sum() > 0.7 * len(good)
 
 
+def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
+    """What its set-point did meanwhile is lost: without that a drive that locks itself may stay anywhere else for long."""
+    case = recordings.hide([], seed, longest=8.0, duration=8.0)
+    n = len(case.logs[0])
+    lost = slice(n // 2, n // 2 + n // 5)
+    bench = experiment(case, tmp_path, lambda table: table.drop(index=range(lost.start, lost.stop)))
+    (ch,) = bench.channels.values()
+    (first, behind), starts = whole.begins({}, ch)
+    assert first == 0
+    after = case.logs[0][lost.stop : lost.stop + 3]
+    count = 2.0 * np.pi / case.recorder.counts["angle"]
+    travel = np.ptp(case.logs[0]["setpoint_angle"])
+    assert starts[1, 2] == pytest.approx(after["angle"].iloc[0], abs=2.0 * count + 0.01 * travel)
+    simulated = whole.simulate({}, ch)
+    assert simulated["angle"][behind] == starts[1, 2] and simulated["input_angle"][behind] == starts[1, 0]
+    assert abs(np.diff(simulated["angle"])[behind:]).max() < 0.01 * travel  # and goes on from there
+
+
 def test_a_sensor_before_the_controller_acts_in_the_loop_and_one_beside_it_does_not(seed, tmp_path):
     bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
     (ch,) = bench.channels.values()

@@ -1,0 +1,157 @@
+"""One FMU as a system: its default experiment, and a table of what goes into it.
+
+selflock run X.fmu --stop 5 --set a=1 --input u.csv -o x.csv
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..fmus.variable import BEYOND, INTEGERS
+from .binary import open_fmu
+from .errors import DescriptionError
+from .face import Part, Variable
+from .fmu import variables_of
+from .results import KINDS, read
+from .system import Component, Connection, Run, System, did_you_mean
+from .wiring import fmu_path
+
+POINTS = 1000  # steps of an experiment whose FMU names no step
+SLACK = 1e-9  # s: a time that is met but for its rounding
+
+
+def single(path: Path | str, unlimited: bool = False, stop: float | None = None, step: float | None = None) -> System:
+    """The system of one FMU under the name of its model, in the FMU's default experiment. Raises DescriptionError.
+
+    stop, step: in place of the experiment's. An experiment without a stop lasts 1 s; without a step it has 1000, and one
+    that is no multiple of its step a shorter step.
+    """
+    path = Path(path).absolute()
+    description = open_fmu(path, unlimited).description
+    told = {key: _number(getattr(description.defaultExperiment, key, None)) for key in ("startTime", "stopTime", "stepSize")}
+    start = told["startTime"] or 0.0
+    stop = stop if stop is not None else told["stopTime"] if told["stopTime"] is not None else start + 1.0
+    length = stop - start
+    if step is None:
+        step = told["stepSize"] or length / POINTS
+        step = length / max(1, math.ceil(length / step - 1e-6)) if length > 0.0 and step > 0.0 else 1e-3
+    name = description.coSimulation.modelIdentifier
+    run = Run(start=start, stop=stop, step=step, open_inputs=True)
+    return System(name, folder=path.parent, run=run, components={name: Component(fmu=str(path))}, unlimited=unlimited, alone=name)
+
+
+def _number(text: str | float | None) -> float | None:
+    try:
+        number = math.nan if text is None else float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def driven(system: System, path: Path | str) -> System:
+    """The system with the columns of a table, .csv or .parquet, as its inputs. Raises DescriptionError, ResultError.
+
+    The table has a column `time`, in s, that does not fall, and columns named as inputs, units in brackets behind the names
+    of a .csv as in our results. Between its rows continuous Reals are straight, all else is held; before and after it, too. Of
+    two rows of one time the second is what comes after it.
+    """
+    name = next(
+        n for n in ("input", "input_table", *(f"input_{k}" for k in range(len(system.components)))) if n not in system.components
+    )
+    table = Table(name, str(path))
+    types = dict(table.types)
+    connections = dict(system.connections)
+    known: dict[str, dict[str, Variable]] = {}
+    for column in table.types:
+        component, variable = system.split(column, f"{path}")
+        target = f"{component}.{variable}"
+        if target in connections:
+            raise DescriptionError(
+                f"{path}: {target} is connected to {connections[target].source}; an input takes one connection only."
+            )
+        connections[target] = Connection(f"{name}.{column}")
+        if component not in known and system.components[component].fmu:
+            described = open_fmu(fmu_path(system.components[component], system), system.unlimited).description
+            known[component] = {v.name: v for v in variables_of(described)}
+        if component in known:
+            if variable not in known[component]:
+                raise DescriptionError(
+                    f"{path}: {component} has no variable {variable}{did_you_mean(variable, known[component])}"
+                )
+            wanted = known[component][variable]
+            types[column] = wanted.type if wanted.type == "Real" and wanted.variability == "continuous" else f"held {wanted.type}"
+    part = Component(part=f"{__name__}:Table", options={"path": str(Path(path).absolute()), "types": types})
+    order = [name, *system.run.order] if system.run.order else []
+    components = {name: part, **system.components}
+    return replace(system, components=components, connections=connections, run=replace(system.run, order=order))
+
+
+class Table(Part):
+    """A table of a file as a function of time, see `driven`."""
+
+    tells_ahead = True
+
+    def __init__(self, name: str, path: str, types: dict[str, str] | None = None):
+        """types: by column, such as "Real" or "held Integer"; those of the file where none are given."""
+        frame, units = read(path)
+        frame = frame.rename(columns=str.strip)
+        if "time" not in frame or len(frame) == 0 or len(frame.columns) < 2:
+            raise DescriptionError(f"{path}: a column `time` in s, columns named as inputs, and rows are wanted here.")
+        given = {key.strip(): unit for key, unit in units.items()}
+        self.types = types or {column: _type(frame[column].dtype) for column in frame.columns if column != "time"}
+        self._columns: dict[str, np.ndarray] = {}
+        for column in ("time", *self.types):
+            try:
+                values = frame[column].to_numpy(dtype=float)
+            except (TypeError, ValueError):
+                values = np.array([math.nan])
+            if not np.isfinite(values).all():
+                raise DescriptionError(f"{path}: column {column} holds what is no number.")
+            if self.types.get(column, "").endswith(("Integer", "Boolean")) and (values != np.trunc(values)).any():
+                raise DescriptionError(f"{path}: column {column} holds numbers that are not whole; its input is of that type.")
+            if self.types.get(column, "").endswith("Integer"):
+                for value in values[(values < INTEGERS[0]) | (values > INTEGERS[1])][:1]:
+                    raise DescriptionError(f"{path}: column {column} holds {value:.0f}, which {BEYOND}.")
+            self._columns[column] = values
+        self._time = self._columns.pop("time")
+        if (np.diff(self._time) < 0.0).any():
+            raise DescriptionError(f"{path}: its time falls. Sort the rows.")
+        super().__init__(
+            name,
+            [
+                Variable(column, given.get(column, ""), causality="output", type=kind.split()[-1], depends_on=())
+                for column, kind in self.types.items()
+            ],
+        )
+
+    def at(self, time: float) -> None:
+        """y at this time."""
+        self.y[:] = self.ahead(np.array([time]))[0]
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """y at each of these times, a row each."""
+        when = self._time
+        after = np.searchsorted(when, times + SLACK, side="right")
+        before = np.maximum(after - 1, 0)
+        span = when[np.minimum(after, len(when) - 1)] - when[before]
+        share = np.where(after > 0, np.maximum(0.0, times - when[before]), 0.0) / np.where(span > 0.0, span, np.inf)
+        found = np.empty((len(times), len(self.outputs)))
+        for place, column in enumerate(self.outputs):
+            values = self._columns[column]
+            found[:, place] = values[before]
+            if self.types[column] == "Real":
+                found[:, place] += (values[np.minimum(after, len(when) - 1)] - values[before]) * share
+        return found
+
+    def get(self, name: str) -> float:
+        self._told(name)
+        return float(self._columns[name][0])
+
+
+def _type(kind: np.dtype) -> str:
+    """The type that a column of numbers has by itself."""
+    return next((type_ for type_, known in KINDS.items() if kind == known and type_ != "Real"), "Real")

@@ -106,10 +106,11 @@ class Running:
     def result(self) -> Result:
         """What there is so far."""
         table = pd.DataFrame(
-            {b.name: {"given": b.given, "taken": b.taken, "lost": b.lost, "relative": b.relative} for b in self.balances},
-            index=["given", "taken", "lost", "relative"],
+            [(b.given, b.taken, b.lost, b.relative) for b in self.balances],
+            index=[b.name for b in self.balances],
+            columns=["given", "taken", "lost", "relative"],
             dtype=float,
-        ).T
+        )
         units = {column.name: column.unit for column in self.sink.columns}
         run = self.system.run
         return Result(

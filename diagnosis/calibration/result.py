@@ -43,8 +43,8 @@ class FittedNumber:
         """What is doubtful about it, in words."""
         if self.silent:
             yield (
-                f"{self.name} changes nothing that is compared: it keeps {self.value:.6g}. Is it read by what was measured? Some FMUs "
-                "ignore what is set before they start, or take it from another parameter"
+                f"{self.name} changes nothing that is compared: it keeps {self.value:.6g}. Is it read by what was measured? "
+                "Some FMUs take it from another parameter"
             )
             return
         if self.at_bound:

@@ -1,6 +1,6 @@
 """Numbers hidden in FMUs come out of their logs, and what the logs do not tell is told.
 
-Bounds of values are two of their 95 % intervals: four standard errors, which one in ten thousand seeds exceeds.
+Bounds of values are 2.5 of their 95 % intervals: five standard errors, which one in a million seeds exceeds.
 """
 
 import json
@@ -14,7 +14,8 @@ from selflock import master
 from selflock.diagnosis import calibrate
 from selflock.master import system
 
-QUICK = {"out": None, "starts": 2}
+ONCE, QUICK = {"out": None, "starts": 1}, {"out": None, "starts": 2}
+TWO = {f"oscillator.{name}": oscillators.RANGES[name] for name in ("stiffness", "gain")}
 
 
 def found(result):
@@ -25,7 +26,7 @@ def recovered(result, truth, prefix="oscillator."):
     for name, hidden in truth.items():
         number = found(result)[prefix + name]
         middle, half = 0.5 * (number.low + number.high), 0.5 * (number.high - number.low)
-        assert abs(hidden - middle) <= 2.0 * half and number.determined and not number.at_bound, (name, number)
+        assert abs(hidden - middle) <= 2.5 * half and number.determined and not number.at_bound, (name, number)
         assert half < 0.01 * abs(hidden)
 
 
@@ -34,7 +35,7 @@ def test_hidden_numbers_are_found_and_a_silent_one_is_named(tmp_path, oscillator
     log, test = (oscillators.log(tmp_path / name, oscillator, rng) for name in ("log.csv", "test.csv"))
     wanted = {f"oscillator.{name}": ends for name, ends in oscillators.RANGES.items()} | {"oscillator.nothing": [0.0, 2.0]}
     rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {oscillators.STEP}")
-    result = calibrate(rig, [log], test=[test], out=tmp_path / "out", starts=3)
+    result = calibrate(rig, [log], test=[test], out=tmp_path / "out", starts=2)
     recovered(result, oscillators.TRUTH)
     silent = found(result)["oscillator.nothing"]
     assert silent.silent and silent.value == 1.0 and silent.low is None
@@ -56,12 +57,11 @@ def test_hidden_numbers_are_found_and_a_silent_one_is_named(tmp_path, oscillator
 
 @pytest.mark.slow
 def test_what_cannot_be_told_apart_and_what_wants_to_leave_its_range(tmp_path, oscillator, rng):
-    log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng, count=600)
     names = ("mass", *oscillators.RANGES)
     wanted = {f"oscillator.{name}": ends for name, ends in ({"mass": [0.2, 5.0]} | oscillators.RANGES).items()}
-    together = calibrate(
-        oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {oscillators.STEP}"), [log], **QUICK
-    )
+    more = f"step = {oscillators.STEP}"
+    together = calibrate(oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=more), [log], **ONCE)
     for name in names:  # mass x'' + damping x' + stiffness x = gain u: all of them times any number is the same
         number = found(together)[f"oscillator.{name}"]
         assert not number.determined and set(number.collinear_with) == {f"oscillator.{n}" for n in names if n != name}
@@ -70,9 +70,7 @@ def test_what_cannot_be_told_apart_and_what_wants_to_leave_its_range(tmp_path, o
         f"oscillator.{name}": ends
         for name, ends in (oscillators.RANGES | {"gain": {"start": 0.5, "low": 0.1, "high": 1.0}}).items()
     }
-    bound = calibrate(
-        oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=f"step = {oscillators.STEP}"), [log], **QUICK
-    )
+    bound = calibrate(oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", wanted, more=more), [log], **ONCE)
     gain = found(bound)["oscillator.gain"]
     assert gain.at_bound == "highest" and gain.value == 1.0
     assert any("oscillator.gain is at the highest value of its range, 1" in doubt for doubt in bound.doubts())
@@ -83,10 +81,10 @@ def test_runs_that_break_off_do_not_break_the_fit(tmp_path, oscillator, rng, end
     """Discard, Error and not a number where the position leaves what the hidden oscillator reaches: half of all starts do."""
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
     limit = 1.3 * float(pd.read_csv(log)["position"].abs().max())
-    parameters = {"oscillator.limit": limit, "oscillator.end": end}
-    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", parameters=parameters, more=f"step = {oscillators.STEP}")
+    parameters = {"oscillator.limit": limit, "oscillator.end": end, "oscillator.damping": oscillators.TRUTH["damping"]}
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", TWO, parameters, more=f"step = {oscillators.STEP}")
     result = calibrate(rig, [log], **QUICK)
-    recovered(result, oscillators.TRUTH)
+    recovered(result, {name: oscillators.TRUTH[name] for name in ("stiffness", "gain")})
     assert result.effort["failed"] > 0 and sum(result.effort["reasons"].values()) == result.effort["failed"]
     assert "failed" in result.summary()
 
@@ -108,10 +106,10 @@ def test_a_start_that_breaks_off_is_left_for_one_that_does_not(tmp_path, oscilla
 @pytest.mark.parametrize("reset, words", [(1, "another after fmi2Reset"), (2, "")])
 def test_fmus_that_cannot_be_reset_are_made_anew(tmp_path, oscillator, rng, reset, words):
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
-    parameters = {"oscillator.reset": reset}
-    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", parameters=parameters, more=f"step = {oscillators.STEP}")
-    result = calibrate(rig, [log], **QUICK)
-    recovered(result, oscillators.TRUTH)
+    parameters = {"oscillator.reset": reset, "oscillator.damping": oscillators.TRUTH["damping"]}
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", TWO, parameters, more=f"step = {oscillators.STEP}")
+    result = calibrate(rig, [log], **ONCE)
+    recovered(result, {name: oscillators.TRUTH[name] for name in ("stiffness", "gain")})
     assert not words or any(words in doubt for doubt in result.doubts())
 
 
@@ -120,14 +118,13 @@ def test_each_run_begins_where_it_begins(tmp_path, oscillator, rng):
     """The position at the start is another in each log, that which judges too; stiffness and gain are those of all."""
     begins = {"a.csv": 0.7, "b.csv": -0.4, "test.csv": 0.2}
     logs = [
-        oscillators.log(tmp_path / n, oscillator, rng, oscillators.TRUTH | {"position": x}, count=800) for n, x in begins.items()
+        oscillators.log(tmp_path / n, oscillator, rng, oscillators.TRUTH | {"position": x}, count=400) for n, x in begins.items()
     ]
-    wanted = {"oscillator.stiffness": [10.0, 1000.0], "oscillator.gain": [0.1, 5.0]}
-    wanted["oscillator.position"] = {"low": -2.0, "high": 2.0, "each_run": True}
+    wanted = TWO | {"oscillator.position": {"low": -2.0, "high": 2.0, "each_run": True}}
     rig = oscillators.rig(
         tmp_path / "rig.toml", "oscillator.fmu", wanted, {"oscillator.damping": 1.5}, more=f"step = {oscillators.STEP}"
     )
-    result = calibrate(rig, logs[:2], test=logs[2:], out=tmp_path / "out", starts=2)
+    result = calibrate(rig, logs[:2], test=logs[2:], out=tmp_path / "out", starts=1)
     recovered(result, {name: oscillators.TRUTH[name] for name in ("stiffness", "gain")})
     for name, begin in begins.items():
         assert result.values[f"oscillator.position of {name}"] == pytest.approx(begin, abs=0.01)
@@ -149,7 +146,7 @@ def test_events_do_not_break_the_slopes(tmp_path, native, rng):
     table.to_csv(tmp_path / "log.csv", index=False)
     wanted = {"ball.gravity": [8.0, 11.0], "ball.restitution": [0.5, 1.0], "ball.height": {"low": 0.5, "high": 1.5}}
     rig = oscillators.rig(tmp_path / "rig.toml", "ball.fmu", wanted, columns={"ball.height": "ball.height"}, more="step = 0.01")
-    result = calibrate(rig, [tmp_path / "log.csv"], out=None)
+    result = calibrate(rig, [tmp_path / "log.csv"], out=None, starts=3)
     for name, hidden in {"ball.gravity": 9.3, "ball.restitution": 0.85, "ball.height": 1.0}.items():
         assert result.values[name] == pytest.approx(hidden, rel=0.005)
     assert result.errors[0].after == pytest.approx(0.003, rel=0.2)

@@ -4,13 +4,14 @@
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 
-Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems; calls joins them.
+Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, calibration; calls joins them.
 """
 
-from .calls import diagnose, replay
+from .calibration.result import Calibration
+from .calls import calibrate, diagnose, replay
 from .errors import DataError
 from .judge.cause import Cause
 from .judge.result import Diagnosis
 from .pipeline.replay import Comparison, Replay
 
-__all__ = ["Cause", "Comparison", "DataError", "Diagnosis", "Replay", "diagnose", "replay"]
+__all__ = ["Calibration", "Cause", "Comparison", "DataError", "Diagnosis", "Replay", "calibrate", "diagnose", "replay"]

@@ -1,4 +1,4 @@
-"""The two calls of a user: a rig says whether it is a drive that is asked about, or a system of FMUs."""
+"""The calls of a user: a rig says whether it is a drive that is asked about, or a system of FMUs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+from .calibration.result import Calibration
+from .calibration.run import Spread, calibrate_system, here
 from .data.rig import Rig, load
 from .judge.result import Diagnosis
 from .pipeline.replay import Replay, replay_drive
@@ -54,6 +56,35 @@ def diagnose(
         check_names(rig)
         tell("reading", 0.0)
         return diagnose_runs(rig, *gather(rig, logs, test), out, tell, seed)
+
+
+@threadpool_limits.wrap(limits=1)  # matrices are narrow: threads of BLAS only cost
+def calibrate(
+    rig: str | Path | Rig,
+    logs: Sequence[str | Path],
+    test: Sequence[str | Path] = (),
+    out: str | Path | None = "out/calibrate",
+    progress: bool | Callable[[str, float], None] = False,
+    starts: int | None = None,
+    seed: int = 0,
+    allow_code: bool = False,
+    spread: Spread = here,
+) -> Calibration:
+    """Fit the numbers that `rig` names under [calibrate] and [uncertain] to `logs`; the error is told on `test` or held-out blocks.
+
+    rig: of any system of FMI 2.0 co-simulation FMUs: a system file, an SSP, one FMU (docs/calibrate.md).
+    out: folder for calibration.json, report.html, parameters.toml and the system with the fitted values; None writes nothing.
+    progress: as of `diagnose`.
+    starts: fits from so many places, the first from the values given; as many as the rules say when not given.
+    seed: of the other places.
+    allow_code: parts of other packages may be loaded (docs/security.md).
+    spread: where the fits from the starts are made, as spread(function, items, context); here, one by one, when not given.
+
+    Raises DataError where rig or logs cannot carry a calibration, DescriptionError where the system is wrong.
+    """
+    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
+    with shown(progress) as tell:
+        return calibrate_system(rig, logs, test, Path(out) if out else None, tell, starts, seed, spread)
 
 
 def _allowed(rig: Rig, code: bool) -> Rig:

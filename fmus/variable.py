@@ -34,6 +34,7 @@ class Variable:
     causality: str = "local"  # parameter | input | output | local; in the tables of a face known from the table
     type: str = ""  # Real | Integer | Boolean | String; "": that of the start value, Real where there is none
     variability: str = ""  # "": parameters are fixed, other numbers continuous, all else discrete; "tunable" is to be said
+    initial: str = ""  # outputs, local: "exact" or "approx" where a start value may be given; else computed, or not told
     derivative_of: str = ""  # outputs: the output whose time derivative this is, so that a master can carry that one on
 
     def __post_init__(self) -> None:

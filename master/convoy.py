@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 STRETCH = 1000  # macro steps between two looks at the results
 LEAST, MOST = INTEGERS[0] - 1.0, INTEGERS[1] + 1.0
-MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK = range(6)
+MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK, LOOK = range(7)
 
 
 def intrinsic(function: Callable) -> Callable[..., Any]:
@@ -90,8 +90,11 @@ _load_int, _store_int = _memory(ir.IntType(32), types.int32)
 
 
 @njit(cache=True)
-def _carry_out(kinds, where, numbers, first, time, size):
-    """Carry out the operations from `first` on: (the operation that failed, its status), or (-1, 0)."""
+def _carry_out(kinds, where, numbers, first, row, time, size):
+    """Carry out the operations from `first` on: (the operation that failed, its status), or (-1, 0).
+
+    row: of the tables of functions of time, that of this macro step.
+    """
     for k in range(first, len(kinds)):
         kind = kinds[k]
         a, b = where[k, 0], where[k, 1]
@@ -111,6 +114,11 @@ def _carry_out(kinds, where, numbers, first, time, size):
             _store(state, now)
             _store(state + 8, _load(state + 8) + work)
             _store(state + 16, _load(state + 16) + abs(work))
+        elif kind == LOOK:
+            value = _load(a + row * where[k, 2])
+            if numbers[k, 0] != 1.0 or numbers[k, 1] != 0.0:
+                value = numbers[k, 0] * value + numbers[k, 1]
+            _store(b, value)
         elif kind == TO_INT:
             value = _load(a)
             if LEAST < value < MOST:  # as int() takes it
@@ -128,7 +136,7 @@ def _carry_out(kinds, where, numbers, first, time, size):
 def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill):
     """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status)."""
     for index in range(first, first + count):
-        failed, status = _carry_out(kinds, where, numbers, 0, start + index * size, size)
+        failed, status = _carry_out(kinds, where, numbers, 0, index - first, start + index * size, size)
         if failed >= 0:
             return index - first, fill, failed, status
         if (index + 1) % every == 0:
@@ -147,8 +155,9 @@ def address(values: memoryview[float], place: int = 0) -> int:
 class Program:
     """A list of operations, and which seat each belongs to."""
 
-    def __init__(self, natives: dict[str, Native]):
+    def __init__(self, natives: dict[str, Native], tables: dict[str, np.ndarray] | None = None):
         self.natives = natives  # by the name of the seat
+        self.tables = tables or {}  # of functions of time: a row each macro step, as they come out; none: others look
         self.rows: list[tuple[int, tuple[int, ...], tuple[float, float]]] = []
         self.seats: list[Seat] = []
         self.names: list[str] = []
@@ -163,6 +172,10 @@ class Program:
             self.add(seat, MOVE, address(y, j), address(seat.u, i))
         for i, y, j, factor, offset in seat.scaled:
             self.add(seat, MOVE, address(y, j), address(seat.u, i), factor=factor, offset=offset)
+        for source, i, j, factor, offset in seat.clocked if self.tables else ():
+            table = self.tables[source.name]
+            first, width = table.ctypes.data, table.strides[0]
+            self.add(seat, LOOK, first + j * table.itemsize, address(seat.u, i), width, factor=factor, offset=offset)
 
     def cycle(self, seat: Seat) -> None:
         native = self.natives[seat.name]
@@ -191,10 +204,10 @@ class Program:
         self.numbers = np.array([row[2] for row in self.rows], dtype=float).reshape(-1, 2)
         return self
 
-    def run(self, time: float, size: float, first: int = 0) -> None:
+    def run(self, time: float, size: float, first: int = 0, row: int = 0) -> None:
         """Carry the operations out; what a part does not finish is finished, or raised, by the part."""
         while True:
-            failed, status = _carry_out(self.kinds, self.where, self.numbers, first, time, size)
+            failed, status = _carry_out(self.kinds, self.where, self.numbers, first, row, time, size)
             if failed < 0:
                 return
             self.mend(failed, status, time, size)
@@ -239,9 +252,15 @@ class Convoy:
     def move(self, index: int, time: float, step: float) -> None:
         self.moving.run(time, step)
 
-    def whole(self, algorithm: Algorithm) -> Program:
-        """A macro step of a system that is this convoy alone."""
-        program = Program(self.natives)
+    def clocks(self) -> dict[str, Seat] | None:
+        """The functions of time that its seats listen to; None where one of them does not tell a stretch of time at once."""
+        sources = {source.name: source for seat in self.looking for source, *_ in seat.clocked}
+        plain = all(source.part.tells_ahead and not source.output_faults for source in sources.values())
+        return sources if plain else None
+
+    def whole(self, algorithm: Algorithm, tables: dict[str, np.ndarray]) -> Program:
+        """A macro step of a system that is this convoy alone, and functions of time."""
+        program = Program(self.natives, tables)
         algorithm.lay_out(program, self.seats)
         return program.close()
 
@@ -258,13 +277,15 @@ def form(stepped: list[Seat]) -> list[Seat | Convoy]:
     formed: list[Seat | Convoy] = []
     for together, group in groupby(stepped, lambda seat: seat.name in natives):
         run = list(group)
-        formed += [Convoy(run, natives)] if together and len(run) > 1 else run
+        formed += [Convoy(run, natives)] if together and (len(run) > 1 or len(stepped) == 1) else run
     return formed
 
 
 def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
     """All macro steps of a run whose parts are one convoy, in stretches that end where rows are looked at."""
-    program = convoy.whole(running.wiring.algorithm)
+    clocks = convoy.clocks() or {}
+    tables = {name: np.zeros((STRETCH, len(seat.outputs))) for name, seat in clocks.items()}
+    program = convoy.whole(running.wiring.algorithm, tables)
     start, size = running.system.run.start, running.system.run.step
     recorder, sink = running.recorder, running.sink
     sources = np.array(
@@ -273,6 +294,9 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
     while running.index < count:
         room = (len(sink.block) - sink.fill) * every - running.index % every
         stretch = min(count - running.index, room, STRETCH)
+        first = running.index
+        for name, seat in clocks.items():
+            tables[name][:stretch] = seat.part.ahead(start + np.arange(first, first + stretch) * size)
         done, sink.fill, failed, status = _sail(
             program.kinds,
             program.where,
@@ -291,7 +315,7 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         recorder.check()
         if failed >= 0:
             program.mend(failed, status, running.time, size)
-            program.run(running.time, size, failed + 1)
+            program.run(running.time, size, failed + 1, running.index - first)
             running.index += 1
             now = start + running.index * size
             if running.ends and running.over(now):

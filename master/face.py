@@ -51,6 +51,7 @@ class Part:
     can_roll_back: bool = False  # `restore` brings all back to where `save` was called
     variable_step: bool = True  # False: steps of one size only
     timed: bool = False  # outputs are functions of time alone: `at` tells them, it is never stepped; a class with an `at` is
+    tells_ahead: bool = False  # of a part that is `timed`: `ahead` tells a stretch of time at once, of Reals
     parallel: bool = False  # `begin` starts a step that others need not wait for
     lacks: Sequence[str] = ()  # what isolation, where it was asked for, could not take away
     untaken: Mapping[
@@ -134,6 +135,10 @@ class Part:
     def at(self, time: float) -> None:
         """y as it is at `time`, without a step: of a part that is `timed` at any time, of others now."""
         self.read()
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """What `at` would put into y at each of these times, a row each; only of a part that `tells_ahead`."""
+        raise NotImplementedError
 
     def cycle(self, time: float, size: float) -> None:
         """write, step and read."""

@@ -475,5 +475,6 @@ def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:
         variability=v.variability or "continuous",
         description=v.description or "",
         depends_on=depends_on if v.causality == "output" else None,
+        initial=v.initial or "",
         derivative_of=v.derivative.name if v.derivative is not None else "",
     )

@@ -106,10 +106,11 @@ class Running:
     def result(self) -> Result:
         """What there is so far."""
         table = pd.DataFrame(
-            {b.name: {"given": b.given, "taken": b.taken, "lost": b.lost, "relative": b.relative} for b in self.balances},
-            index=["given", "taken", "lost", "relative"],
+            [(b.given, b.taken, b.lost, b.relative) for b in self.balances],
+            index=[b.name for b in self.balances],
+            columns=["given", "taken", "lost", "relative"],
             dtype=float,
-        ).T
+        )
         units = {column.name: column.unit for column in self.sink.columns}
         run = self.system.run
         return Result(
@@ -144,7 +145,7 @@ class Recorder:
 
     def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
         self.sink = sink
-        self.timed = [seat for seat in seats.values() if seat.timed]
+        self.timed = [seat for name, seat in seats.items() if seat.timed and wiring.record[name]]
         self.texts: list[tuple[Part, str]] = []
         pieces: list[_Piece] = []
         position = 1

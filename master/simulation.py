@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
@@ -21,6 +22,7 @@ from .system import System, check_choice
 
 LEVELS = 10  # step_min = step / 2**LEVELS unless told
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
+LOADED = 0.05  # share of that where it is loaded already
 
 
 def run(
@@ -112,13 +114,15 @@ def _go(running: Running) -> None:
     start, step = run.start, run.step
     count = round((running.stop - start) / step)
     every = max(1, round(run.interval / step)) if run.interval else 1
-    if count * len(stepped) >= WORTH and find_spec("numba"):  # which the master alone does without
+    worth = LOADED * WORTH if f"{__package__}.convoy" in sys.modules else WORTH
+    if stepped and count * len(stepped) >= worth and find_spec("numba"):  # which the master alone does without
         from . import convoy
 
         stepped = formed = convoy.form(seats)
         one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
-        if len(formed) == 1 and isinstance(one, convoy.Convoy) and not one.looking and not observed and not windows.parameters:
-            return convoy.sail(running, one, count, every)
+        if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not windows.parameters:
+            if one.clocks() is not None:
+                return convoy.sail(running, one, count, every)
     ends, time = running.ends, start
     for index in range(count):
         if windows.parameters:

@@ -6,7 +6,6 @@ selflock run X.fmu --stop 5 --set a=1 --input u.csv -o x.csv
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from dataclasses import replace
 from pathlib import Path
 
@@ -94,6 +93,8 @@ def driven(system: System, path: Path | str) -> System:
 class Table(Part):
     """A table of a file as a function of time, see `driven`."""
 
+    tells_ahead = True
+
     def __init__(self, name: str, path: str, types: dict[str, str] | None = None):
         """types: by column, such as "Real" or "held Integer"; those of the file where none are given."""
         frame, units = read(path)
@@ -102,7 +103,7 @@ class Table(Part):
             raise DescriptionError(f"{path}: a column `time` in s, columns named as inputs, and rows are wanted here.")
         given = {key.strip(): unit for key, unit in units.items()}
         self.types = types or {column: _type(frame[column].dtype) for column in frame.columns if column != "time"}
-        self._columns: dict[str, list[float]] = {}
+        self._columns: dict[str, np.ndarray] = {}
         for column in ("time", *self.types):
             try:
                 values = frame[column].to_numpy(dtype=float)
@@ -115,9 +116,9 @@ class Table(Part):
             if self.types.get(column, "").endswith("Integer"):
                 for value in values[(values < INTEGERS[0]) | (values > INTEGERS[1])][:1]:
                     raise DescriptionError(f"{path}: column {column} holds {value:.0f}, which {BEYOND}.")
-            self._columns[column] = values.tolist()
+            self._columns[column] = values
         self._time = self._columns.pop("time")
-        if any(later < earlier for earlier, later in zip(self._time, self._time[1:])):
+        if (np.diff(self._time) < 0.0).any():
             raise DescriptionError(f"{path}: its time falls. Sort the rows.")
         super().__init__(
             name,
@@ -129,20 +130,26 @@ class Table(Part):
 
     def at(self, time: float) -> None:
         """y at this time."""
+        self.y[:] = self.ahead(np.array([time]))[0]
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """y at each of these times, a row each."""
         when = self._time
-        after = bisect_right(when, time + SLACK)
-        before = max(after - 1, 0)
-        span = when[after] - when[before] if 0 < after < len(when) else 0.0
-        share = max(0.0, time - when[before]) / span if span else 0.0
+        after = np.searchsorted(when, times + SLACK, side="right")
+        before = np.maximum(after - 1, 0)
+        span = when[np.minimum(after, len(when) - 1)] - when[before]
+        share = np.where(after > 0, np.maximum(0.0, times - when[before]), 0.0) / np.where(span > 0.0, span, np.inf)
+        found = np.empty((len(times), len(self.outputs)))
         for place, column in enumerate(self.outputs):
             values = self._columns[column]
-            self.y[place] = values[before]
-            if share and self.types[column] == "Real":
-                self.y[place] += (values[after] - values[before]) * share
+            found[:, place] = values[before]
+            if self.types[column] == "Real":
+                found[:, place] += (values[np.minimum(after, len(when) - 1)] - values[before]) * share
+        return found
 
     def get(self, name: str) -> float:
         self._told(name)
-        return self._columns[name][0]
+        return float(self._columns[name][0])
 
 
 def _type(kind: np.dtype) -> str:

@@ -14,6 +14,7 @@ from .face import Part, Variable
 from .system import Component, Connection, System, did_you_mean
 from .units import conversion
 
+STARTING = ("exact", "approx")  # `initial` of what is computed from a start value on
 SIGNALS = ("input", "output")  # what a pattern of recorded names stands for
 FITS = {"Real": ("Real", "Integer", "Boolean"), "Integer": ("Integer", "Boolean"), "Boolean": ("Boolean",), "String": ("String",)}
 
@@ -165,7 +166,8 @@ def _values(wiring: Wiring, settings: dict[str, Any]) -> None:
 
 def typed(variable: Variable, value: Any, where: str) -> Any:
     """`value`, which may be text, as the variable's type wants it, checked against its range."""
-    if variable.causality in ("output", "calculatedParameter", "independent") or variable.variability == "constant":
+    computed = variable.causality in ("calculatedParameter", "independent") or variable.variability == "constant"
+    if computed or (variable.causality == "output" and variable.initial not in STARTING):
         raise DescriptionError(f"{where}: an {variable.causality} is computed, it cannot be set.".replace("an calc", "a calc"))
     try:
         return variable.taken(value)

@@ -173,6 +173,39 @@ def diagnose(
 
 
 @app.command()
+def calibrate(
+    rig: Annotated[
+        Path, typer.Argument(help="Rig file (.toml): the system, what the columns are, and under [calibrate] what is fitted.")
+    ],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    test: Annotated[
+        list[Path] | None, typer.Option("--test", help="A log to hold out for telling the error; may be repeated.")
+    ] = None,
+    out: Out = Path("out/calibrate"),
+    starts: Annotated[int | None, typer.Option(help="Fits from so many places.")] = None,
+    seed: Annotated[int, typer.Option(help="Of the places from which fits start.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes for the fits from the starts; 0: all in this one.")] = 0,
+    scheduler: Annotated[str | None, typer.Option(help="Address of an existing Dask scheduler.")] = None,
+    allow_code: AllowCode = False,
+) -> None:
+    """Fit parameters and start values of any FMU system to logs, and tell what the logs say of each."""
+    from selflock.diagnosis import calibrate as run_calibration
+
+    spread = {}
+    if workers or scheduler:
+        from selflock.sweep import map_runs
+
+        def on_workers(function, items, context):
+            return map_runs(function, items, context=context, workers=workers, scheduler=scheduler)
+
+        spread = {"spread": on_workers}
+    result = run_calibration(
+        rig, logs, test=test or [], out=out, progress=True, starts=starts, seed=seed, allow_code=allow_code, **spread
+    )
+    say(result.summary(), highlight=False)
+
+
+@app.command()
 def chance(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],
     logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],

@@ -18,11 +18,12 @@ from .units import conversion
 KINDS = ("inverse", "forward", "steady")
 EVERY_SECOND = "every second run"
 
-_TABLES = ("rig", "time", "columns", "parameters", "uncertain", "logs")
+_TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
 _RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
-        "named": bool, "hold_out": str, "simulate": str, "valid": str, "smoothing": float}  # fmt: skip
+        "named": bool, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float}  # fmt: skip
 _TIME = {"column": str, "unit": str, "factor": float}
 _COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
+_WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
 _CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed", "whole", "parts")}
 
@@ -40,6 +41,16 @@ class LogColumn:
 
 
 @dataclass(frozen=True)
+class Wanted:
+    """A number of a system that `calibrate` fits; None: as the system and its FMU say."""
+
+    start: float | None = None  # from where the first fit begins
+    low: float | None = None
+    high: float | None = None
+    each_run: bool = False  # each run has one of its own, as the state that it begins with
+
+
+@dataclass(frozen=True)
 class Rig:
     """A measurement and its nominal simulation, as plain data."""
 
@@ -49,6 +60,7 @@ class Rig:
     columns: tuple[LogColumn, ...]
     parameters: dict[str, float]  # nominal, "component.parameter"
     uncertain: dict[str, tuple[float, float]] = field(default_factory=dict)  # refitted in every search
+    wanted: dict[str, Wanted] = field(default_factory=dict)  # what `calibrate` fits beside what is uncertain
     known: frozenset[str] = frozenset()  # never questioned
     time: LogColumn = LogColumn("time", "time")
     run: str = ""  # column that tells runs apart
@@ -63,6 +75,7 @@ class Rig:
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
     logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
+    step: float = 0.0  # s; of that system, in place of its own
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
     allow_code: bool = False  # parts of other packages may be loaded with that system; no rig file can say so
@@ -145,6 +158,7 @@ def _rig(path: Path, data: dict) -> Rig:
         time=LogColumn(clock.get("column", "time"), "time", clock.get("unit", ""), clock.get("factor", 1.0)),
         parameters=_numbers(path, "parameters", data.get("parameters", {})),
         uncertain=_ranges(path, data.get("uncertain", {})),
+        wanted={name: _wanted(path, name, entry) for name, entry in data.get("calibrate", {}).items()},
         logs={pattern: _numbers(path, f'logs."{pattern}"', table) for pattern, table in data.get("logs", {}).items()},
         known=frozenset(head.get("known", [])),
         run=head.get("run", ""),
@@ -155,6 +169,7 @@ def _rig(path: Path, data: dict) -> Rig:
         simulate=head.get("simulate", ""),
         valid=head.get("valid", ""),
         smoothing=head.get("smoothing", 0.0),
+        step=head.get("step", 0.0),
         system=(path.parent / system) if system else None,
     )
 
@@ -243,10 +258,26 @@ def _numbers(path: Path, table: str, given: dict) -> dict[str, float]:
     }
 
 
-def _ranges(path: Path, given: dict) -> dict[str, tuple[float, float]]:
+def _wanted(path: Path, name: str, entry: Any) -> Wanted:
+    where = f'[calibrate] "{name}"'
+    if isinstance(entry, list):
+        low, high = _ranges(path, {name: entry}, "calibrate")[name]
+        return Wanted(None, low, high)
+    if not isinstance(entry, dict) or not set(entry) <= set(_WANTED):
+        raise DataError(
+            f'{path}: {where} = {entry!r}: write "component.parameter" = [low, high], or {{ start = 0.5, low = 0.0, high = 2.0 }}, '
+            "with each_run = true for what every run begins with anew, and the name in quotes."
+        )
+    found = Wanted(**_typed(path, where, entry, _WANTED))
+    if found.low is not None and found.high is not None and not found.low < found.high:
+        raise DataError(f"{path}: {where}: low = {found.low:g} must be below high = {found.high:g}.")
+    return found
+
+
+def _ranges(path: Path, given: dict, table: str = "uncertain") -> dict[str, tuple[float, float]]:
     ranges = {}
     for name, value in given.items():
-        where = f'[uncertain] "{name}"'
+        where = f'[{table}] "{name}"'
         if not (isinstance(value, list) and len(value) == 2):
             raise DataError(f"{path}: {where} = {value!r}: write the lowest and the highest value, as [low, high].")
         low, high = (_number(path, where, end) for end in value)

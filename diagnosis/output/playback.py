@@ -26,7 +26,7 @@ VOLTAGES = ("voltage", "supply_voltage")
 class Playback(Part):
     """Signals from a table with a column "time"; between rows straight lines, or the row before with `held`."""
 
-    can_roll_back = True
+    can_roll_back = tells_ahead = True
 
     def __init__(self, name: str, log: str, folder: str = ".", held: Iterable[str] = ()):
         table = pd.read_csv(Path(folder) / log)
@@ -59,10 +59,17 @@ class Playback(Part):
         raise KeyError(name)
 
     def _at(self, name: str, time: float) -> float:
+        return float(self._told_at(name, time))
+
+    def _told_at(self, name: str, time: float | np.ndarray) -> np.ndarray:
         if name in self._held:
-            row = int(np.searchsorted(self._time, time + 1e-9, side="right")) - 1
-            return float(self._columns[name][max(row, 0)])
-        return float(np.interp(time, self._time, self._columns[name]))
+            rows = np.searchsorted(self._time, time + 1e-9, side="right") - 1
+            return self._columns[name][np.maximum(rows, 0)]
+        return np.interp(time, self._time, self._columns[name])
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """What `at` would fill y with at each of these times, a row each."""
+        return np.stack([self._told_at(name, times) for name in self.outputs], axis=1)
 
     def at(self, time: float) -> None:
         """Fill y for this time without a step."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from .calibrate import CalibrateRules
 from .data import DataRules
 from .judge import JudgeRules
 from .pipeline import PipelineRules
@@ -28,6 +29,7 @@ class Rules:
     search: SearchRules = field(default_factory=SearchRules)
     judge: JudgeRules = field(default_factory=JudgeRules)
     pipeline: PipelineRules = field(default_factory=PipelineRules)
+    calibrate: CalibrateRules = field(default_factory=CalibrateRules)
 
     def listed(self) -> list[Rule]:
         """All of them, room by room."""

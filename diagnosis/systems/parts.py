@@ -57,6 +57,8 @@ class Parts:
     def __init__(self, rig: Rig):
         assert rig.system is not None, "a rig of a system names it"
         self.rig, self.path, self.system = rig, rig.system, load(rig.system, rig.allow_code)
+        if rig.step:
+            self.system.run.step = rig.step
         wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
         try:
             self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
@@ -110,6 +112,22 @@ class Parts:
 
     def replay(self, group: Group, run: MeasuredRun, wanted: list[str]) -> dict[str, np.ndarray]:
         """The variables `wanted` of a group at the times of a run."""
+        result, time = run_system(self.played(group, run, wanted), settings=self.given(group, run)), run.time - run.time[0]
+        for name, end in result.ended.items():
+            raise DataError(
+                f"{run.log}: {name} ends every run itself at t = {end:.9g} s, the log goes on until {time[-1]:.9g} s. "
+                "Cut the log there."
+            )
+        table = result.table
+        return {name: np.interp(time, table["time"], table[name].astype(float)) for name in wanted}
+
+    def given(self, group: Group, run: MeasuredRun) -> dict[str, float]:
+        """What the rig says of a group's parameters in a run."""
+        given = self.rig.parameters | self.rig.of_log(run.log)
+        return {name: value for name, value in given.items() if self.owner(name) in group.members}
+
+    def played(self, group: Group, run: MeasuredRun, wanted: list[str]) -> System:
+        """A group as a system that is fed by the log of a run, from its begin at 0 s, and records the variables `wanted`."""
         time = run.time - run.time[0]
         step = self.system.run.step
         stop = max(1, int(np.ceil(time[-1] / step - 1e-9))) * step
@@ -131,21 +149,13 @@ class Parts:
             components = {LOG: Component(part="selflock.diagnosis.systems.parts:Signals", options=options), **components}
             connections |= {name: Connection(f"{LOG}.{name}", convert=False) for name in columns}
         order = [LOG] * bool(columns) + [name for name in self.system.order if name in group.members]
-        part = System(
+        return System(
             self.system.name,
             folder=self.system.folder,
             allow_code=self.system.allow_code,
             components=components,
             connections=connections,
             run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0),
+            alone=self.system.alone,
+            notes=self.system.notes,
         )
-        given = self.rig.parameters | self.rig.of_log(run.log)
-        given = {name: value for name, value in given.items() if self.owner(name) in group.members}
-        result = run_system(part, settings=given)
-        for name, end in result.ended.items():
-            raise DataError(
-                f"{run.log}: {name} ends every run itself at t = {end:.9g} s, the log goes on until {time[-1]:.9g} s. "
-                "Cut the log there."
-            )
-        table = result.table
-        return {name: np.interp(time, table["time"], table[name].astype(float)) for name in wanted}

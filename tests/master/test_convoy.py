@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from selflock import master
@@ -109,3 +110,43 @@ def test_a_failure_keeps_the_rows_before_it(monkeypatch, native, algorithm):
         tables.append(failure.value.result.table)
     assert tables[0].equals(tables[1])
     assert 0.4 < tables[1]["time"].iloc[-1] <= 0.5
+
+
+def fed(native, algorithm, count, held=()):
+    """FMUs in a row, fed by functions of time that tell a stretch at once; one is held, one scaled."""
+    time = np.arange(0.0, 31.0, 0.013)
+    columns = {"u": np.sin(time), "v": np.cos(3.0 * time)}
+    options = {"time": time, "columns": columns, "types": {"u": "Real", "v": "Integer" if held else "Real"}}
+    described = ring(native, algorithm, count, stop=30.0)
+    described["components"]["log"] = {"part": "selflock.diagnosis.systems.parts:Signals", "options": options}
+    described["connections"] = {f"i{k}.u": f"i{k - 1}.x" for k in range(1, count)}
+    described["connections"]["i0.u"] = "log.u"
+    if count > 2:
+        described["connections"]["i2.u"] = {"from": "log.v", "factor": 2.0, "offset": 0.3}
+    described["run"]["record"] = [f"i{k}.x" for k in range(count)]
+    return described
+
+
+@pytest.mark.parametrize("count, held", [(1, ()), (3, ()), (3, ("v",))])
+def test_functions_of_time_feed_the_loop(monkeypatch, native, algorithm, count, held):
+    slow, fast = both_ways(monkeypatch, fed(native, algorithm, count, held))
+    same(slow, fast)
+    assert all(slow.table[name].std() > 0.1 for name in slow.table)
+
+
+def test_such_a_function_that_is_recorded_or_wrong_is_looked_at_in_python(monkeypatch, native, algorithm):
+    recorded = fed(native, algorithm, 2)
+    recorded["run"]["record"].append("log.u")
+    wrong = fed(native, algorithm, 2)
+    wrong["faults"] = [{"variable": "log.u", "kind": "offset", "start": 1.0, "stop": 20.0, "value": 0.5}]
+    for described in (recorded, wrong):
+        same(*both_ways(monkeypatch, described))
+
+
+def test_a_discarded_step_takes_its_own_row_of_what_is_fed(monkeypatch, native, algorithm):
+    """Balls bounce beside what is fed: the loop goes on behind the one that was finished in Python."""
+    described = fed(native, algorithm, 1)
+    described["components"] = {"ball": {"fmu": native("ball")}, **described["components"]}
+    described["run"]["record"].append("ball.height")
+    described["run"] |= {"stop": 3.0, "step": 0.05}
+    same(*both_ways(monkeypatch, described))

@@ -27,6 +27,7 @@ FLOORS = (
     ("selflock.diagnosis.output",),
     ("selflock.diagnosis.pipeline",),
     ("selflock.diagnosis.systems",),
+    ("selflock.diagnosis.calibration",),
     ("selflock.diagnosis",),
     ("selflock.examples", "selflock.packing", "selflock.errors"),
     ("selflock",),  # the command line, and what a user imports

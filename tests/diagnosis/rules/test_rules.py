@@ -35,6 +35,7 @@ ELSEWHERE = {  # what decides nothing
     "search/hypotheses.py": {"SIDES"},  # places in a tuple
     "pipeline/chance.py": {"LEVELS"},  # quantiles that are told
     "output/figures.py": {"STYLE"},
+    "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
 }
 
 

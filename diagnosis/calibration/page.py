@@ -1,0 +1,116 @@
+"""What a calibration writes: its page, calibration.json, the table for a rig, and the system with the fitted values."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+
+from selflock.fmus.shown import policy
+from selflock.master import ssp
+from selflock.master.dump import save as save_system
+from selflock.master.dump import toml
+from selflock.master.errors import DescriptionError, ResultError
+
+from ..output import figures
+from .fit import Calibrating
+from .numbers import label
+from .result import Calibration, FittedNumber, environment
+
+ROWS, COLUMNS = 6, 3  # outputs and runs that are drawn
+
+
+def write(result: Calibration, problem: Calibrating, out: Path) -> Path:
+    """All files of a calibration; `result` then knows them."""
+    result.folder = out
+    result.files = [path.name for path in (_system(result, problem, out), _table(result, out)) if path is not None]
+    result.files += [result.write(out).name, "report.html", "traces.png"]
+    picture = base64.b64encode(traces(result, problem, out / "traces.png").read_bytes()).decode()
+    tables = Markup(environment().get_template("tables.html.j2").render(result=result))
+    page = (
+        environment()
+        .get_template("report.html.j2")
+        .render(policy=Markup(policy()), result=result, picture=picture, tables=tables)
+    )
+    path = out / "report.html"
+    path.write_text(page, encoding="utf-8", errors="backslashreplace")
+    return path
+
+
+def _shared(result: Calibration) -> list[FittedNumber]:
+    return [number for number in result.numbers if not number.run]
+
+
+def _system(result: Calibration, problem: Calibrating, out: Path) -> Path | None:
+    """The system with what all runs have in common, as a file for `selflock run`; an SSP stays one."""
+    parts = problem.played.parts
+    system = deepcopy(parts.system)
+    values = problem.rig.parameters | {n.variable: n.value for n in _shared(result) if not n.silent}
+    for name, value in values.items():
+        component, variable = system.split(name, "parameters")
+        system.components[component].start[variable] = value
+    try:
+        if parts.path.suffix.lower() == ".ssp":
+            return ssp.export(system, out / "calibrated.ssp")
+        about = f"{result.rig}: numbers fitted to {', '.join(result.logs)}"
+        return save_system(system, out / "calibrated.toml", "\n".join(about.splitlines()))
+    except (DescriptionError, ResultError) as error:
+        result.notes.append(f"no system with the fitted values could be written: {error}")
+        return None
+
+
+def _table(result: Calibration, out: Path) -> Path:
+    """The fitted values as a rig takes them, those of single logs under [logs]."""
+    lines = ["# For a rig. Behind each value its 95 % interval.", "[parameters]"]
+    lines += [_line(number) for number in _shared(result)]
+    for run in dict.fromkeys(number.run for number in result.numbers if number.run):
+        lines += ["", f"[logs.{toml(run)}]", *(_line(number) for number in result.numbers if number.run == run)]
+    path = out / "parameters.toml"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="backslashreplace")
+    return path
+
+
+def _line(number: FittedNumber) -> str:
+    about = "changes nothing" if number.silent else "" if number.low is None else f"{number.low:.6g} to {number.high:.6g}"
+    return f"{toml(number.variable)} = {number.value!r}" + f"  # {about}" * bool(about)
+
+
+@figures.styled
+def traces(result: Calibration, problem: Calibrating, path: Path) -> Path:
+    """Measured and simulated over time, with the numbers as they were given and as they were found."""
+    played = problem.played
+    names, which = played.outputs[:ROWS], _drawn(problem)
+    values = result.values
+    before = problem.errors({n.name: n.start for n in problem.numbers}, which)
+    after = problem.errors(values, which)
+    rows, columns = len(names), len(which)
+    figure, axes = figures.subplots(
+        rows, columns, figsize=(4.6 * max(columns, 2), 2.6 * rows), layout="constrained", squeeze=False
+    )
+    for row, name in enumerate(names):
+        for column, i in enumerate(which):
+            run, axis = problem.runs[i], axes[row][column]
+            time, measured = run.time, run.signals[name]
+            good = played.trusted(name, [i])[0]
+            axis.plot(time, np.where(good, measured, np.nan), color=figures.MEASURED, lw=1.0, label="measured")
+            for errors, color, words in ((before, figures.BEFORE, "as given"), (after, figures.AFTER, "calibrated")):
+                if errors is not None:
+                    axis.plot(time, measured - errors[name][column], color=color, lw=0.9, label=words)
+            axis.set_title(label(run), fontsize=8)
+            axis.set_ylabel(f"{name} in {played.parts.variables[name].unit or '1'}", fontsize=8)
+            axis.set_xlabel("time in s", fontsize=8)
+    axes[0][0].legend(fontsize=8)
+    return figures.save(figure, path)
+
+
+def _drawn(problem: Calibrating) -> Sequence[int]:
+    """Some runs: those that judge are among them."""
+    count = len(problem.runs)
+    if count <= COLUMNS:
+        return range(count)
+    others = [i for i in range(count) if i not in problem.which][: COLUMNS - 1]
+    return sorted([*problem.which[: COLUMNS - len(others)], *others])

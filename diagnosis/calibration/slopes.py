@@ -1,0 +1,70 @@
+"""Slopes of a simulation that may jump or fail: differences to both sides, widened where jumps hide them.
+
+A difference is first as small as doubles allow. It is widened while nothing changes, or while the two sides do not agree
+on the slope, as where an event falls to this side of a sample or to that; of these the one whose sides
+agree best is taken. Where a side fails, or lies outside, the other does alone; where both fail it is made narrower.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..rules import RULES
+from .numbers import Number
+
+Misfit = Callable[[np.ndarray], np.ndarray | None]
+"""Of places in the ranges of all numbers; None where the simulation broke off."""
+
+
+class Slopes:
+    """d misfit / d place, with what was learnt of each number's width from point to point."""
+
+    def __init__(self, misfit: Misfit, numbers: Sequence[Number]):
+        self.misfit, self.numbers = misfit, numbers
+        self.widths = np.ones(len(numbers))  # times the first difference
+
+    def __call__(self, places: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """A column for each number."""
+        columns = [self._column(j, places, at) for j in range(len(self.numbers))]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
+
+    def _column(self, j: int, places: np.ndarray, at: np.ndarray) -> np.ndarray:
+        rules, number = RULES.calibrate, self.numbers[j]
+        width = number.difference(places[j]) * self.widths[j]
+        first, best, least = width / self.widths[j], np.zeros(len(at)), np.inf
+        narrowed = 0
+        while True:
+            column, jump = self._over(j, places, at, min(width, rules.widest))
+            if column is None:
+                narrowed += 1
+                if narrowed > rules.narrower:
+                    return best
+                width /= rules.wider**2
+                continue
+            if jump < least:
+                best, least, self.widths[j] = column, jump, width / first
+            if narrowed or jump <= rules.jumps or width >= rules.widest or jump > rules.worse * least < np.inf:
+                return best
+            width *= rules.wider
+
+    def _over(self, j: int, places: np.ndarray, at: np.ndarray, width: float) -> tuple[np.ndarray | None, float]:
+        """The slope over this width, and how much of it is a jump: 0 none, inf where nothing changes; None where it fails."""
+        sides = []
+        for sign in (1.0, -1.0):
+            moved = places.copy()
+            moved[j] += sign * width
+            found = self.misfit(moved) if 0.0 <= moved[j] <= 1.0 else None
+            if found is not None:
+                sides.append((sign, found - at))
+        if not sides:
+            return None, np.inf
+        if len(sides) == 1:
+            ((sign, change),) = sides
+            return sign * change / width, 0.0 if np.any(change) else np.inf
+        (_, up), (_, down) = sides
+        size = float(np.linalg.norm(up - down))
+        if size == 0.0:
+            return np.zeros(len(at)), np.inf
+        return (up - down) / (2.0 * width), float(np.linalg.norm(up + down)) / size

@@ -1,0 +1,79 @@
+"""Fitting numbers of others' systems: starts, slopes, when a fit ends, and what is told of each number."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .rule import rule
+
+FAMILIES = "of a fit from a start; not studied beyond the hidden parameters of the tests"
+
+
+@dataclass(frozen=True)
+class CalibrateRules:
+    # --- starts: calibration.fit
+    scattered: int = rule(
+        32,
+        "points of all ranges, evenly scattered, that are simulated to find where fits should start",
+        "a limit of time; a power of 2 as Sobol's points want it",
+    )
+    starts: int = rule(5, "fits: from the start given, and from the best of the scattered points", "a limit of time; " + FAMILIES)
+    decades: float = rule(
+        100.0,
+        "times its lowest value that a range above 0 must reach to be gone through in its logarithm",
+        "theory: evenly scattered points then lie in every decade",
+    )
+    effort_start: int = rule(40, "steps of a fit from a start, Jacobians apart, at most", "a limit of time; " + FAMILIES)
+    effort_end: int = rule(
+        60, "steps of the fit from the best end, in units of what remains, at most", "a limit of time; " + FAMILIES
+    )
+    rounds: int = rule(2, "times that what remains is taken anew as the unit of each channel", FAMILIES)
+    ended_start: tuple[float, float] = rule(
+        (1e-4, 1e-4),
+        "relative change of the loss, and of the values, that ends a fit from a start",
+        "a limit of time; " + FAMILIES,
+    )
+    ended: tuple[float, float] = rule((1e-8, 1e-8), "the same of the last fits", FAMILIES)
+    alike: float = rule(1e-3, "share of its range by which two ends of fits may differ and are the same", FAMILIES)
+
+    # --- slopes of what may jump: calibration.slopes
+    difference: float = rule(
+        1e-5,
+        "share of its scale by which a number is moved for a derivative at first",
+        "theory: the cube root of the digits of a double",
+    )
+    wider: float = rule(10.0, "times by which a difference is widened that jumps hide, or that changes nothing", FAMILIES)
+    worse: float = rule(2.0, "times the least of the jumps so far from which on a wider difference helps no more", FAMILIES)
+    widest: float = rule(0.1, "share of a number's range that a difference takes, at most", FAMILIES)
+    jumps: float = rule(
+        0.1,
+        "size of the second difference over the first from which on a slope is one of jumps",
+        "theory: 0 of a straight line, 1 of a jump to one side; between the two",
+    )
+    narrower: int = rule(2, "times that a difference is made 100 times smaller where the system fails on both sides", FAMILIES)
+
+    # --- what is told: calibration.told
+    unmoved: float = rule(
+        1e-12,
+        "share of a channel's spread by which it must change with a number, or the number changes nothing",
+        "theory: digits of a double, with room",
+    )
+    bound: float = rule(
+        1e-3, "share of a range within which a value is at its end", "not studied; it is told, and decides nothing"
+    )
+    undetermined: float = rule(
+        0.5,
+        "share of its range that a number's 95 % interval takes from which on the data do not determine it",
+        "not studied; it is told, and decides nothing",
+    )
+    lost: float = rule(
+        1e-4,
+        "singular value of slopes at length 1, over the largest, below which a direction is not determined",
+        "theory: slopes by differences are no better",
+    )
+    told_correlation: float = rule(0.1, "correlation below which none is told", "as lmfit does")
+    still: float = rule(
+        2.0,
+        "spread of every output over its noise below which a log with resting inputs says nothing",
+        "not studied; such a log is refused",
+    )

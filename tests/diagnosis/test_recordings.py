@@ -175,7 +175,7 @@ def test_a_play_shows_where_one_shaft_is_known_by_angle_and_one_by_speed(unknown
 def test_a_play_is_found_where_one_shaft_is_known_by_its_speed_alone(tmp_path):
     case = _hidden(["reducer.backlash"], seed=10_302, target=6.0, channels=("voltage", "current", "motor_speed", "angle"))
     result = _answer(case, tmp_path)
-    assert score.answers(result) == ["reducer.backlash"]
+    assert score.right_first(result, case), score.answers(result)
     (amount,) = score.amounts(result, case)
     assert amount.found == pytest.approx(amount.hidden, rel=0.1)
 

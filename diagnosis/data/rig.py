@@ -20,7 +20,7 @@ EVERY_SECOND = "every second run"
 
 _TABLES = ("rig", "time", "columns", "parameters", "uncertain", "logs")
 _RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
-        "named": bool, "hold_out": str, "simulate": str, "valid": str, "smoothing": float}  # fmt: skip
+        "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float}  # fmt: skip
 _TIME = {"column": str, "unit": str, "factor": float}
 _COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
@@ -65,7 +65,8 @@ class Rig:
     system: Path | None = None  # an FMU system to replay instead of a drive
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
-    allow_code: bool = False  # parts of other packages may be loaded with that system; no rig file can say so
+    effects: Path | None = None  # folder of effects that join ours; code, so that it needs allow_code
+    allow_code: bool = False  # parts of other packages, and effects, may be loaded; no rig file can say so
 
     def of_log(self, name: str) -> dict[str, float]:
         """Parameters that belong to this log alone."""
@@ -156,6 +157,7 @@ def _rig(path: Path, data: dict) -> Rig:
         valid=head.get("valid", ""),
         smoothing=head.get("smoothing", 0.0),
         system=(path.parent / system) if system else None,
+        effects=(path.parent / head["effects"]) if head.get("effects") else None,
     )
 
 

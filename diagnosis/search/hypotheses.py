@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from importlib import import_module
 from math import isfinite
 
 import numpy as np
@@ -17,11 +16,10 @@ from ..residuals import whole
 from ..residuals.drive import both
 from ..residuals.drive import electric as electric_of
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.laws import COMPONENTS, effects, law
 from ..residuals.propagated import in_step
 from ..residuals.recorder import counts, period, step_of
 from ..rules import RULES
-
-COMPONENTS = ("controller", "motor", "reducer", "load")
 
 SIDES = {"input": 0, "output": 1}
 """Of a wave's shaft, its place among the motions of a drive."""
@@ -80,16 +78,9 @@ class Hypothesis:
         return self.label == other.label
 
 
-def effects(component: str) -> tuple[Effect, ...]:
-    """The effects that stand beside a component's physics."""
-    return import_module(f"selflock.fmus.{component}.effects").EFFECTS
-
-
 def base(component: str) -> tuple[Parameter, ...]:
     """The nominal parameters of a component's law."""
-    from ..residuals.laws import LAWS
-
-    return LAWS[component].BASE
+    return law(component).BASE
 
 
 def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveExperiment) -> list[Hypothesis]:
@@ -128,9 +119,10 @@ def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
     Of a whole drive only those that the log shows are a question: a period or a step that is off is as good as none.
     """
     if experiment.by_channel:
-        shown = tuple(replace(p, trials=_shown(p, hypothesis.channel, experiment)) for p in hypothesis.free)
+        shown = tuple(replace(p, trials=p.trials or _shown(p, hypothesis.channel, experiment)) for p in hypothesis.free)
         return replace(hypothesis, free=tuple(p for p in shown if p.trials or p.role not in (PERIOD, STEP)))
-    return replace(hypothesis, free=tuple(replace(p, trials=_even(p, hypothesis.channel, experiment)) for p in hypothesis.free))
+    even = tuple(replace(p, trials=p.trials or _even(p, hypothesis.channel, experiment)) for p in hypothesis.free)
+    return replace(hypothesis, free=even)
 
 
 def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, ...]:
@@ -189,7 +181,8 @@ def _effect(rig: Rig, name: str, component: str, effect: Effect) -> Hypothesis:
         if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
         low, high = rig.uncertain.get(full, (p.low, p.high))
-        free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high), told=full in rig.parameters))
+        known = _free(full, p, rig.parameters.get(full, p.off), low, high)
+        free.append(replace(known, told=True, trials=()) if full in rig.parameters else known)
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
@@ -212,7 +205,10 @@ def _of(effect: Effect, component: str, free: tuple[Free, ...], channel: str = "
 
 def _free(full: str, p: Parameter, nominal: float, low: float, high: float) -> Free:
     """A parameter of a law as a fit may change it."""
-    return Free(full, nominal, low, high, p.unit, p.description, role=p.role, shaft=p.shaft, on_request=p.on_request)
+    inside = tuple(x for x in p.trials if low <= x <= high)
+    return Free(
+        full, nominal, low, high, p.unit, p.description, trials=inside, role=p.role, shaft=p.shaft, on_request=p.on_request
+    )
 
 
 def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:

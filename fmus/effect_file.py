@@ -31,7 +31,7 @@ LAWS = {
 """The module of each component that has its parameters, BASE, and where its hooks are asked."""
 
 EFFECT_MODULE = "selflock.fmus.effect"
-SHOWN_BY = "docs/extending.md shows an effect file"
+SHOWN_BY = "The page docs/extending.md shows an effect file"
 MOST_FILES, MOST_BYTES = 200, 1 << 20
 
 
@@ -53,9 +53,9 @@ def read_folder(folder: Path) -> tuple[EffectFile, ...]:
     try:
         paths = sorted(path for path in folder.iterdir() if path.suffix == ".py" and not path.name.startswith("_"))
     except OSError as error:
-        raise EffectError(f"{folder}: cannot be read ({error.strerror}). Give a folder of effect files; {SHOWN_BY}.") from None
+        raise EffectError(f"{folder}: cannot be read ({error.strerror}). {SHOWN_BY}.") from None
     if not paths:
-        raise EffectError(f"{folder}: holds no effect file (.py). {SHOWN_BY[0].upper()}{SHOWN_BY[1:]}.")
+        raise EffectError(f"{folder}: holds no effect file (.py). {SHOWN_BY}.")
     if len(paths) > MOST_FILES:
         raise EffectError(f"{folder}: holds {len(paths)} effect files; {MOST_FILES} are the most.")
     return tuple(_read(path) for path in paths)
@@ -72,7 +72,7 @@ def _read(path: Path) -> EffectFile:
     except SyntaxError as error:
         raise EffectError(f"{path}, line {error.lineno}: {error.msg}; this is no Python.") from None
     except (ValueError, RecursionError, MemoryError):
-        raise EffectError(f"{path}: is no Python in UTF-8. {SHOWN_BY[0].upper()}{SHOWN_BY[1:]}.") from None
+        raise EffectError(f"{path}: is no Python in UTF-8. {SHOWN_BY}.") from None
     if len(raw) > MOST_BYTES:
         raise EffectError(f"{path}: is larger than {MOST_BYTES >> 20} MiB, which no effect file is.")
     if not path.stem.isidentifier():
@@ -115,9 +115,7 @@ def _component(path: Path, tree: ast.Module) -> str:
                     f'{path}, line {node.lineno}: EFFECT has {said}. Write component="reducer", or another of {", ".join(LAWS)}.'
                 )
             return str(named)
-    raise EffectError(
-        f'{path}: has no EFFECT = Effect(component="...", ...) at its top level. {SHOWN_BY[0].upper()}{SHOWN_BY[1:]}.'
-    )
+    raise EffectError(f'{path}: has no EFFECT = Effect(component="...", ...) at its top level. {SHOWN_BY}.')
 
 
 def gaps(effect: Any, base: tuple[Parameter, ...], hooks: Any) -> list[str]:

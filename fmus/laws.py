@@ -31,6 +31,7 @@ from .errors import EffectError
 
 OURS = __name__.rpartition(".")[0]
 GROUP = "selflock.effects"
+MOST_NAMED = 20  # names in a message
 JOINED = "_joined_"  # begins the names of copies with more effects than ours
 
 _given: list[str] = []  # packages of laws put in force, the last one counts
@@ -222,4 +223,6 @@ def _blamed(package: str, theirs: dict[str, EffectFile]) -> Iterator[None]:
             raise
         path, line, name = found
         within = f", in {name}" if name != "<module>" else ""
-        raise EffectError(f"{path}, line {line}{within}: {type(error).__name__}: {error}.") from error
+        fields = getattr(getattr(error, "obj", None), "_fields", ())
+        there = f" There are {', '.join(fields)}" if 0 < len(fields) <= MOST_NAMED else ""
+        raise EffectError(f"{path}, line {line}{within}: {type(error).__name__}: {error}.{there}".rstrip(".") + ".") from error

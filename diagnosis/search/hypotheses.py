@@ -42,6 +42,7 @@ class Free:
     told: bool = False  # the rig gives it
     above: str = ""  # counted from this other parameter's value on, so that it can never fall below it
     trials: tuple[float, ...] = ()  # values to try where it acts only from a finite amount on
+    places: tuple[float, ...] = ()  # where its effect says that it should be looked for first; a fit goes on from there
     role: str = VALUE  # of fmus.effect.ROLES
     shaft: str = ""  # with whose angle the wave goes of which it is a number
     on_request: bool = False  # freed only because the rig lists it as uncertain
@@ -119,10 +120,9 @@ def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
     Of a whole drive only those that the log shows are a question: a period or a step that is off is as good as none.
     """
     if experiment.by_channel:
-        shown = tuple(replace(p, trials=p.trials or _shown(p, hypothesis.channel, experiment)) for p in hypothesis.free)
+        shown = tuple(replace(p, trials=_shown(p, hypothesis.channel, experiment)) for p in hypothesis.free)
         return replace(hypothesis, free=tuple(p for p in shown if p.trials or p.role not in (PERIOD, STEP)))
-    even = tuple(replace(p, trials=p.trials or _even(p, hypothesis.channel, experiment)) for p in hypothesis.free)
-    return replace(hypothesis, free=even)
+    return replace(hypothesis, free=tuple(replace(p, trials=_even(p, hypothesis.channel, experiment)) for p in hypothesis.free))
 
 
 def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, ...]:
@@ -181,8 +181,7 @@ def _effect(rig: Rig, name: str, component: str, effect: Effect) -> Hypothesis:
         if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
         low, high = rig.uncertain.get(full, (p.low, p.high))
-        known = _free(full, p, rig.parameters.get(full, p.off), low, high)
-        free.append(replace(known, told=True, trials=()) if full in rig.parameters else known)
+        free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high), told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
@@ -207,7 +206,7 @@ def _free(full: str, p: Parameter, nominal: float, low: float, high: float) -> F
     """A parameter of a law as a fit may change it."""
     inside = tuple(x for x in p.trials if low <= x <= high)
     return Free(
-        full, nominal, low, high, p.unit, p.description, trials=inside, role=p.role, shaft=p.shaft, on_request=p.on_request
+        full, nominal, low, high, p.unit, p.description, places=inside, role=p.role, shaft=p.shaft, on_request=p.on_request
     )
 
 

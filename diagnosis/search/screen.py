@@ -114,8 +114,8 @@ def directions(
 def _settings(inside: list[Free], amplitudes: list[Free]) -> Iterator[dict[str, float]]:
     """Values of a hypothesis with which its amplitudes may be felt: the middle of all ranges, then the trials of its shapes."""
     yield {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
-    tried = [p for p in inside if p.trials and p.role in SHAPES]
-    for values in product(*(p.trials for p in tried)) if tried else ():
+    tried = [p for p in inside if p.places and p.role in SHAPES]
+    for values in product(*(p.places for p in tried)) if tried else ():
         yield {**{p.name: p.nominal for p in inside}, **{p.name: value for p, value in zip(tried, values)}}
 
 
@@ -123,7 +123,7 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free], 
     """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step)."""
     found: list[Direction] = []
     rules = RULES.search
-    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, jumps + 2)[1:-1]})
+    amounts = leader.trials or leader.places or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, jumps + 2)[1:-1]})
     if not any(
         np.any(misfit({**base, **off, leader.name: value}) != at)
         for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}
@@ -141,7 +141,7 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free], 
         if value == leader.nominal or not np.any(there != at):
             continue
         shapes = [p for p in others if _shapes(misfit, base, on, p, there)]
-        for values in product(*(p.trials or sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
+        for values in product(*(p.places or sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
             tried(value, {p.name: v for p, v in zip(shapes, values)})
     step = (leader.high - leader.low) / (jumps + 1)
     for _ in range(rules.closer if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
@@ -161,7 +161,7 @@ def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes, starts: int) ->
     phase = next((p for p in shapes if p.role == PHASE), None) if len(amplitudes) == 1 else None
     shapes = [p for p in shapes if p is not phase]
     axes = [_grid(p) for p in shapes]
-    thin = [i for i, p in enumerate(shapes) if p.role != ORDER and not p.trials]
+    thin = [i for i, p in enumerate(shapes) if p.role != ORDER and not p.places]
     while thin and np.prod([len(axes[i]) for i in thin]) > starts:
         longest = max(thin, key=lambda i: len(axes[i]))
         axes[longest] = axes[longest][::2]
@@ -228,7 +228,9 @@ def _shapes(misfit, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
 def _grid(p: Free) -> list[float]:
     """Values to start from: those to be tried, orders one by one, wide ranges by decades, others at a few places."""
     rules = RULES.search
-    if p.role in SHAPES and p.trials:
+    if p.places:
+        return list(p.places)
+    if p.role == ORDER and p.trials:
         return list(p.trials)
     if p.role == ORDER:
         return [float(n) for n in range(max(1, int(np.ceil(p.low))), int(min(p.high, rules.highest_order)) + 1)]

@@ -8,7 +8,7 @@ import pytest
 
 from selflock.diagnosis import diagnose
 
-from ..fmus.own_effects import TOOTH
+from ..fmus.own_effects import ELSEWHERE
 from .plant import bench, score
 from .plant.outside import OF_A_USER
 
@@ -25,7 +25,7 @@ def diagnosed(tmp_path_factory):
         case = bench.hide(["reducer.tooth"], seed=SEED, target=5.0)
     rig, train, test = case.write(folder)
     (folder / "my_laws").mkdir()
-    (folder / "my_laws" / "tooth.py").write_text(TOOTH)
+    (folder / "my_laws" / "tooth.py").write_text(ELSEWHERE)
     rig.write_text(rig.read_text().replace("[rig]", '[rig]\neffects = "my_laws"', 1))
     result = diagnose(rig, [train], test=[test], out=folder / "out", seed=SEED, allow_code=True)
     shutil.rmtree(folder / "my_laws")

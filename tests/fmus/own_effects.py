@@ -1,38 +1,12 @@
-"""An effect file of a user's, and others that are wrong in one thing each."""
+"""The effect file of docs/own_effects.md, and others that are wrong in one thing each."""
 
-TOOTH = '''\
-"""A damaged tooth: where it meshes, a torque that pushes against the motion one way and with it the other."""
+import re
+from pathlib import Path
 
-import math
-
-from selflock.fmus.effect import AMPLITUDE, SHAPE, Effect, Parameter
-
-
-def active(p, x):
-    return 2.0 if p.tooth_depth != 0.0 else 0.0
-
-
-def torque(p, x):
-    away = (x.output_angle - p.tooth_place) / p.tooth_width
-    return p.tooth_depth * math.exp(-away * away)
-
-
-EFFECT = Effect(
-    component="reducer",
-    name="tooth",
-    summary="A exp(-((angle - place) / width)^2) at the input shaft",
-    parameters=(
-        Parameter("tooth_depth", "N.m", 0.0, -1.0, 1.0, "A, against positive motion", AMPLITUDE),
-        Parameter("tooth_place", "rad", 3.0, -3.2, 3.2, "of the output shaft", SHAPE, trials=tuple(0.2 * n for n in range(-15, 16))),
-        Parameter("tooth_width", "rad", 0.1, 0.02, 0.5, "from the middle to 1/e", SHAPE, trials=(0.1, 0.3)),
-    ),
-    source="seen with the housing open",
-    hooks={"active": active, "torque": torque},
-    advice="slow turns both ways over the whole range",
-    shown_over="output position",
-    needs=("angle",),
-)
-'''
+ROOT = Path(__file__).parents[2]
+TOOTH = re.findall(r"```python\n# my_laws/tooth.py\n(.*?)```", (ROOT / "docs/own_effects.md").read_text(), re.S)[0]
+ELSEWHERE = TOOTH.replace('"tooth_place", "rad", 0.0', '"tooth_place", "rad", 3.0')
+"""Where it is off, no drive of ours comes by: it has no slope there."""
 
 LAST = "    return p.tooth_depth * math.exp"
 

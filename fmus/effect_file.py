@@ -120,7 +120,7 @@ def _component(path: Path, tree: ast.Module) -> str:
 
 def gaps(effect: Any, base: tuple[Parameter, ...], hooks: Any) -> list[str]:
     """What an effect does not say, or says wrongly. base: parameters of its component's law; hooks: how its hooks join."""
-    if not isinstance(effect, tuple) or effect._fields != Effect._fields:
+    if getattr(effect, "_fields", ()) != Effect._fields:
         return ["EFFECT is no Effect"]
     found: list[str] = []
 
@@ -148,7 +148,7 @@ def gaps(effect: Any, base: tuple[Parameter, ...], hooks: Any) -> list[str]:
 
 
 def _parameter_gaps(p: Any) -> list[str]:
-    if not isinstance(p, tuple) or p._fields != Parameter._fields:
+    if getattr(p, "_fields", ()) != Parameter._fields:
         return [f"{p!r} in parameters is no Parameter"]
     found: list[str] = []
 

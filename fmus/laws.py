@@ -135,7 +135,7 @@ def _look(package: str, theirs: dict[str, EffectFile]) -> None:
         with _blamed(package, theirs):
             import_module(f"{package}.{component}.effects")
     for inside, file in theirs.items():
-        effects[inside] = sys.modules[f"{package}.{inside[:-3].replace('/', '.')}"].EFFECT  # type: ignore[attr-defined]
+        effects[inside] = sys.modules[f"{package}.{inside[:-3].replace('/', '.')}"].EFFECT
         base = import_module(f"{OURS}.{LAWS[file.component]}").BASE
         hooks = import_module(f"{OURS}.{file.component}.effects").HOOKS
         if wrong := gaps(effects[inside], base, hooks):

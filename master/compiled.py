@@ -21,6 +21,7 @@ from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import FunctionType, ModuleType
+from typing import Any
 
 from numba import njit, typeof, types
 from numba.core.errors import NumbaError
@@ -99,7 +100,7 @@ def _look(second: str, inside: str, file: EffectFile) -> None:
     effect = import_module(f"{second}.{inside[:-3].replace('/', '.')}").EFFECT
     p, x = law.Parameters(), laws.conditions(law, file.component)[0]
     for name, function in effect.hooks.items():
-        hook = _wrap(function, second, {})
+        hook: Any = _wrap(function, second, {})
         given = typeof(p), typeof(x)
         said = f"{file.path}: {function.__name__}(p, x), its hook {name}, cannot be compiled by numba, as a fit needs it"
         try:

@@ -23,7 +23,7 @@ def misfit(values):
 
 
 def hypothesis(places):
-    free = Free("depth", 0.0, -2.0, 2.0, role=AMPLITUDE), Free("place", 30.0, -40.0, 40.0, places=places, role=SHAPE)
+    free = Free("depth", 0.0, -2.0, 2.0, role=AMPLITUDE), Free("place", 30.0, -40.0, 44.0, places=places, role=SHAPE)
     return Hypothesis("gear", "bump", free)
 
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
+
+from selflock.fmus.laws import joined
+from selflock.master.code import allowed_effects
 
 from .calibration.result import Calibration
 from .calibration.run import Spread, calibrate_system, here
@@ -23,10 +27,11 @@ from .systems.system import diagnose_system, replay_system
 def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out/replay", allow_code: bool = False) -> Replay:
     """Simulate a measured log with nominal parameters and compare; figures, tables and replay.json go to `out`.
 
-    allow_code: parts of other packages may be loaded, where the rig has a system (docs/security.md).
+    allow_code: parts of other packages may be loaded, where the rig has a system, and the rig's own effects (docs/security.md).
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
-    return (replay_drive if rig.system is None else replay_system)(rig, log, out)
+    with _laws(rig):
+        return (replay_drive if rig.system is None else replay_system)(rig, log, out)
 
 
 @threadpool_limits.wrap(limits=1)  # the search has threads of its own: BLAS's beside them only cost
@@ -45,12 +50,12 @@ def diagnose(
     progress: True draws a bar, or writes a line to stderr now and then where no terminal shows one; a function is called
     with what is being done and how much of it is.
     seed: of the draws that measure chance; drawn when not given, and kept in the result.
-    allow_code: parts of other packages may be loaded, where the rig has a system (docs/security.md).
+    allow_code: parts of other packages may be loaded, where the rig has a system, and the rig's own effects (docs/security.md).
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     out = Path(out) if out else None
     seed = secrets.randbits(32) if seed is None else seed
-    with shown(progress) as tell:
+    with _laws(rig), shown(progress) as tell:
         if rig.system is not None:
             return diagnose_system(rig, logs, test, out, tell, seed)
         check_names(rig)
@@ -85,6 +90,11 @@ def calibrate(
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     with shown(progress) as tell:
         return calibrate_system(rig, logs, test, Path(out) if out else None, tell, starts, seed, spread)
+
+
+def _laws(rig: Rig) -> AbstractContextManager[None]:
+    """The laws of a call: ours, and the rig's effects beside them where its user allows them to run."""
+    return joined(allowed_effects(rig.effects, f"{rig.path}: [rig]", rig.allow_code))
 
 
 def _allowed(rig: Rig, code: bool) -> Rig:

@@ -17,20 +17,18 @@ nor that of an older build. The same content always makes the same bytes.
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import io
 import os
 import zipfile
 from collections.abc import Iterable
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import indent, tostring
 
 import pythonfmu
 
-from . import cache, documentation, loader, shown
+from . import cache, documentation, laws, loader, shown
 from .description import describe
 from .errors import BuildError
 from .slave import Slave
@@ -39,7 +37,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LICENSE = ROOT / "fmus" / "license.txt"
 SHARED = ("fmus/__init__.py", "fmus/effect.py", "fmus/slave.py", "fmus/variable.py")
 HOUSE = __name__.partition(".")[0] + "."  # the package whose rooms an FMU carries
-FACES = {name: f"{HOUSE}fmus.{name.lower()}.fmu" for name in ("Reducer", "Motor", "Controller", "Load", "Sensor")}
+FACES = ("Reducer", "Motor", "Controller", "Load", "Sensor")
 # pythonfmu's library runs the script at every instantiation, and each time drops one reference too many to the
 # script's globals: they would be freed under its feet. So the script takes one more each time it runs.
 SCRIPT = """\
@@ -90,12 +88,11 @@ def built(name: str, **starts: Any) -> Path:
     return cache.kept(f"{name}_{key}/{name}.fmu", lambda path: pack(face, sources, path, starts))
 
 
-@functools.cache
 def face_of(name: str) -> type[Slave]:
-    """The class behind the name of an FMU."""
+    """The class behind the name of an FMU, with the effects of the laws in force."""
     if name not in FACES:
         raise BuildError(f"There is no FMU {name!r}. There are {', '.join(FACES)}.")
-    return getattr(import_module(FACES[name]), name)
+    return getattr(laws.module(f"{name.lower()}.fmu"), name)
 
 
 def name_of(face: type[Slave]) -> str:
@@ -105,9 +102,10 @@ def name_of(face: type[Slave]) -> str:
 
 def sources_of(face: type[Slave]) -> dict[str, bytes]:
     """The files that a face needs to run: what is shared, its own folder and what it names in `needs`."""
-    folder = ROOT / "fmus" / _inside(face).split(".")[1]
-    files = [*SHARED, *(f"fmus/{name}" for name in face.needs), *(str(path.relative_to(ROOT)) for path in folder.rglob("*.py"))]
-    return {name.replace(os.sep, "/"): (ROOT / name).read_bytes() for name in sorted(set(files))}
+    root = laws.root(face.__module__.rsplit(".", 2)[0])
+    folder = root / "fmus" / _inside(face).split(".")[1]
+    files = [*SHARED, *(f"fmus/{name}" for name in face.needs), *(str(path.relative_to(root)) for path in folder.rglob("*.py"))]
+    return {name.replace(os.sep, "/"): (root / name).read_bytes() for name in sorted(set(files))}
 
 
 def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[str, Any] | None = None) -> Path:
@@ -165,7 +163,8 @@ def _model(face: type[Slave], starts: dict[str, Any]) -> Slave:
 
 def _inside(face: type[Slave]) -> str:
     """The module of a face as its FMU has it, such as fmus.motor.fmu."""
-    return face.__module__.removeprefix(HOUSE)
+    name = face.__module__
+    return name.partition(".")[2] if name.startswith((HOUSE, laws.JOINED)) else name
 
 
 def _hash(sources: dict[str, bytes], starts: dict[str, Any], *more: bytes) -> str:

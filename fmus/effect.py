@@ -68,6 +68,7 @@ class Parameter(NamedTuple):
     above: Optional[Above] = None
     on_request: bool = False  # looked for only where somebody asks for it
     of_value: bool = False  # a sensor's: in the unit of what it measures
+    trials: tuple[float, ...] = ()  # where to look first, of a place or a width that matters: all of them are tried
 
 
 VARIABLES = ("speed", "load", "acceleration", "position", "output position", "current", "time", "set-point change")

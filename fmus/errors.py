@@ -10,3 +10,7 @@ class SelflockError(Exception):
 
 class BuildError(SelflockError):
     """An FMU cannot be packed."""
+
+
+class EffectError(SelflockError):
+    """An effect file of a user's own cannot be used."""

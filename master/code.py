@@ -1,6 +1,7 @@
 """Which Python a system may run: the parts of this package, and what its user allows by name; nothing else is imported.
 
-A system file, a rig, a sweep come from others, and `part = "os:system"` would be a command of theirs.
+A system file, a rig, a sweep come from others, and `part = "os:system"` would be a command of theirs. So would a folder of
+effects that a rig names.
 """
 
 from __future__ import annotations
@@ -12,8 +13,11 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
+from pathlib import Path
 from typing import Any
 
+from ..fmus.effect_file import read_folder
+from ..fmus.shown import visible
 from .errors import DescriptionError
 from .face import Part
 
@@ -46,7 +50,7 @@ def load_part(part: str, where: str, allow_code: bool) -> Callable[..., Any]:
             "If you trust it, give --allow-code, or allow_code=True in Python."
         )
     if not ours:
-        _say(name)
+        _say(f"{name} from {_origin(name.partition(':')[0])}")
     try:
         kind = getattr(import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
@@ -56,14 +60,31 @@ def load_part(part: str, where: str, allow_code: bool) -> Callable[..., Any]:
     return kind
 
 
+def allowed_effects(folder: Path | None, where: str, allow_code: bool) -> Path | None:
+    """The folder of effects that a rig names, where its files may run; they are told first. Raises DescriptionError.
+
+    where: of the rig's file, for messages.
+    """
+    if folder is None:
+        return None
+    if not allow_code:
+        raise DescriptionError(
+            f"{where} effects: the files in {folder} are code from outside this package. Nothing of them was run. "
+            "If you trust them, give --allow-code, or allow_code=True in Python."
+        )
+    for file in read_folder(folder):
+        _say(f"the {file.component}'s effects in {file.path}")
+    return folder
+
+
 def _is_part(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Part) and kind is not Part and kind.__module__.startswith(HOUSE)
 
 
 @cache
-def _say(name: str) -> None:
+def _say(what: str) -> None:
     """Tell, once in a process and before it happens, what is run."""
-    log.warning("running code from outside this package: %s from %s", name, _origin(name.partition(":")[0]))
+    log.warning("running code from outside this package: %s", visible(what))
 
 
 def _origin(module: str) -> str:

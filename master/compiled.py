@@ -4,6 +4,9 @@ The package of the laws is loaded a second time under another name (its modules 
 find their second selves), and every function in it is wrapped by `numba.njit`, those inside closures included. The
 plain modules stay as they are, and need neither a decorator nor numba.
 
+The laws are those in force (fmus.laws): a user's own effects are compiled with ours, and looked at by themselves before, so
+that what numba cannot compile is told in one sentence.
+
 The second self is a copy of the sources in the user's cache, in a folder named by their content. Beside it numba keeps
 what it compiled, which is therefore never older than any source it came from. Loops around the laws, which are not of
 their package, are kept in the same way.
@@ -12,18 +15,25 @@ their package, are kept in the same way.
 from __future__ import annotations
 
 import hashlib
+import re
 import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import FunctionType, ModuleType
+from typing import Any
 
-from numba import njit
+from numba import njit, typeof, types
+from numba.core.errors import NumbaError
 
-from selflock.fmus import cache
+from selflock.fmus import cache, laws
+from selflock.fmus.effect_file import LAWS as OF_COMPONENTS
+from selflock.fmus.effect_file import EffectFile
+from selflock.fmus.errors import EffectError
 
-LAWS = "selflock.fmus"
+LAWS = laws.OURS
 PREFIX = "_compiled_"
+ANSI = re.compile(r"\x1b\[[0-9;]*m")
 
 
 def compiled(module_name: str) -> ModuleType:
@@ -32,7 +42,10 @@ def compiled(module_name: str) -> ModuleType:
     Named tuples of the plain module are not those of the compiled one: take Parameters and State from what is returned.
     Where the plain law raises ZeroDivisionError, the compiled one gives inf or NaN: a fit may try any value.
     """
-    second = _second().__name__
+    return _compiled(module_name, _second().__name__)
+
+
+def _compiled(module_name: str, second: str) -> ModuleType:
     module = import_module(second + module_name.removeprefix(LAWS))
     wrapped: dict[FunctionType, object] = {}
     for name, other in list(sys.modules.items()):
@@ -45,13 +58,14 @@ def compiled(module_name: str) -> ModuleType:
 
 def compiled_loops(path: Path) -> dict[str, object]:
     """The functions of a source file, by name, compiled on first use, with the compiled selves of the laws that it imports."""
-    name = f"{PREFIX}{path.parent.name}_{path.stem}"
+    second = _second()
+    name = f"{second.__name__}_{path.parent.name}_{path.stem}"
     if name not in sys.modules:
-        laws = _folder(_second()).name
-        _load(name, _copied({Path(path.name): path.read_bytes()}, f"{laws} {name}") / path.name)
+        beside = _folder(second).name
+        _load(name, _copied({Path(path.name): path.read_bytes()}, f"{beside} {name}") / path.name)
         for key, value in list(vars(sys.modules[name]).items()):
             if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
-                setattr(sys.modules[name], key, compiled(value.__name__))
+                setattr(sys.modules[name], key, _compiled(value.__name__, second.__name__))
             elif isinstance(value, FunctionType):
                 setattr(sys.modules[name], key, _wrap(value, name, {}))
     return {key: value for key, value in vars(sys.modules[name]).items() if hasattr(value, "py_func")}
@@ -64,12 +78,49 @@ def _folder(module: ModuleType) -> Path:
 
 def _second() -> ModuleType:
     """The laws' second self, loaded if it is not yet."""
-    second = PREFIX + LAWS.rpartition(".")[2]
+    package = laws.in_force()
+    second = PREFIX + package.removeprefix(LAWS.partition(".")[0] + ".").replace(".", "_")
     if second not in sys.modules:
-        folder = _folder(import_module(LAWS))
-        laws = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
-        _load(second, _copied({path: content for path, content in laws.items() if _law(path)}) / "__init__.py")
+        folder = _folder(import_module(package))
+        sources = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
+        _load(second, _copied({path: content for path, content in sources.items() if _law(path)}) / "__init__.py")
+        try:
+            for inside, file in laws.files(package).items():
+                _look(second, inside, file)
+        except EffectError:
+            for name in [name for name in sys.modules if f"{name}.".startswith(f"{second}.")]:
+                del sys.modules[name]
+            raise
     return sys.modules[second]
+
+
+def _look(second: str, inside: str, file: EffectFile) -> None:
+    """Compile each hook of an effect that is not ours by itself: EffectError names the function that numba cannot compile."""
+    law = _compiled(f"{LAWS}.{OF_COMPONENTS[file.component]}", second)
+    effect = import_module(f"{second}.{inside[:-3].replace('/', '.')}").EFFECT
+    p, x = law.Parameters(), laws.conditions(law, file.component)[0]
+    for name, function in effect.hooks.items():
+        hook: Any = _wrap(function, second, {})
+        given = typeof(p), typeof(x)
+        said = f"{file.path}: {function.__name__}(p, x), its hook {name}, cannot be compiled by numba, as a fit needs it"
+        try:
+            hook.compile(given)
+        except NumbaError as error:
+            raise EffectError(f"{said}: {_reason(str(error))}. Use floats, math, if and loops.") from error
+        except Exception as error:
+            raise EffectError(f"{said}: {type(error).__name__}: {' '.join(str(error).split())[:200]}.") from error
+        gives = hook.overloads[given].signature.return_type
+        if not isinstance(gives, (types.Float, types.Integer, types.Boolean)):
+            raise EffectError(f"{said}: it gives {gives}. Give one number, on every way through it.")
+
+
+def _reason(told: str) -> str:
+    """What numba complains about, of all that it says: the first words that are no heading, and the last line it names."""
+    lines = [line.strip() for line in ANSI.sub("", told).splitlines()]
+    words = [line for line in lines if line and not line.startswith(("Failed in", "File ", "-", ">", "During:", "def "))]
+    places = re.findall(r'File "[^"]*", line (\d+)', told)
+    where = f"line {places[-1]}: " if places else ""
+    return where + (words[0].rstrip(".:") if words else "it gives no reason")[:300]
 
 
 def _copied(sources: dict[Path, bytes], beside: str = "") -> Path:

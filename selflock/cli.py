@@ -25,7 +25,7 @@ errors = Console(stderr=True, soft_wrap=True, markup=False, emoji=False)
 
 AllowCode = Annotated[
     bool,
-    typer.Option("--allow-code", help="Load parts of other packages than this one: whoever wrote the system runs code as you."),
+    typer.Option("--allow-code", help="Load parts of other packages and effects of a rig: whoever wrote them runs code as you."),
 ]
 Unlimited = Annotated[
     bool, typer.Option("--unlimited", help="Unpack FMUs and SSPs of any number of files and any size (docs/security.md).")

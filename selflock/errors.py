@@ -2,6 +2,7 @@
 
     SelflockError
     ├── BuildError            an FMU cannot be packed                 (selflock.fmus.errors)
+    ├── EffectError           an effect file cannot be used           (selflock.fmus.errors)
     ├── DescriptionError      a system description is wrong           (selflock.master.errors)
     ├── PartFailed            a coupled part failed while it ran      (selflock.master.errors)
     ├── ResultError           a result file cannot be read or written (selflock.master.errors)
@@ -16,14 +17,23 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from selflock.fmus.errors import BuildError, SelflockError
+from selflock.fmus.errors import BuildError, EffectError, SelflockError
 
 if TYPE_CHECKING:
     from selflock.diagnosis.errors import DataError
     from selflock.master.errors import DescriptionError, PartFailed, ResultError
     from selflock.sweep.errors import SweepError
 
-__all__ = ["BuildError", "DataError", "DescriptionError", "PartFailed", "ResultError", "SelflockError", "SweepError"]
+__all__ = [
+    "BuildError",
+    "DataError",
+    "DescriptionError",
+    "EffectError",
+    "PartFailed",
+    "ResultError",
+    "SelflockError",
+    "SweepError",
+]
 
 _FROM = {
     "DataError": "diagnosis",

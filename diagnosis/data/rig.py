@@ -20,7 +20,7 @@ EVERY_SECOND = "every second run"
 
 _TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
 _RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
-        "named": bool, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float}  # fmt: skip
+        "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float}  # fmt: skip
 _TIME = {"column": str, "unit": str, "factor": float}
 _COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
 _WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
@@ -78,7 +78,8 @@ class Rig:
     step: float = 0.0  # s; of that system, in place of its own
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
-    allow_code: bool = False  # parts of other packages may be loaded with that system; no rig file can say so
+    effects: Path | None = None  # folder of effects that join ours; code, so that it needs allow_code
+    allow_code: bool = False  # parts of other packages, and effects, may be loaded; no rig file can say so
 
     def of_log(self, name: str) -> dict[str, float]:
         """Parameters that belong to this log alone."""
@@ -171,6 +172,7 @@ def _rig(path: Path, data: dict) -> Rig:
         smoothing=head.get("smoothing", 0.0),
         step=head.get("step", 0.0),
         system=(path.parent / system) if system else None,
+        effects=(path.parent / head["effects"]) if head.get("effects") else None,
     )
 
 

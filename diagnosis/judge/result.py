@@ -124,6 +124,9 @@ class Diagnosis:
             lines.append(f"  what remains depends on: {', '.join(self.remainder['depends_on']) or 'nothing that was measured'}")
         if self.best:
             lines.append(f"  {self.best}")
+        if learnt := self.extension.get("learnt"):
+            change = f"{learnt['before']:.4g} -> {learnt['after']:.4g} {learnt['unit']} at the input shaft, held out"
+            lines.append(f"  a curve and no cause: {learnt['file']}, a torque over {learnt['over']}, {change}")
         if self.step:
             lines.append(f"  {self.step}")
         for name in dict.fromkeys(row["parameter"] for row in self.runs):

@@ -27,11 +27,11 @@ from selflock.master.archive import unpack
 from ..data.rig import split
 from ..residuals import phase
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.laws import LAWS, as_fmu
+from ..residuals.laws import COMPONENTS, as_fmu, law
 from ..residuals.mending import Mending
 from ..residuals.residual import Residual
 from ..residuals.whole import WHOLE
-from ..search.hypotheses import COMPONENTS, Hypothesis
+from ..search.hypotheses import Hypothesis
 from .loop import in_the_loop, run_again, sensor_name, write_loop
 from .playback import write_system
 
@@ -82,7 +82,7 @@ def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis
 
 def starts(part: str, name: str, values: dict[str, float]) -> dict:
     """Start values of a component's FMU."""
-    fields = LAWS[part].Parameters._fields
+    fields = law(part).Parameters._fields
     given = {key[len(name) + 1 :]: value for key, value in values.items() if key.startswith(name + ".")}
     return {key: as_fmu(part, key, value) for key, value in given.items() if key in fields}
 

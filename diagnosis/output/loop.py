@@ -23,12 +23,11 @@ from ..data.log import VALID
 from ..residuals import drive, whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.laws import as_fmu
+from ..residuals.laws import as_fmu, effects
 from ..residuals.mending import rms
 from ..residuals.phase import own
 from ..residuals.residual import Residual
 from ..rules import RULES
-from ..search.hypotheses import effects
 from .playback import written
 
 COLUMN = {name: "controller.voltage" if name == "motor.voltage" else name for name in whole.SHOWN}

@@ -186,6 +186,8 @@ def chance(
     rig = rig if isinstance(rig, Rig) else load(rig)
     if rig.system is not None:
         raise DataError(f"{rig.path}: a system of FMUs has no search of hypotheses, so there is no chance to measure.")
+    if rig.effects is not None:
+        raise DataError(f"{rig.path}: [rig] effects: chance is measured with our own effects and those of installed packages.")
     check_names(rig)
     runs, _, held = gather(rig, logs, test)
     study = ChanceStudy(rig, runs, held, seed).open()

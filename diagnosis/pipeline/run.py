@@ -23,6 +23,7 @@ from ..judge.time_step import finest, to_blame
 from ..judge.together import against, asked, together
 from ..judge.verdict import Judge, named, of_runs, verdict
 from ..output.extend import extend
+from ..output.learnt import write_learnt
 from ..output.report import write
 from ..residuals import drive
 from ..residuals.channels import Channels
@@ -145,6 +146,8 @@ def diagnose_runs(
                 result.extension |= extend(whole, out, [c.hypothesis for c in extended.outcome.causes])
             except BuildError as error:  # numbers of a fit that no FMU takes, as of a load without any inertia
                 result.extension["not_written"] = str(error)
+        if answer == "unknown" and (curve := write_learnt(experiment, found.mending.before, left, train, out)):
+            result.extension["learnt"] = curve
         result.write(out)
         tell("report", 0.0)
         write(result, mending, found.outcome, left, faults, out)

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from selflock.fmus.sensor import sensor as probe
-
 from ..data.log import MeasuredRun
 from ..rules import RULES
 from . import laws
@@ -79,6 +77,7 @@ class Channels:
         p = self.sensor(name, values)
         if p is None:
             return x
+        probe = laws.law("sensor")
         if lag := probe.lag(p, 0.0):
             x = probe.before_lag(p, x, derivative(smooth(x, window(lag, self.dt)), np.cumsum(self.dt)))
         value = np.empty(len(x))

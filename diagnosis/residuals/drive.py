@@ -10,7 +10,7 @@ from ..rules import RULES
 from . import phase
 from .blocks import compared
 from .channels import Channels, ShaftMotion, derivative, motion
-from .laws import LAGS, parameters
+from .laws import lags, parameters
 
 
 def law(component: str, values: dict, ch: Channels):
@@ -154,8 +154,8 @@ def sensed(channel: str, x: np.ndarray, dt: np.ndarray, values: dict, ch: Channe
     p = ch.sensor(channel, values)
     if p is None:
         return x
-    reverse = any(getattr(p, name) < 0.0 for name in LAGS)
-    p = p._replace(**{name: abs(getattr(p, name)) for name in LAGS})
+    reverse = any(getattr(p, name) < 0.0 for name in lags())
+    p = p._replace(**{name: abs(getattr(p, name)) for name in lags()})
     way, reading = slice(None, None, -1 if reverse else 1), np.empty(len(x))
     ch.setting.kernels.read(p, x[way], dt, reading)
     return reading[way]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from selflock.fmus.load.load import State, moment_of_inertia
-
 from ..data.log import VALID
 from ..rules import RULES
 from . import drive
 from .channels import Channels
 from .compare import Compared, everywhere
-from .laws import MODULES
+from .laws import COMPONENTS, law
 
 ROWS = ("voltage", "current", "torque", "input_angle", "input_speed", "output_torque", "angle", "speed")
 
@@ -35,7 +33,7 @@ def simulate(values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
     """All signals of the drive over one run, or over the stretches of it that are taken; each starts as measured."""
     first, second = drive.both(values, ch)
     n = len(ch.dt)
-    laws = [drive.law(part, values, ch) for part in MODULES]
+    laws = [drive.law(part, values, ch) for part in COMPONENTS]
     reducer, load = laws[2], laws[3]
     stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
     laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
@@ -76,7 +74,8 @@ def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
 def carried(reducer, load, step: float) -> tuple[float, float, int]:
     """Stiffness of the output shaft that the parts of a step carry, N.m/rad; the inertia that swings on it, kg.m2; the parts."""
     rules = RULES.residuals
-    inertia = max(moment_of_inertia(load, State(0.0, 0.0)), 1e-12)
+    of_load = law("load")
+    inertia = max(of_load.moment_of_inertia(load, of_load.State(0.0, 0.0)), 1e-12)
     behind = reducer.shaft_inertia * reducer.gear_ratio**2
     together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
     needed = np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / rules.shaft_step)

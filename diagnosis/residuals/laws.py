@@ -1,44 +1,55 @@
-"""The components' laws: plain for their tables, compiled for fitting. The source is the FMUs' own."""
+"""The components' laws: plain for their tables, compiled for fitting. The source is the FMUs' own.
+
+They are the laws in force (fmus.laws), which a user's own effects may be among: what is kept is kept for each of these.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from importlib import import_module
+from types import ModuleType
 
-from selflock.fmus.effect import LAG, SWITCH
-from selflock.fmus.sensor.effects import EFFECTS
+from selflock.fmus import laws
+from selflock.fmus.effect import LAG, SWITCH, Effect
+from selflock.fmus.effect_file import LAWS
 from selflock.fmus.slave import Variable, rows
 
 from ..data.rig import Rig, split, suggest
 from ..data.signals import SIGNALS
 from ..errors import DataError
 
-MODULES = {
-    "controller": "selflock.fmus.controller.pd",
-    "motor": "selflock.fmus.motor.dc",
-    "reducer": "selflock.fmus.reducer.shaft",
-    "load": "selflock.fmus.load.load",
-}
-_TABLES = {**MODULES, "reducer": "selflock.fmus.reducer.law", "sensor": "selflock.fmus.sensor.sensor"}
-LAWS = {component: import_module(_TABLES[component]) for component in MODULES}
+COMPONENTS = ("controller", "motor", "reducer", "load")
 
 
-LAGS = [p.name for effect in EFFECTS for p in effect.parameters if p.role == LAG]
-"""Time constants of a sensor; one below 0 stands for its mirror image in time."""
+def law(component: str) -> ModuleType:
+    """The plain law of a component, or of a sensor."""
+    return laws.module(LAWS[component])
 
 
-@cache
-def compiled(module: str):
-    """A module of the laws with all its functions compiled by numba."""
-    from selflock.master.compiled import compiled as compile_module
+def effects(component: str) -> tuple[Effect, ...]:
+    """The effects that stand beside a component's physics."""
+    return law(component).EFFECTS
 
-    return compile_module(module)
+
+def lags() -> list[str]:
+    """Time constants of a sensor; one below 0 stands for its mirror image in time."""
+    return _lags(laws.in_force())
 
 
 @cache
+def _lags(package: str) -> list[str]:
+    return [p.name for effect in effects("sensor") for p in effect.parameters if p.role == LAG]
+
+
 def _type(component: str):
-    return compiled(_TABLES[component]).Parameters
+    return _types(laws.in_force(), component)
+
+
+@cache
+def _types(package: str, component: str):
+    from selflock.master.compiled import compiled
+
+    return compiled(f"{laws.OURS}.{LAWS[component]}").Parameters
 
 
 def parameters(component: str, name: str, values: dict[str, float]):
@@ -50,7 +61,7 @@ def parameters(component: str, name: str, values: dict[str, float]):
 
 def as_fmu(component: str, name: str, value: float) -> float | bool:
     """A parameter's value as the component's FMU takes it."""
-    return bool(value) if any(p.name == name and p.role == SWITCH for p in LAWS[component].BASE) else float(value)
+    return bool(value) if any(p.name == name and p.role == SWITCH for p in law(component).BASE) else float(value)
 
 
 def sensor(channel: str, values: dict[str, float]):
@@ -60,7 +71,6 @@ def sensor(channel: str, values: dict[str, float]):
     return kind(**given) if given else None
 
 
-@cache
 def no_sensor():
     """The Parameters of a sensor that reads the value itself."""
     return _type("sensor")()
@@ -106,10 +116,12 @@ def _row(rig: Rig, where: str, name: str) -> Variable | None:
     else:
         prefix, rest = split(name, rig.drives)
         component, _, parameter = rest.partition(".")
-        if prefix not in rig.drives or component not in LAWS:
+        if prefix not in rig.drives or component not in COMPONENTS:
             drives = f" The drives are {', '.join(rig.drives)}: begin with one of them." if rig.drives != ("",) else ""
-            raise DataError(f"{rig.path}: {where} {name!r}: there is no such component.{drives or suggest(component, LAWS)}")
-    table = {row.name: row for row in _rows(component)}
+            raise DataError(
+                f"{rig.path}: {where} {name!r}: there is no such component.{drives or suggest(component, COMPONENTS)}"
+            )
+    table = {row.name: row for row in rows(law(component).BASE, effects(component))}
     if parameter == "*":
         return None
     if parameter not in table:
@@ -117,9 +129,3 @@ def _row(rig: Rig, where: str, name: str) -> Variable | None:
             f"{rig.path}: {where} {name!r}: {component.capitalize()}.fmu has no {parameter!r}.{suggest(parameter, table)}"
         )
     return table[parameter]
-
-
-@cache
-def _rows(component: str) -> tuple[Variable, ...]:
-    law = import_module("selflock.fmus.sensor.sensor") if component == "sensor" else LAWS[component]
-    return rows(law.BASE, law.EFFECTS)

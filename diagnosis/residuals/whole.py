@@ -56,7 +56,7 @@ WHOLE = "whole"
 
 HOLD = "recorder.controller.hold"
 
-PARTS = tuple(laws.MODULES)
+PARTS = laws.COMPONENTS
 
 
 def lacking(rig: Rig, signals: set[str]) -> str:

@@ -29,6 +29,11 @@ class JudgeRules:
     blocks: int = rule(6, "blocks without which nothing is asked", FIRST)
     folds: int = rule(5, "folds of all blocks; a function is learnt on the others", FIRST)
     bins: int = rule(12, "bins of a residual, or of a variable, without which nothing is asked", FIRST)
+    learnt_knots: tuple[int, ...] = rule(
+        (5, 9, 17, 33, 65),
+        "knots of a curve that is written as an effect file; what predicts unseen blocks best is taken",
+        "not studied",
+    )
     tails: tuple[float, float] = rule((0.005, 0.995), "quantiles of the misfit beyond which it is held back", FIRST)
     knots: tuple[tuple[float, ...], ...] = rule(
         (tuple(0.1 * i for i in range(11)), (*_TAIL, 0.5, *(1.0 - q for q in reversed(_TAIL)))),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from importlib import import_module
 from math import isfinite
 
 import numpy as np
@@ -17,11 +16,10 @@ from ..residuals import whole
 from ..residuals.drive import both
 from ..residuals.drive import electric as electric_of
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.laws import COMPONENTS, effects, law
 from ..residuals.propagated import in_step
 from ..residuals.recorder import counts, period, step_of
 from ..rules import RULES
-
-COMPONENTS = ("controller", "motor", "reducer", "load")
 
 SIDES = {"input": 0, "output": 1}
 """Of a wave's shaft, its place among the motions of a drive."""
@@ -44,6 +42,7 @@ class Free:
     told: bool = False  # the rig gives it
     above: str = ""  # counted from this other parameter's value on, so that it can never fall below it
     trials: tuple[float, ...] = ()  # values to try where it acts only from a finite amount on
+    places: tuple[float, ...] = ()  # where its effect says that it should be looked for first; a fit goes on from there
     role: str = VALUE  # of fmus.effect.ROLES
     shaft: str = ""  # with whose angle the wave goes of which it is a number
     on_request: bool = False  # freed only because the rig lists it as uncertain
@@ -80,16 +79,9 @@ class Hypothesis:
         return self.label == other.label
 
 
-def effects(component: str) -> tuple[Effect, ...]:
-    """The effects that stand beside a component's physics."""
-    return import_module(f"selflock.fmus.{component}.effects").EFFECTS
-
-
 def base(component: str) -> tuple[Parameter, ...]:
     """The nominal parameters of a component's law."""
-    from ..residuals.laws import LAWS
-
-    return LAWS[component].BASE
+    return law(component).BASE
 
 
 def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveExperiment) -> list[Hypothesis]:
@@ -212,7 +204,10 @@ def _of(effect: Effect, component: str, free: tuple[Free, ...], channel: str = "
 
 def _free(full: str, p: Parameter, nominal: float, low: float, high: float) -> Free:
     """A parameter of a law as a fit may change it."""
-    return Free(full, nominal, low, high, p.unit, p.description, role=p.role, shaft=p.shaft, on_request=p.on_request)
+    inside = tuple(x for x in p.trials if low <= x <= high)
+    return Free(
+        full, nominal, low, high, p.unit, p.description, places=inside, role=p.role, shaft=p.shaft, on_request=p.on_request
+    )
 
 
 def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:

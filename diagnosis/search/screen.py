@@ -6,13 +6,13 @@ taken as linear: the misfit under a hypothesis is r + X d, X the base fit's colu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
 
-from selflock.fmus.effect import ORDER, PHASE, VALUE
+from selflock.fmus.effect import ORDER, PHASE, SHAPES, VALUE
 
 from ..rules import RULES
 from .fit import change, scale, slope
@@ -67,7 +67,7 @@ def directions(
 
     A parameter whose change alone changes the misfit, and in proportion, is an amplitude; one that matters only
     while an amplitude is on is a shape. An effect none of whose parameters matters alone is looked at with its
-    other parameters in the middle of their range. dear: each simulation is, so that fewer are tried, and nominal values
+    other parameters in the middle of their range, then wherever its shapes say that it should be tried. dear: each simulation is, so that fewer are tried, and nominal values
     that act in proportion not at large amounts, too.
     """
     starts, jumps = (
@@ -80,10 +80,13 @@ def directions(
     amplitudes = [p for p in inside if _proportional(misfit, base, off, p, at)]
     switched = dict(off)
     if not [p for p in amplitudes if not p.companion]:
-        switched = {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
-        amplitudes += [
-            p for p in inside if p not in amplitudes and _proportional(misfit, base, {**switched, p.name: p.nominal}, p, at)
-        ]
+        for switched in _settings(inside, amplitudes):
+            acting = [
+                p for p in inside if p not in amplitudes and _proportional(misfit, base, {**switched, p.name: p.nominal}, p, at)
+            ]
+            if acting:
+                amplitudes += acting
+                break
     leading = [p for p in amplitudes if not p.companion]
     companions = tuple(p for p in amplitudes if p.companion)
     found: list[Direction] = []
@@ -108,11 +111,19 @@ def directions(
     return found
 
 
+def _settings(inside: list[Free], amplitudes: list[Free]) -> Iterator[dict[str, float]]:
+    """Values of a hypothesis with which its amplitudes may be felt: the middle of all ranges, then the trials of its shapes."""
+    yield {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
+    tried = [p for p in inside if p.places and p.role in SHAPES]
+    for values in product(*(p.places for p in tried)) if tried else ():
+        yield {**{p.name: p.nominal for p in inside}, **{p.name: value for p, value in zip(tried, values)}}
+
+
 def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free], jumps: int) -> list[Direction]:
     """Directions of a parameter that acts only from a finite amount on (a limit, a dead zone, a step)."""
     found: list[Direction] = []
     rules = RULES.search
-    amounts = leader.trials or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, jumps + 2)[1:-1]})
+    amounts = leader.trials or leader.places or sorted({*_grid(leader), *np.linspace(leader.low, leader.high, jumps + 2)[1:-1]})
     if not any(
         np.any(misfit({**base, **off, leader.name: value}) != at)
         for value in {amounts[0], amounts[len(amounts) // 2], amounts[-1]}
@@ -130,7 +141,7 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free], 
         if value == leader.nominal or not np.any(there != at):
             continue
         shapes = [p for p in others if _shapes(misfit, base, on, p, there)]
-        for values in product(*(sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
+        for values in product(*(p.places or sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
             tried(value, {p.name: v for p, v in zip(shapes, values)})
     step = (leader.high - leader.low) / (jumps + 1)
     for _ in range(rules.closer if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
@@ -150,7 +161,7 @@ def _ways(misfit, base, off, at, hypothesis, amplitudes, shapes, starts: int) ->
     phase = next((p for p in shapes if p.role == PHASE), None) if len(amplitudes) == 1 else None
     shapes = [p for p in shapes if p is not phase]
     axes = [_grid(p) for p in shapes]
-    thin = [i for i, p in enumerate(shapes) if p.role != ORDER]
+    thin = [i for i, p in enumerate(shapes) if p.role != ORDER and not p.places]
     while thin and np.prod([len(axes[i]) for i in thin]) > starts:
         longest = max(thin, key=lambda i: len(axes[i]))
         axes[longest] = axes[longest][::2]
@@ -215,8 +226,10 @@ def _shapes(misfit, base: dict, on: dict, p: Free, there: np.ndarray) -> bool:
 
 
 def _grid(p: Free) -> list[float]:
-    """Values to start from: orders one by one, wide ranges by decades, others at a few places."""
+    """Values to start from: those to be tried, orders one by one, wide ranges by decades, others at a few places."""
     rules = RULES.search
+    if p.places:
+        return list(p.places)
     if p.role == ORDER and p.trials:
         return list(p.trials)
     if p.role == ORDER:

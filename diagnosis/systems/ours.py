@@ -1,18 +1,20 @@
 """A blamed FMU of a system that is one of ours: known by its parameters, it becomes a drive of one component.
 
-An FMU is ours where it has the nominal parameters and those of all registered effects of a component, whatever its
-name. What the log has of its inputs and outputs is then read as the signals of a drive, and its law is fitted.
+An FMU is ours where it has the nominal parameters of a component and those of all effects of ours, whatever its name.
+What the log has of its inputs and outputs is then read as the signals of a drive, and its law is fitted.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib import import_module
+
+from selflock.fmus.laws import OURS
 
 from ..data.log import HELD
 from ..data.rig import LogColumn, Rig
 from ..data.signals import SIGNALS, canonical, unit
-from ..residuals.laws import LAWS
-from ..search.hypotheses import COMPONENTS, base, effects
+from ..residuals.laws import COMPONENTS, LAWS, law
 from .parts import Parts
 
 
@@ -20,8 +22,7 @@ def kind(parts: Parts, component: str) -> str:
     """controller, motor, reducer or load; "" for an FMU that is none of ours."""
     known = {name[len(component) + 1 :] for name in parts.variables if parts.owner(name) == component}
     for part in COMPONENTS:
-        wanted = {p.name for p in base(part)} | {p.name for effect in effects(part) for p in effect.parameters}
-        if wanted <= known:
+        if set(import_module(f"{OURS}.{LAWS[part]}").Parameters._fields) <= known:
             return part
     return ""
 
@@ -53,7 +54,7 @@ def as_drive(parts: Parts, rig: Rig, component: str, logged: set[str]) -> Rig | 
             factor * old.offset + offset,
             late and signal in HELD,
         )
-    sheet = LAWS[part].Parameters()
+    sheet = law(part).Parameters()
     given = {
         name: parts.variables[f"{component}.{name}"].start for name in sheet._fields if f"{component}.{name}" in parts.variables
     }

@@ -7,23 +7,16 @@ import inspect
 import random
 import re
 from importlib import import_module
-from math import cos, isfinite, sin
+from math import cos, sin
 from pathlib import Path
 
 import pytest
 
-from selflock.fmus import units
+from selflock.fmus import effect_file
 from selflock.fmus.build import FACES, face_of
-from selflock.fmus.effect import CONSTANT, METAL, ORDER, PHASE, ROLES, SHAPES, SWITCH, VALUE, VARIABLES, Parameter
+from selflock.fmus.effect import PHASE, ROLES, SHAPES, Parameter
 
-LAWS = {
-    "controller": "controller.pd",
-    "load": "load.load",
-    "motor": "motor.dc",
-    "reducer": "reducer.law",
-    "sensor": "sensor.sensor",
-}
-LAWS = {component: import_module(f"selflock.fmus.{module}") for component, module in LAWS.items()}
+LAWS = {component: import_module(f"selflock.fmus.{module}") for component, module in sorted(effect_file.LAWS.items())}
 HOOKS = {component: import_module(f"selflock.fmus.{component}.effects").HOOKS for component in LAWS}
 EFFECTS = [effect for law in LAWS.values() for effect in law.EFFECTS]
 named = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: f"{effect.component}.{effect.name}")
@@ -31,31 +24,7 @@ named = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: f"{effect.
 
 def gaps(effect) -> list[str]:
     """What an effect does not say, or says wrongly."""
-    found = []
-
-    def demand(met, what):
-        found.extend([] if met else [what])
-
-    base = {p.name for p in LAWS[effect.component].BASE}
-    for field in ("summary", "source", "advice", "parameters", "hooks"):
-        demand(getattr(effect, field), f"no {field}")
-    demand(effect.shown_over in VARIABLES, f"shown_over = {effect.shown_over!r} is none of {', '.join(VARIABLES)}")
-    demand(set(effect.needs) <= {"time", "angle"}, f"needs {effect.needs}: there are time and angle")
-    demand(set(effect.hooks) <= set(HOOKS[effect.component]), f"hooks {set(effect.hooks) - set(HOOKS[effect.component])} unknown")
-    demand({*effect.frees, *effect.says} <= base, f"frees or says what is no parameter of the {effect.component}'s law")
-    for p in effect.parameters:
-        demand(p.description, f"{p.name} has no description")
-        demand(
-            p.role in set(ROLES) - {VALUE, METAL, CONSTANT, SWITCH}, f"{p.name} has no role of an effect's parameter: {p.role!r}"
-        )
-        demand(isfinite(p.low) and isfinite(p.high) and p.low < p.high, f"{p.name}: bounds [{p.low}, {p.high}]")
-        demand(p.low <= p.off <= p.high, f"{p.name}: off at {p.off}, outside its bounds [{p.low}, {p.high}]")
-        demand((p.role == ORDER) <= (p.shaft in ("input", "output")), f"{p.name}: waves of which shaft?")
-        if p.unit:
-            units.parse(p.unit)
-    for p in effect.parameters:  # what belongs to a wave falls with it
-        demand(not p.shaft or any(q.role == ORDER and q.shaft == p.shaft for q in effect.parameters), f"{p.name}: no order")
-    return found
+    return effect_file.gaps(effect, LAWS[effect.component].BASE, HOOKS[effect.component])
 
 
 @named
@@ -88,7 +57,7 @@ def test_numbers_are_each_said_once(component):
 def test_a_gap_is_told():
     whole = EFFECTS[0]
     assert gaps(whole._replace(advice="")) == ["no advice"]
-    assert "unknown" in gaps(whole._replace(hooks={"heat": min}))[0]
+    assert "no hook of the" in gaps(whole._replace(hooks={"heat": min}))[0]
     wrong = Parameter("x", "", 3.0, 0.0, 1.0, "")
     told = gaps(whole._replace(parameters=(wrong,)))
     assert len(told) == 3 and "no description" in told[0] and "no role" in told[1] and "off at 3.0" in told[2]

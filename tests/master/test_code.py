@@ -62,6 +62,22 @@ def test_nobody_elses_code_runs_without_being_asked(evil, part):
         assert not mark.exists()
 
 
+def test_no_rig_runs_its_effects_without_being_asked(evil):
+    folder, mark = evil
+    (folder / "laws").mkdir()
+    (folder / "laws" / "tooth.py").write_text(EVIL.format(mark=str(mark)))
+    text = '[rig]\nkind = "inverse"\neffects = "laws"\n[columns]\n"load.angle" = "y"\n'
+    (folder / "rig.toml").write_text(text)
+    (folder / "log.csv").write_text("time,y\n0,0\n0.1,0\n")
+    rig, log = folder / "rig.toml", folder / "log.csv"
+    for way in (lambda: replay(rig, log, None), lambda: diagnose(rig, [log], out=None)):
+        with pytest.raises(
+            master.DescriptionError, match="(?s)code from outside this package.*Nothing of them was run.*--allow-code"
+        ):
+            way()
+    assert not mark.exists()
+
+
 def test_a_file_cannot_allow_itself(evil):
     folder, mark = evil
     for more in ("allow_code = true", "[run]\nallow_code = true", "[components.p]\nallow_code = true"):

@@ -93,6 +93,9 @@ class Drive(NamedTuple):
     dent: float = 0.0  # N.m of friction on the load, in one place
     dent_angle: float = 0.0  # rad
     dent_width: float = 0.2  # rad
+    tooth: float = 0.0  # N.m at the motor's shaft, against positive motion, where a damaged tooth meshes
+    tooth_place: float = 0.0  # rad of the gear's output, where it begins to mesh
+    tooth_length: float = 0.3  # rad over which it meshes
     loosened: float = 0.0  # relative change of friction from one moment on
     loosened_time: float = 6.0  # s
     current_curve: float = 0.0  # 1/A: what a current sensor shows too little, relative, per ampere

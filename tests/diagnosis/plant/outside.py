@@ -36,6 +36,15 @@ def _eccentricity(rng, d):
     )
 
 
+def _tooth(rng, d):
+    """A damaged tooth: a torque where it meshes, one sign both ways. No effect of the product is told so: a user's may be."""
+    place, length, sign = rng.uniform(-0.5, 0.1), rng.uniform(0.25, 0.5), rng.choice((-1.0, 1.0))
+    return Cause("reducer", "tooth", lambda s: dict(tooth=0.05 * sign * s, tooth_place=place, tooth_length=length))
+
+
+OF_A_USER = {"reducer.tooth": _tooth}
+"""What an effect file of a user's names (tests/diagnosis/test_effects_of_a_user.py)."""
+
 MORE = {
     "unknown.dent": _dent,
     "unknown.loosened": _loosened,

@@ -183,6 +183,9 @@ def simulate(d, angle_setpoint, speed_setpoint, ambient, h, fine, start, ticks=1
             press = abs(normal) if d.preload == 0.0 else (normal**6 + d.preload**6) ** (1.0 / 6.0)
             load = torque * tan + grip * press / cos
             load += viscous(d, omega)
+            along = theta / d.gear_ratio - d.tooth_place
+            if d.tooth != 0.0 and 0.0 < along < d.tooth_length:
+                load += d.tooth * math.sin(math.pi * along / d.tooth_length) ** 2
             omega += dt / d.shaft_inertia * (drive - load)
             theta += dt * omega
             travel += dt * abs(omega)

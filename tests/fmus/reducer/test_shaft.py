@@ -311,7 +311,7 @@ def test_the_usual_step_is_the_general_one(case):
     law = plain(p, wedge.wedge_tangent(p.gear_ratio, p.wedge_angle))
     for i in range(200):
         arguments = (motor_torque, 0.3e-3 * i, 0.3, 1e-3)
-        angle, end, _ = travel(law, p.gear_ratio, p.shaft_inertia, state.angle, state.speed, *arguments)
+        angle, end, _, _ = travel(law, p.gear_ratio, p.shaft_inertia, state.angle, state.speed, *arguments)
         state, _ = shaft.advance(p, state, *arguments)
         assert state.angle == pytest.approx(angle, abs=1e-12 * (1 + abs(angle)))
         assert state.speed == pytest.approx(end, abs=1e-9 * (1 + abs(end)))

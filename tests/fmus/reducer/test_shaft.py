@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from selflock.fmus.reducer import shaft, wedge
 from selflock.fmus.reducer.law import plain
-from selflock.fmus.reducer.travel import travel
+from selflock.fmus.reducer.travel import PIECES, travel
 
 P = shaft.Parameters
 
@@ -182,6 +182,9 @@ def test_whatever_happens_the_step_ends_and_no_energy_is_made(
     state = relaxed(p, 0.0, output_speed, speed, torque)
     for i in range(4):
         state, out = shaft.advance(p, state, push, output_speed * dt * i, output_speed, dt)
+        if math.isnan(state.speed):  # refused: only where the shaft would swing more often than a step's pieces can follow
+            assert dt * math.sqrt(stiffness / inertia) / ratio > 0.1 * PIECES
+            return
         assert all(map(math.isfinite, out))
         assert out.loss_power >= 0.0
         assert out.friction_torque * out.input_speed >= 0.0

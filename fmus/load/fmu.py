@@ -21,7 +21,8 @@ class Load(Slave):
         inertia = load.moment_of_inertia(p, load.start(p))
         return "" if inertia > 0.0 else f"the moment of inertia J + m d^2 = {inertia:.9g} kg.m2 must be positive"
 
-    def explain(self, p, s, torque, size):
+    def explain(self, p, s, *inputs):
+        torque, size = inputs
         inertia, weight, net = load.moment_of_inertia(p, s), load.gravity_moment(p, s), torque - p.constant_torque
         parts = load.needed(inertia, weight, p.damping, net, s.speed, size)
         if parts <= 0.5 * load.MOST:

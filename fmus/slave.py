@@ -120,6 +120,13 @@ class Slave(Fmi2Slave):
         """The state at the start."""
         return self.law.start(p)
 
+    def explain(self, p: Any, state: Any, *inputs: float) -> str:
+        """Why a step from this state had no finite result, and what to do, as a sentence; "" where the face knows nothing.
+
+        `inputs` are those of the step, in order, and its size, s.
+        """
+        return ""
+
     def stepper(self) -> Any:
         """The function (p, state, *inputs, dt) -> (state, outputs) that makes a step; dt = 0 gives the outputs alone."""
         return self.law.advance
@@ -177,10 +184,10 @@ class Slave(Fmi2Slave):
         try:
             state, out = self._advance(self._parameters, self._state, *v[:first], step_size)
         except Exception as error:
-            return self._fail(current_time, step_size, f"{type(error).__name__}: {error}")
+            return self._fail(current_time, step_size, self._explained(step_size, f"{type(error).__name__}: {error}"))
         total = sum(out)
         if total - total != 0.0:
-            return self._fail(current_time, step_size, "its result is not finite")
+            return self._fail(current_time, step_size, self._explained(step_size, "its result is not finite"))
         self._state = state
         v[first : self._first_parameter] = out
         return True
@@ -200,6 +207,12 @@ class Slave(Fmi2Slave):
         inputs = self._shown(self.inputs, 0)
         self.complain(f"the step from t = {time:.9g} s of {size:.9g} s failed: {what}; inputs: {inputs}")
         return False
+
+    def _explained(self, size: float, otherwise: str) -> str:
+        try:
+            return self.explain(self._parameters, self._state, *self._values[: self._first_output], size) or otherwise
+        except Exception:  # numbers so great that even the explanation overflows
+            return otherwise
 
     def _shown(self, rows: tuple[Variable, ...], first: int) -> str:
         return ", ".join(f"{row.name} = {value:.6g}" for row, value in zip(rows, self._values[first:])) or "none"

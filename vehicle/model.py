@@ -18,6 +18,7 @@ _ALL = pymunk.batch.BodyFields
 _FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _ALL.FORCE | _ALL.TORQUE
 _BATCH_AT = (0, 24, 48, 16, 40, 64)  # bytes of position, velocity, force, angle, angular velocity, torque in a row of the batch
 FASTEST = 1e3  # m/s, beyond which a body has run away
+MOST_STEPS = 2000  # inner steps of one macro step; more would keep a caller waiting
 RAMP = 3.0  # pitches over which a rail comes out to its height
 _BELLY = 7  # points of the chassis' underside that can touch the ground
 
@@ -225,8 +226,20 @@ class Model:
                 break
         return np.array([x0, y]), pitch
 
+    def too_long(self, size: float) -> str:
+        """Why a macro step has too many inner steps, and what to do, as a sentence; "" where it has not."""
+        inner = self.values["inner_step"]
+        if size <= MOST_STEPS * inner:
+            return ""
+        return (
+            f"a step of {size:.9g} s takes {size / inner:.3g} inner steps of inner_step = {inner:.9g} s, and {MOST_STEPS} at most "
+            f"are made; try a step of {MOST_STEPS * inner:.9g} s or less, or a longer inner_step"
+        )
+
     def advance(self, size: float) -> bool:
         """One macro step: as many equal inner steps as keep each within inner_step. False when inputs or bodies are not sound."""
+        if self.too_long(size):
+            return False
         steps = max(1, math.ceil(size / self.values["inner_step"] - 1e-9))
         if size != self._size:
             self._size, self.constants["dt"] = size, size / steps

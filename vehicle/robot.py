@@ -108,6 +108,8 @@ class Robot(Part):
     def step(self, time: float, size: float) -> None:
         if not size > 0.0:
             raise DescriptionError(f"{self.name}: a step of {size!r} s cannot be made; give a positive one.")
+        if wrong := self.model.too_long(size):
+            raise DescriptionError(f"{self.name}: {wrong}.")
         if not self.model.advance(size):
             self._fail(time, size)
 

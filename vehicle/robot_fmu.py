@@ -66,6 +66,8 @@ class RobotFmu(Slave):
         model.inputs[: len(values) - 1] = values[:-1]
         if values[-1] == 0.0:
             return model, model.tell().tolist()
+        if wrong := model.too_long(values[-1]):
+            raise ArithmeticError(wrong)
         if not model.advance(values[-1]):
             raise ArithmeticError("bodies ran away; try a shorter step or inner_step, softer contacts or a softer drive shaft")
         return model, model.outputs.tolist()

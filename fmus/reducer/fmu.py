@@ -1,7 +1,9 @@
 """Reducer.fmu: the wedge with Coulomb friction behind the face of an FMU."""
 
+from math import sqrt
+
 from ..slave import Slave, Variable, rows
-from . import shaft, wedge
+from . import shaft, travel, wedge
 
 KINEMATIC = ("imposed_angle", "imposed_speed")
 DYNAMIC = ("motor_torque",)
@@ -71,6 +73,28 @@ class Reducer(Slave):
         if self.value("kinematic"):
             return shaft.start(p, imposed_angle, imposed_speed, output_angle, output_speed)
         return shaft.relaxed(p, self.value("initial_torque"), self.value("initial_speed"), output_angle, output_speed)
+
+    def explain(self, p, s, *inputs):
+        size, ratio, most = inputs[-1], p.gear_ratio, travel.PIECES
+        if s.effects > 1.0 and 2.0 * size > shaft.INNER_STEP * most:
+            return (
+                f"effects that vary in a step take two pieces for each {shaft.INNER_STEP:g} s of it, that is "
+                f"{2.0 * size / shaft.INNER_STEP:.3g}, and {most} at most are made; try a step of "
+                f"{0.4 * most * shaft.INNER_STEP:g} s or less"
+            )
+        if self.value("kinematic"):
+            return ""
+        swings = size * sqrt(p.shaft_stiffness / p.shaft_inertia) / ratio
+        if swings > most:
+            return (
+                f"shaft_stiffness = {p.shaft_stiffness:.6g} N.m/rad on shaft_inertia = {p.shaft_inertia:.6g} kg.m2 makes some "
+                f"{swings:.3g} pieces of it, from event to event, and {most} at most are made; try a shorter step, a softer "
+                "shaft or more shaft_damping"
+            )
+        return (
+            f"its result is not finite, or takes more than {most} pieces from event to event; try a shorter step, a softer drive "
+            f"shaft (shaft_stiffness = {p.shaft_stiffness:.6g} N.m/rad) or more shaft_damping ({p.shaft_damping:.6g} N.m.s/rad)"
+        )
 
     def stepper(self):
         return _kinematic if self.value("kinematic") else _dynamic

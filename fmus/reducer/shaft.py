@@ -14,6 +14,8 @@ magnitude in the cone is taken. The acceleration is that of successive imposed s
 With effects on, their coefficients are held over inner steps of at most INNER_STEP, each solved like a plain step,
 with the coefficients of its middle (second order). With all effects off the plain step is taken, to the last bit.
 
+A step that needs more than PIECES (travel.py) from event to event, with all its inner steps, has no result (NaN).
+
 Signs: torques and angles positive in the direction of positive input angle; P on what is driven, the reaction on the
 casing. A step from t to t + dt is given the inputs at t and returns state and outputs at t + dt.
 """
@@ -36,7 +38,7 @@ from .law import (
     static_coefficient,
     wound_up,
 )
-from .travel import held, travel
+from .travel import PIECES, held, travel
 from .wedge import (
     backdriving_slope,
     cone,
@@ -199,7 +201,7 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
                 )
 
     law = plain(p, t)
-    angle, speed, _ = travel(law, ratio, p.shaft_inertia, s.angle, speed, motor_torque, output_angle, output_speed, dt)
+    angle, speed, _, _ = travel(law, ratio, p.shaft_inertia, s.angle, speed, motor_torque, output_angle, output_speed, dt)
     state = State(angle, speed, 0.0, s.time, s.heat, s.distance)
     return state, _outputs(law, t, ratio, state, motor_torque, output_angle + output_speed * dt, output_speed)
 
@@ -263,7 +265,14 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
     """Dynamic mode with effects on: inner steps, each with the coefficients of its middle where they vary."""
     ratio = p.gear_ratio
     inertia = p.shaft_inertia
-    count = max(1, math.ceil(dt / INNER_STEP - 1e-9)) if s.effects > 1.0 else 1
+    count = 1
+    pieces = PIECES  # of all inner steps together
+    if s.effects > 1.0 and dt > INNER_STEP:
+        if not 2.0 * dt <= INNER_STEP * PIECES:  # each takes two at least
+            bad = State(s.angle, math.nan, s.effects, s.time + dt, s.heat, s.distance)
+            law = _affected_law(p, t, bad, output_angle, output_speed)
+            return bad, _outputs(law, t, ratio, bad, motor_torque, output_angle, output_speed)
+        count = math.ceil(dt / INNER_STEP - 1e-9)
     step = dt / count
     half = 0.5 * step
     state = s
@@ -272,7 +281,9 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
         now = output_angle + output_speed * (step * i)
         loss = 0.0
         if s.effects > 1.0:
-            angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, half)
+            angle, speed, went, pieces = travel(
+                law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, half, pieces
+            )
             middle = State(angle, speed, s.effects, state.time + half, state.heat, state.distance + went)
             if p.heat_coefficient != 0.0:
                 loss = _outputs(law, t, ratio, state, motor_torque, now, output_speed).loss_power
@@ -282,10 +293,14 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
                 law = _affected_law(p, t, middle, then, output_speed)
                 if p.heat_coefficient != 0.0:
                     loss = _outputs(law, t, ratio, middle, motor_torque, then, output_speed).loss_power
-        angle, speed, went = travel(law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, step)
+        angle, speed, went, pieces = travel(
+            law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, step, pieces
+        )
         state = _heated(p, State(angle, speed, s.effects, state.time + step, state.heat, state.distance + went), loss, step)
         if s.effects > 1.0:
             law = _affected_law(p, t, state, now + output_speed * step, output_speed)
+        if speed != speed:
+            break
     return state, _outputs(law, t, ratio, state, motor_torque, output_angle + output_speed * dt, output_speed)
 
 

@@ -13,28 +13,33 @@ import math
 from .flow import ULP, first_fall, reach, response, whole
 from .law import contact, friction_at
 
-PIECES = 200000  # of one step, at most; a step that needs more has no result (NaN)
-STALLED = 50  # events without progress of time: the shaft is held for a hundredth of the step, so that every step ends
+PIECES = 1000  # of one step, at most, with all its inner steps; a step that needs more has no result (NaN)
+STALLED = 50  # events without progress of time: the shaft is held for a hundredth of the step, twice that the next time
 
 
-def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output_speed, dt):
-    """The input shaft after dt, s: its angle, rad, its speed, rad/s, and the distance it travelled, rad.
+def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output_speed, dt, pieces=PIECES):
+    """The input shaft after dt, s: its angle, rad, its speed, rad/s, the distance it travelled, rad, and the pieces left.
+
+    Of `pieces`, which are those that may be made; where they do not last, and wherever the speed is no number, none are left.
 
     motor_torque, N.m, is held; output_angle, rad, is at the start of the step and moves on with output_speed, rad/s.
     """
     windup = angle / ratio - output_angle
     push = motor_torque - law.torque
     turned = distance = time = 0.0
+    hold = 0.01 * dt
     least = 1e-9 * dt  # what an event takes at least; more where the motion in it is lost in rounding
     stalled = 0
-    for _ in range(PIECES):
+    while pieces > 0:
         left = dt - time
         if left <= ULP * dt:
             break
+        pieces -= 1
         if speed == 0.0:
             rest, s = _rest(law, ratio, windup, -output_speed, push, left)
             if stalled > STALLED:
-                rest, s, stalled = min(left, 0.01 * dt), 0.0, 0
+                rest, s, stalled = min(left, hold), 0.0, 0
+                hold *= 2.0
             windup -= output_speed * rest
             time += rest
             if s == 0.0:
@@ -51,9 +56,9 @@ def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output
         time += taken
         stalled = stalled + 1 if lost else 0
         least = 2.0 * least if lost else 1e-9 * dt
-    else:
-        speed = math.nan
-    return angle + turned, speed, distance
+    if dt - time > ULP * dt or speed != speed:
+        return angle + turned, math.nan, distance, 0
+    return angle + turned, speed, distance, pieces
 
 
 def held(law, ratio, output_torque):

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from selflock.fmus.load import load
 from selflock.fmus.reducer import flow, shaft, wedge
 from selflock.master.compiled import compiled
 
@@ -68,3 +69,29 @@ def test_wedge_and_flow():
 def test_the_plain_law_stays_plain():
     compiled("selflock.fmus.reducer.shaft")
     assert type(shaft.advance).__name__ == "function" and type(wedge.cone).__name__ == "function"
+
+
+@pytest.mark.parametrize("changes", [{"shaft_stiffness": 1e12, "shaft_damping": 0.0}, {"output_ripple_torque": 1e-3}])
+def test_a_step_of_too_many_pieces_ends_without_a_number(fast, changes):
+    plain, second = shaft.Parameters(friction_kinetic=0.01, **changes), fast.Parameters(friction_kinetic=0.01, **changes)
+    state = shaft.start(plain, 0.0, 100.0, 0.0, 0.3)
+    for one, out in (
+        shaft.advance(plain, state, 0.1, 0.0, 0.3, 1.0),
+        fast.advance(second, fast.State(*state), 0.1, 0.0, 0.3, 1.0),
+    ):
+        assert math.isnan(one.speed) and math.isnan(sum(out))
+
+
+@pytest.mark.slow
+def test_the_load_with_any_damper():
+    fast_load = compiled("selflock.fmus.load.load")
+    for damping in (1.0, 1e3, 1e6, 1e12, 1e300):
+        values = dict(mass=2.0, damping=damping)
+        state = load.State(0.3, 10.0)
+        state, out = load.advance(load.Parameters(**values), state, 3.0, 0.01)
+        twin, same = fast_load.advance(fast_load.Parameters(**values), fast_load.State(0.3, 10.0), 3.0, 0.01)
+        close(state, twin)
+        close(out, same)
+    for speed in (1e9, 1e300, math.inf, math.nan):
+        end, out = fast_load.advance(fast_load.Parameters(mass=2.0), fast_load.State(0.3, speed), 3.0, 0.01)
+        assert math.isnan(end.speed) and math.isnan(sum(out))

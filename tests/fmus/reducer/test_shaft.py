@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from selflock.fmus.reducer import shaft, wedge
 from selflock.fmus.reducer.law import plain
-from selflock.fmus.reducer.travel import travel
+from selflock.fmus.reducer.travel import PIECES, travel
 
 P = shaft.Parameters
 
@@ -182,6 +182,9 @@ def test_whatever_happens_the_step_ends_and_no_energy_is_made(
     state = relaxed(p, 0.0, output_speed, speed, torque)
     for i in range(4):
         state, out = shaft.advance(p, state, push, output_speed * dt * i, output_speed, dt)
+        if math.isnan(state.speed):  # refused: only where the shaft would swing more often than a step's pieces can follow
+            assert dt * math.sqrt(stiffness / inertia) / ratio > 0.1 * PIECES
+            return
         assert all(map(math.isfinite, out))
         assert out.loss_power >= 0.0
         assert out.friction_torque * out.input_speed >= 0.0
@@ -311,7 +314,7 @@ def test_the_usual_step_is_the_general_one(case):
     law = plain(p, wedge.wedge_tangent(p.gear_ratio, p.wedge_angle))
     for i in range(200):
         arguments = (motor_torque, 0.3e-3 * i, 0.3, 1e-3)
-        angle, end, _ = travel(law, p.gear_ratio, p.shaft_inertia, state.angle, state.speed, *arguments)
+        angle, end, _, _ = travel(law, p.gear_ratio, p.shaft_inertia, state.angle, state.speed, *arguments)
         state, _ = shaft.advance(p, state, *arguments)
         assert state.angle == pytest.approx(angle, abs=1e-12 * (1 + abs(angle)))
         assert state.speed == pytest.approx(end, abs=1e-9 * (1 + abs(end)))

@@ -83,7 +83,9 @@ def _second() -> ModuleType:
     if second not in sys.modules:
         folder = _folder(import_module(package))
         sources = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
-        _load(second, _copied({path: content for path, content in sources.items() if _law(path)}) / "__init__.py")
+        # what numba keeps of them names their modules: two packages of the same laws must not share it
+        beside = "" if package == LAWS else second
+        _load(second, _copied({path: content for path, content in sources.items() if _law(path)}, beside) / "__init__.py")
         try:
             for inside, file in laws.files(package).items():
                 _look(second, inside, file)

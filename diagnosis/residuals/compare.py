@@ -131,10 +131,15 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
 
 def _motor_constants(values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
     """Torque per current, N.m/A, as the measured current weakens it, and the motor's torque beside it, N.m."""
-    constant, beside = np.empty(len(ch.dt)), np.empty(len(ch.dt))
-    current = ch.true("motor.current", values)
-    ch.setting.kernels.shaft_torque(drive.law("motor", values, ch), current, first.speed, first.angle, ch.dt, constant, beside)
-    return np.maximum(constant, 1e-9), beside
+    motor = drive.law("motor", values, ch)
+
+    def constants() -> tuple[np.ndarray, np.ndarray]:
+        constant, beside = np.empty(len(ch.dt)), np.empty(len(ch.dt))
+        current = ch.true("motor.current", values)
+        ch.setting.kernels.shaft_torque(motor, current, first.speed, first.angle, ch.dt, constant, beside)
+        return np.maximum(constant, 1e-9), beside
+
+    return drive.kept("constants", (first, motor, ch.sensor("motor.current", values)), ch, constants)
 
 
 def load(values: dict, ch: Channels) -> Compared:

@@ -136,7 +136,9 @@ class ResidualRules:
         "321000 to 321059) the right n had at most 0.03, wrong ones 0.65 and more",
     )
     longest_segment: int = rule(512, "rows of the segments over which that spectrum is averaged, at most", "usual (Welch 1967)")
-    segments: int = rule(4, "of them in a short log, at least, not counting that they overlap", "usual")
+    segments: int = rule(
+        4, "of them in a short log, at least, not counting that they overlap", "usual for a spectrum that is averaged"
+    )
     segment_rows: int = rule(19, "times n rows in a segment, at least", "theory: see what leaks in")
     differenced_once: float = rule(-0.5, "correlation of neighbours below which it is a difference over one row", "theory: -3/4")
     period_slowest: float = rule(40.0, "rows of the longest period of a controller that is looked for", CLOSED)

@@ -40,27 +40,35 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
 
 def motor(electric: str, values: dict, ch: Channels) -> Compared:
     """The current that the measured voltage and speed make."""
-    current, _ = _driven(electric, values, ch, drive.both(values, ch)[0].speed)
+    current, _ = _driven(electric, values, ch, drive.both(values, ch)[0])
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
 
 
-def _driven(electric: str, values: dict, ch: Channels, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Current and torque of the motor at this speed on its voltage: held from row to row where that is how it was given.
-
-    A measured voltage is read between its rows as `values` say, and the speed goes straight there, in parts of a step.
-    """
-    law, voltage = drive.law("motor", values, ch), drive.voltage(electric, values, ch)
-    late, dt, parts = values.get(drive.shift(electric, ch)), ch.dt, 1
-    if late is not None:
-        time, parts = ch.run.time, RULES.residuals.motor_parts
-        rows = np.arange((len(time) - 1) * parts + 1) / parts
-        fine = np.interp(rows, np.arange(len(time)), time)
-        speed = np.interp(fine, time, speed)
-        dt = np.diff(fine, prepend=fine[0] - ch.dt[0] / parts)
-        voltage = drive.between(voltage, time, late, fine + 0.5 * np.append(dt[1:], dt[-1]))
+def _driven(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Current and torque of the motor at the speed of this motion, on its voltage."""
+    sensors = ch.sensor(electric, values), ch.sensor("motor.supply_voltage", values)
+    key = first, values.get(drive.shift(electric, ch)), *sensors
+    voltage, speed, dt, parts = drive.kept("given", key, ch, lambda: _given(electric, values, ch, first))
     current, torque = np.empty(len(dt)), np.empty(len(dt))
-    ch.setting.kernels.motor(law, voltage, speed, dt, current, torque)
+    ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, speed, dt, current, torque)
     return current[::parts], torque[::parts]
+
+
+def _given(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Voltage and speed that the motor is given, the steps, s, for which it is, and how many of these are one of the log.
+
+    The voltage is held from row to row where that is how it was given. A measured one is read between its rows as `values`
+    say, and the speed goes straight there, in parts of a step.
+    """
+    voltage, late = drive.voltage(electric, values, ch), values.get(drive.shift(electric, ch))
+    if late is None:
+        return voltage, first.speed, ch.dt, 1
+    time, parts = ch.run.time, RULES.residuals.motor_parts
+    rows = np.arange((len(time) - 1) * parts + 1) / parts
+    fine = np.interp(rows, np.arange(len(time)), time)
+    dt = np.diff(fine, prepend=fine[0] - ch.dt[0] / parts)
+    between = drive.between(voltage, time, late, fine + 0.5 * np.append(dt[1:], dt[-1]))
+    return between, np.interp(fine, time, first.speed), dt, parts
 
 
 def supply(values: dict, ch: Channels) -> Compared:
@@ -72,7 +80,7 @@ def supply(values: dict, ch: Channels) -> Compared:
     if ch.has("motor.current"):
         current = ch.true("motor.current", values)
     else:
-        current, _ = _driven("controller.voltage", values, ch, drive.both(values, ch)[0].speed)
+        current, _ = _driven("controller.voltage", values, ch, drive.both(values, ch)[0])
     name = "motor.supply_voltage"
     out, measured = drive.read(name, supplied(law, voltage, current), values, ch), ch.raw(name)
     return drive.level(out, measured, ch.good(name), ch.run.time), measured, everywhere(len(out))
@@ -118,7 +126,7 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
         given = ch.raw(torque)
         bare = drive.read(torque, bare + inertial, values, ch) - inertial
     else:
-        _, given = _driven(electric, values, ch, first.speed)
+        _, given = _driven(electric, values, ch, first)
     given = pick(given)
     if ch.steady:
         return bare, given, good

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..rules import RULES
 from . import laws, phase
-from .blocks import compared
 from .channels import Channels, ShaftMotion, derivative, motion
 from .laws import lags
 
@@ -175,20 +174,26 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
 
     x: at all samples, or at those that are taken.
     """
-    if ch.sensor(channel, values) is None:
-        return x
-    behind = np.zeros(0, int) if len(x) == len(ch.dt) else ch.gaps + 1  # where it begins anew
-    steps = np.split(compared(ch.dt, ch.take, len(x)), behind)
-    return np.concatenate([sensed(channel, part, dt, values, ch) for part, dt in zip(np.split(x, behind), steps)])
+    whole = len(x) == len(ch.dt)
+    return sensed(channel, x, ch.dt if whole else ch.taken_steps(), values, ch, None if whole else ch.gaps + 1)
 
 
-def sensed(channel: str, x: np.ndarray, dt: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
-    """What a channel's sensor makes of x, held over steps of dt; a lag below 0 is one in reversed time."""
+def sensed(
+    channel: str, x: np.ndarray, dt: np.ndarray, values: dict, ch: Channels, behind: np.ndarray | None = None
+) -> np.ndarray:
+    """What a channel's sensor makes of x, held over steps of dt; a lag below 0 is one in reversed time.
+
+    behind: rows at which it begins anew.
+    """
     p = ch.sensor(channel, values)
     if p is None:
         return x
     reverse = any(getattr(p, name) < 0.0 for name in lags())
     p = p._replace(**{name: abs(getattr(p, name)) for name in lags()})
-    way, reading = slice(None, None, -1 if reverse else 1), np.empty(len(x))
-    ch.setting.kernels.read(p, x[way], dt, reading)
-    return reading[way]
+    reading, begins = np.empty(len(x)), np.append(0, behind) if behind is not None else np.zeros(1, int)
+    if reverse:
+        begins = len(x) - np.append(begins[1:], len(x))[::-1]
+        ch.setting.kernels.read_anew(p, x[::-1], np.append(dt[:1], dt[:0:-1]), begins, reading)
+        return reading[::-1]
+    ch.setting.kernels.read_anew(p, x, dt, begins, reading)
+    return reading

@@ -31,6 +31,17 @@ def effects(component: str) -> tuple[Effect, ...]:
     return law(component).EFFECTS
 
 
+def winding() -> frozenset[str]:
+    """Parameters of the reducer that say how its output shaft winds up under a torque."""
+    return _winding(laws.in_force())
+
+
+@cache
+def _winding(package: str) -> frozenset[str]:
+    felt = [effect for effect in effects("reducer") if {"compliance", "play"} & set(effect.hooks)]
+    return frozenset({"gear_ratio", "shaft_stiffness", "shaft_damping"} | {p.name for effect in felt for p in effect.parameters})
+
+
 def lags() -> list[str]:
     """Time constants of a sensor; one below 0 stands for its mirror image in time."""
     return _lags(laws.in_force())

@@ -94,11 +94,17 @@ def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(Non
     first, second = drive.both(values, ch)
     law = drive.law("reducer", values, ch)
     delivered = drive.delivered(values, ch, second, take)
-    speed = first.speed[take]
-    before = first.angle[take] - speed * ch.dt[take]
-    windup = np.empty(len(before))
-    ch.setting.kernels.windup(law, before, delivered, windup)
-    return (before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio), first
+
+    def inputs() -> tuple[np.ndarray, ...]:
+        speed = first.speed[take]
+        before = first.angle[take] - speed * ch.dt[take]
+        windup = np.empty(len(before))
+        ch.setting.kernels.windup(law, before, delivered, windup)
+        return before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio
+
+    winds = tuple(getattr(law, name) for name in sorted(laws.winding()))
+    loaded = drive.law("load", values, ch), ch.sensor("reducer.output_torque", values)
+    return drive.kept("inputs", (first, second, winds, *loaded, isinstance(take, slice)), ch, inputs), first
 
 
 def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:

@@ -30,6 +30,7 @@ AllowCode = Annotated[
 Unlimited = Annotated[
     bool, typer.Option("--unlimited", help="Unpack FMUs and SSPs of any number of files and any size (docs/security.md).")
 ]
+Anyway = Annotated[bool, typer.Option("--anyway", help="Go on where the log and the rig contradict each other.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
 
 
@@ -142,11 +143,12 @@ def replay(
     log: Annotated[Path, typer.Argument(help="Measured log: .csv, .parquet or .mat.")],
     out: Out = Path("out/replay"),
     allow_code: AllowCode = False,
+    anyway: Anyway = False,
 ) -> None:
     """Impose a measured motion on the simulation and draw what it computes over what was measured."""
     from selflock.diagnosis import replay as run_replay
 
-    say(run_replay(rig, log, out, allow_code).summary())
+    say(run_replay(rig, log, out, allow_code, anyway).summary())
 
 
 @app.command()
@@ -160,6 +162,7 @@ def diagnose(
     ] = None,
     out: Out = Path("out/diagnosis"),
     allow_code: AllowCode = False,
+    anyway: Anyway = False,
 ) -> None:
     """Name what the simulation gets wrong, extend the model, measure the gain.
 
@@ -167,7 +170,7 @@ def diagnose(
     """
     from selflock.diagnosis import diagnose as run_diagnosis
 
-    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code)
+    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code, anyway=anyway)
     say(result.summary())
     raise typer.Exit(result.exit_code)
 

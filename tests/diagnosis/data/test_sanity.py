@@ -5,6 +5,8 @@ The log is of a drive by closed forms, eq 2 to 20: a motion, the torque of a wed
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -15,6 +17,10 @@ from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.sanity import box
 
+from ..plant import bench
+
+ROOT = Path(__file__).resolve().parents[3]
+DATA = ROOT.parent / "shared" / "data"
 RATIO, R, KE, INERTIA, WEIGHT, MU = 60.0, 2.0, 0.05, 1e-4, 4.905, 0.01
 COLUMNS = {
     "controller.angle_setpoint": ("goal", "rad"), "motor.voltage": ("u", "V"), "motor.current": ("i", "A"),
@@ -170,3 +176,29 @@ def test_noise_alone_says_nothing(tmp_path):
     rest = LOG.assign(**{name: 1e-3 * rng.standard_normal(len(LOG)) for name in ("n", "phi", "w", "i", "m")}, u=0.0, goal=0.0)
     assert not boxed(tmp_path, written("forward"), rest).gross
     assert not boxed(tmp_path, written("inverse"), rest).gross
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["forward", "inverse", "steady"])
+@pytest.mark.parametrize("name", ["", "sensor.scale", "motor.supply_sag", "reducer.viscous"])
+def test_what_a_diagnosis_is_there_to_find_passes(name, kind, tmp_path):
+    """Hidden drives, sound and with strong effects: nothing is stopped, nothing remarked on."""
+    case = bench.hide([name] if name else [], seed=1010, target=10.0, kind=kind)
+    rig, *logs = case.write(tmp_path)
+    for log in logs:
+        rig = rigs.load(tmp_path / "rig.toml")
+        runs = read(log, rig)
+        check(runs, rig)
+        assert not box(rig, runs).findings, box(rig, runs).lines()
+
+
+@pytest.mark.skipif(
+    not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)"
+)
+@pytest.mark.parametrize("name", ["lead_screw/steady_state.csv", "worm_drive/steady_state.csv", "emps/DATA_EMPS.mat", "xl330/kp100_lift_and_drop.csv"])  # fmt: skip
+def test_measured_drives_pass_without_a_word(name):
+    rig = rigs.load(ROOT / "examples" / "rigs" / f"{name.partition('/')[0]}.toml")
+    runs = read(DATA / name, rig)
+    check(runs, rig)
+    found = box(rig, runs)
+    assert not found.findings and found.assumed, found.lines()

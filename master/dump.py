@@ -24,6 +24,8 @@ def save(system: System, path: Path | str, about: str = "") -> Path:
     text += ["", "[system]", f"name = {toml(system.name)}"]
     if system.description:
         text.append(f"description = {toml(system.description)}")
+    if system.values:
+        text += ["", "[values]", *(f"{name} = {toml(value)}" for name, value in system.values.items())]
     text += ["", "[run]", *_changed(system.run, Run())]
     for name, component in system.components.items():
         text += ["", f"[components.{_key(name)}]"]

@@ -14,6 +14,7 @@ from .errors import PartFailed, warn
 from .face import Part, Variable
 from .faults import Faults
 from .initial import initialize, untaken
+from .ratios import contrary
 from .results import Result, Sink, sink
 from .seat import Seat, seats
 from .system import System
@@ -43,7 +44,7 @@ class Running:
             self.wiring.close()
             raise
         self.loops: list[str] = []
-        self.notes = list(system.notes)
+        self.notes = [*system.notes, *contrary(self.wiring)]
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
         self.ended: dict[str, float] = {}  # the first of them
         for part in self.wiring.parts.values():

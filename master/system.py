@@ -57,8 +57,8 @@ class Connection:
     """target = factor · source + offset, after conversion of units."""
 
     source: str
-    factor: float = 1.0
-    offset: float = 0.0
+    factor: float | str = 1.0  # or "= 1 / ratio", over the system's values
+    offset: float | str = 0.0
     convert: bool = True  # False: the numbers are passed on whatever the units say
 
     def __post_init__(self):
@@ -100,6 +100,7 @@ class System:
     connections: dict[str, Connection] = field(default_factory=dict)  # by target
     bonds: list[Bond] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
+    values: dict[str, float | bool | str] = field(default_factory=dict)  # shared numbers, for "= ..." in start values and factors
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
     unlimited: bool = False  # its archives may be of any size; likewise
     isolate: bool = False  # every FMU as if its component said so
@@ -165,12 +166,13 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
 
 def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     """A system from the tables of a system file."""
-    _check_keys(data, ("system", "run", "components", "connections", "bonds", "faults"), "the file")
+    _check_keys(data, ("system", "values", "run", "components", "connections", "bonds", "faults"), "the file")
     head = data.get("system", {})
     _check_keys(head, ("name", "description"), "[system]")
     system = System(
         head.get("name", "system"), head.get("description", ""), Path(folder), _make(Run, data.get("run", {}), "[run]")
     )
+    system.values = _values(data.get("values", {}))
     for name, table in data.get("components", {}).items():
         where = f"[components.{name}]"
         component = _make(Component, table, where)
@@ -189,6 +191,24 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     check_choice("[run] algorithm", system.run.algorithm, ALGORITHMS)
     check_choice("[run] step_control", system.run.step_control, ("", *CONTROLS))
     return system
+
+
+def _values(table: Any) -> dict[str, float | bool | str]:
+    """Shared numbers by name; a text is an expression over those above it."""
+    _check_keys(table, table, "[values]")
+    for name, value in table.items():
+        if not name.isidentifier():
+            raise DescriptionError(f"[values] {name}: the name is used in expressions; write it with letters, digits and _ only.")
+        if not isinstance(value, (int, float)) and not formula(value):
+            raise DescriptionError(
+                f'[values] {name} = {value!r}: a number is wanted here, or an expression such as "= 2 * ratio".'
+            )
+    return dict(table)
+
+
+def formula(value: Any) -> str | None:
+    """The expression in "= ..."; None where it is none."""
+    return value[1:].strip() if isinstance(value, str) and value.startswith("=") else None
 
 
 def _connection(target: str, source: Any) -> Connection:
@@ -236,7 +256,9 @@ def _make(kind: type[Made], table: dict[str, Any], where: str) -> Made:
         wanted = known[key]
         if not _fits(value, wanted):
             raise DescriptionError(f"{where} {key} = {value!r}: {_WANTED[wanted.split('[')[0].split(' ')[0]]} is wanted here.")
-    values: dict[str, Any] = {key: float(v) if known[key].startswith("float") else v for key, v in table.items()}
+    values: dict[str, Any] = {
+        key: float(v) if known[key].startswith("float") and not isinstance(v, str) else v for key, v in table.items()
+    }
     try:
         return kind(**values)
     except TypeError as error:
@@ -250,6 +272,8 @@ _WANTED = {"float": "a number", "int": "a whole number", "str": "text in quotes"
 
 
 def _fits(value: Any, wanted: str) -> bool:
+    if wanted == "float | str" and formula(value):
+        return True
     if wanted.startswith("float"):
         return isinstance(value, (int, float)) and not isinstance(value, bool)
     if wanted.startswith("int"):

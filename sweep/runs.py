@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 from selflock import master
 from selflock.master.face import Part
 from selflock.master.system import System
+from selflock.master.values import given
 from selflock.master.wiring import fmu_path
 
 from .errors import SweepError
@@ -65,7 +66,8 @@ class Bench:
 
 
 def adapt(system: System, settings: dict[str, Any]) -> tuple[System, dict[str, Any]]:
-    """The system with the settings for its connections, "connections.TARGET.factor", and the other settings."""
+    """The system with the settings of its values and connections, "connections.TARGET.factor", and the other settings."""
+    system, settings = given(system, settings)
     wires = {name: value for name, value in settings.items() if name.startswith("connections.")}
     connections = dict(system.connections)
     for name, value in wires.items():

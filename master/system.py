@@ -9,6 +9,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,8 +20,17 @@ CONTROLS = ("power", "doubling")
 FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
 
 
+class Plain:
+    """Plain data, whose fields are all there is: another name is a slip."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in (known := type(self).__dataclass_fields__):  # type: ignore[attr-defined]
+            raise DescriptionError(f"{type(self).__name__} has no field {name}{did_you_mean(name, known)}")
+        super().__setattr__(name, value)
+
+
 @dataclass
-class Run:
+class Run(Plain):
     """How to run: times and steps in s."""
 
     start: float = 0.0
@@ -38,7 +48,7 @@ class Run:
 
 
 @dataclass
-class Component:
+class Component(Plain):
     """An FMU or an in-process part, under the name it has in this system."""
 
     fmu: str = ""  # path relative to the system file, or "selflock:Reducer" for one of this package
@@ -53,7 +63,7 @@ class Component:
 
 
 @dataclass
-class Connection:
+class Connection(Plain):
     """target = factor · source + offset, after conversion of units."""
 
     source: str
@@ -62,11 +72,12 @@ class Connection:
     convert: bool = True  # False: the numbers are passed on whatever the units say
 
     def __post_init__(self):
-        self.source = self.source.strip()
+        if isinstance(self.source, str):
+            self.source = self.source.strip()
 
 
 @dataclass
-class Bond:
+class Bond(Plain):
     """Two variables whose product is the power that crosses a connection: effort one way, flow the other."""
 
     effort: str  # such as a torque, in N.m
@@ -75,7 +86,7 @@ class Bond:
 
 
 @dataclass
-class Fault:
+class Fault(Plain):
     """A variable made wrong from `start` to `stop`. docs/system.md says what each kind does."""
 
     variable: str
@@ -89,7 +100,7 @@ class Fault:
 
 
 @dataclass
-class System:
+class System(Plain):
     """A whole description. Change what you like between `load` and `run`."""
 
     name: str = "system"
@@ -254,8 +265,8 @@ def _make(kind: type[Made], table: dict[str, Any], where: str) -> Made:
     _check_keys(table, ["from" if key == "source" else key for key in known] + ["source"] * (kind is Connection), where)
     for key, value in table.items():
         wanted = known[key]
-        if not _fits(value, wanted):
-            raise DescriptionError(f"{where} {key} = {value!r}: {_WANTED[wanted.split('[')[0].split(' ')[0]]} is wanted here.")
+        if not fits(value, wanted):
+            raise DescriptionError(f"{where} {key} = {value!r}: {WANTED[wanted.split('[')[0].split(' ')[0]]} is wanted here.")
     values: dict[str, Any] = {
         key: float(v) if known[key].startswith("float") and not isinstance(v, str) else v for key, v in table.items()
     }
@@ -267,17 +278,18 @@ def _make(kind: type[Made], table: dict[str, Any], where: str) -> Made:
         ) from None
 
 
-_WANTED = {"float": "a number", "int": "a whole number", "str": "text in quotes", "bool": "true or false",
+WANTED = {"float": "a number", "int": "a whole number", "str": "text in quotes", "bool": "true or false",
            "list": "a list of names in quotes", "dict": "a table"}  # fmt: skip
 
 
-def _fits(value: Any, wanted: str) -> bool:
+def fits(value: Any, wanted: str) -> bool:
+    """Whether a value is of a field's kind, as its annotation says it."""
     if wanted == "float | str" and formula(value):
         return True
     if wanted.startswith("float"):
-        return isinstance(value, (int, float)) and not isinstance(value, bool)
+        return isinstance(value, Real) and not isinstance(value, bool)
     if wanted.startswith("int"):
-        return isinstance(value, int) and not isinstance(value, bool)
+        return isinstance(value, Integral) and not isinstance(value, bool)
     if wanted.startswith("list"):
         return isinstance(value, list) and all(isinstance(item, str) for item in value)
     return isinstance(value, {"str": str, "bool": bool, "dict": dict}[wanted.split("[")[0]])

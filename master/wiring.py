@@ -11,6 +11,7 @@ from .algorithms import ALGORITHMS, Algorithm
 from .code import load_part
 from .errors import DescriptionError
 from .face import Part, Variable
+from .slips import checked
 from .system import Component, Connection, System, did_you_mean
 from .units import conversion
 from .values import given, resolved
@@ -71,7 +72,7 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
 
     Parts in `keep` are taken out of it and reset instead of made again.
     """
-    system, settings = given(system, settings or {})
+    system, settings = given(checked(system), settings or {})
     wiring = Wiring(system := resolved(system))
     if not system.components:
         raise DescriptionError("The system has no components: add at least one [components.name] with an fmu or a part.")

@@ -253,6 +253,21 @@ def example(
 
 
 @app.command()
+def schema(
+    of: Annotated[str, typer.Argument(metavar="rig|system|sweep", help="Of which file.")],
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write it to; the terminal when not given.")] = None,
+) -> None:
+    """Write the JSON schema of a file, by which editors complete and check it."""
+    from selflock.schemas import text
+
+    if out is None:
+        print(text(of))
+    else:
+        out.write_text(text(of) + "\n", encoding="utf-8")
+        say(out)
+
+
+@app.command()
 def export(
     system: Annotated[Path, typer.Argument(help="A system file (.toml).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="The .ssp file to write.")],

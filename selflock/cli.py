@@ -253,6 +253,17 @@ def example(
 
 
 @app.command()
+def info(
+    file: Annotated[Path, typer.Argument(help="An FMU, an SSP, a system or a rig (.toml), or a table of results.")],
+    everything: Annotated[bool, typer.Option("--all", help="Every variable, however many there are.")] = False,
+) -> None:
+    """Tell what is in a file: variables, units, start values, what is connected. Nothing of it is run."""
+    from selflock.info import info as about
+
+    console.print(visible(about(file, everything)), highlight=False, soft_wrap=True)
+
+
+@app.command()
 def schema(
     of: Annotated[str, typer.Argument(metavar="rig|system|sweep", help="Of which file.")],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write it to; the terminal when not given.")] = None,

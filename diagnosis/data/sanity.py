@@ -70,15 +70,23 @@ class Box:
 def box(rig: Rig, runs: list[MeasuredRun]) -> Box:
     """Hold the runs of a drive, which are checked for faults, against its rig."""
     findings, shows = _told_nothing(rig) + _clock(rig, runs), [_extent(rig, runs)]
-    assumed: dict[str, tuple[float, str]] = {}
+    own = rig.of_log(runs[0].log)
     for prefix in rig.drives:
-        said = Said(rig, prefix, {**rig.parameters, **rig.of_log(runs[0].log)})
-        seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
-        assumed |= said.assumed(_components(rig, seen))
+        said = Said(rig, prefix, {**rig.parameters, **own})
         mine, shown = _drive(rig, runs, prefix, said)
         findings += mine
         shows += shown
-    return Box(tuple(filter(None, shows)), tuple(findings), assumed)
+    return Box(tuple(filter(None, shows)), tuple(findings), assumed(rig, set(runs[0].signals), own))
+
+
+def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) -> dict[str, tuple[float, str]]:
+    """Value and unit of what a simulation needs and nobody gave. signals: of the log; own: parameters of that log alone; else of any."""
+    found: dict[str, tuple[float, str]] = {}
+    own = {name: value for table in rig.logs.values() for name, value in table.items()} if own is None else own
+    for prefix in rig.drives:
+        seen = {name.removeprefix(prefix) for name in signals if name.startswith(prefix)}
+        found |= Said(rig, prefix, {**rig.parameters, **own}).assumed(_components(rig, seen))
+    return found
 
 
 def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[list[Finding], list[str]]:

@@ -17,6 +17,7 @@ from .initial import initialize, untaken
 from .ratios import contrary
 from .results import Result, Sink, sink
 from .seat import Seat, seats
+from .seen import watch
 from .system import System
 from .wiring import Wiring, wire
 
@@ -40,6 +41,7 @@ class Running:
             self.pairs = energy.bonds(self.wiring)
             control.check(self.wiring, self.pairs)
             self.sink = sink(_columns(self.wiring), out)
+            watch(self.sink.seen, self.wiring)
         except BaseException:
             self.wiring.close()
             raise
@@ -203,5 +205,5 @@ def _columns(wiring: Wiring) -> list[Variable]:
     for name, chosen in wiring.record.items():
         for variable in chosen:
             v = wiring.parts[name].variables[variable]
-            columns.append(Variable(f"{name}.{variable}", v.unit, type=v.type))
+            columns.append(Variable(f"{name}.{variable}", v.unit, type=v.type, causality=v.causality))
     return columns

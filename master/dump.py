@@ -30,7 +30,7 @@ def save(system: System, path: Path | str, about: str = "") -> Path:
     for name, component in system.components.items():
         text += ["", f"[components.{_key(name)}]"]
         for key, value in _other(component):
-            text.append(f"{key} = {toml(_moved(value, system, path) if key == 'fmu' else value)}")
+            text.append(f"{key} = {toml(_moved(value, system, path) if key in ('fmu', 'manoeuvre') else value)}")
     text += ["", "[connections]"]
     for target, connection in system.connections.items():
         text.append(f"{toml(target)} = {_source(connection)}")

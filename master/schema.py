@@ -47,7 +47,7 @@ def schema() -> dict[str, Any]:
     source["anyOf"].append(
         {"type": "object", "not": {"required": ["from"]}, "additionalProperties": {"$ref": "#/definitions/source"}}
     )
-    component = _of(Component) | {"oneOf": [{"required": ["fmu"]}, {"required": ["part"]}]}
+    component = _of(Component) | {"oneOf": [{"required": [one]} for one in ("fmu", "part", "manoeuvre")]}
     return document(
         "selflock system file",
         {

@@ -11,6 +11,7 @@ from .algorithms import ALGORITHMS, Algorithm
 from .code import load_part
 from .errors import DescriptionError
 from .face import Part, Variable
+from .manoeuvre import Manoeuvre
 from .slips import checked
 from .system import Component, Connection, System, did_you_mean
 from .units import conversion
@@ -102,6 +103,8 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
 def make(name: str, component: Component, system: System) -> Part:
     """The part that a component asks for."""
     where = f"[components.{name}]"
+    if component.manoeuvre:
+        return Manoeuvre(name, system.folder / component.manoeuvre)
     if component.part:
         if component.isolate or component.step_timeout:
             raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")

@@ -105,7 +105,7 @@ def _system(path: Path, limit: int | None) -> Iterator[str]:
 
 def _component(system: System, name: str, limit: int | None) -> Iterator[str]:
     component = system.components[name]
-    yield f"{_short(name)}: {_short(component.fmu or component.part)}" + (
+    yield f"{_short(name)}: {_short(component.fmu or component.part or component.manoeuvre)}" + (
         f", own step {component.step:g} s" if component.step else ""
     )
     try:
@@ -157,9 +157,12 @@ def _variables(system: System, name: str) -> dict[str, Variable]:
     from selflock.master.binary import open_fmu
     from selflock.master.code import load_part
     from selflock.master.fmu import variables_of
+    from selflock.master.manoeuvre import Manoeuvre
     from selflock.master.wiring import fmu_path
 
     component = system.components[name]
+    if component.manoeuvre:
+        return dict(Manoeuvre(name, system.folder / component.manoeuvre).variables)
     if component.fmu:
         return {v.name: v for v in variables_of(open_fmu(fmu_path(component, system)).description)}
     kind: Any = load_part(component.part, f"[components.{name}]", False)

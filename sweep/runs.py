@@ -30,7 +30,7 @@ class Bench:
 
     def __init__(self, system: System, record: list[Figure], stop: float | None = None, table: bool = False):
         self.system, self.record, self.stop, self.table = copy.deepcopy(system), record, stop, table
-        self.fmus: dict[str, bytes] = {}  # by the name of the file that they become
+        self.fmus: dict[str, bytes] = {}  # and manoeuvres, by the name of the file that they become
         self.versions: dict[str, str] = {}  # component → SHA-256 of its FMU
         for name, component in self.system.components.items():
             if component.fmu:
@@ -38,6 +38,12 @@ class Bench:
                 self.versions[name] = hashlib.sha256(content).hexdigest()
                 component.fmu = f"{self.versions[name][:16]}.fmu"
                 self.fmus[component.fmu] = content
+            elif component.manoeuvre:
+                path = system.folder / component.manoeuvre
+                content = path.read_bytes()
+                self.versions[name] = hashlib.sha256(content).hexdigest()
+                component.manoeuvre = f"{self.versions[name][:16]}{path.suffix}"
+                self.fmus[component.manoeuvre] = content
         self.system.folder = Path(".")
         if not table:  # only what the figures need
             self.system.run.record = sorted({column for one in record for column in one.columns})

@@ -183,18 +183,18 @@ def _judged(said: Said, name: str, w_name: str, m, w, a, angle) -> list[Finding]
     rubs = sum(float(np.mean(parts[key] * w)) for key in rubbing)
     push = float(np.mean(parts["inertia"] * a)) if "inertia" in parts else 0.0  # above 0: it drives what it accelerates
     heavy = float(np.copysign(rms(parts["inertia"]), push)) / size if push else 0.0
-    both = "side" in columns
-    if (both and rubs < rules.against * np.mean(abs(m * w)) and heavy < rules.told_share) or (
-        heavy < -rules.told_share and rubs < 0.0
-    ):
+    power = float(np.mean(abs(m * w)))
+    gives = rubs < rules.against * power and float(np.mean(m * w)) < rules.against * power
+    told = left < rules.unlike * size  # else it is none of these sums, as the noise of a drive that coasts
+    if told and (("side" in columns and gives and heavy < rules.told_share) or (heavy < -rules.told_share and rubs < 0.0)):
         text = f"{said(name)} pulls against the motion of {said(w_name)}: by their signs friction drives and inertia brakes"
         mend = f"turn the sign of one, {said.turned(name)}"
         return [Finding(f"{text}. Torques are positive in the direction of positive angles: {mend}.", True, (name, w_name))]
     known = _inertia_of(said)[1]
-    if heavy > rules.told_share and known and (times := heavy * size / rms(a) / known) > rules.gross_beside:
+    if told and heavy > rules.told_share and known and (times := heavy * size / rms(a) / known) > rules.gross_beside:
         text = f"{said(name)} accelerates the drive as if its inertia were {number(times)} times what the rig says"
         return [Finding(f"{text}: {_thousand(said, name, times)}.", True, (name, "reducer.shaft_inertia", "load.inertia"))]
-    if "pull" in parts and rms(parts["pull"]) > rules.told_share * size:
+    if told and "pull" in parts and rms(parts["pull"]) > rules.told_share * size:
         times = rms(parts["pull"]) / rms(columns["pull"]) / (weight / said.value(RATIO))
         if times > rules.gross_beside:
             text = f"{said(name)} goes with the load's weight, and is {number(times)} times what the rig makes of it"
@@ -205,7 +205,7 @@ def _judged(said: Said, name: str, w_name: str, m, w, a, angle) -> list[Finding]
         if (times := size / (pull / ratio * grip)) > rules.gross_beside:
             text = f"{said(name)} is {number(times)} times what the load asks for at the input shaft"
             return [Finding(f"{text}: {_thousand(said, name, times)}.", True, (name, "load.constant_torque"))]
-    found = _gravity(said, m, w, w_name, name, angle)
+    found = _gravity(said, abs(m) + known * abs(a), w, w_name, name, angle)  # inertia may lift, too
     if lean is not None and not found:
         found += _lean(said, m, w, a, angle, lean, swing, left)
     return found
@@ -261,14 +261,15 @@ def _inertia(pieces: Pieces, said: Said, name: str, w_name: str) -> list[Finding
     least = _inertia_of(said)[0]
     if said.rig.kind == "steady" or not least or w_name != SPEED:
         return []
-    push, gain = _impulse(pieces, said, name)
-    sound = np.isfinite(push) & np.isfinite(gain)
-    if sound.sum() < RULES.data.fewest_pieces:
+    push, gain, pace = _impulse(pieces, said, name), pieces.at_ends(SPEED), pieces.mean(SPEED)
+    faster = np.isfinite(push) & np.isfinite(gain) & (gain * pace > 0.0)  # what slows it down may be friction, or a stop
+    if faster.sum() < RULES.data.fewest_pieces:
         return []
-    push, gain = push[sound], gain[sound]
+    push, gain = push[faster], gain[faster]
     strong = abs(gain) > RULES.data.told_share * np.max(abs(gain))
     asked, had = least * np.sum(abs(gain[strong])), np.sum(push[strong])
-    if not had or asked < RULES.data.gross * had:
+    helped = np.sum(_falls(said) * pieces.lasting[faster][strong])  # by a load that falls
+    if not had or asked < RULES.data.gross * (had + helped):
         return []
     units = [
         (1.0 / times, f"{full} may be in {unit}: {said.value(full) * times:.3g} kg.m2 would do")
@@ -286,13 +287,18 @@ def _inertia(pieces: Pieces, said: Said, name: str, w_name: str) -> list[Finding
     text = (
         f"to gain speed as {said(SPEED)} does, the rig's inertia asks for {number(asked / had)} times the torque of {said(name)}"
     )
-    return [Finding(f"{text}: {end}.", True, (name, "reducer.shaft_inertia", "load.inertia"))]
+    gross = asked > RULES.data.gross_beside * (had + helped)
+    return [Finding(f"{text}: {end}.", gross, (name, "reducer.shaft_inertia", "load.inertia"))]
 
 
-def _impulse(pieces: Pieces, said: Said, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """N.m.s that pushed over each piece, without their sign, and rad/s that were gained."""
-    kt = max(said.ends(KT)) if name == CURRENT else 1.0
-    return kt * abs(pieces.way(name)), pieces.at_ends(SPEED)
+def _impulse(pieces: Pieces, said: Said, name: str) -> np.ndarray:
+    """N.m.s by which the motor pushed over each piece, either way."""
+    return (max(said.ends(KT)) if name == CURRENT else 1.0) * abs(pieces.way(name))
+
+
+def _falls(said: Said) -> float:
+    """The most by which the load may push the input shaft, N.m."""
+    return (abs(said.value("load.constant_torque")) + _weight(said)) / said.value(RATIO)
 
 
 def _inertia_of(said: Said) -> tuple[float, float]:
@@ -319,29 +325,24 @@ def _pull(said: Said) -> float:
     return abs(said.value("load.constant_torque")) + 0.7 * _weight(said)
 
 
-def _gravity(said: Said, m, w, w_name: str, name: str, angle) -> list[Finding]:
-    """What the load alone asks for while it is lifted, against the torque that there was."""
+def _gravity(said: Said, had, w, w_name: str, name: str, angle) -> list[Finding]:
+    """What the load alone asks for while it is lifted, against what there was for it (N.m, without a sign)."""
     weight = _weight(said)
-    pull = np.full(len(m), said.value("load.constant_torque"))
+    pull = np.full(len(w), said.value("load.constant_torque"))
     if weight and angle is not None:
         pull = pull + weight * np.cos(angle + said.value("load.arm_angle"))
     elif weight:
         return []
     if "load.constant_torque" in said.rig.uncertain or not np.any(pull):
         return []
-    asked, had = pull / said.value(RATIO), m
+    asked = pull / said.value(RATIO)
     lifts = (asked * w > 0.0) & (abs(w) > RULES.data.surely * np.max(abs(w)))
-    if lifts.sum() < RULES.data.fewest_pieces or np.sum(abs(asked[lifts])) < RULES.data.gross * np.sum(abs(had[lifts])):
+    if lifts.sum() < RULES.data.fewest_pieces or np.sum(abs(asked[lifts])) < RULES.data.gross * np.sum(had[lifts]):
         return []
-    times = np.sum(abs(asked[lifts])) / max(np.sum(abs(had[lifts])), 1e-300)
+    times = np.sum(abs(asked[lifts])) / max(np.sum(had[lifts]), 1e-300)
     text = f"to lift the load as {said(w_name)} does, the rig asks for {number(times)} times the torque of {said(name)}"
-    return [
-        Finding(
-            f"{text}: look at load.mass (kg), load.arm (m), load.constant_torque (N.m), the gear's ratio and the unit of {said(name)}.",
-            True,
-            (name, "load.mass"),
-        )
-    ]
+    mend = f"look at load.mass (kg), load.arm (m), load.constant_torque (N.m), the gear's ratio and the unit of {said(name)}"
+    return [Finding(f"{text}: {mend}.", times > RULES.data.gross_beside, (name, "load.mass"))]
 
 
 def moves(x: np.ndarray) -> bool:

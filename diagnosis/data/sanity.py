@@ -101,7 +101,9 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
     if "time" not in suspects:
         electric = balances.voltage(coarse, said, suspects)
         findings += electric
-        if rig.kind == "forward" and not any(balances.KE in f.about and "given as" in f.sentence for f in electric):
+        seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
+        driven = rig.kind == "forward" and seen & (ELECTRIC | SETPOINTS)  # else k_e changes nothing
+        if driven and not any(balances.KE in f.about and "given as" in f.sentence for f in electric):
             findings += balances.motor_constants(said)
         suspects |= {name for f in findings for name in f.about}
         findings += balances.torque(Pieces(runs, prefix, RULES.data.fine_pieces), coarse, said, suspects)

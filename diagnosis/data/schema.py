@@ -13,13 +13,12 @@ from selflock.master.schema import NUMBER, TEXT, document, named, table
 from . import rig
 from .signals import ALIASES, SIGNALS
 
-ENDS = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
-
 
 def schema() -> dict[str, Any]:
     """Of a rig file. Names of a drive's variables and parameters are checked where the rig has no others."""
+    ends = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
     column = {"anyOf": [TEXT, _of(rig.COLUMN) | {"required": ["column"]}]}
-    wanted = {"anyOf": [ENDS, _of(rig.WANTED)]}
+    wanted = {"anyOf": [ends, _of(rig.WANTED)]}
     head = _of(rig.HEAD)
     head["properties"] |= {key: {"enum": list(allowed)} for key, allowed in rig.CHOICES.items()} | {
         "kind": {"enum": list(rig.KINDS)}
@@ -30,7 +29,7 @@ def schema() -> dict[str, Any]:
         "time": _of(rig.TIME),
         "columns": {"type": "object", "properties": dict.fromkeys([*SIGNALS, *ALIASES], column), "additionalProperties": column},
         "parameters": named(value),
-        "uncertain": named(ENDS),
+        "uncertain": named(ends),
         "calibrate": named(wanted),
         "logs": named(named(value)),
     }

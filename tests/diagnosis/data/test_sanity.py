@@ -130,6 +130,51 @@ def test_a_slip_of_an_inverse_rig_is_told_in_a_sentence(slip, tmp_path):
     assert all(word in text for word in words), text
 
 
+ONE_SHAFT = ("motor.voltage", "motor.current", "reducer.input_speed")  # nothing else tells of the motion
+
+
+@pytest.mark.parametrize(
+    "log, words",
+    [
+        (LOG.assign(n=-LOG.n), ("turn the sign of column 'n' (reducer.input_speed), factor = -1",)),
+        (LOG.assign(u=1e3 * LOG.u), ("mV read as V", "'u' (motor.voltage)")),
+        (LOG.assign(n=LOG.n * 30 / np.pi), ("rpm read as rad/s", "'n' (reducer.input_speed)")),
+    ],
+    ids=["sign of a speed", "millivolts", "rpm as rad/s"],
+)
+def test_a_slip_shows_in_the_voltages_balance_alone(log, words, tmp_path):
+    text = stopped(tmp_path, written("forward", ONE_SHAFT), log)
+    assert all(word in text for word in words), text
+
+
+def test_a_clock_that_no_second_channel_shows_is_remarked_on(tmp_path):
+    found = boxed(tmp_path, written("forward", ONE_SHAFT), LOG.assign(time=1e3 * LOG.time))
+    (remark,) = (f.sentence for f in found.findings)
+    assert not found.gross and "rows are 2 s apart by column 'time'" in remark and 'unit = "ms" under [time]' in remark
+
+
+@pytest.mark.parametrize("inertia", [1e-4, 1e-2])
+def test_what_runs_down_or_falls_without_a_torque_is_no_slip(inertia, tmp_path):
+    """Coasting after a start that was not recorded, and a weight that falls and pulls its motor along."""
+    rng = np.random.default_rng(7)
+    noise = lambda sigma: sigma * rng.standard_normal(len(t))
+    t = np.arange(0.0, 10.0, 0.002)
+    rig = written("inverse", ("motor.torque", "reducer.input_speed"), reducer__shaft_inertia=inertia)
+    coasts = pd.DataFrame({"time": t, "n": 300.0 * np.exp(-t / 3.0) + noise(0.1), "m": noise(1e-3)})
+    assert not boxed(tmp_path, rig, coasts).gross
+    rises = 2.0 * (t % 2.0) * np.where(t % 4.0 < 2.0, 1.0, -1.0)  # rad/s at the load, five times
+    lifted = written(
+        "inverse",
+        ("motor.torque", "reducer.input_speed"),
+        reducer__shaft_inertia=inertia,
+        load__mass=0.0,
+        load__constant_torque=5.0,
+    )
+    assert not boxed(tmp_path, lifted, coasts).gross  # by the inertia of the shaft
+    falls = pd.DataFrame({"time": t, "n": RATIO * rises + noise(0.1), "m": noise(1e-3)})
+    assert not boxed(tmp_path, rig, falls).gross
+
+
 def test_the_wrong_kind_is_told(tmp_path):
     text = stopped(tmp_path, written("steady", ("motor.torque", "reducer.input_speed")))
     assert 'kind = "steady"' in text and "constant speed" in text and '"inverse"' in text

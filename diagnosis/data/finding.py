@@ -61,11 +61,16 @@ class Said:
         value = self.value(parameter)
         return self.rig.uncertain.get(self.prefix + parameter, (value, value))
 
-    def assumed(self, components: tuple[str, ...]) -> dict[str, tuple[float, str]]:
-        """Value and unit of what a simulation needs and nobody gave."""
+    def assumed(self, names: tuple[str, ...]) -> dict[str, tuple[float, str]]:
+        """Value and unit of what a simulation needs and nobody gave, of components, or of one parameter."""
+        unused = ("load.arm", "load.arm_angle") if not self.value("load.mass") else ()
         return {
             f"{self.prefix}{component}.{p.name}": (p.off, p.unit)
-            for component in components
+            for component, _, only in (name.partition(".") for name in names)
             for p in laws.module(LAWS[component]).BASE
-            if p.role not in (CONSTANT, SWITCH) and not p.name.startswith("start_") and not self.given(f"{component}.{p.name}")
+            if only in ("", p.name)
+            and f"{component}.{p.name}" not in unused
+            and p.role not in (CONSTANT, SWITCH)
+            and not p.name.startswith("start_")
+            and not self.given(f"{component}.{p.name}")
         }

@@ -85,7 +85,7 @@ def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) ->
     own = {name: value for table in rig.logs.values() for name, value in table.items()} if own is None else own
     for prefix in rig.drives:
         seen = {name.removeprefix(prefix) for name in signals if name.startswith(prefix)}
-        found |= Said(rig, prefix, {**rig.parameters, **own}).assumed(_components(rig, seen))
+        found |= Said(rig, prefix, {**rig.parameters, **own}).assumed(_components(seen))
     return found
 
 
@@ -102,8 +102,7 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         electric = balances.voltage(coarse, said, suspects)
         findings += electric
         seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
-        driven = rig.kind == "forward" and seen & (ELECTRIC | SETPOINTS)  # else k_e changes nothing
-        if driven and not any(balances.KE in f.about and "given as" in f.sentence for f in electric):
+        if seen & ELECTRIC and not any(balances.KE in f.about and "given as" in f.sentence for f in electric):
             findings += balances.motor_constants(said)
         suspects |= {name for f in findings for name in f.about}
         findings += balances.torque(Pieces(runs, prefix, RULES.data.fine_pieces), coarse, said, suspects)
@@ -126,14 +125,11 @@ def _relation(relation: motions.Relation, ratio: float, prefix: str) -> str:
     return f"{first} = {relation.factor:.3g} {of}{second}"
 
 
-def _components(rig: Rig, seen: set[str]) -> tuple[str, ...]:
-    """Whose parameters matter to what is simulated."""
-    names = ["reducer", "load"]
-    if rig.kind == "forward" and seen & (ELECTRIC | {"motor.current"}):
-        names.insert(0, "motor")
-    if rig.kind == "forward" and seen & SETPOINTS:
-        names.insert(0, "controller")
-    return tuple(names)
+def _components(seen: set[str]) -> tuple[str, ...]:
+    """Whose parameters matter to what is simulated, or which."""
+    controller = ("controller",) if seen & SETPOINTS and seen & ELECTRIC else ()
+    motor = ("motor",) if seen & ELECTRIC else ("motor.torque_constant",) if "motor.current" in seen else ()
+    return (*controller, *motor, "reducer", "load")
 
 
 def _told_nothing(rig: Rig) -> list[Finding]:
@@ -173,9 +169,10 @@ def _kind(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said, pieces: Pi
     """A kind that the log is not of."""
     seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
     if rig.kind == "inverse" and seen & GIVEN - SETPOINTS:
-        unused = said(sorted(seen & GIVEN - SETPOINTS)[0])
-        text = f'kind = "inverse" takes the motion as given and makes no use of {unused}'
-        return [Finding(f'{text}: if voltage drove this drive, write kind = "forward".', False, ("kind",))]
+        given = said(sorted(seen & GIVEN - SETPOINTS)[0])
+        text = f'kind = "inverse" says that the motion was imposed, and {given} that a voltage drove it'
+        mend = 'each component is compared all the same; with kind = "forward" the whole drive can be simulated, too'
+        return [Finding(f"{text}: {mend}.", False, ("kind",))]
     speed = next((name for name in ANGLE_OF if name in seen), None)
     if rig.kind != "steady" or speed is None:
         return []

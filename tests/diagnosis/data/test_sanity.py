@@ -180,7 +180,12 @@ def test_the_wrong_kind_is_told(tmp_path):
     assert 'kind = "steady"' in text and "constant speed" in text and '"inverse"' in text
     found = boxed(tmp_path, written("inverse", FORWARD))  # a motion that may have been imposed: a remark
     (remark,) = (f.sentence for f in found.findings)
-    assert 'kind = "inverse"' in remark and "'u' (motor.voltage)" in remark and '"forward"' in remark and not found.gross
+    assert (
+        'kind = "inverse" says that the motion was imposed' in remark
+        and "'u' (motor.voltage)" in remark
+        and '"forward"' in remark
+        and not found.gross
+    )
 
 
 def test_gradians_are_asked_about(tmp_path):

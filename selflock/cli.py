@@ -89,7 +89,10 @@ def run(
     ] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", help="component.variable=value, of one FMU variable=value; may be repeated."),
+        typer.Option(
+            "--set",
+            help="component.variable=value, of one FMU variable=value, or a value of the system, ratio=80; may be repeated.",
+        ),
     ] = None,
     input_: Annotated[
         Path | None, typer.Option("--input", help="Table (.csv, .parquet) with columns time and those of inputs, by name.")

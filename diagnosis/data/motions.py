@@ -137,7 +137,7 @@ def _sentence(off: list[Relation], names: list[str], said: Said, rig: Rig) -> Fi
         how = "moves the other way than" if times < 0.0 else f"moves {_times(times)} as far as"
         text = f"{said(name)} {how} {' and '.join(map(said, others))} say" + ("s" if len(others) == 1 else "")
     elif names == [RATIO]:
-        text = f"{said(first.first)} and {said(first.second)} turn in a ratio of {number(1.0 / first.blamed[RATIO] * _ratio(rig, said))}, the rig says {_ratio(rig, said):g}"
+        text = f"{said(first.first)} and {said(first.second)} turn in a ratio of {number(1.0 / first.blamed[RATIO] * said.value(RATIO))}, the rig says {said.value(RATIO):g}"
     elif names == [TIME]:
         text = f"by column {rig.time.column!r} {_times(first.blamed[TIME])} the time goes by that {said(first.first)} and {said(first.second)} tell"
     else:
@@ -150,14 +150,10 @@ def _sentence(off: list[Relation], names: list[str], said: Said, rig: Rig) -> Fi
 def _slip(name: str, times: float, said: Said, rig: Rig) -> str:
     """What may have happened to a value that is so many times too large; "" where nothing known."""
     if name == RATIO:
-        ratio = _ratio(rig, said) / times
-        if times < 0.0:
-            return (
-                ""
-                if abs(times) < RULES.data.gross and abs(times) > 1.0 / RULES.data.gross
-                else f"gear_ratio may be {number(abs(ratio))}"
-            )
-        turned = "it stands upside down (input speed over output speed); " if near(ratio * _ratio(rig, said), 1.0) else ""
+        ratio = said.value(RATIO) / times
+        if times < 0.0:  # no gear of ours turns the motion round: a sign belongs to a column
+            return "" if near(-times, 1.0, RULES.data.gross) else f"the log asks for {said.prefix}{RATIO} = {number(-ratio)}, too"
+        turned = "it stands upside down (input speed over output speed); " if near(ratio * said.value(RATIO), 1.0) else ""
         return f"{turned}the log asks for {said.prefix}{RATIO} = {number(ratio)}"
     kind = "time" if name == TIME else "angle" if name in ANGLES else "speed"
     for slip, text, unit in (METRES if rig.linear else SLIPS)[kind]:
@@ -168,10 +164,6 @@ def _slip(name: str, times: float, said: Said, rig: Rig) -> str:
     if times < 0.0 and name != TIME and near(abs(times), 1.0, RULES.data.gross):
         return f"turn the sign of {said(name)}, {said.turned(name)}"
     return ""
-
-
-def _ratio(rig: Rig, said: Said) -> float:
-    return said.value(RATIO)
 
 
 def near(value: float, wanted: float, times: float = 1.0 + RULES.data.known_slip) -> bool:

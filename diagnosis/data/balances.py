@@ -251,7 +251,7 @@ def _lean(said: Said, m, w, a, angle, lean: float, swing: float, left: float) ->
 
 
 def _thousand(said: Said, name: str, times: float) -> str:
-    unit = "mA" if name == CURRENT else "mN.m"
+    unit = "mA" if name == CURRENT else "mN" if said.linear else "mN.m"
     slip = f'{unit} read as {unit[1:]}? Write unit = "{unit}" for {said(name)}; or ' if near(times, 1e3, 5.0) else ""
     return f"{slip}look at the unit of {said(name)}, at the inertias (kg.m2) and the load under [parameters]"
 

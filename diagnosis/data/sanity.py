@@ -63,7 +63,7 @@ class Box:
         if self.gross and not anyway:
             said = "\n".join(f"  - {sentence}" for sentence in self.gross)
             raise DataError(
-                f"{rig.path}: the log and the rig contradict each other:\n{said}\nMend what is wrong, or go on as it is with --anyway."
+                f"{rig.path}: the log and the rig contradict each other:\n{said}\nMend what is wrong, or go on as it is with --anyway (anyway=True in Python)."
             )
 
 

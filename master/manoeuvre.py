@@ -33,8 +33,8 @@ TURN = {"from": "s, where the turn begins", "until": "s, where it ends", "to": "
 TABLE = {"unit": str, "start": float, "ramp": float, "turns": list}
 
 
-class Course:
-    """A set-point over time: a start, and turns one after the other."""
+class Setpoint:
+    """One set-point over time: a start, and turns one after the other."""
 
     def __init__(self, where: str, start: float, turns: Iterable[Turn]):
         self.turns = list(turns)
@@ -71,7 +71,7 @@ class Manoeuvre(Part):
 
     def __init__(self, name: str, path: Path):
         self._courses, units = read_file(path)
-        self._of: dict[str, tuple[Course, int]] = {column: (course, 0) for column, course in self._courses.items()}
+        self._of: dict[str, tuple[Setpoint, int]] = {column: (course, 0) for column, course in self._courses.items()}
         described = [Variable(c, units[c], causality="output", depends_on=()) for c in self._courses]
         for column in self._courses:
             speed = f"{column.removesuffix('_angle')}_speed"
@@ -117,7 +117,7 @@ class Manoeuvre(Part):
         self._time = state
 
 
-def read_file(path: Path) -> tuple[dict[str, Course], dict[str, str]]:
+def read_file(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     """Courses and units by name. Raises DescriptionError, ResultError."""
     courses, units = _turns(path) if path.suffix.lower() == ".toml" else _table(path)
     for name in courses:
@@ -128,7 +128,7 @@ def read_file(path: Path) -> tuple[dict[str, Course], dict[str, str]]:
     return courses, units
 
 
-def _table(path: Path) -> tuple[dict[str, Course], dict[str, str]]:
+def _table(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     """Of a .csv or .parquet file."""
     frame, units = read(path)
     units = {name.strip(): unit for name, unit in units.items()}
@@ -149,11 +149,11 @@ def _table(path: Path) -> tuple[dict[str, Course], dict[str, str]]:
     courses = {}
     for name, x in numbers.items():
         moves = [Turn(a, b, r if v != u else 0.0, v - u) for a, b, r, u, v in zip(time, time[1:], ramps[1:], x, x[1:])]
-        courses[name] = Course(f"{path}: {name}", x[0], moves)
+        courses[name] = Setpoint(f"{path}: {name}", x[0], moves)
     return courses, units
 
 
-def _turns(path: Path) -> tuple[dict[str, Course], dict[str, str]]:
+def _turns(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     """Of a .toml file with a table for each set-point."""
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -178,7 +178,7 @@ def _turns(path: Path) -> tuple[dict[str, Course], dict[str, str]]:
             begin, end, to = (_number(f"{where} turns", turn, key) for key in ("from", "until", "to"))
             turns.append(Turn(begin, end, _number(f"{where} turns", turn, "ramp", usual), to - place))
             place = to
-        courses[name] = Course(where, start, turns)
+        courses[name] = Setpoint(where, start, turns)
     return courses, units
 
 

@@ -16,6 +16,7 @@ from selflock.master.code import allowed_effects
 from .calibration.result import Calibration
 from .calibration.run import Spread, calibrate_system, here
 from .data.rig import Rig, load
+from .data.sanity import box
 from .judge.result import Diagnosis
 from .pipeline.replay import Replay, replay_drive
 from .pipeline.run import diagnose_runs, gather
@@ -24,14 +25,21 @@ from .residuals.laws import check_names
 from .systems.system import diagnose_system, replay_system
 
 
-def replay(rig: str | Path | Rig, log: str | Path, out: str | Path | None = "out/replay", allow_code: bool = False) -> Replay:
+def replay(
+    rig: str | Path | Rig,
+    log: str | Path,
+    out: str | Path | None = "out/replay",
+    allow_code: bool = False,
+    anyway: bool = False,
+) -> Replay:
     """Simulate a measured log with nominal parameters and compare; figures, tables and replay.json go to `out`.
 
     allow_code: parts of other packages may be loaded, where the rig has a system, and the rig's own effects (docs/security.md).
+    anyway: go on where the log of a drive and its rig contradict each other (docs/rig.md); else that is a DataError.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     with _laws(rig):
-        return (replay_drive if rig.system is None else replay_system)(rig, log, out)
+        return replay_drive(rig, log, out, anyway) if rig.system is None else replay_system(rig, log, out)
 
 
 @threadpool_limits.wrap(limits=1)  # the search has threads of its own: BLAS's beside them only cost
@@ -43,6 +51,7 @@ def diagnose(
     progress: bool | Callable[[str, float], None] = False,
     seed: int | None = None,
     allow_code: bool = False,
+    anyway: bool = False,
 ) -> Diagnosis:
     """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or held-out blocks.
 
@@ -51,6 +60,7 @@ def diagnose(
     with what is being done and how much of it is.
     seed: of the draws that measure chance; drawn when not given, and kept in the result.
     allow_code: parts of other packages may be loaded, where the rig has a system, and the rig's own effects (docs/security.md).
+    anyway: go on where the logs of a drive and its rig contradict each other (docs/rig.md); else that is a DataError.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     out = Path(out) if out else None
@@ -60,7 +70,10 @@ def diagnose(
             return diagnose_system(rig, logs, test, out, tell, seed)
         check_names(rig)
         tell("reading", 0.0)
-        return diagnose_runs(rig, *gather(rig, logs, test), out, tell, seed)
+        runs, faults, held = gather(rig, logs, test)
+        sanity = box(rig, runs)
+        sanity.refuse(rig, anyway)
+        return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity)
 
 
 @threadpool_limits.wrap(limits=1)  # matrices are narrow: threads of BLAS only cost

@@ -24,11 +24,13 @@ def save(system: System, path: Path | str, about: str = "") -> Path:
     text += ["", "[system]", f"name = {toml(system.name)}"]
     if system.description:
         text.append(f"description = {toml(system.description)}")
+    if system.values:
+        text += ["", "[values]", *(f"{name} = {toml(value)}" for name, value in system.values.items())]
     text += ["", "[run]", *_changed(system.run, Run())]
     for name, component in system.components.items():
         text += ["", f"[components.{_key(name)}]"]
         for key, value in _other(component):
-            text.append(f"{key} = {toml(_moved(value, system, path) if key == 'fmu' else value)}")
+            text.append(f"{key} = {toml(_moved(value, system, path) if key in ('fmu', 'manoeuvre') else value)}")
     text += ["", "[connections]"]
     for target, connection in system.connections.items():
         text.append(f"{toml(target)} = {_source(connection)}")

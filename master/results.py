@@ -23,6 +23,7 @@ import pyarrow.parquet as pq
 
 from .errors import ResultError
 from .face import Variable, view
+from .seen import Seen
 
 ROWS = 4096  # in memory before they are written; a multiple of 16
 PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
@@ -48,6 +49,7 @@ class Sink(ABC):
         self.flat = view(self.block.reshape(-1))  # row r starts at r · width
         self.words: list[list[str]] = []
         self.fill = self._good = 0  # rows in the block, and how many of them were looked at
+        self.seen = Seen(columns)
 
     def unchecked(self) -> np.ndarray:
         """The numbers of all rows since `checked` was called last."""
@@ -61,6 +63,7 @@ class Sink(ABC):
 
     def flush(self) -> None:
         if self.fill:
+            self.seen.add(self.block[: self.fill])
             self.put(self._frame())
             self.fill = self._good = 0
             self.words.clear()
@@ -213,7 +216,18 @@ class Result:
         """The results; read from the file where they were written to one."""
         return self.sink.table()
 
+    @property
+    def peaks(self) -> pd.DataFrame:
+        """A row for each column of the results: unit, least, greatest, last, and integral over time."""
+        return self.sink.seen.table
+
+    @property
+    def reached(self) -> list[str]:
+        """Limits that were reached: outputs at theirs, motors at their stall current, gears that lock themselves; a sentence each."""
+        return self.sink.seen.reached()
+
     def summary(self) -> str:
+        """Times, what was seen of each component, limits reached, and what the coupling lost, as text."""
         speed = f", {self.time / self.duration:.3g} x real time" if self.duration > 0 else ""
         lines = [f"{self.system}: {self.time:.6g} s in {self.steps} steps, {self.duration:.2f} s of computing{speed}"]
         lines += [f"  {name} ended the run itself at t = {time:.9g} s" for name, time in self.ended.items()]
@@ -224,6 +238,7 @@ class Result:
         for name, lacks in self.lacks.items():
             lines.append(f"  {name} was isolated only in part: not taken away were {'; '.join(lacks)}")
         lines += [f"  {note}" for note in self.notes]
+        lines += self.sink.seen.lines()
         for name, bond in self.energy.iterrows():
             percent = f" ({100 * bond.relative:+.2g} % of its turnover)" if math.isfinite(bond.relative) else ""
             lines.append(f"  energy the coupling lost at {name}: {bond.lost:+.3g} J{percent}")

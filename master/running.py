@@ -14,8 +14,10 @@ from .errors import PartFailed, warn
 from .face import Part, Variable
 from .faults import Faults
 from .initial import initialize, untaken
+from .ratios import contrary
 from .results import Result, Sink, sink
 from .seat import Seat, seats
+from .seen import watch
 from .system import System
 from .wiring import Wiring, wire
 
@@ -39,11 +41,12 @@ class Running:
             self.pairs = energy.bonds(self.wiring)
             control.check(self.wiring, self.pairs)
             self.sink = sink(_columns(self.wiring), out)
+            watch(self.sink.seen, self.wiring)
         except BaseException:
             self.wiring.close()
             raise
         self.loops: list[str] = []
-        self.notes = list(system.notes)
+        self.notes = [*system.notes, *contrary(self.wiring)]
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
         self.ended: dict[str, float] = {}  # the first of them
         for part in self.wiring.parts.values():
@@ -202,5 +205,5 @@ def _columns(wiring: Wiring) -> list[Variable]:
     for name, chosen in wiring.record.items():
         for variable in chosen:
             v = wiring.parts[name].variables[variable]
-            columns.append(Variable(f"{name}.{variable}", v.unit, type=v.type))
+            columns.append(Variable(f"{name}.{variable}", v.unit, type=v.type, causality=v.causality))
     return columns

@@ -17,6 +17,7 @@ from .face import Part
 from .results import Result
 from .running import Observer, Running
 from .single import driven, single
+from .slips import call, checked
 from .ssp.structure import system_of
 from .system import System, check_choice
 
@@ -59,6 +60,7 @@ def run(
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
+    call(system, settings, stop, out)
     if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
         system = replace(single(system, unlimited, stop, step), isolate=isolate)
     elif not isinstance(system, System):
@@ -70,6 +72,7 @@ def run(
             unlimited=system.unlimited or unlimited,
             isolate=system.isolate or isolate,
         )
+    checked(system)
     given: dict[str, Any] = {"step": step, "algorithm": algorithm, "fmu_tolerance": tolerance}
     system = replace(system, run=replace(system.run, **{key: value for key, value in given.items() if value is not None}))
     check_choice("algorithm", system.run.algorithm, ALGORITHMS)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,8 +20,17 @@ CONTROLS = ("power", "doubling")
 FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
 
 
+class Plain:
+    """Plain data, whose fields are all there is: another name is a slip."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in (known := type(self).__dataclass_fields__):  # type: ignore[attr-defined]
+            raise DescriptionError(f"{type(self).__name__} has no field {name}{did_you_mean(name, known)}")
+        super().__setattr__(name, value)
+
+
 @dataclass
-class Run:
+class Run(Plain):
     """How to run: times and steps in s."""
 
     start: float = 0.0
@@ -38,11 +48,12 @@ class Run:
 
 
 @dataclass
-class Component:
+class Component(Plain):
     """An FMU or an in-process part, under the name it has in this system."""
 
     fmu: str = ""  # path relative to the system file, or "selflock:Reducer" for one of this package
     part: str = ""  # "package.module:Class" instead of an FMU
+    manoeuvre: str = ""  # instead: a file of set-points over time, relative to the system file
     options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
     step: float = 0.0  # its own step in s; 0: the communication step
     tolerance: float | None = None  # of its own solver, relative; 0: none is told; None: as [run] fmu_tolerance
@@ -53,20 +64,21 @@ class Component:
 
 
 @dataclass
-class Connection:
+class Connection(Plain):
     """target = factor · source + offset, after conversion of units."""
 
     source: str
-    factor: float = 1.0
-    offset: float = 0.0
+    factor: float | str = 1.0  # or "= 1 / ratio", over the system's values
+    offset: float | str = 0.0
     convert: bool = True  # False: the numbers are passed on whatever the units say
 
     def __post_init__(self):
-        self.source = self.source.strip()
+        if isinstance(self.source, str):
+            self.source = self.source.strip()
 
 
 @dataclass
-class Bond:
+class Bond(Plain):
     """Two variables whose product is the power that crosses a connection: effort one way, flow the other."""
 
     effort: str  # such as a torque, in N.m
@@ -75,7 +87,7 @@ class Bond:
 
 
 @dataclass
-class Fault:
+class Fault(Plain):
     """A variable made wrong from `start` to `stop`. docs/system.md says what each kind does."""
 
     variable: str
@@ -89,7 +101,7 @@ class Fault:
 
 
 @dataclass
-class System:
+class System(Plain):
     """A whole description. Change what you like between `load` and `run`."""
 
     name: str = "system"
@@ -100,6 +112,7 @@ class System:
     connections: dict[str, Connection] = field(default_factory=dict)  # by target
     bonds: list[Bond] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
+    values: dict[str, float | bool | str] = field(default_factory=dict)  # shared numbers, for "= ..." in start values and factors
     allow_code: bool = False  # parts of other packages may be loaded; no file can say so
     unlimited: bool = False  # its archives may be of any size; likewise
     isolate: bool = False  # every FMU as if its component said so
@@ -165,18 +178,21 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
 
 def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     """A system from the tables of a system file."""
-    _check_keys(data, ("system", "run", "components", "connections", "bonds", "faults"), "the file")
+    _check_keys(data, ("system", "values", "run", "components", "connections", "bonds", "faults"), "the file")
     head = data.get("system", {})
     _check_keys(head, ("name", "description"), "[system]")
     system = System(
         head.get("name", "system"), head.get("description", ""), Path(folder), _make(Run, data.get("run", {}), "[run]")
     )
+    system.values = _values(data.get("values", {}))
     for name, table in data.get("components", {}).items():
         where = f"[components.{name}]"
         component = _make(Component, table, where)
         component.start = {n: value for n, value in _flat(component.start, where)}
-        if bool(component.fmu) == bool(component.part):
-            raise DescriptionError(f'{where} needs either fmu = "path/to.fmu" or part = "package.module:Class".')
+        if sum(map(bool, (component.fmu, component.part, component.manoeuvre))) != 1:
+            raise DescriptionError(
+                f'{where} needs either fmu = "path/to.fmu", or part = "package.module:Class", or manoeuvre = "file.csv".'
+            )
         system.components[name] = component
     for target, source in _flat(data.get("connections", {}), "[connections]", leaf="from"):
         if target in system.connections:
@@ -189,6 +205,24 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     check_choice("[run] algorithm", system.run.algorithm, ALGORITHMS)
     check_choice("[run] step_control", system.run.step_control, ("", *CONTROLS))
     return system
+
+
+def _values(table: Any) -> dict[str, float | bool | str]:
+    """Shared numbers by name; a text is an expression over those above it."""
+    _check_keys(table, table, "[values]")
+    for name, value in table.items():
+        if not name.isidentifier():
+            raise DescriptionError(f"[values] {name}: the name is used in expressions; write it with letters, digits and _ only.")
+        if not isinstance(value, (int, float)) and not formula(value):
+            raise DescriptionError(
+                f'[values] {name} = {value!r}: a number is wanted here, or an expression such as "= 2 * ratio".'
+            )
+    return dict(table)
+
+
+def formula(value: Any) -> str | None:
+    """The expression in "= ..."; None where it is none."""
+    return value[1:].strip() if isinstance(value, str) and value.startswith("=") else None
 
 
 def _connection(target: str, source: Any) -> Connection:
@@ -234,9 +268,11 @@ def _make(kind: type[Made], table: dict[str, Any], where: str) -> Made:
     _check_keys(table, ["from" if key == "source" else key for key in known] + ["source"] * (kind is Connection), where)
     for key, value in table.items():
         wanted = known[key]
-        if not _fits(value, wanted):
-            raise DescriptionError(f"{where} {key} = {value!r}: {_WANTED[wanted.split('[')[0].split(' ')[0]]} is wanted here.")
-    values: dict[str, Any] = {key: float(v) if known[key].startswith("float") else v for key, v in table.items()}
+        if not fits(value, wanted):
+            raise DescriptionError(f"{where} {key} = {value!r}: {WANTED[wanted.split('[')[0].split(' ')[0]]} is wanted here.")
+    values: dict[str, Any] = {
+        key: float(v) if known[key].startswith("float") and not isinstance(v, str) else v for key, v in table.items()
+    }
     try:
         return kind(**values)
     except TypeError as error:
@@ -245,15 +281,18 @@ def _make(kind: type[Made], table: dict[str, Any], where: str) -> Made:
         ) from None
 
 
-_WANTED = {"float": "a number", "int": "a whole number", "str": "text in quotes", "bool": "true or false",
+WANTED = {"float": "a number", "int": "a whole number", "str": "text in quotes", "bool": "true or false",
            "list": "a list of names in quotes", "dict": "a table"}  # fmt: skip
 
 
-def _fits(value: Any, wanted: str) -> bool:
+def fits(value: Any, wanted: str) -> bool:
+    """Whether a value is of a field's kind, as its annotation says it."""
+    if wanted == "float | str" and formula(value):
+        return True
     if wanted.startswith("float"):
-        return isinstance(value, (int, float)) and not isinstance(value, bool)
+        return isinstance(value, Real) and not isinstance(value, bool)
     if wanted.startswith("int"):
-        return isinstance(value, int) and not isinstance(value, bool)
+        return isinstance(value, Integral) and not isinstance(value, bool)
     if wanted.startswith("list"):
         return isinstance(value, list) and all(isinstance(item, str) for item in value)
     return isinstance(value, {"str": str, "bool": bool, "dict": dict}[wanted.split("[")[0]])

@@ -11,8 +11,11 @@ from .algorithms import ALGORITHMS, Algorithm
 from .code import load_part
 from .errors import DescriptionError
 from .face import Part, Variable
+from .manoeuvre import Manoeuvre
+from .slips import checked
 from .system import Component, Connection, System, did_you_mean
 from .units import conversion
+from .values import given, resolved
 
 STARTING = ("exact", "approx")  # `initial` of what is computed from a start value on
 SIGNALS = ("input", "output")  # what a pattern of recorded names stands for
@@ -70,7 +73,8 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
 
     Parts in `keep` are taken out of it and reset instead of made again.
     """
-    wiring = Wiring(system)
+    system, settings = given(checked(system), settings or {})
+    wiring = Wiring(system := resolved(system))
     if not system.components:
         raise DescriptionError("The system has no components: add at least one [components.name] with an fmu or a part.")
     try:
@@ -79,7 +83,7 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
             wiring.parts[name] = kept or make(name, component, system)
             if kept:
                 kept.reset()
-        _values(wiring, settings or {})
+        _values(wiring, settings)
         for target, connection in system.connections.items():
             wiring.links.append(_link(wiring, target, connection))
         if not system.run.open_inputs:
@@ -99,6 +103,8 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
 def make(name: str, component: Component, system: System) -> Part:
     """The part that a component asks for."""
     where = f"[components.{name}]"
+    if component.manoeuvre:
+        return Manoeuvre(name, system.folder / component.manoeuvre)
     if component.part:
         if component.isolate or component.step_timeout:
             raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")
@@ -190,7 +196,7 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
         raise DescriptionError(f"{where}: {connection.source} is an {source.causality}, not an output.".replace("an p", "a p"))
     if source.type not in FITS[sink.type]:
         raise DescriptionError(f"{where}: {source.type} does not fit into {sink.type}.")
-    changes = (connection.factor, connection.offset)
+    changes = gain, shift = float(connection.factor), float(connection.offset)
     if sink.type in ("Boolean", "String") and changes != (1.0, 0.0):
         raise DescriptionError(f"{where}: {target} is a {sink.type}, factor and offset have no meaning there.")
     if sink.type == "Integer" and any(change != int(change) for change in changes):
@@ -204,7 +210,7 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
             factor, offset = conversion(source.unit, sink.unit, *units)
         except DescriptionError as error:
             raise DescriptionError(f"{where}: {error}. Connect what has the same dimension, or say convert = false.") from None
-    return Link(of, source.name, to, sink.name, connection.factor * factor, connection.factor * offset + connection.offset)
+    return Link(of, source.name, to, sink.name, gain * factor, gain * offset + shift)
 
 
 def _all_given(wiring: Wiring) -> None:

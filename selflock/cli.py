@@ -30,6 +30,7 @@ AllowCode = Annotated[
 Unlimited = Annotated[
     bool, typer.Option("--unlimited", help="Unpack FMUs and SSPs of any number of files and any size (docs/security.md).")
 ]
+Anyway = Annotated[bool, typer.Option("--anyway", help="Go on where the log and the rig contradict each other.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
 
 
@@ -88,7 +89,10 @@ def run(
     ] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", help="component.variable=value, of one FMU variable=value; may be repeated."),
+        typer.Option(
+            "--set",
+            help="component.variable=value, of one FMU variable=value, or a value of the system, ratio=80; may be repeated.",
+        ),
     ] = None,
     input_: Annotated[
         Path | None, typer.Option("--input", help="Table (.csv, .parquet) with columns time and those of inputs, by name.")
@@ -142,11 +146,12 @@ def replay(
     log: Annotated[Path, typer.Argument(help="Measured log: .csv, .parquet or .mat.")],
     out: Out = Path("out/replay"),
     allow_code: AllowCode = False,
+    anyway: Anyway = False,
 ) -> None:
     """Impose a measured motion on the simulation and draw what it computes over what was measured."""
     from selflock.diagnosis import replay as run_replay
 
-    say(run_replay(rig, log, out, allow_code).summary())
+    say(run_replay(rig, log, out, allow_code, anyway).summary())
 
 
 @app.command()
@@ -160,6 +165,7 @@ def diagnose(
     ] = None,
     out: Out = Path("out/diagnosis"),
     allow_code: AllowCode = False,
+    anyway: Anyway = False,
 ) -> None:
     """Name what the simulation gets wrong, extend the model, measure the gain.
 
@@ -167,7 +173,7 @@ def diagnose(
     """
     from selflock.diagnosis import diagnose as run_diagnosis
 
-    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code)
+    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code, anyway=anyway)
     say(result.summary())
     raise typer.Exit(result.exit_code)
 
@@ -247,6 +253,32 @@ def example(
         return
     for path in examples.copy(name, out):
         say(path)
+
+
+@app.command()
+def info(
+    file: Annotated[Path, typer.Argument(help="An FMU, an SSP, a system or a rig (.toml), or a table of results.")],
+    everything: Annotated[bool, typer.Option("--all", help="Every variable, however many there are.")] = False,
+) -> None:
+    """Tell what is in a file: variables, units, start values, what is connected. Nothing of it is run."""
+    from selflock.info import info as about
+
+    console.print(visible(about(file, everything)), highlight=False, soft_wrap=True)
+
+
+@app.command()
+def schema(
+    of: Annotated[str, typer.Argument(metavar="rig|system|sweep", help="Of which file.")],
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write it to; the terminal when not given.")] = None,
+) -> None:
+    """Write the JSON schema of a file, by which editors complete and check it."""
+    from selflock.schemas import text
+
+    if out is None:
+        print(text(of))
+    else:
+        out.write_text(text(of) + "\n", encoding="utf-8")
+        say(out)
 
 
 @app.command()

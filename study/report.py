@@ -129,14 +129,14 @@ def _tick(span: float) -> float:
 
 
 def parameters(system: str) -> list[tuple[str, str, str, str]]:
-    """Name, value, unit and source of every commented start value in a system file, then the vehicle's own; twins only once."""
+    """Name, value, unit and source of every commented value in a system file, then the vehicle's own; twins only once."""
     found, component = [], ""
     for line in system.splitlines():
-        if table := re.match(r"\[components\.(\w+)", line):
-            component = table[1]
+        if table := re.match(r"\[(?:values|components\.(\w+))", line):
+            component = f"{table[1]}." if table[1] else ""
         elif (entry := re.match(r"(\w+) = (\S+)\s+# (.+)", line)) and not component.startswith("front_"):
             unit, _, source = entry[3].partition("·")
-            found.append((f"{component}.{entry[1]}", entry[2].strip('"'), unit.strip(), source.strip()))
+            found.append((f"{component}{entry[1]}", entry[2].strip('"'), unit.strip(), source.strip()))
     named = {name for name, *_ in found}
     for variable in Robot.described:
         if variable.causality == "parameter" and f"robot.{variable.name}" not in named:

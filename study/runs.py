@@ -12,6 +12,7 @@ from typing import Any
 from selflock.fmus.build import built
 from selflock.master import PartFailed, load, read, run
 from selflock.master.system import System
+from selflock.master.values import resolved
 from selflock.vehicle import Robot
 
 from .claims import LIMIT, Curves, Facts, Runs
@@ -142,6 +143,7 @@ def run_all(folder: Path, progress: Callable[[str, int, int], None] | None = Non
 
 def facts(robot: System) -> Facts:
     """The parameters that the claims need, as the system file has them."""
+    robot = resolved(robot)
     reducer, motor = robot.components["rear_reducer"].start, robot.components["rear_motor"].start
     return Facts(
         gear_ratio=reducer["gear_ratio"],

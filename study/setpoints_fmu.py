@@ -53,6 +53,6 @@ def build(out: str | Path, **starts: Any) -> Path:
     """Build Setpoints.fmu into the folder `out`; `starts`: other start values."""
     from ..fmus.build import ROOT, SHARED, pack
 
-    names = [*SHARED, "fmus/errors.py", "study/turns.py", "study/setpoints_fmu.py"]
+    names = [*SHARED, "fmus/errors.py", "fmus/turn.py", "study/turns.py", "study/setpoints_fmu.py"]
     files = {name: (ROOT / name).read_bytes() for name in names}
     return pack(SetpointsFmu, files, Path(out) / "Setpoints.fmu", starts)

@@ -9,6 +9,7 @@ from selflock.master.errors import warn
 from selflock.master.face import Part
 from selflock.master.initial import not_taken
 from selflock.master.system import System
+from selflock.master.values import resolved
 from selflock.master.wiring import Wiring, typed, wire
 
 from .errors import SweepError
@@ -28,11 +29,26 @@ def check(study: Study, system: System) -> None:
                 _, variable = wiring.variable(column, f"[record] {one.name}")
                 if variable.causality not in ("output", "input", "local"):
                     raise SweepError(f"[record] {one.name}: {column} is a {variable.causality}; it does not change in a run.")
-        settings = [adapt(system, run)[1] for run in study.settings]
+        settings = [_all_settings(system, run) for run in study.settings]
         variables = {name: wiring.variable(name, "[set] or [vary]") for name in {n for run in settings for n in run}}
         _combinations(study, settings, wiring, variables)
     finally:
         wiring.close()
+
+
+def _all_settings(system: System, run: dict[str, Any]) -> dict[str, Any]:
+    """What a run sets of components, with all that follows from values of the system."""
+    mine, settings = adapt(system, run)
+    if mine.values == system.values:
+        return settings
+    before, after = resolved(system), resolved(mine)
+    follows = {
+        f"{name}.{variable}": value
+        for name, component in after.components.items()
+        for variable, value in component.start.items()
+        if value != before.components[name].start[variable]
+    }
+    return follows | settings
 
 
 def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, variables: dict[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 An expression is written over the columns of the table, `component.variable`, over `time`, over the varied parameters
 and over the figures above it: "abs(rear_reducer.input_torque)", "(motor.electric_power > 0) * motor.electric_power".
-What may stand in one is in expression.py.
+What may stand in one is in master/expression.py.
 """
 
 from __future__ import annotations
@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from selflock.master.errors import DescriptionError
+from selflock.master.expression import Expression
+from selflock.master.expression import parse as read_expression
+
 from .errors import SweepError
-from .expression import parse
 
 SLACK = 1e-9  # s: a communication point that lies on the edge of a window belongs to it
 
@@ -38,6 +41,14 @@ KINDS: dict[str, Callable[[np.ndarray, np.ndarray], float]] = {
     "integral": _integral,  # over time, by trapezoids between communication points
     "value": lambda time, y: y[0],  # of parameters and figures alone
 }
+
+
+def parse(text: str) -> Expression:
+    """An expression of a study; SweepError where it holds what has no place there."""
+    try:
+        return read_expression(text)
+    except DescriptionError as error:
+        raise SweepError(str(error)) from None
 
 
 @dataclass(frozen=True)
@@ -82,7 +93,10 @@ def figure(name: str, table: Any) -> Figure:
 def evaluate(expression: str, table: pd.DataFrame, known: Mapping[str, Any] | None = None) -> np.ndarray:
     """The expression's value in each row of the table; SweepError where it has none."""
     columns = {name: column.to_numpy() for name, column in table.items()}
-    value = parse(expression)(columns | dict(known or {}))
+    try:
+        value = parse(expression)(columns | dict(known or {}))
+    except DescriptionError as error:
+        raise SweepError(str(error)) from None
     return np.broadcast_to(np.asarray(value), len(table))
 
 

@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 from selflock import master
 from selflock.master.face import Part
 from selflock.master.system import System
+from selflock.master.values import given
 from selflock.master.wiring import fmu_path
 
 from .errors import SweepError
@@ -29,7 +30,7 @@ class Bench:
 
     def __init__(self, system: System, record: list[Figure], stop: float | None = None, table: bool = False):
         self.system, self.record, self.stop, self.table = copy.deepcopy(system), record, stop, table
-        self.fmus: dict[str, bytes] = {}  # by the name of the file that they become
+        self.fmus: dict[str, bytes] = {}  # and manoeuvres, by the name of the file that they become
         self.versions: dict[str, str] = {}  # component → SHA-256 of its FMU
         for name, component in self.system.components.items():
             if component.fmu:
@@ -37,6 +38,12 @@ class Bench:
                 self.versions[name] = hashlib.sha256(content).hexdigest()
                 component.fmu = f"{self.versions[name][:16]}.fmu"
                 self.fmus[component.fmu] = content
+            elif component.manoeuvre:
+                path = system.folder / component.manoeuvre
+                content = path.read_bytes()
+                self.versions[name] = hashlib.sha256(content).hexdigest()
+                component.manoeuvre = f"{self.versions[name][:16]}{path.suffix}"
+                self.fmus[component.manoeuvre] = content
         self.system.folder = Path(".")
         if not table:  # only what the figures need
             self.system.run.record = sorted({column for one in record for column in one.columns})
@@ -65,7 +72,8 @@ class Bench:
 
 
 def adapt(system: System, settings: dict[str, Any]) -> tuple[System, dict[str, Any]]:
-    """The system with the settings for its connections, "connections.TARGET.factor", and the other settings."""
+    """The system with the settings of its values and connections, "connections.TARGET.factor", and the other settings."""
+    system, settings = given(system, settings)
     wires = {name: value for name, value in settings.items() if name.startswith("connections.")}
     connections = dict(system.connections)
     for name, value in wires.items():

@@ -40,6 +40,8 @@ from .record import Figure, evaluate, figure
 KEYS = ("name", "description", "system", "stop", "table", "set", "vary", "list", "sample", "record", "report")
 WAYS = ("values", "grid", "range", "choices")
 METHODS = ("lhs", "sobol", "saltelli")
+WORDS = ("unit", "label")
+SPACINGS = ("linear", "log")
 
 
 @dataclass
@@ -123,7 +125,7 @@ def _check_vary(name: str, table: Any) -> None:
     where = f"[vary.{name}]"
     if not name.isidentifier():
         raise SweepError(f"{where}: the name is used in expressions; write it with letters, digits and _ only.")
-    if not isinstance(table, dict) or set(table) - {"set", "unit", "label", *WAYS}:
+    if not isinstance(table, dict) or set(table) - {"set", *WORDS, *WAYS}:
         raise SweepError(f"{where} knows set, unit, label and one of {', '.join(WAYS)}.")
     if sum(way in table for way in WAYS) > 1:
         raise SweepError(f"{where}: only one of {', '.join(way for way in WAYS if way in table)} can be.")
@@ -166,7 +168,7 @@ def _axis(name: str, table: dict) -> list[dict[str, Any]]:
     if "grid" in table:
         grid = table["grid"]
         spacing = grid.get("spacing", "linear")
-        if spacing not in ("linear", "log"):
+        if spacing not in SPACINGS:
             raise SweepError(f"[vary.{name}]: spacing is linear or log.")
         ends = grid["from"], grid["to"], grid["count"]
         return [{name: float(value)} for value in (np.geomspace(*ends) if spacing == "log" else np.linspace(*ends))]

@@ -51,6 +51,8 @@ def _system(result: Calibration, problem: Calibrating, out: Path) -> Path | None
     system = deepcopy(parts.system)
     values = problem.rig.parameters | {n.variable: n.value for n in _shared(result) if not n.silent}
     for name, value in values.items():
+        if name in parts.shared:  # in all that follows from it already
+            continue
         component, variable = system.split(name, "parameters")
         system.components[component].start[variable] = value
     try:

@@ -18,14 +18,14 @@ from .units import conversion
 KINDS = ("inverse", "forward", "steady")
 EVERY_SECOND = "every second run"
 
-_TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
-_RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
+TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
+HEAD: dict[str, type] = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
         "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float}  # fmt: skip
-_TIME = {"column": str, "unit": str, "factor": float}
-_COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
-_WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
+TIME: dict[str, type] = {"column": str, "unit": str, "factor": float}
+COLUMN: dict[str, type] = {"column": str, "unit": str, "factor": float, "offset": float}
+WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
-_CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed", "whole", "parts")}
+CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed", "whole", "parts")}
 
 
 @dataclass(frozen=True)
@@ -115,12 +115,12 @@ def load(path: str | Path) -> Rig:
 
 
 def _rig(path: Path, data: dict) -> Rig:
-    _only(path, "table", data, _TABLES)
+    _only(path, "table", data, TABLES)
     for table in data:
         if not isinstance(data[table], dict):
             raise DataError(f"{path}: {table!r} is a table: write [{table}], and its keys below.")
-    head = _typed(path, "[rig]", data.get("rig", {}), _RIG)
-    clock = _typed(path, "[time]", data.get("time", {}), _TIME)
+    head = _typed(path, "[rig]", data.get("rig", {}), HEAD)
+    clock = _typed(path, "[time]", data.get("time", {}), TIME)
     system = head.get("system")
     kind = head.get("kind", "forward" if system else None)
     if kind not in KINDS:
@@ -128,7 +128,7 @@ def _rig(path: Path, data: dict) -> Rig:
             f'{path}: [rig] kind = {kind!r}: write "inverse" (motion imposed, torque measured), '
             '"forward" (voltage or duty in, motion or current out) or "steady" (steady-state points).'
         )
-    for key, allowed in _CHOICES.items():
+    for key, allowed in CHOICES.items():
         if head.get(key, "") not in allowed:
             raise DataError(
                 f"{path}: [rig] {key} = {head[key]!r}: write {' or '.join(repr(a) for a in allowed if a)}, or leave it out."
@@ -223,7 +223,7 @@ def _column(path: Path, name: str, entry: Any, drives: tuple[str, ...], linear: 
     if not isinstance(entry, dict) or "column" not in entry:
         quotes = " A name with a dot stands in quotes." if "." not in name else ""
         raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.{quotes}')
-    entry = _typed(path, f'[columns] "{name}"', entry, _COLUMN)
+    entry = _typed(path, f'[columns] "{name}"', entry, COLUMN)
     given, signal = entry.get("unit", ""), name
     if not plain:  # else a variable of an FMU system, whatever its name
         prefix, bare = split(name, drives)
@@ -265,12 +265,12 @@ def _wanted(path: Path, name: str, entry: Any) -> Wanted:
     if isinstance(entry, list):
         low, high = _ranges(path, {name: entry}, "calibrate")[name]
         return Wanted(None, low, high)
-    if not isinstance(entry, dict) or not set(entry) <= set(_WANTED):
+    if not isinstance(entry, dict) or not set(entry) <= set(WANTED):
         raise DataError(
             f'{path}: {where} = {entry!r}: write "component.parameter" = [low, high], or {{ start = 0.5, low = 0.0, high = 2.0 }}, '
             "with each_run = true for what every run begins with anew, and the name in quotes."
         )
-    found = Wanted(**_typed(path, where, entry, _WANTED))
+    found = Wanted(**_typed(path, where, entry, WANTED))
     if found.low is not None and found.high is not None and not found.low < found.high:
         raise DataError(f"{path}: {where}: low = {found.low:g} must be below high = {found.high:g}.")
     return found

@@ -21,6 +21,10 @@ def conversion(given: str, wanted: str) -> tuple[float, float]:
     known, target = unit(given), unit(wanted)
     if known is None or given == "Grad":  # a thousand million rad to pint
         raise ValueError(f"unit {given!r} is not known; write SI units such as rad/s, N.m, V, A, or rpm, deg, mN.m")
+    if re.match("grads?\\b", given) and wanted.startswith("rad"):
+        raise ValueError(
+            f"unit {given!r} is a gradian, 400 to a turn, and elsewhere a word for a degree; write deg, or gon if it is that"
+        )
     if target is None:
         raise ValueError(f"nothing can be converted to {wanted!r}, which is not known")
     if target.exponents.get("rad") and not known.exponents.get("rad"):

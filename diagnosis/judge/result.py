@@ -8,6 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from ..data.sanity import Box
 from ..rules import RULES
 from ..search.starts import Told
 from .cause import Cause
@@ -56,6 +57,7 @@ class Diagnosis:
     whole: list[dict] = field(default_factory=list)  # errors of the whole drive, where parts were compared: judge.together
     rivals: list[dict] = field(default_factory=list)  # what competed in each step of the search: judge.rivals
     runs: list[dict] = field(default_factory=list)  # what belongs to a run: {log, run, parameter, value, low, high}
+    sanity: Box | None = None  # what logs and rig of a drive say of each other
 
     @property
     def exit_code(self) -> int:
@@ -77,6 +79,8 @@ class Diagnosis:
             "gain": asdict(self.gain),
             "remainder": self.remainder,
         }
+        if self.sanity:
+            found["sanity"] = self.sanity.row()
         if self.comparisons:
             found["comparisons"] = self.comparisons
         if self.correlations:
@@ -106,7 +110,7 @@ class Diagnosis:
 
     def summary(self) -> str:
         """The answer in a few lines of text."""
-        lines = [f"Verdict: {self.verdict}"]
+        lines = [*(self.sanity.lines() if self.sanity else []), f"Verdict: {self.verdict}"]
         for cause in self.causes:
             values = ", ".join(
                 f"{name} = {p['value']:.4g} [{p['low']:.4g}, {p['high']:.4g}] {p['unit']}".rstrip()

@@ -18,6 +18,7 @@ from selflock.fmus.build import build
 from ..data.faults import check
 from ..data.log import read, write_csv
 from ..data.rig import Rig
+from ..data.sanity import Box, box
 from ..errors import DataError
 from ..output import figures
 from ..output.extend import RUNS, starts, with_fmus
@@ -50,10 +51,12 @@ class Replay:
     folder: Path | None
     figures: list[str] = field(default_factory=list)
     points: pd.DataFrame | None = None
+    sanity: Box | None = None  # what log and rig of a drive say of each other
 
     def summary(self) -> str:
-        """Error of each channel, faults, and what to open, as text."""
-        lines = [
+        """What log and rig say of each other, error of each channel, faults, and what to open, as text."""
+        lines = self.sanity.lines() if self.sanity else []
+        lines += [
             f"{c.output} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
             + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "")
             for c in self.comparisons
@@ -73,8 +76,11 @@ class Replay:
         return "\n".join(lines)
 
 
-def replay_drive(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
-    """Each comparison of a drive with nominal parameters; the FMU files take the laws' places where there are any."""
+def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool = False) -> Replay:
+    """Each comparison of a drive with nominal parameters; the FMU files take the laws' places where there are any.
+
+    anyway: also where log and rig contradict each other.
+    """
     check_names(rig)
     runs = read(log, rig)
     faults = check(runs, rig)
@@ -82,6 +88,8 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
         raise DataError(
             f"{log}: no sample has all its channels sound. The faults: " + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5])
         )
+    sanity = box(rig, runs)
+    sanity.refuse(rig, anyway)
     experiment = DriveExperiment(rig, runs)
     values: dict[str, float] = {}
     folder = Path(out) if out else None
@@ -111,12 +119,15 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
             path = figures.traces(mending, folder / f"{residual.name}.png", compared, title)
             drawn.append(path.name)
             write_csv(_table(experiment, compared), folder / f"{residual.name}.csv")
-    result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points)
+    result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points, sanity)
     if folder:
         if points is not None:
             points.to_csv(folder / "points.csv", index=False, float_format="%.9g")
         (folder / "replay.json").write_text(
-            json.dumps({"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2) + "\n"
+            json.dumps(
+                {"sanity": sanity.row(), "comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2
+            )
+            + "\n"
         )
     return result
 

@@ -13,6 +13,7 @@ from selflock.fmus.errors import BuildError
 from ..data.faults import DataFault, check
 from ..data.log import MeasuredRun, read
 from ..data.rig import Rig
+from ..data.sanity import Box
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..judge.gain import blame, comparisons
@@ -83,8 +84,9 @@ def diagnose_runs(
     tell: Callable,
     seed: int,
     blamed: list[dict] | None = None,
+    sanity: Box | None = None,
 ) -> Diagnosis:
-    """The diagnosis of runs that are read and checked. held: which of them judge.
+    """The diagnosis of runs that are read and checked. held: which of them judge; sanity: what they and the rig say of each other.
 
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
@@ -117,6 +119,7 @@ def diagnose_runs(
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
+    result.sanity = sanity
     result.recorder = recorded(problem, found.outcome.final, why)
     result.correlations = correlated(found.outcome.final, problem.rows)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)

@@ -10,6 +10,8 @@ CHECKED = developed("Logs and rigs are read, checked for faults and cut into com
 REFUSED = developed("What cannot carry a diagnosis is refused")
 STUCK = developed("A channel that stands still is held against what tells of the same motion") + "; seeds 10 000 to 10 059"
 IMPACT = developed("An impact is no corrupted sample: it has neighbours, or others feel it") + "; seeds 10 000 to 10 059"
+SLIP = "theory: slips of a unit are 6 (deg/s, rpm), 9.5 (rpm, rad/s), 57 (deg, rad), 1000 and more; no bench is off by 5 in what follows from another channel"
+BESIDE = "theory: brushes, cables, friction and a load that nobody told add several times what a data sheet says, never 30 times; a slip of 1000 is seen all the same"
 AT_REST = developed("A steady-state point at rest is told by its mean's own uncertainty")
 
 
@@ -116,3 +118,92 @@ class DataRules:
     )
     mean_parts: int = rule(8, "parts of a run whose means tell that uncertainty", AT_REST)
     part_samples: int = rule(5, "samples of such a part, at least", AT_REST)
+
+    # --- what the log says against what the rig says: data.motions, data.balances
+    pieces: int = rule(
+        200,
+        "pieces of a run over which two channels' ways are compared",
+        "a limit of time: means over a piece have next to no noise",
+    )
+    fine_pieces: int = rule(
+        1000, "pieces of a run over which a torque is held against the motion that it makes", "a limit of time"
+    )
+    piece_samples: int = rule(5, "samples of a piece, at least", "theory: fewer are no mean")
+    fewest_pieces: int = rule(
+        12, "pieces with a motion without which nothing is said", "theory: a chance of 2 in 2^12 that signs agree by accident"
+    )
+    gross: float = rule(5.0, "times that a channel may be off from what another channel or a voltage's balance says of it", SLIP)
+    gross_beside: float = rule(
+        30.0,
+        "times that a torque, or a voltage beyond what speed and current ask for, may be more than the rig's values make",
+        BESIDE,
+    )
+    one_sign: float = rule(
+        0.9, "share of the pieces with most motion that agree on a sign or a factor", "theory: of the fewest pieces one may lie"
+    )
+    one_factor: float = rule(3.0, "quartiles' ratio up to which they agree on a factor", "theory: less than the smallest slip")
+    known_slip: float = rule(
+        0.15,
+        "relative distance from a slip's factor within which it is named",
+        "theory: half of the way from 6 to 9.5, with room for a sensor that is off",
+    )
+    mends: float = rule(
+        3.0,
+        "times by which a slip must lessen a balance's error to be named",
+        "theory: less than the smallest slip; a sound balance has nothing to mend",
+    )
+    mended: float = rule(0.5, "share of the signal that is then left, at most", "theory: the slip explains more than all else")
+    unlike: float = rule(
+        0.7,
+        "share of the signal that a balance misses from which on slips are tried",
+        "theory: near 1 what the rig says explains nothing",
+    )
+    goes_on: float = rule(
+        0.5, "correlation of a speed's means over adjacent pieces from which on it is a motion", "theory: of noise it is 0"
+    )
+    surely: float = rule(
+        0.05,
+        "share of the highest speed below which a torque is not asked which way friction acts",
+        "theory: over a mean the sign may change",
+    )
+    both_ways: float = rule(
+        0.1,
+        "share of the pieces that go each way, without which a torque's sign is not told",
+        "theory: friction is told from a constant load by going both ways",
+    )
+    told_share: float = rule(
+        0.3,
+        "share of a torque that an inertia, a friction or gravity makes, from which on it tells of them",
+        "theory: a tenth of its power",
+    )
+    against: float = rule(
+        -0.3,
+        "share of the power that friction seems to give, beyond which a torque has the wrong sign",
+        "theory: friction takes; 0 is the limit, the rest is for sensors that lag",
+    )
+    zero_share: float = rule(
+        0.5,
+        "share of the way that a set-point goes by which an angle's zero may lie beside it, without a remark",
+        "a remark alone, which decides nothing",
+    )
+    zero_angle: float = rule(
+        0.5,
+        "rad by which gravity may pull at another angle than the rig says, without a remark; a bench leans by less",
+        "a remark alone, which decides nothing",
+    )
+    zero_mends: float = rule(
+        2.0, "times by which that other angle must lessen what is left of the torque", "a remark alone, which decides nothing"
+    )
+    slow_rows: float = rule(
+        0.5,
+        "s between rows of a moving drive from which on the time's unit is remarked on",
+        "a remark alone, which decides nothing",
+    )
+    fast_rows: float = rule(
+        2e-6, "s between rows below which the time's unit is remarked on", "a remark alone, which decides nothing"
+    )
+    unsteady: float = rule(
+        0.3,
+        "share of the speeds' size by which the speed of a steady point may change within it",
+        "theory: a point at constant speed has one direction; noise and start are less",
+    )

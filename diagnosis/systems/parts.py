@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from selflock.master import load
+from selflock.master import load, values
 from selflock.master.simulation import run as run_system
 from selflock.master.system import Component, Connection, System, did_you_mean
 from selflock.master.wiring import wire
@@ -56,10 +56,18 @@ class Parts:
 
     def __init__(self, rig: Rig):
         assert rig.system is not None, "a rig of a system names it"
-        self.rig, self.path, self.system = rig, rig.system, load(rig.system, rig.allow_code)
+        described = load(rig.system, rig.allow_code)
+        system, parameters = values.given(described, rig.parameters)
+        self.rig, self.path, self.system = rig, rig.system, values.resolved(system)
+        self.shared = frozenset(described.values)  # which the rig may give under [parameters], for all logs
+        for pattern, table in rig.logs.items():
+            for name in self.shared & set(table):
+                raise DataError(
+                    f'{rig.path}: [logs."{pattern}"] {name!r} is a value of the whole system: put it under [parameters].'
+                )
         if rig.step:
             self.system.run.step = rig.step
-        wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), rig.parameters)
+        wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), parameters)
         try:
             self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
             self.algorithm = wiring.algorithm
@@ -124,7 +132,7 @@ class Parts:
     def given(self, group: Group, run: MeasuredRun) -> dict[str, float]:
         """What the rig says of a group's parameters in a run."""
         given = self.rig.parameters | self.rig.of_log(run.log)
-        return {name: value for name, value in given.items() if self.owner(name) in group.members}
+        return {name: value for name, value in given.items() if name not in self.shared and self.owner(name) in group.members}
 
     def played(self, group: Group, run: MeasuredRun, wanted: list[str]) -> System:
         """A group as a system that is fed by the log of a run, from its begin at 0 s, and records the variables `wanted`."""

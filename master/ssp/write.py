@@ -86,6 +86,10 @@ def _fmus(wiring: Wiring) -> dict[str, tuple[str, bytes]]:
     names: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name, component in wiring.system.components.items():
+            if component.manoeuvre:
+                raise DescriptionError(
+                    f"{name}: a manoeuvre runs inside our master only; leave it out, and its inputs to who runs the archive."
+                )
             if component.part:
                 path = wiring.parts[name].pack(Path(folder), **component.options)
                 if path is None:

@@ -84,7 +84,7 @@ def test_parameters_are_told_with_unit_and_source():
     from selflock.study.report import parameters
 
     rows = {name: (value, unit, source) for name, value, unit, source in parameters(runs.SYSTEM.read_text("utf-8"))}
-    assert rows["rear_motor.resistance"][:2] == ("0.299", "Ohm")
+    assert rows["resistance"][:2] == ("0.299", "Ohm") and rows["rear_motor.inductance"][1] == "H"
     assert all(source for _, _, source in rows.values())
     assert "robot.chassis_mass" in rows
 

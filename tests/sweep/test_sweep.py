@@ -254,3 +254,34 @@ def test_the_examples_can_be_read(name):
     study = read(Path(__file__).parents[2] / "examples" / f"{name}.toml")
     study.settings, study.parameters = study.settings[:2], study.parameters[:2]
     check(study, master.load(study.system))
+
+
+SHARED = """
+[values]
+mu = 0.1
+r = 2.0
+[run]
+stop = 0.01
+step = 0.001
+open_inputs = true
+[components.reducer]
+fmu = "selflock:Reducer"
+[components.reducer.start]
+friction_kinetic = "= mu"
+friction_static = "= mu"
+gear_ratio = "= r"
+"""
+
+
+def test_a_value_of_the_system_varies_as_a_parameter_does(tmp_path):
+    """Refused before the first run where what follows from it is not physical; else the same numbers, bit for bit."""
+    by_value = WEDGES.replace('["reducer.friction_kinetic", "reducer.friction_static"]', '"mu"').replace(
+        '"reducer.gear_ratio"', '"r"'
+    )
+    with pytest.raises(SweepError, match="1 of 9 combinations are not physical, the first with mu = 1.1, r = 1"):
+        sweep(write(tmp_path / "a", SHARED, by_value), tmp_path / "out_a", workers=0)
+    tables = []
+    for name, study in (("b", WEDGES), ("c", by_value)):
+        study = study.replace("[0.1, 0.6, 1.1]", "[0.1, 0.6]")
+        tables.append(sweep(write(tmp_path / name, SHARED, study), tmp_path / f"out_{name}", workers=0).table)
+    assert len(tables[0]) == 6 and (tables[0].f == tables[1].f).all() and (tables[0].r == tables[1].r).all()

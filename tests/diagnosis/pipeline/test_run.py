@@ -54,6 +54,8 @@ def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_pat
     by_label = {row["label"]: row for row in first["rows"]}
     assert by_label["nothing more"]["elpd_diff"] < -3.0 * by_label["nothing more"]["dse"] < 0.0
     page = (out / "report.html").read_text()
+    assert not data["sanity"]["contradictions"] and data["sanity"]["assumed"] and result.summary().startswith("Log against rig:")
+    assert "What the log says against the rig" in page and "Assumed, for nobody gave it" in page
     assert "to the best" in page and "independent of their neighbours" in page
     assert all(f'<span class="mark {cause.mark}">{cause.mark}</span>' in page for cause in result.causes)
     assert all(cause["weak"] == told.weak for cause, told in zip(data["causes"], result.causes))

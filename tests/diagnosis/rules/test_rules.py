@@ -35,6 +35,7 @@ ELSEWHERE = {  # what decides nothing
     "search/hypotheses.py": {"SIDES"},  # places in a tuple
     "pipeline/chance.py": {"LEVELS"},  # quantiles that are told
     "output/figures.py": {"STYLE"},
+    "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
     "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
 }
 

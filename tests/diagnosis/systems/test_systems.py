@@ -203,3 +203,23 @@ def test_an_fmu_of_ours_is_fitted_from_what_it_was_built_with(tmp_path):
         "winder_motor.resistance": 0.5
     }
     assert not drive.questioned("winder_motor.inductance") and not drive.questioned("winder_motor.resistance")
+
+
+def test_a_system_with_shared_values_replays_alike(tmp_path, fmu):
+    """The chain's numbers said once, the rig giving one of them; and the same numbers written out."""
+    rig, log = chain(tmp_path, fmu)
+    plain = [c.error for c in replay(rig, log, None).comparisons]
+    text = (
+        (tmp_path / "chain.toml")
+        .read_text()
+        .replace("rate = 2.0", 'rate = "= 4 * slow"')
+        .replace("rate = 0.5", 'rate = "= slow"')
+    )
+    text = text.replace("factor = 2.0", 'factor = "= 2 * last"').replace("rate = 1.0", 'rate = "= last"')
+    (tmp_path / "chain.toml").write_text("[values]\nslow = 0.7\nlast = 1.0\n" + text)
+    assert [c.error for c in replay(rig, log, None).comparisons] != plain
+    rig.write_text(rig.read_text() + "\n[parameters]\nslow = 0.5\n")
+    assert [c.error for c in replay(rig, log, None).comparisons] == plain
+    rig.write_text(rig.read_text() + '\n[logs."log*"]\nlast = 2.0\n')
+    with pytest.raises(DataError, match="'last' is a value of the whole system: put it under .parameters."):
+        replay(rig, log, None)

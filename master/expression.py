@@ -1,10 +1,10 @@
-"""Expressions that a person writes in a study file: over columns, parameters and figures, and over nothing else.
+"""Expressions that a person writes in a file: over named values of a system, columns and figures of a study, and nothing else.
 
     abs(rear_reducer.input_torque)        (motor.electric_power > 0) * motor.electric_power        friction * ratio >= 1
 
 Numbers, names, dotted names of columns (any other in backquotes), texts to compare with, + - * / // % **, comparisons,
 & | ~ and or not (& and | bind as loosely as `and` and `or`, as in pandas), in and not in, and the FUNCTIONS below. Every
-number is a float64. Study files come from others, so what is not in this list is refused, and never looked up in Python.
+number is a float64. Files come from others, so what is not in this list is refused, and never looked up in Python.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import SweepError
+from .errors import DescriptionError
 
 LONGEST, NODES, DEPTH = 10_000, 2_000, 150
 """Characters, syntax nodes and levels of nesting that an expression may have."""
@@ -62,8 +62,8 @@ class Expression:
             raise self._wrong("its value is not real")
         return value
 
-    def _wrong(self, why: str) -> SweepError:
-        return SweepError(f"The expression {self.text} cannot be evaluated: {why}.")
+    def _wrong(self, why: str) -> DescriptionError:
+        return DescriptionError(f"The expression {self.text} cannot be evaluated: {why}.")
 
     def _value(self, node: ast.expr, known: Mapping[str, Any]) -> Any:
         match node:
@@ -116,10 +116,10 @@ class Expression:
 
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Expression:
-    """Read an expression; SweepError where it holds anything that is not in the list above."""
+    """Read an expression; DescriptionError where it holds anything that is not in the list above."""
     shown = text if len(text) <= 200 else f"{text[:200]}…"
     if len(text) > LONGEST:
-        raise SweepError(f"The expression {shown} has {len(text)} characters; at most {LONGEST} are read.")
+        raise DescriptionError(f"The expression {shown} has {len(text)} characters; at most {LONGEST} are read.")
     stand_in = "_"
     while stand_in in text:
         stand_in += "_"
@@ -137,9 +137,9 @@ def parse(text: str) -> Expression:
     try:
         tree = ast.parse(_WORDS.sub(word, text).strip(), mode="eval").body
     except SyntaxError as error:
-        raise SweepError(f"The expression {shown} cannot be read: {error.msg}.") from None
+        raise DescriptionError(f"The expression {shown} cannot be read: {error.msg}.") from None
     except (ValueError, RecursionError, MemoryError, OverflowError) as error:
-        raise SweepError(f"The expression {shown} cannot be read: {error or 'it is nested too deep'}.") from None
+        raise DescriptionError(f"The expression {shown} cannot be read: {error or 'it is nested too deep'}.") from None
     names: set[str] = set()
     _look_through(tree, shown, names)
     return Expression(shown, tree, columns, frozenset(names - set(columns) - set(CONSTANTS)))
@@ -153,7 +153,9 @@ def _look_through(tree: ast.expr, shown: str, names: set[str]) -> None:
         node, depth = waiting.pop()
         count += 1
         if count > NODES or depth > DEPTH:
-            raise SweepError(f"The expression {shown} is too large: at most {NODES} terms, nested {DEPTH} deep, are evaluated.")
+            raise DescriptionError(
+                f"The expression {shown} is too large: at most {NODES} terms, nested {DEPTH} deep, are evaluated."
+            )
         below: list[ast.AST] = []
         match node:
             case ast.Constant(value=bool() | int() | float() | str()):
@@ -172,10 +174,12 @@ def _look_through(tree: ast.expr, shown: str, names: set[str]) -> None:
                 below = [*items]
             case ast.Call(func=ast.Name(id=name), args=given, keywords=[]) if name in FUNCTIONS:
                 if len(given) != FUNCTIONS[name].nin:
-                    raise SweepError(f"The expression {shown}: {name} takes {FUNCTIONS[name].nin} value(s), not {len(given)}.")
+                    raise DescriptionError(
+                        f"The expression {shown}: {name} takes {FUNCTIONS[name].nin} value(s), not {len(given)}."
+                    )
                 below = [*given]
             case _:
-                raise SweepError(
+                raise DescriptionError(
                     f"The expression {shown} holds {_said(node)}, which has no place there: numbers, names, component.variable, "
                     f"arithmetic, comparisons, & | ~ and the functions {', '.join(FUNCTIONS)}."
                 )

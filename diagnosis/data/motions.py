@@ -1,0 +1,206 @@
+"""Channels that tell of one motion, held against each other: signs, the gear's ratio, units, the clock.
+
+What follows without any law: a speed is its angle's derivative, two shafts turn in the gear's ratio, a drive goes where its
+set-point sends it. A relation that is off names several that may be wrong; what is common to all that are off, and in none
+that holds, is the one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import degrees, pi
+
+import numpy as np
+
+from ..rules import RULES
+from .finding import Finding, Said
+from .pieces import Pieces
+from .rig import Rig
+
+RATIO, TIME = "reducer.gear_ratio", "time"
+ANGLES = ("reducer.input_angle", "load.angle", "controller.angle_setpoint")
+SHAFT = {"reducer.input_angle": "input", "reducer.input_speed": "input"}
+
+RPM, DEGREE, TURN = pi / 30.0, pi / 180.0, 2.0 * pi
+SLIPS = {  # times that a value is too large, and why
+    "angle": ((1 / DEGREE, "degrees read as radians", 'unit = "deg"'), (DEGREE, "radians read as degrees", 'unit = "rad"'),
+              (1 / TURN, "turns read as radians", 'unit = "turn"'), (TURN, "radians read as turns", 'unit = "rad"'),
+              (1e3, "mrad read as rad", 'unit = "mrad"')),
+    "speed": ((1 / RPM, "rpm read as rad/s", 'unit = "rpm"'), (RPM, "rad/s read as rpm", 'unit = "rad/s"'),
+              (1 / DEGREE, "deg/s read as rad/s", 'unit = "deg/s"'), (DEGREE, "rad/s read as deg/s", 'unit = "rad/s"'),
+              (RPM / DEGREE, "deg/s read as rpm", 'unit = "deg/s"'), (DEGREE / RPM, "rpm read as deg/s", 'unit = "rpm"'),
+              (1 / TURN, "turns per second read as rad/s", 'unit = "turn/s"')),
+    "time": ((1e3, "ms read as s", 'unit = "ms"'), (1e-3, "s read as ms", 'unit = "s"'), (1e6, "µs read as s", 'unit = "us"'),
+             (1e-6, "s read as µs", 'unit = "s"'), (1e9, "ns read as s", 'unit = "ns"')),
+}  # fmt: skip
+METRES = {"angle": ((1e3, "mm read as m", 'unit = "mm"'), (1e-3, "m read as mm", 'unit = "m"')),
+          "speed": ((1e3, "mm/s read as m/s", 'unit = "mm/s"'), (1e-3, "m/s read as mm/s", 'unit = "m/s"')), "time": SLIPS["time"]}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Relation:
+    """`first` over `second`, which should be 1. `blamed`: what each that may be wrong would be too large by."""
+
+    first: str
+    second: str
+    factor: float
+    blamed: dict[str, float]
+
+    @property
+    def off(self) -> bool:
+        """Beyond what a drive can do."""
+        return not 1.0 / RULES.data.gross < self.factor < RULES.data.gross
+
+
+def factor(first: np.ndarray, second: np.ndarray) -> float | None:
+    """By how much `first` is larger than `second` where both move most; None where the pieces do not agree."""
+    rules = RULES.data
+    both = np.isfinite(first) & np.isfinite(second) & (first * second != 0.0)
+    first, second = first[both], second[both]
+    if len(first) < rules.fewest_pieces:
+        return None
+    size = abs(first * second)
+    most = size >= np.median(size)
+    each = first[most] / second[most]
+    sign = 1.0 if np.median(each) > 0.0 else -1.0
+    low, high = np.quantile(abs(each), (0.25, 0.75))
+    if np.mean(each * sign > 0.0) < rules.one_sign or high > rules.one_factor * low:
+        return None
+    return sign * float(np.median(abs(each)))
+
+
+def relations(pieces: Pieces, ratio: float) -> list[Relation]:
+    """What follows from what, of the channels that there are. ratio: the gear's, as the rig has it."""
+    has, found = pieces.has, []
+    moved: dict[str, Callable[[str], np.ndarray]] = {
+        "reducer.input_angle": pieces.change, "reducer.input_speed": pieces.way, "load.angle": pieces.change,
+        "load.speed": pieces.way, "controller.angle_setpoint": pieces.change, "controller.speed_setpoint": pieces.way,
+    }  # fmt: skip
+
+    def relate(first: str, second: str) -> bool:
+        if not (has(first) and has(second)):
+            return False
+        geared = SHAFT.get(first) != SHAFT.get(second)
+        k = factor(moved[first](first), moved[second](second) * (ratio if geared else 1.0))
+        if k is not None:
+            blamed = {first: k, second: 1.0 / k}
+            if geared:
+                blamed[RATIO] = 1.0 / k
+            if (first in ANGLES) != (second in ANGLES):
+                blamed[TIME] = 1.0 / k if first in ANGLES else k
+            found.append(Relation(first, second, k, blamed))
+        return True
+
+    relate("reducer.input_angle", "reducer.input_speed")
+    relate("load.angle", "load.speed")
+    relate("controller.angle_setpoint", "controller.speed_setpoint")
+    geared = [relate("reducer.input_angle", "load.angle"), relate("reducer.input_speed", "load.speed")]
+    if not any(geared):
+        relate("reducer.input_angle", "load.speed")
+        relate("reducer.input_speed", "load.angle")
+    asked = [relate("controller.angle_setpoint", "load.angle"), relate("controller.speed_setpoint", "load.speed")]
+    if not any(asked) and not (relate("reducer.input_angle", "controller.angle_setpoint") or has("load.angle")):
+        relate("reducer.input_speed", "controller.speed_setpoint")
+    return found
+
+
+def contradictions(found: list[Relation], said: Said, rig: Rig, agree: set[str]) -> list[Finding]:
+    """A sentence for each thing that is wrong, the one that explains most first. agree: signals that others bear out."""
+    wrong = [r for r in found if r.off]
+    right = agree | {name for r in found if not r.off for name in r.blamed}
+    told = []
+    while wrong:
+        covers = {name: [r for r in wrong if name in r.blamed and _agree(r, name, wrong)] for r in wrong for name in r.blamed}
+        worth = {name: (len(rs), name not in right) for name, rs in covers.items()}
+        best = max(worth.values())
+        names = [name for name in worth if worth[name] == best]
+        mine = covers[names[0]]
+        told.append(_sentence(mine, names, said, rig))
+        wrong = [r for r in wrong if r not in mine]
+    return told
+
+
+def _agree(one: Relation, name: str, wrong: list[Relation]) -> bool:
+    """Whether a relation tells of this the same as the first that does."""
+    first = next(r for r in wrong if name in r.blamed)
+    share = one.blamed[name] / first.blamed[name]
+    return 1.0 / RULES.data.one_factor < share < RULES.data.one_factor
+
+
+def _sentence(off: list[Relation], names: list[str], said: Said, rig: Rig) -> Finding:
+    first = off[0]
+    slips = [text for name in names if (text := _slip(name, first.blamed[name], said, rig))]
+    if len(names) == 1 and names[0] not in (RATIO, TIME):
+        name, times = names[0], first.blamed[names[0]]
+        others = [r.second if r.first == name else r.first for r in off]
+        how = "moves the other way than" if times < 0.0 else f"moves {_times(times)} as far as"
+        text = f"{said(name)} {how} {' and '.join(map(said, others))} say" + ("s" if len(others) == 1 else "")
+    elif names == [RATIO]:
+        text = f"{said(first.first)} and {said(first.second)} turn in a ratio of {number(1.0 / first.blamed[RATIO] * said.value(RATIO))}, the rig says {said.value(RATIO):g}"
+    elif names == [TIME]:
+        text = f"by column {rig.time.column!r} {_times(first.blamed[TIME])} the time goes by that {said(first.first)} and {said(first.second)} tell"
+    else:
+        how = "the other way than" if first.factor < 0.0 else f"{_times(first.factor)} as far as"
+        text = f"{said(first.first)} moves {how} {said(first.second)} says"
+    mend = f": {'; or '.join(slips)}" if slips else ": look at units, factors and the ratio of what is named here"
+    return Finding(text + mend + ".", True, tuple(names))
+
+
+def _slip(name: str, times: float, said: Said, rig: Rig) -> str:
+    """What may have happened to a value that is so many times too large; "" where nothing known."""
+    if name == RATIO:
+        ratio = said.value(RATIO) / times
+        if times < 0.0:  # no gear of ours turns the motion round: a sign belongs to a column
+            return "" if near(-times, 1.0, RULES.data.gross) else f"the log asks for {said.prefix}{RATIO} = {number(-ratio)}, too"
+        turned = "it stands upside down (input speed over output speed); " if near(ratio * said.value(RATIO), 1.0) else ""
+        return f"{turned}the log asks for {said.prefix}{RATIO} = {number(ratio)}"
+    kind = "time" if name == TIME else "angle" if name in ANGLES else "speed"
+    for slip, text, unit in (METRES if rig.linear else SLIPS)[kind]:
+        if near(abs(times), slip):
+            where = "under [time]" if name == TIME else f"of {said(name)} under [columns]"
+            sign = " and its sign, factor = -1.0" if times < 0.0 else ""
+            return f"{text}? Write {unit}{sign} {where}"
+    if times < 0.0 and name != TIME and near(abs(times), 1.0, RULES.data.gross):
+        return f"turn the sign of {said(name)}, {said.turned(name)}"
+    return ""
+
+
+def near(value: float, wanted: float, times: float = 1.0 + RULES.data.known_slip) -> bool:
+    """Whether a factor is this one."""
+    return wanted / times < value < wanted * times
+
+
+def _times(value: float) -> str:
+    value = abs(value)
+    return f"{number(value)} times" if value >= 1.0 else f"1/{number(1.0 / value)} times"
+
+
+def number(value: float) -> str:
+    """To three digits, as people write it."""
+    return f"{value:.3g}" if not 999.0 < abs(value) < 1e7 else f"{float(f'{value:.3g}'):.0f}"
+
+
+def zero(pieces: Pieces, said: Said) -> list[Finding]:
+    """An angle that follows its set-point from afar: a remark."""
+    asked, angle = "controller.angle_setpoint", "load.angle"
+    if not (pieces.has(asked) and pieces.has(angle)):
+        return []
+    goal, place = pieces.mean(asked), pieces.mean(angle)
+    sound = np.isfinite(goal) & np.isfinite(place)
+    if sound.sum() < RULES.data.fewest_pieces:
+        return []
+    apart = place[sound] - goal[sound]
+    low, middle, high = np.quantile(apart, (0.05, 0.5, 0.95))
+    way = float(np.ptp(np.quantile(goal[sound], (0.02, 0.98))))
+    if abs(middle) < max(RULES.data.zero_share * way, high - low):
+        return []
+    more = f" ({degrees(middle):.0f} degrees)" if not said.linear else ""
+    return [
+        Finding(
+            f"{said(angle)} lies {middle:.3g} {'m' if said.linear else 'rad'}{more} from where {said(asked)} sends it: "
+            f"if their zeros are not the same, write offset = {-middle:.4g} for one of them under [columns].",
+            False,
+            (angle,),
+        )
+    ]

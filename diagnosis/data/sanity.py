@@ -1,0 +1,193 @@
+"""The sanity box: what a log shows against what its rig says, and what was assumed because nobody gave it.
+
+It looks for slips (a unit, a sign, a ratio, exchanged columns), not for causes: what a diagnosis is there to find passes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import DataError
+from ..rules import RULES
+from . import balances, motions
+from .finding import Finding, Said
+from .log import MeasuredRun
+from .pieces import Pieces
+from .rig import Rig
+from .signals import ANGLE_OF, GIVEN, SETPOINTS
+
+ELECTRIC = {"motor.voltage", "controller.voltage", "motor.duty"}
+
+
+@dataclass(frozen=True)
+class Box:
+    """What a log and its rig say of each other."""
+
+    shows: tuple[str, ...]  # what was measured of the relations, one by one
+    findings: tuple[Finding, ...]
+    assumed: dict[str, tuple[float, str]]  # value and unit of what nobody gave, by component.parameter
+
+    @property
+    def gross(self) -> list[str]:
+        """What no drive does: sentences."""
+        return [f.sentence for f in self.findings if f.gross]
+
+    def row(self) -> dict:
+        """As diagnosis.json has it."""
+        return {
+            "shows": list(self.shows),
+            "contradictions": self.gross,
+            "remarks": [f.sentence for f in self.findings if not f.gross],
+            "assumed": {name: {"value": value, "unit": unit} for name, (value, unit) in self.assumed.items()},
+        }
+
+    def lines(self) -> list[str]:
+        """The box in a few lines of text."""
+        told = [f"  {'CONTRADICTION' if f.gross else 'remark'}: {f.sentence}" for f in self.findings]
+        if self.shows:
+            told.insert(0, f"  log: {'; '.join(self.shows)}")
+        if self.assumed:
+            told.append(f"  assumed, for nobody gave it: {', '.join(self.assumptions())}")
+        return ["Log against rig:", *told] if told else []
+
+    def assumptions(self) -> list[str]:
+        """name = value unit of all that was assumed; what is 0 together."""
+        told = [f"{name} = {value:g} {unit}".rstrip() for name, (value, unit) in self.assumed.items() if value]
+        none = [name for name, (value, _) in self.assumed.items() if not value]
+        return told + [f"and 0 for {', '.join(none)}"] * bool(none)
+
+    def refuse(self, rig: Rig, anyway: bool) -> None:
+        """DataError where log and rig contradict each other beyond what a drive can do, and nobody says to go on."""
+        if self.gross and not anyway:
+            said = "\n".join(f"  - {sentence}" for sentence in self.gross)
+            raise DataError(
+                f"{rig.path}: the log and the rig contradict each other:\n{said}\nMend what is wrong, or go on as it is with --anyway (anyway=True in Python)."
+            )
+
+
+def box(rig: Rig, runs: list[MeasuredRun]) -> Box:
+    """Hold the runs of a drive, which are checked for faults, against its rig."""
+    findings, shows = _told_nothing(rig) + _clock(rig, runs), [_extent(rig, runs)]
+    own = rig.of_log(runs[0].log)
+    for prefix in rig.drives:
+        said = Said(rig, prefix, {**rig.parameters, **own})
+        mine, shown = _drive(rig, runs, prefix, said)
+        findings += mine
+        shows += shown
+    return Box(tuple(filter(None, shows)), tuple(findings), assumed(rig, set(runs[0].signals), own))
+
+
+def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) -> dict[str, tuple[float, str]]:
+    """Value and unit of what a simulation needs and nobody gave. signals: of the log; own: parameters of that log alone; else of any."""
+    found: dict[str, tuple[float, str]] = {}
+    own = {name: value for table in rig.logs.values() for name, value in table.items()} if own is None else own
+    for prefix in rig.drives:
+        seen = {name.removeprefix(prefix) for name in signals if name.startswith(prefix)}
+        found |= Said(rig, prefix, {**rig.parameters, **own}).assumed(_components(seen))
+    return found
+
+
+def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[list[Finding], list[str]]:
+    coarse = Pieces(runs, prefix, RULES.data.pieces)
+    kind = _kind(rig, runs, prefix, said, coarse)
+    if any(f.gross for f in kind):
+        return kind, []
+    ratio = said.value("reducer.gear_ratio")
+    found = motions.relations(coarse, ratio)
+    findings = motions.contradictions(found, said, rig, balances.borne_out(coarse, said))
+    suspects = {name for f in findings for name in f.about}
+    if "time" not in suspects:
+        electric = balances.voltage(coarse, said, suspects)
+        findings += electric
+        seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
+        if seen & ELECTRIC and not any(balances.KE in f.about and "given as" in f.sentence for f in electric):
+            findings += balances.motor_constants(said)
+        suspects |= {name for f in findings for name in f.about}
+        findings += balances.torque(Pieces(runs, prefix, RULES.data.fine_pieces), coarse, said, suspects)
+    if not suspects and (zero := motions.zero(coarse, said)):
+        findings = zero + [f for f in findings if "load.angle" not in f.about]
+    if not 0.5 < ratio and "reducer.gear_ratio" not in suspects:
+        text = f"{prefix}reducer.gear_ratio = {ratio:g} is below 1, which gears up: it is input speed over output speed"
+        findings.append(
+            Finding(f"{text}. If the sheet says 1:{1 / ratio:g}, write {1 / ratio:g}.", False, ("reducer.gear_ratio",))
+        )
+    return kind + findings, [_relation(r, ratio, prefix) for r in found]
+
+
+def _relation(relation: motions.Relation, ratio: float, prefix: str) -> str:
+    """What a relation gives, as numbers."""
+    first, second = prefix + relation.first, relation.second
+    if motions.RATIO in relation.blamed:
+        return f"{first} / {second} = {relation.factor * ratio:.4g} (rig {ratio:g})"
+    of = "the integral of " if motions.TIME in relation.blamed else ""
+    return f"{first} = {relation.factor:.3g} {of}{second}"
+
+
+def _components(seen: set[str]) -> tuple[str, ...]:
+    """Whose parameters matter to what is simulated, or which."""
+    controller = ("controller",) if seen & SETPOINTS and seen & ELECTRIC else ()
+    motor = ("motor",) if seen & ELECTRIC else ("motor.torque_constant",) if "motor.current" in seen else ()
+    return (*controller, *motor, "reducer", "load")
+
+
+def _told_nothing(rig: Rig) -> list[Finding]:
+    if rig.parameters or rig.uncertain or rig.logs:
+        return []
+    text = f"nothing is known of the drive, for [parameters] of {rig.path.name} is empty: every value would be the FMUs' own"
+    return [Finding(f"{text}. Give what the data sheets say, the gear's ratio first.", True, ("parameters",))]
+
+
+def _extent(rig: Rig, runs: list[MeasuredRun]) -> str:
+    rows, lasts = sum(map(len, runs)), sum(float(np.ptp(run.time)) for run in runs)
+    if rig.kind == "steady":
+        return f"{rows} rows in {len(runs)} runs" if rig.run else f"{rows} points"
+    steps = np.concatenate([np.diff(run.time) for run in runs])
+    runs_ = f" in {len(runs)} runs" if len(runs) > 1 else ""
+    return f"{lasts:.4g} s{runs_}, a row every {1e3 * float(np.median(steps)):.4g} ms"
+
+
+def _clock(rig: Rig, runs: list[MeasuredRun]) -> list[Finding]:
+    """A remark where the time itself looks wrong: there may be no second channel to show it."""
+    if rig.kind == "steady":
+        return []
+    step = float(np.median(np.concatenate([np.diff(run.time) for run in runs])))
+    column = f"column {rig.time.column!r}"
+    if step >= RULES.data.slow_rows:
+        text = (
+            f"rows are {step:.3g} s apart by {column}, and the log lasts {sum(float(np.ptp(r.time)) for r in runs) / 3600:.3g} h"
+        )
+        return [Finding(f'{text}. If that column is in ms, write unit = "ms" under [time].', False, ("time",))]
+    if step < RULES.data.fast_rows:
+        text = f"rows are {1e6 * step:.3g} µs apart by {column}"
+        return [Finding(f'{text}. If that column is in s, write unit = "s" under [time].', False, ("time",))]
+    return []
+
+
+def _kind(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said, pieces: Pieces) -> list[Finding]:
+    """A kind that the log is not of."""
+    seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
+    if rig.kind == "inverse" and seen & GIVEN - SETPOINTS:
+        given = said(sorted(seen & GIVEN - SETPOINTS)[0])
+        text = f'kind = "inverse" says that the motion was imposed, and {given} that a voltage drove it'
+        mend = 'each component is compared all the same; with kind = "forward" the whole drive can be simulated, too'
+        return [Finding(f"{text}: {mend}.", False, ("kind",))]
+    speed = next((name for name in ANGLE_OF if name in seen), None)
+    if rig.kind != "steady" or speed is None:
+        return []
+    if rig.run:
+        sound = [run.signals[prefix + speed][run.usable(prefix + speed)] for run in runs]
+        within = np.array([np.std(x) for x in sound if len(x) > 1])
+        wrong = len(within) > 0 and np.median(within) > RULES.data.unsteady * balances.rms(np.concatenate(sound))
+        what = "within its runs"
+    else:
+        x = np.concatenate([run.signals[prefix + speed] for run in runs])
+        turns = int(np.sum(x[1:] * x[:-1] < 0.0))
+        wrong = balances.moves(x) and turns >= RULES.data.fewest_pieces  # points that somebody sorted turn once or twice
+        what = "from row to row as of a motion to and fro"
+    if not wrong:
+        return []
+    text = f'kind = "steady" asks for points at constant speed, and the speed of {said(speed)} changes {what}'
+    kinds = 'write kind = "forward" (voltage in) or "inverse" (torque measured)'
+    return [Finding(f"{text}: {kinds}, or name the column that tells the points apart, [rig] run.", True, ("kind",))]

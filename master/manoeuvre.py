@@ -1,0 +1,195 @@
+"""A manoeuvre that anybody can write: set-points over time, as a table or as a list of turns (docs/system.md).
+
+    [components.setpoints]
+    manoeuvre = "moves.csv"
+
+    time, ramp, rear_angle [deg], front_angle [deg]
+    0,    0,    0,                0
+    2,    0,    0,                0
+    4,    0.1,  180,              0
+
+A row says where the set-points are at its time. With a column `ramp` (s) they go there from the row before from rest to rest,
+their speed rising and falling for so long (fmus/turn.py); without one, or with 0, on a straight line. Two rows of one time are a jump.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from bisect import bisect_right
+from collections.abc import Iterable
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+from ..fmus.turn import Turn
+from .errors import DescriptionError
+from .face import Part, Variable
+from .results import read
+from .system import did_you_mean
+
+MOVES = ("rad", "deg", "turn", "m", "mm")  # units whose derivative is a set-point, too
+TURN = {"from": "s, where the turn begins", "until": "s, where it ends", "to": "where it goes", "ramp": "s"}
+TABLE = {"unit": str, "start": float, "ramp": float, "turns": list}
+
+
+class Setpoint:
+    """One set-point over time: a start, and turns one after the other."""
+
+    def __init__(self, where: str, start: float, turns: Iterable[Turn]):
+        self.turns = list(turns)
+        for one, after in zip(self.turns, self.turns[1:]):
+            if after.start < one.stop:
+                raise DescriptionError(f"{where}: the turn from {after.start:g} s begins before that until {one.stop:g} s ends.")
+        for turn in self.turns:
+            if not all(map(math.isfinite, turn)) or turn.stop < turn.start or turn.ramp < 0.0:
+                raise DescriptionError(
+                    f"{where}: a turn from {turn.start:g} until {turn.stop:g} s with a ramp of {turn.ramp:g} s is none."
+                )
+            if turn.ramp > 0.5 * (turn.stop - turn.start) * (1.0 + 1e-9):
+                raise DescriptionError(
+                    f"{where}: a ramp of {turn.ramp:g} s is longer than half of the turn from {turn.start:g} until {turn.stop:g} s."
+                )
+        self.begins = [turn.start for turn in self.turns]
+        self.places = list(accumulate((turn.angle for turn in self.turns), initial=start))
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Set-point, and its derivative."""
+        number = bisect_right(self.begins, time) - 1
+        if number < 0:
+            return self.places[0], 0.0
+        if time >= self.turns[number].stop:
+            return self.places[number + 1], 0.0
+        moving = self.turns[number].at(time)
+        return self.places[number] + moving.angle, moving.speed
+
+
+class Manoeuvre(Part):
+    """A part without inputs whose outputs are the columns of a file, and the speeds of those that are angles or ways."""
+
+    can_roll_back = True
+
+    def __init__(self, name: str, path: Path):
+        self._courses, units = read_file(path)
+        self._of: dict[str, tuple[Setpoint, int]] = {column: (course, 0) for column, course in self._courses.items()}
+        described = [Variable(c, units[c], causality="output", depends_on=()) for c in self._courses]
+        for column in self._courses:
+            speed = f"{column.removesuffix('_angle')}_speed"
+            if units[column] in MOVES and speed not in self._of:
+                self._of[speed] = self._courses[column], 1
+                described.append(Variable(speed, f"{units[column]}/s", causality="output", depends_on=(), derivative_of=column))
+        super().__init__(name, described)
+        self._time = 0.0
+
+    def enter_initialization(self, start: float, stop: float | None) -> None:
+        self._time = start
+
+    def exit_initialization(self) -> None:
+        self.read()
+
+    def step(self, time: float, size: float) -> None:
+        self._time = time + size
+
+    def at(self, time: float) -> None:
+        """y at this time."""
+        for place, name in enumerate(self.outputs):
+            course, which = self._of[name]
+            self.y[place] = course.at(time)[which]
+
+    def read(self) -> None:
+        self.at(self._time)
+
+    def get(self, name: str) -> float:
+        self._told(name)
+        course, which = self._of[name]
+        return course.at(self._time)[which]
+
+    def set(self, name: str, value: Any) -> None:
+        raise DescriptionError(f"{self.name}.{name} is given by its manoeuvre; it cannot be set.")
+
+    def reset(self) -> None:
+        self._time = 0.0
+
+    def save(self) -> float:
+        return self._time
+
+    def restore(self, state: float) -> None:
+        self._time = state
+
+
+def read_file(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
+    """Courses and units by name. Raises DescriptionError, ResultError."""
+    courses, units = _turns(path) if path.suffix.lower() == ".toml" else _table(path)
+    for name in courses:
+        if not name.isidentifier():
+            raise DescriptionError(f"{path}: {name!r} is no name of a variable; write it with letters, digits and _ only.")
+    if not courses:
+        raise DescriptionError(f"{path}: holds no set-point. docs/system.md shows a manoeuvre.")
+    return courses, units
+
+
+def _table(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
+    """Of a .csv or .parquet file."""
+    frame, units = read(path)
+    units = {name.strip(): unit for name, unit in units.items()}
+    frame = frame.rename(columns=str.strip)
+    if "time" not in frame or not len(frame):
+        raise DescriptionError(f"{path}: a column `time` in s, columns of set-points, and rows are wanted here.")
+    numbers = {}
+    for name in frame:
+        try:
+            numbers[name] = [float(x) for x in frame[name]]
+        except (TypeError, ValueError):
+            numbers[name] = [math.nan]
+        if not all(map(math.isfinite, numbers[name])):
+            raise DescriptionError(f"{path}: column {name} holds what is no number.")
+    time, ramps = numbers.pop("time"), numbers.pop("ramp", None) or [0.0] * len(frame)
+    if any(after < before for before, after in zip(time, time[1:])):
+        raise DescriptionError(f"{path}: its time falls. Sort the rows.")
+    courses = {}
+    for name, x in numbers.items():
+        moves = [Turn(a, b, r if v != u else 0.0, v - u) for a, b, r, u, v in zip(time, time[1:], ramps[1:], x, x[1:])]
+        courses[name] = Setpoint(f"{path}: {name}", x[0], moves)
+    return courses, units
+
+
+def _turns(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
+    """Of a .toml file with a table for each set-point."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise DescriptionError(f"There is no manoeuvre {path}.") from None
+    except (OSError, UnicodeDecodeError, RecursionError, tomllib.TOMLDecodeError) as error:
+        raise DescriptionError(f"{path} is not valid TOML: {error}.") from None
+    courses, units = {}, {}
+    for name, table in data.items():
+        where = f"{path}: [{name}]"
+        if not isinstance(table, dict):
+            raise DescriptionError(f"{where}: a set-point is a table, [{name}], with {', '.join(TABLE)}.")
+        _known(where, table, TABLE)
+        units[name] = str(table.get("unit", ""))
+        place = start = _number(where, table, "start", 0.0)
+        usual, turns = _number(where, table, "ramp", 0.0), []
+        given = table.get("turns", [])
+        if not isinstance(given, list) or not all(isinstance(turn, dict) for turn in given):
+            raise DescriptionError(f"{where} turns: write turns = [{{ from = 2.0, until = 4.0, to = 180.0 }}, ...].")
+        for turn in given:
+            _known(f"{where} turns", turn, TURN)
+            begin, end, to = (_number(f"{where} turns", turn, key) for key in ("from", "until", "to"))
+            turns.append(Turn(begin, end, _number(f"{where} turns", turn, "ramp", usual), to - place))
+            place = to
+        courses[name] = Setpoint(where, start, turns)
+    return courses, units
+
+
+def _known(where: str, table: dict[str, Any], known: Iterable[str]) -> None:
+    for key in table:
+        if key not in known:
+            raise DescriptionError(f"{where} has no key {key}{did_you_mean(key, known)}")
+
+
+def _number(where: str, table: dict[str, Any], key: str, default: float | None = None) -> float:
+    value = table.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise DescriptionError(f"{where}: {key} = {value!r} is no number." if key in table else f"{where}: {key} is not given.")
+    return float(value)

@@ -1,0 +1,183 @@
+"""What is seen of a run while its rows are written: peaks, energies, last values, and times at limits. For its summary.
+
+It is gathered row block by row block, so that a long run costs no more memory than a short one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isclose, isfinite, tan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from .face import Variable
+
+if TYPE_CHECKING:
+    from .wiring import Wiring
+
+PEAKS = ("N.m", "N", "A", "W")  # units of what is told by its peak, in this order
+ANGLES = ("rad", "deg", "m")  # of what is told by where it ends
+COMPONENTS, ANGLES_TOLD = 16, 3  # lines of a summary, and angles in one
+TURNS = 20.0  # rad: beyond, degrees say no more
+NEAR = 1e-9  # relative: a value that is met but for its rounding
+STALLED = 0.95  # share of the stall current, at that share of the highest voltage, from which on a motor stalls
+STARTS = 0.1  # s: any motor stalls for a moment when it is switched on
+
+
+@dataclass
+class Watch:
+    """A column that is held against a limit. `met` is the time at it, s."""
+
+    sentence: str  # with {time} and {value}
+    place: int  # of the column in a row
+    low: float = -np.inf
+    high: float = np.inf
+    voltage: int | float | None = None  # of a motor: a column's place, or what it is held at
+    resistance: float = 0.0
+    least: float = 0.0  # s at it that are worth a word
+    met: float = 0.0
+
+    def look(self, rows: np.ndarray, spans: np.ndarray) -> None:
+        x = rows[:, self.place]
+        if self.voltage is None:
+            at = (x >= self.high - NEAR * abs(self.high)) | (x <= self.low + NEAR * abs(self.low))
+        else:
+            volts = abs(rows[:, self.voltage] if isinstance(self.voltage, int) else np.full(len(rows), self.voltage))
+            at = (volts >= STALLED * self.high) & (abs(x) * self.resistance >= STALLED * volts)
+        self.met += float(spans[at].sum())
+
+
+class Seen:
+    """Peaks, last values and integrals over time of all columns that are numbers; watches."""
+
+    def __init__(self, columns: list[Variable]):
+        self.columns = [c for c in columns if c.type != "String"]
+        width = len(self.columns)
+        self.least, self.greatest = np.full(width, np.inf), np.full(width, -np.inf)
+        self.last, self.integral = np.full(width, np.nan), np.zeros(width)
+        self.watches: list[Watch] = []
+        self.remarks: list[str] = []
+        self.sources: set[str] = set()  # components that are functions of time: what they give was said before
+        self._before: np.ndarray | None = None
+
+    def add(self, rows: np.ndarray) -> None:
+        """More rows, the first column of which is the time, s."""
+        before = rows[:1] if self._before is None else self._before
+        joined = np.concatenate([before, rows])
+        spans = np.diff(joined[:, 0])
+        self.least = np.minimum(self.least, rows.min(0))
+        self.greatest = np.maximum(self.greatest, rows.max(0))
+        self.integral += spans @ (0.5 * (joined[1:] + joined[:-1]))
+        for watch in self.watches:
+            watch.look(rows, spans)
+        self.last, self._before = rows[-1].copy(), rows[-1:].copy()
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each column: unit, least, greatest, last, and the integral over time."""
+        data = {"unit": [c.unit for c in self.columns], "least": self.least, "greatest": self.greatest, "last": self.last, "integral": self.integral}  # fmt: skip
+        return pd.DataFrame(data, index=[c.name for c in self.columns]).iloc[1:]
+
+    def lines(self) -> list[str]:
+        """A line for each component: peaks of torques, force, current and power with its energy, and angles at the end."""
+        if self._before is None:
+            return []
+        told: dict[str, list[str]] = {}
+        for owner, mine in self._by_component().items():
+            for unit in PEAKS:
+                peaks = sorted((-max(abs(self.least[k]), abs(self.greatest[k])), k) for k in mine if self.columns[k].unit == unit)
+                peaks = [one for one in peaks if "torque" in _name(self.columns[one[1]])] or peaks
+                for peak, place in peaks[: 2 if unit == "N.m" else 1]:
+                    energy = f" ({self.integral[place]:.4g} J)" if unit == "W" else ""
+                    told.setdefault(owner, []).append(f"{_name(self.columns[place])} {-peak:.4g} {unit}{energy}")
+            ends = [k for k in mine if self.columns[k].unit in ANGLES and not _name(self.columns[k]).startswith("input_")]
+            for place in ends[:ANGLES_TOLD]:
+                x, unit = self.last[place], self.columns[place].unit
+                degrees = f" ({np.degrees(x):.4g} deg)" if unit == "rad" and abs(x) < TURNS else ""
+                told.setdefault(owner, []).append(f"{_name(self.columns[place])} at the end {x:.4g} {unit}{degrees}")
+        lines = [f"  {owner}: {', '.join(entries)}" for owner, entries in told.items() if entries]
+        more = [f"  … and {len(lines) - COMPONENTS} components more"] * (len(lines) > COMPONENTS)
+        return lines[:COMPONENTS] + more + [f"  {sentence}" for sentence in self.reached()]
+
+    def _by_component(self) -> dict[str, list[int]]:
+        """Places of the outputs of each component that is no source."""
+        found: dict[str, list[int]] = {}
+        for place, column in enumerate(self.columns):
+            if column.causality == "output" and _owner(column) not in self.sources:
+                found.setdefault(_owner(column), []).append(place)
+        return found
+
+    def reached(self) -> list[str]:
+        """Limits that were reached, a sentence each."""
+        return self.remarks + [w.sentence.format(time=f"{w.met:.4g}") for w in self.watches if w.met > w.least]
+
+
+def _owner(column: Variable) -> str:
+    return column.name.rpartition(".")[0]
+
+
+def _name(column: Variable) -> str:
+    return column.name.rpartition(".")[2]
+
+
+def watch(seen: Seen, wiring: Wiring) -> None:
+    """Watch what has a limit: outputs with parameters NAME_min and NAME_max, motors at their stall; and remark on gears that lock."""
+    places = {column.name: place for place, column in enumerate(seen.columns)}
+    seen.sources = {name for name, part in wiring.parts.items() if part.timed}
+    for name, part in wiring.parts.items():
+        known = part.variables
+        for v in known.values():
+            if (place := places.get(f"{name}.{v.name}")) is not None and v.causality == "output" and f"{v.name}_max" in known:
+                low, high = (_number(wiring, name, f"{v.name}_{end}") for end in ("min", "max"))
+                low, high = -np.inf if low is None else low, np.inf if high is None else high
+                text = f"{name}.{v.name} was at its limit, {_ends(low, high)} {v.unit}, for {{time}} s"
+                seen.watches.append(Watch(text, place, low, high))
+        _motor(seen, wiring, name, places)
+        _gear(seen, wiring, name)
+
+
+def _motor(seen: Seen, wiring: Wiring, name: str, places: dict[str, int]) -> None:
+    """A component with voltage, current and resistance, whose highest voltage is known."""
+    known = wiring.parts[name].variables
+    place, ohms = places.get(f"{name}.current"), _number(wiring, name, "resistance")
+    if place is None or not ohms or "voltage" not in known or known["voltage"].causality != "input":
+        return
+    voltage: int | float | None
+    link = next((link for link in wiring.links if (link.target, link.input) == (name, "voltage")), None)
+    if link is None:
+        voltage = highest = abs(_number(wiring, name, "voltage") or 0.0)
+    else:
+        ends = [_number(wiring, link.source, f"{link.output}_{end}") for end in ("min", "max")]
+        highest = max((abs(end) for end in ends if end is not None and isfinite(end)), default=0.0)
+        voltage = places.get(f"{link.source}.{link.output}") if (link.factor, link.offset) == (1.0, 0.0) else None
+    if voltage is not None and highest > 0.0:
+        text = f"{name} stood at its stall current, {highest / ohms:.4g} A at {highest:g} V, for {{time}} s"
+        seen.watches.append(Watch(text, place, high=highest, voltage=voltage, resistance=ohms, least=STARTS))
+
+
+def _gear(seen: Seen, wiring: Wiring, name: str) -> None:
+    """A gear by a wedge, whose friction locks it; and a controller beside it that says otherwise."""
+    ratio, mu, angle = (_number(wiring, name, key) for key in ("gear_ratio", "friction_static", "wedge_angle"))
+    kinetic = _number(wiring, name, "friction_kinetic")
+    if ratio is None or mu is None or kinetic is None or angle is None:
+        return
+    mu, limit = max(mu, kinetic), tan(angle) if angle else 1.0 / ratio
+    if mu > limit and not isclose(mu, limit, rel_tol=NEAR):
+        seen.remarks.append(
+            f"{name} locks itself: its friction, {mu:g}, is beyond the limit, {limit:.4g}; its load cannot drive it"
+        )
+
+
+def _number(wiring: Wiring, name: str, variable: str) -> float | None:
+    """A value that a component is run with; None where it has none."""
+    described = wiring.parts[name].variables.get(variable)
+    value: Any = None if described is None else wiring.values.get(name, {}).get(variable, described.start)
+    return float(value) if isinstance(value, (int, float)) else None
+
+
+def _ends(low: float, high: float) -> str:
+    if isclose(-low, high):
+        return f"±{high:g}"
+    return " or ".join(f"{end:g}" for end in (low, high) if isfinite(end))

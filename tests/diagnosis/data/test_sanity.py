@@ -1,0 +1,259 @@
+"""Typical slips in a rig or a log: each is told in a sentence that names it, and what is right passes.
+
+The log is of a drive by closed forms, eq 2 to 20: a motion, the torque of a wedge gear that it needs, the voltage of a motor.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from selflock.diagnosis import DataError, replay
+from selflock.diagnosis.data import rig as rigs
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import read
+from selflock.diagnosis.data.sanity import box
+
+from ..plant import bench
+
+ROOT = Path(__file__).resolve().parents[3]
+DATA = ROOT.parent / "shared" / "data"
+RATIO, R, KE, INERTIA, WEIGHT, MU = 60.0, 2.0, 0.05, 1e-4, 4.905, 0.01
+COLUMNS = {
+    "controller.angle_setpoint": ("goal", "rad"), "motor.voltage": ("u", "V"), "motor.current": ("i", "A"),
+    "reducer.input_speed": ("n", "rad/s"), "load.angle": ("phi", "rad"), "motor.torque": ("m", "N.m"), "load.speed": ("w", "rad/s"),
+}  # fmt: skip
+PARAMETERS = {
+    "motor.resistance": R, "motor.voltage_constant": KE, "motor.torque_constant": KE, "reducer.gear_ratio": RATIO,
+    "reducer.friction_kinetic": MU, "reducer.shaft_inertia": INERTIA, "load.inertia": 0.01, "load.mass": 2.0, "load.arm": 0.25,
+}  # fmt: skip
+FORWARD = ("controller.angle_setpoint", "motor.voltage", "motor.current", "reducer.input_speed", "load.angle", "load.speed")
+INVERSE = ("motor.torque", "reducer.input_speed", "load.angle")
+
+
+def table(step=0.004, lasting=20.0):
+    """Moves to and fro with noise of sensors, and what they take."""
+    rng = np.random.default_rng(3)
+    t = np.arange(0.0, lasting, step)
+    phi = 0.8 * np.sin(1.1 * t) + 0.3 * np.sin(2.9 * t + 1.0)
+    w = 0.88 * np.cos(1.1 * t) + 0.87 * np.cos(2.9 * t + 1.0)
+    a = -0.968 * np.sin(1.1 * t) - 2.523 * np.sin(2.9 * t + 1.0)
+    pull = WEIGHT * np.cos(phi) + (0.01 + 2.0 * 0.25**2) * a
+    alpha, rubs = np.arctan(1.0 / RATIO), np.arctan(MU)
+    m = pull * np.where(pull * w > 0.0, np.tan(alpha + rubs), np.tan(alpha - rubs)) + INERTIA * RATIO * a
+    i = m / KE
+    u = R * i + KE * RATIO * w
+    noisy = lambda x, sigma: x + sigma * rng.standard_normal(len(t))
+    return pd.DataFrame(
+        {"time": t, "goal": phi, "u": noisy(u, 0.02), "i": noisy(i, 0.02), "n": noisy(RATIO * w, 0.2),
+         "phi": noisy(phi, 1e-4), "m": noisy(m, 1e-3), "w": noisy(w, 5e-3)}
+    )  # fmt: skip
+
+
+LOG = table()
+
+
+def written(kind="forward", channels=None, head="", **changes):
+    """A rig's text: parameters by component__name, columns by their own name."""
+    channels = channels or (FORWARD if kind == "forward" else INVERSE)
+    lines = ["[rig]", f'kind = "{kind}"', head, "[columns]"]
+    for name in channels:
+        column, unit = COLUMNS[name]
+        lines.append(f'"{name}" = {changes.pop(column, None) or f"{{ column = {chr(34)}{column}{chr(34)}, unit = {chr(34)}{unit}{chr(34)} }}"}')  # fmt: skip
+    lines.append("[parameters]")
+    if changes.pop("nothing", False):
+        return "\n".join(lines)
+    given = PARAMETERS | {name.replace("__", "."): value for name, value in changes.items()}
+    return "\n".join(lines + [f'"{name}" = {value!r}' for name, value in given.items()])
+
+
+def boxed(folder, text, log=LOG):
+    (folder / "rig.toml").write_text(text)
+    log.to_parquet(folder / "log.parquet")
+    rig = rigs.load(folder / "rig.toml")
+    runs = read(folder / "log.parquet", rig)
+    check(runs, rig)
+    return box(rig, runs)
+
+
+def stopped(folder, text, log=LOG):
+    """The one sentence that stops."""
+    found = boxed(folder, text, log)
+    assert len(found.gross) == 1, found.lines()
+    return found.gross[0]
+
+
+@pytest.mark.parametrize("kind", ["forward", "inverse"])
+def test_a_right_rig_passes_without_a_word(kind, tmp_path):
+    found = boxed(tmp_path, written(kind))
+    assert not found.findings, found.lines()
+    assert "reducer.shaft_stiffness" in found.assumed and "reducer.gear_ratio" not in found.assumed
+    assert any("(rig 60)" in line for line in found.shows)
+
+
+FORWARDS = {  # of a forward rig
+    "millivolts": ({}, LOG.assign(u=1e3 * LOG.u), ("'u' (motor.voltage)", "mV read as V", 'unit = "mV"')),
+    "rpm per volt": ({"motor__voltage_constant": 191.0}, LOG, ("rpm/V given as V.s/rad", "motor.voltage_constant = 0.05")),
+    "sign of a speed": ({}, LOG.assign(n=-LOG.n), ("'n' (reducer.input_speed)", "the other way", "factor = -1")),
+    "ratio 6 for 60": ({"reducer__gear_ratio": 6.0}, LOG, ("turn in a ratio of 60", "the rig says 6", "reducer.gear_ratio = 60")),
+    "ratio inverted": ({"reducer__gear_ratio": 1 / 60}, LOG, ("upside down", "reducer.gear_ratio = 60")),
+    "ms as s": ({}, LOG.assign(time=1e3 * LOG.time), ("'time' 1000 times", "ms read as s", "[time]")),
+    "degrees as radians": ({}, LOG.assign(phi=np.degrees(LOG.phi)), ("'phi' (load.angle)", "degrees read as radians", 'unit = "deg"')),
+    "rpm as rad/s": ({}, LOG.assign(n=LOG.n * 30 / np.pi), ("'n' (reducer.input_speed)", "rpm read as rad/s", 'unit = "rpm"')),
+    "milliamperes": ({}, LOG.assign(i=1e3 * LOG.i), ("'i' (motor.current)", "mA read as A", 'unit = "mA"')),
+    "sign of a current": ({}, LOG.assign(i=-LOG.i), ("turn the sign of column 'i' (motor.current), factor = -1",)),
+    "columns exchanged": ({"u": '"i"', "i": '"u"'}, LOG, ("exchanged", "'i' (motor.voltage)", "'u' (motor.current)")),
+    "no parameters": ({"nothing": True}, LOG, ("[parameters] of rig.toml is empty", "data sheets", "gear's ratio")),
+}  # fmt: skip
+INVERSES = {
+    "sign of a torque": ({}, LOG.assign(m=-LOG.m), ("'m' (motor.torque)", "against the motion", "factor = -1")),
+    "millinewtonmetres": ({}, LOG.assign(m=1e3 * LOG.m), ("'m' (motor.torque)", "mN.m read as N.m", 'unit = "mN.m"')),
+    "inertia in g.cm2": ({"reducer__shaft_inertia": 1e3}, LOG, ("reducer.shaft_inertia may be in g.cm2", "0.0001 kg.m2")),
+    "sign of an angle": ({}, LOG.assign(phi=-LOG.phi), ("load.angle", "the other way", "factor = -1")),
+}
+
+
+@pytest.mark.parametrize("slip", FORWARDS)
+def test_a_slip_of_a_forward_rig_is_told_in_a_sentence(slip, tmp_path):
+    changes, log, words = FORWARDS[slip]
+    text = stopped(tmp_path, written("forward", **changes), log)
+    assert all(word in text for word in words), text
+
+
+@pytest.mark.parametrize("slip", INVERSES)
+def test_a_slip_of_an_inverse_rig_is_told_in_a_sentence(slip, tmp_path):
+    changes, log, words = INVERSES[slip]
+    text = stopped(tmp_path, written("inverse", **changes), log)
+    assert all(word in text for word in words), text
+
+
+ONE_SHAFT = ("motor.voltage", "motor.current", "reducer.input_speed")  # nothing else tells of the motion
+
+
+@pytest.mark.parametrize(
+    "log, words",
+    [
+        (LOG.assign(n=-LOG.n), ("turn the sign of column 'n' (reducer.input_speed), factor = -1",)),
+        (LOG.assign(u=1e3 * LOG.u), ("mV read as V", "'u' (motor.voltage)")),
+        (LOG.assign(n=LOG.n * 30 / np.pi), ("rpm read as rad/s", "'n' (reducer.input_speed)")),
+    ],
+    ids=["sign of a speed", "millivolts", "rpm as rad/s"],
+)
+def test_a_slip_shows_in_the_voltages_balance_alone(log, words, tmp_path):
+    text = stopped(tmp_path, written("forward", ONE_SHAFT), log)
+    assert all(word in text for word in words), text
+
+
+def test_a_clock_that_no_second_channel_shows_is_remarked_on(tmp_path):
+    found = boxed(tmp_path, written("forward", ONE_SHAFT), LOG.assign(time=1e3 * LOG.time))
+    (remark,) = (f.sentence for f in found.findings)
+    assert not found.gross and "rows are 4 s apart by column 'time'" in remark and 'unit = "ms" under [time]' in remark
+
+
+@pytest.mark.parametrize("inertia", [1e-4, 1e-2])
+def test_what_runs_down_or_falls_without_a_torque_is_no_slip(inertia, tmp_path):
+    """Coasting after a start that was not recorded, and a weight that falls and pulls its motor along."""
+    rng = np.random.default_rng(7)
+    noise = lambda sigma: sigma * rng.standard_normal(len(t))
+    t = np.arange(0.0, 10.0, 0.002)
+    rig = written("inverse", ("motor.torque", "reducer.input_speed"), reducer__shaft_inertia=inertia)
+    coasts = pd.DataFrame({"time": t, "n": 300.0 * np.exp(-t / 3.0) + noise(0.1), "m": noise(1e-3)})
+    assert not boxed(tmp_path, rig, coasts).gross
+    rises = 2.0 * (t % 2.0) * np.where(t % 4.0 < 2.0, 1.0, -1.0)  # rad/s at the load, five times
+    lifted = written(
+        "inverse",
+        ("motor.torque", "reducer.input_speed"),
+        reducer__shaft_inertia=inertia,
+        load__mass=0.0,
+        load__constant_torque=5.0,
+    )
+    assert not boxed(tmp_path, lifted, coasts).gross  # by the inertia of the shaft
+    falls = pd.DataFrame({"time": t, "n": RATIO * rises + noise(0.1), "m": noise(1e-3)})
+    assert not boxed(tmp_path, rig, falls).gross
+
+
+def test_the_wrong_kind_is_told(tmp_path):
+    text = stopped(tmp_path, written("steady", ("motor.torque", "reducer.input_speed")))
+    assert 'kind = "steady"' in text and "constant speed" in text and '"inverse"' in text
+    found = boxed(tmp_path, written("inverse", FORWARD))  # a motion that may have been imposed: a remark
+    (remark,) = (f.sentence for f in found.findings)
+    assert (
+        'kind = "inverse" says that the motion was imposed' in remark
+        and "'u' (motor.voltage)" in remark
+        and '"forward"' in remark
+        and not found.gross
+    )
+
+
+def test_gradians_are_asked_about(tmp_path):
+    (tmp_path / "rig.toml").write_text(written("forward", phi='{ column = "phi", unit = "grad" }'))
+    with pytest.raises(DataError, match="'load.angle'.*'grad' is a gradian.*write deg"):
+        rigs.load(tmp_path / "rig.toml")
+
+
+@pytest.mark.parametrize("off", [np.pi / 2, -3 * np.pi / 2])
+def test_an_angles_zero_is_remarked_on_and_stops_nothing(off, tmp_path):
+    found = boxed(tmp_path, written("forward"), LOG.assign(phi=LOG.phi + off))
+    (remark,) = (f.sentence for f in found.findings)
+    assert not found.gross and f"lies {off:.3g} rad" in remark and f"offset = {-off:.4g}" in remark
+    found = boxed(tmp_path, written("inverse"), LOG.assign(phi=LOG.phi + off))  # no set-point: by gravity
+    (remark,) = (f.sentence for f in found.findings)
+    assert not found.gross and "gravity pulls on column 'phi'" in remark and "-90 degrees" in remark, remark
+
+
+def test_a_constant_that_was_assumed_beside_a_motors_other_one(tmp_path):
+    text = written("forward", motor__voltage_constant=0.5, motor__torque_constant=0.5)
+    text = text.replace('"motor.torque_constant" = 0.5\n', "")
+    scaled = LOG.assign(u=R * LOG.i + 0.5 * LOG.n)
+    assert "motor.torque_constant is not given, and 0.03" in stopped(tmp_path, text, scaled)
+
+
+def test_a_replay_begins_with_the_box(tmp_path):
+    (tmp_path / "rig.toml").write_text(written("inverse", reducer__shaft_inertia=1e3))
+    LOG.to_parquet(tmp_path / "log.parquet")
+    with pytest.raises(DataError, match="contradict each other(?s:.*)g.cm2(?s:.*)--anyway"):
+        replay(tmp_path / "rig.toml", tmp_path / "log.parquet", None)
+
+
+@pytest.mark.slow
+def test_a_replay_goes_on_when_asked(tmp_path):
+    (tmp_path / "rig.toml").write_text(written("inverse", reducer__shaft_inertia=1e3))
+    LOG.to_parquet(tmp_path / "log.parquet")
+    result = replay(tmp_path / "rig.toml", tmp_path / "log.parquet", None, anyway=True)
+    assert "CONTRADICTION" in result.summary() and "assumed" in result.summary()
+
+
+def test_noise_alone_says_nothing(tmp_path):
+    """A drive at rest: no sign, no ratio."""
+    rng = np.random.default_rng(5)
+    rest = LOG.assign(**{name: 1e-3 * rng.standard_normal(len(LOG)) for name in ("n", "phi", "w", "i", "m")}, u=0.0, goal=0.0)
+    assert not boxed(tmp_path, written("forward"), rest).gross
+    assert not boxed(tmp_path, written("inverse"), rest).gross
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name, kind", [("", "steady"), ("motor.supply_sag", "forward"), ("reducer.viscous", "inverse")])
+def test_what_a_diagnosis_is_there_to_find_passes(name, kind, tmp_path):
+    """Hidden drives, sound and with strong effects: nothing is stopped, nothing remarked on."""
+    case = bench.hide([name] if name else [], seed=1010, target=10.0, kind=kind)
+    rig, *logs = case.write(tmp_path)
+    for log in logs:
+        rig = rigs.load(tmp_path / "rig.toml")
+        runs = read(log, rig)
+        check(runs, rig)
+        assert not box(rig, runs).findings, box(rig, runs).lines()
+
+
+@pytest.mark.skipif(
+    not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)"
+)
+@pytest.mark.parametrize("name", ["lead_screw/steady_state.csv", "worm_drive/steady_state.csv", "emps/DATA_EMPS.mat", "xl330/kp100_lift_and_drop.csv"])  # fmt: skip
+def test_measured_drives_pass_without_a_word(name):
+    rig = rigs.load(ROOT / "examples" / "rigs" / f"{name.partition('/')[0]}.toml")
+    runs = read(DATA / name, rig)
+    check(runs, rig)
+    found = box(rig, runs)
+    assert not found.findings and found.assumed, found.lines()

@@ -13,9 +13,9 @@ from . import laws
 from .setting import Setting
 
 
-@dataclass
+@dataclass(eq=False)
 class ShaftMotion:
-    """A shaft's motion: angle, speed, acceleration, and where its direction is certain."""
+    """A shaft's motion: angle, speed, acceleration, and where its direction is certain. One is equal to itself alone."""
 
     angle: np.ndarray
     speed: np.ndarray

@@ -40,27 +40,35 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
 
 def motor(electric: str, values: dict, ch: Channels) -> Compared:
     """The current that the measured voltage and speed make."""
-    current, _ = _driven(electric, values, ch, drive.both(values, ch)[0].speed)
+    current, _ = _driven(electric, values, ch, drive.both(values, ch)[0])
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
 
 
-def _driven(electric: str, values: dict, ch: Channels, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Current and torque of the motor at this speed on its voltage: held from row to row where that is how it was given.
-
-    A measured voltage is read between its rows as `values` say, and the speed goes straight there, in parts of a step.
-    """
-    law, voltage = drive.law("motor", values, ch), drive.voltage(electric, values, ch)
-    late, dt, parts = values.get(drive.shift(electric, ch)), ch.dt, 1
-    if late is not None:
-        time, parts = ch.run.time, RULES.residuals.motor_parts
-        rows = np.arange((len(time) - 1) * parts + 1) / parts
-        fine = np.interp(rows, np.arange(len(time)), time)
-        speed = np.interp(fine, time, speed)
-        dt = np.diff(fine, prepend=fine[0] - ch.dt[0] / parts)
-        voltage = drive.between(voltage, time, late, fine + 0.5 * np.append(dt[1:], dt[-1]))
+def _driven(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Current and torque of the motor at the speed of this motion, on its voltage."""
+    sensors = ch.sensor(electric, values), ch.sensor("motor.supply_voltage", values)
+    key = first, values.get(drive.shift(electric, ch)), *sensors
+    voltage, speed, dt, parts = drive.kept("given", key, ch, lambda: _given(electric, values, ch, first))
     current, torque = np.empty(len(dt)), np.empty(len(dt))
-    ch.setting.kernels.motor(law, voltage, speed, dt, current, torque)
+    ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, speed, dt, current, torque)
     return current[::parts], torque[::parts]
+
+
+def _given(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Voltage and speed that the motor is given, the steps, s, for which it is, and how many of these are one of the log.
+
+    The voltage is held from row to row where that is how it was given. A measured one is read between its rows as `values`
+    say, and the speed goes straight there, in parts of a step.
+    """
+    voltage, late = drive.voltage(electric, values, ch), values.get(drive.shift(electric, ch))
+    if late is None:
+        return voltage, first.speed, ch.dt, 1
+    time, parts = ch.run.time, RULES.residuals.motor_parts
+    rows = np.arange((len(time) - 1) * parts + 1) / parts
+    fine = np.interp(rows, np.arange(len(time)), time)
+    dt = np.diff(fine, prepend=fine[0] - ch.dt[0] / parts)
+    between = drive.between(voltage, time, late, fine + 0.5 * np.append(dt[1:], dt[-1]))
+    return between, np.interp(fine, time, first.speed), dt, parts
 
 
 def supply(values: dict, ch: Channels) -> Compared:
@@ -72,7 +80,7 @@ def supply(values: dict, ch: Channels) -> Compared:
     if ch.has("motor.current"):
         current = ch.true("motor.current", values)
     else:
-        current, _ = _driven("controller.voltage", values, ch, drive.both(values, ch)[0].speed)
+        current, _ = _driven("controller.voltage", values, ch, drive.both(values, ch)[0])
     name = "motor.supply_voltage"
     out, measured = drive.read(name, supplied(law, voltage, current), values, ch), ch.raw(name)
     return drive.level(out, measured, ch.good(name), ch.run.time), measured, everywhere(len(out))
@@ -86,11 +94,17 @@ def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(Non
     first, second = drive.both(values, ch)
     law = drive.law("reducer", values, ch)
     delivered = drive.delivered(values, ch, second, take)
-    speed = first.speed[take]
-    before = first.angle[take] - speed * ch.dt[take]
-    windup = np.empty(len(before))
-    ch.setting.kernels.windup(law, before, delivered, windup)
-    return (before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio), first
+
+    def inputs() -> tuple[np.ndarray, ...]:
+        speed = first.speed[take]
+        before = first.angle[take] - speed * ch.dt[take]
+        windup = np.empty(len(before))
+        ch.setting.kernels.windup(law, before, delivered, windup)
+        return before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio
+
+    winds = tuple(getattr(law, name) for name in sorted(laws.winding()))
+    loaded = drive.law("load", values, ch), ch.sensor("reducer.output_torque", values)
+    return drive.kept("inputs", (first, second, winds, *loaded, isinstance(take, slice)), ch, inputs), first
 
 
 def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
@@ -118,7 +132,7 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
         given = ch.raw(torque)
         bare = drive.read(torque, bare + inertial, values, ch) - inertial
     else:
-        _, given = _driven(electric, values, ch, first.speed)
+        _, given = _driven(electric, values, ch, first)
     given = pick(given)
     if ch.steady:
         return bare, given, good
@@ -131,10 +145,15 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
 
 def _motor_constants(values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
     """Torque per current, N.m/A, as the measured current weakens it, and the motor's torque beside it, N.m."""
-    constant, beside = np.empty(len(ch.dt)), np.empty(len(ch.dt))
-    current = ch.true("motor.current", values)
-    ch.setting.kernels.shaft_torque(drive.law("motor", values, ch), current, first.speed, first.angle, ch.dt, constant, beside)
-    return np.maximum(constant, 1e-9), beside
+    motor = drive.law("motor", values, ch)
+
+    def constants() -> tuple[np.ndarray, np.ndarray]:
+        constant, beside = np.empty(len(ch.dt)), np.empty(len(ch.dt))
+        current = ch.true("motor.current", values)
+        ch.setting.kernels.shaft_torque(motor, current, first.speed, first.angle, ch.dt, constant, beside)
+        return np.maximum(constant, 1e-9), beside
+
+    return drive.kept("constants", (first, motor, ch.sensor("motor.current", values)), ch, constants)
 
 
 def load(values: dict, ch: Channels) -> Compared:

@@ -2,21 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ..rules import RULES
-from . import phase
-from .blocks import compared
+from . import laws, phase
 from .channels import Channels, ShaftMotion, derivative, motion
-from .laws import lags, parameters
+from .laws import lags
 
 
 def law(component: str, values: dict, ch: Channels):
     """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
-    rig, of_run = ch.setting.rig, phase.own(values, ch.run)
-    return parameters(component, ch.prefix + component, {**rig.parameters, **values, **of_run, **rig.of_log(ch.run.log)})
+    key = ("law", component)
+    if key not in ch.memory:
+        rig, name = ch.setting.rig, ch.prefix + component
+        alone = rig.of_log(ch.run.log)
+        free = [(field, full, phase.name(ch.run, full)) for field, full in laws.names(component, name) if full not in alone]
+        ch.memory[key] = laws.parameters(component, name, {**rig.parameters, **alone}), free
+    nominal, free = ch.memory[key]
+    given = {field: values[full] for field, full, _ in free if full in values}
+    given |= {field: values[own] for field, _, own in free if own in values}
+    return nominal._replace(**{field: float(value) for field, value in given.items()}) if given else nominal
+
+
+def kept(what: str, key: object, ch: Channels, make: Callable[[], Any]) -> Any:
+    """What `make` gives, of all samples of a run; remembered under a key, the last ones asked for, as far as memory goes."""
+    found = ch.memory.setdefault(("motion", what), {})
+    if key in found:
+        return found[key]
+    made = make()
+    if ch.setting.balanced:
+        most = max(1, min(RULES.residuals.derived_remembered, RULES.residuals.motions_remembered // ch.setting.samples))
+        for old in [*found][: max(0, len(found) + 1 - most)]:
+            found.pop(old, None)  # another thread may have been here
+        found[key] = made
+    return made
 
 
 def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
@@ -24,11 +47,10 @@ def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
     angle, speed = f"{side}angle", f"{side}speed"
     if not (ch.has(angle) or ch.has(speed)):
         return None
-    mine = f"sensor.{ch.prefix}{angle}", f"sensor.{ch.prefix}{speed}"
-    told = tuple(sorted((key, value) for key, value in values.items() if key.startswith(mine)))
-    kept = ch.memory.setdefault(("motion", side), {})
-    if told in kept:
-        return kept[told]
+    told = ch.sensor(angle, values), ch.sensor(speed, values)
+    known = ch.memory.setdefault(("motion", side), {})
+    if told in known:
+        return known[told]
     found = (
         _steady(ch, angle, speed, values)
         if ch.steady
@@ -42,8 +64,8 @@ def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
     for name in (angle, speed):
         if ch.has(name):
             found.sliding &= ch.good(name)
-    if ch.setting.balanced and (not kept or (len(kept) + 1) * ch.setting.samples <= RULES.residuals.motions_remembered):
-        kept[told] = found
+    if ch.setting.balanced and (not known or (len(known) + 1) * ch.setting.samples <= RULES.residuals.motions_remembered):
+        known[told] = found
     return found
 
 
@@ -58,6 +80,10 @@ def both(values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
     """Motions of the input shaft and of the load; one that is not measured follows the other in the gear's ratio."""
     ratio = ch.setting.value(f"{ch.prefix}reducer.gear_ratio", values)
     first, second = shaft("reducer.input_", values, ch), shaft("load.", values, ch)
+    return kept("both", (first, second, ratio), ch, lambda: _both(first, second, ratio, ch))
+
+
+def _both(first: ShaftMotion | None, second: ShaftMotion | None, ratio: float, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
     if first is None:
         assert second is not None, "a drive that moves has a shaft that is measured"
         first = ShaftMotion(
@@ -131,10 +157,16 @@ def delivered(values: dict, ch: Channels, second: ShaftMotion, take: np.ndarray 
     """Output torque: measured, or what the load takes for its motion; `take`: at which samples."""
     if ch.has("reducer.output_torque"):
         return ch.true("reducer.output_torque", values)[take]
-    moves = second.angle[take], second.speed[take], second.acceleration[take]
-    out = np.empty(len(moves[0]))
-    ch.setting.kernels.load_torque(law("load", values, ch), *moves, out)
-    return out
+    load = law("load", values, ch)
+
+    def torque() -> np.ndarray:
+        moves = second.angle[take], second.speed[take], second.acceleration[take]
+        out = np.empty(len(moves[0]))
+        ch.setting.kernels.load_torque(load, *moves, out)
+        out.flags.writeable = False
+        return out
+
+    return kept("delivered", (second, load, isinstance(take, slice)), ch, torque)
 
 
 def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
@@ -142,20 +174,26 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
 
     x: at all samples, or at those that are taken.
     """
-    if ch.sensor(channel, values) is None:
-        return x
-    behind = np.zeros(0, int) if len(x) == len(ch.dt) else ch.gaps + 1  # where it begins anew
-    steps = np.split(compared(ch.dt, ch.take, len(x)), behind)
-    return np.concatenate([sensed(channel, part, dt, values, ch) for part, dt in zip(np.split(x, behind), steps)])
+    whole = len(x) == len(ch.dt)
+    return sensed(channel, x, ch.dt if whole else ch.taken_steps(), values, ch, None if whole else ch.gaps + 1)
 
 
-def sensed(channel: str, x: np.ndarray, dt: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
-    """What a channel's sensor makes of x, held over steps of dt; a lag below 0 is one in reversed time."""
+def sensed(
+    channel: str, x: np.ndarray, dt: np.ndarray, values: dict, ch: Channels, behind: np.ndarray | None = None
+) -> np.ndarray:
+    """What a channel's sensor makes of x, held over steps of dt; a lag below 0 is one in reversed time.
+
+    behind: rows at which it begins anew.
+    """
     p = ch.sensor(channel, values)
     if p is None:
         return x
     reverse = any(getattr(p, name) < 0.0 for name in lags())
     p = p._replace(**{name: abs(getattr(p, name)) for name in lags()})
-    way, reading = slice(None, None, -1 if reverse else 1), np.empty(len(x))
-    ch.setting.kernels.read(p, x[way], dt, reading)
-    return reading[way]
+    reading, begins = np.empty(len(x)), np.append(0, behind) if behind is not None else np.zeros(1, int)
+    if reverse:
+        begins = len(x) - np.append(begins[1:], len(x))[::-1]
+        ch.setting.kernels.read_anew(p, x[::-1], np.append(dt[:1], dt[:0:-1]), begins, reading)
+        return reading[::-1]
+    ch.setting.kernels.read_anew(p, x, dt, begins, reading)
+    return reading

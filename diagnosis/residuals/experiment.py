@@ -143,7 +143,11 @@ class Experiment:
 
     def _remembered(self, residual: Residual, values: dict[str, float]) -> np.ndarray:
         """A residual's bins, computed only when a value that it uses is new: a fit changes few residuals at a time."""
-        key = tuple(sorted((name, value) for name, value in values.items() if residual.uses(name)))
+        used = self.remembered(f"{residual.name} uses")
+        for name in values:
+            if name not in used:
+                used[name] = residual.uses(name)
+        key = frozenset((name, value) for name, value in values.items() if used[name])
         memory = self.remembered(residual.name)
         found = memory.get(key)
         if found is None:

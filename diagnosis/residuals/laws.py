@@ -31,6 +31,17 @@ def effects(component: str) -> tuple[Effect, ...]:
     return law(component).EFFECTS
 
 
+def winding() -> frozenset[str]:
+    """Parameters of the reducer that say how its output shaft winds up under a torque."""
+    return _winding(laws.in_force())
+
+
+@cache
+def _winding(package: str) -> frozenset[str]:
+    felt = [effect for effect in effects("reducer") if {"compliance", "play"} & set(effect.hooks)]
+    return frozenset({"gear_ratio", "shaft_stiffness", "shaft_damping"} | {p.name for effect in felt for p in effect.parameters})
+
+
 def lags() -> list[str]:
     """Time constants of a sensor; one below 0 stands for its mirror image in time."""
     return _lags(laws.in_force())
@@ -54,9 +65,17 @@ def _types(package: str, component: str):
 
 def parameters(component: str, name: str, values: dict[str, float]):
     """The component's Parameters, with `values` named "<name>.<parameter>" in place of its defaults."""
-    kind, start = _type(component), len(name) + 1
-    given = {key[start:]: value for key, value in values.items() if key.startswith(name + ".")}
-    return kind(**{key: float(value) for key, value in given.items() if key in kind._fields})
+    return _type(component)(**{key: float(values[full]) for key, full in names(component, name) if full in values})
+
+
+def names(component: str, name: str) -> tuple[tuple[str, str], ...]:
+    """A component's parameters, each with what `values` call it."""
+    return _names(laws.in_force(), component, name)
+
+
+@cache
+def _names(package: str, component: str, name: str) -> tuple[tuple[str, str], ...]:
+    return tuple((key, f"{name}.{key}") for key in _types(package, component)._fields)
 
 
 def as_fmu(component: str, name: str, value: float) -> float | bool:
@@ -66,9 +85,8 @@ def as_fmu(component: str, name: str, value: float) -> float | bool:
 
 def sensor(channel: str, values: dict[str, float]):
     """The Parameters of a channel's sensor; None where `values` say nothing of it."""
-    kind = _type("sensor")
-    given = {name: values[full] for name in kind._fields if (full := f"sensor.{channel}.{name}") in values}
-    return kind(**given) if given else None
+    given = {name: values[full] for name, full in names("sensor", f"sensor.{channel}") if full in values}
+    return _type("sensor")(**given) if given else None
 
 
 def no_sensor():

@@ -19,6 +19,13 @@ def read(p, value, dt, reading):
         reading[i] = out.reading if s.filtered - s.filtered == 0.0 else s.filtered  # what breaks down has no steps
 
 
+def read_anew(p, value, dt, begins, reading):
+    """The same over stretches of rows, settled at the start of each; begins: the first row of each, the log's first one first."""
+    for n in range(len(begins)):
+        last = begins[n + 1] if n + 1 < len(begins) else len(value)
+        read(p, value[begins[n] : last], dt[begins[n] : last], reading[begins[n] : last])
+
+
 def undo(p, reading, value):
     """The values of which a sensor without lag and steps makes these readings."""
     for i in range(len(reading)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.signal import welch
 
 from ..data.signals import ANGLE_OF
 from ..data.stuck import resolution
@@ -29,29 +30,52 @@ def counts(name: str, ch: Channels) -> tuple[float, int]:
 def _difference(x: np.ndarray, good: np.ndarray, time: np.ndarray, own: float) -> tuple[float, int]:
     """A difference over n rows, times their duration, is a whole number of counts in nearly all rows.
 
-    Where the angle is logged, its own count tells n. Else, with rows at equal times, the above holds for every n, and the
-    rounding tells it: that of a row comes again with the other sign n rows on; or how long one count is seen while the
-    shaft creeps.
+    With rows at equal times that holds for every n, and what is missing in the spectrum tells it; or the count of the
+    angle, where that is logged (own).
     """
     for rows in range(1, RULES.search.differenced + 1):
         count, levels = _on_counts(x, good, time, rows)
-        if count > 0.0 and (rows > 1 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own):
+        if count == 0.0:
+            continue
+        if (told := _missing(levels)) and (its := _on_counts(x, good, time, told)[0]) > 0.0:
+            return its, told
+        if rows > 1 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own:
             return count, rows
-        if count > 0.0 and own == 0.0:
-            times = _comes_again(x) or _creeping(levels)
-            return (times * count, times) if times else (0.0, 0)
+        if own == 0.0:
+            return (count, 1) if _once(x) else (0.0, 0)
     return 0.0, 0
 
 
-def _comes_again(x: np.ndarray) -> int:
-    """Rows after which what is fast in x (its second differences) comes again with the other sign; 0 where nothing does."""
+def _missing(levels: np.ndarray) -> int:
+    """The most rows n over which this may be a difference, by what its spectrum lacks; 0 where it lacks nothing.
+
+    A difference over n rows passes nothing, be it motion or rounding, at 1, 2, ... waves in n rows. Second differences
+    first, so that the slow motion does not leak into all others.
+    """
+    rules = RULES.residuals
+    fast = np.diff(levels, n=2)
+    segment = min(rules.longest_segment, 2 ** int(np.log2(max(len(fast) / rules.segments, 2.0))))
+    frequency, power = welch(fast, nperseg=segment, detrend=False)
+    power = power[1:] / np.sin(np.pi * frequency[1:]) ** 4
+    found = 0
+    for rows in range(2, min(RULES.search.differenced, segment // rules.segment_rows) + 1):
+        places = segment / rows * np.arange(1, rows // 2 + 1) - 1.0
+        near = segment / rows / 2.0
+        deepest = []
+        for place in places:
+            at = np.arange(max(0, int(np.ceil(place - near))), min(len(power), int(place + near) + 1))
+            apart = abs(at - place)
+            deepest.append(power[at[apart < 1.5]].mean() / max(float(np.median(power[at[apart > near / 3.0]])), 1e-300))
+        if max(deepest) < rules.missing:
+            found = rows
+    return found
+
+
+def _once(x: np.ndarray) -> int:
+    """1 where the rounding of a row comes again with the other sign in the next, as in a difference over one row; else 0."""
     fast = np.diff(x, n=2)
     fast = np.clip(fast, *np.quantile(fast, (0.05, 0.95)))
-    like = np.array([np.mean(fast[n:] * fast[: len(fast) - n]) for n in range(RULES.search.differenced + 2)])
-    like /= max(float(np.mean(fast**2)), 1e-300)
-    dips = like[2:-1] - 0.5 * (like[1:-2] + like[3:])
-    n = int(np.argmin(dips)) + 2
-    return n if dips[n - 2] < RULES.residuals.dip else int(like[1] < RULES.residuals.differenced_once)
+    return int(np.mean(fast[1:] * fast[:-1]) < RULES.residuals.differenced_once * np.mean(fast**2))
 
 
 def _on_counts(x: np.ndarray, good: np.ndarray, time: np.ndarray, rows: int) -> tuple[float, np.ndarray]:
@@ -66,14 +90,6 @@ def _on_counts(x: np.ndarray, good: np.ndarray, time: np.ndarray, rows: int) -> 
             if np.mean(off < rules.on_a_count) > rules.mostly:
                 return count / parts, np.round(turned * parts / count)
     return 0.0, np.zeros(0)
-
-
-def _creeping(levels: np.ndarray) -> int:
-    """Rows for which a single count is seen between rows without any; 0 where the shaft never creeps."""
-    edges = np.flatnonzero(np.diff(levels)) + 1
-    runs = [(levels[a], b - a, levels[a - 1], levels[b]) for a, b in zip(edges[:-1], edges[1:])]
-    alone = [length for level, length, before, after in runs if abs(level) == 1 and before == after == 0]
-    return int(np.median(alone)) if alone else 0
 
 
 def ticks(period: float, ch: Channels) -> float:

@@ -25,7 +25,7 @@ from typing import Any
 
 from ..data.signals import MOVES, SPEED_OF, unit
 from ..errors import DataError
-from . import compare, drive, forward, phase, whole
+from . import compare, drive, forward, laws, phase, whole
 from .channels import Channels
 from .compare import Compared
 
@@ -68,6 +68,8 @@ class Residual:
             return self.kind == "whole"
         if what in ("sensor", "recorder"):
             return channel in (*self.reads, self.output) or (what == "sensor" and channel in self.through)
+        if owner == self.prefix + "reducer" and self.kind in ("twist", "shafts"):
+            return name.rpartition(".")[2] in laws.winding()
         return owner in self.components or name == self.prefix + "reducer.gear_ratio" or owner == self.prefix + "load"
 
 

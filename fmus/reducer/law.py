@@ -99,24 +99,40 @@ def plain(p, t):
     return Law(moving, moving, hold, hold, p.shaft_stiffness, p.shaft_damping, 0.0, 0.0)
 
 
+class Slip(NamedTuple):
+    """Coefficients of the reducer while it slides in one direction, as in Law."""
+
+    friction: Friction
+    stiffness: float  # N.m/rad
+    half_play: float  # rad
+    torque: float  # N.m
+
+
 def extended(p, t, x, rate):
     """The law with its effects in condition x, whose output torque is found here from the rate of wind-up, rad/s."""
+    stiffness, half_play, output_torque = _wound(p, x, rate)
+    forward = _facing(x, 1.0, output_torque)
+    ahead, hold_ahead = _affected(p, t, forward)
+    back, hold_back = _affected(p, t, _facing(x, -1.0, output_torque))
+    return Law(ahead, back, hold_ahead, hold_back, stiffness, p.shaft_damping, half_play, _torque(p, forward))
+
+
+def sliding(p, t, x, rate):
+    """Of `extended` what counts while the shaft slides in the direction of x: a quarter of the work."""
+    stiffness, half_play, output_torque = _wound(p, x, rate)
+    x = _facing(x, x.direction, output_torque)
+    dry, drag, viscous = _around(p, x)
+    mu = p.friction_kinetic + _kinetic(p, x)
+    friction = _friction(mu * dry, _driving(p, x) * dry, _backdriving(p, x) * dry, drag, viscous, p.preload, t, p.gear_ratio)
+    return Slip(friction, stiffness, half_play, _torque(p, _facing(x, 1.0, output_torque)))
+
+
+def _wound(p, x, rate):
+    """Stiffness, N.m/rad, half the play, rad, and the output torque, N.m."""
     stiffness = _stiffness(p, x)
     half_play = 0.5 * _play(p, x)
     windup = x.angle / p.gear_ratio - x.output_angle
-    output_torque = contact(stiffness, p.shaft_damping, half_play, windup, rate)[0]
-    forward = _facing(x, 1.0, output_torque)
-    backward = _facing(x, -1.0, output_torque)
-    return Law(
-        _affected(p, t, forward, p.friction_kinetic + _kinetic(p, forward)),
-        _affected(p, t, backward, p.friction_kinetic + _kinetic(p, backward)),
-        _affected(p, t, forward, static_coefficient(p) + _static(p, forward)),
-        _affected(p, t, backward, static_coefficient(p) + _static(p, backward)),
-        stiffness,
-        p.shaft_damping,
-        half_play,
-        _torque(p, forward),
-    )
+    return stiffness, half_play, contact(stiffness, p.shaft_damping, half_play, windup, rate)[0]
 
 
 def wound_up(p, x, side):
@@ -141,11 +157,22 @@ def _facing(x, s, output_torque):
     return Condition(s, x.speed, x.angle, x.output_angle, output_torque, x.time, x.heat, x.distance)
 
 
-def _affected(p, t, x, mu):
+def _affected(p, t, x):
+    """Friction in the direction of x, sliding and at rest."""
+    dry, drag, viscous = _around(p, x)
+    driving, backdriving = _driving(p, x) * dry, _backdriving(p, x) * dry
+    moving = (p.friction_kinetic + _kinetic(p, x)) * dry
+    hold = (static_coefficient(p) + _static(p, x)) * dry
+    return (
+        _friction(moving, driving, backdriving, drag, viscous, p.preload, t, p.gear_ratio),
+        _friction(hold, driving, backdriving, drag, viscous, p.preload, t, p.gear_ratio),
+    )
+
+
+def _around(p, x):
+    """The factor on dry friction, the drag, N.m, and the viscous friction, N.m.s/rad."""
     dry = max(_dry(p, x), 0.0)
-    viscous = max(_viscous(p, x) * _viscosity(p, x), 0.0)
-    drag = max(_drag(p, x) * dry, 0.0)
-    return _friction(mu * dry, _driving(p, x) * dry, _backdriving(p, x) * dry, drag, viscous, p.preload, t, p.gear_ratio)
+    return dry, max(_drag(p, x) * dry, 0.0), max(_viscous(p, x) * _viscosity(p, x), 0.0)
 
 
 def _friction(mu, driving, backdriving, drag, viscous, preload, t, ratio):

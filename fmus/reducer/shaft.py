@@ -23,22 +23,23 @@ casing. A step from t to t + dt is given the inputs at t and returns state and o
 import math
 from typing import NamedTuple
 
-from .flow import response
 from .law import (
     BASE,
     EFFECTS,
     Condition,
     Parameters,
+    Slip,
     active,
     contact,
     extended,
     flank,
     friction_at,
     plain,
+    sliding,
     static_coefficient,
     wound_up,
 )
-from .travel import PIECES, held, travel
+from .travel import PIECES, glide, held, travel
 from .wedge import (
     backdriving_slope,
     cone,
@@ -135,70 +136,33 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
                         c * v * v,
                     )
     else:
-        way = 1.0 if speed > 0.0 else -1.0
         mu = p.friction_kinetic
         level = preload_torque(mu, p.preload, t)
-        x = torque * way
         drive = driving_slope(mu, t, ratio)
         back = backdriving_slope(mu, t, ratio)
-        line, slope = 0.0, 1.0 / ratio
-        force = x * slope + level
-        spare = min(force - x * drive, force - x * back)  # to the next line
-        if x * drive > force or (level == 0.0 and x > 0.0):
-            line, slope, spare = 1.0, drive, x * drive - force
-            force = x * drive
-        elif x * back > force or (level == 0.0 and x < 0.0):
-            line, slope, spare = -1.0, back, x * back - force
-            force = x * back
-        per_inertia = 1.0 / (p.shaft_inertia * ratio)
-        a = (motor_torque - way * force) * per_inertia
-        delta = 0.5 * slope * c * per_inertia
-        w = slope * k * per_inertia
-        z = (delta * delta - w) * dt * dt
-        if -9.0 < z < 900.0 and (line != 0.0 or level > 0.0):
-            shape, slant, area = response(delta, w, dt)
-            wound = v * (shape + 2.0 * delta * area) + a * area
-            v1 = v * (slant + 2.0 * delta * shape) + a * shape
-            a1 = a * slant - w * v * shape
-            speed1 = (v1 + output_speed) * ratio
-            torque1 = k * (windup + wound) + c * v1
+        fine, wound, speed1, torque1 = glide(
+            drive, back, level, 0.0, 0.0, k, c, 0.0, ratio, p.shaft_inertia, windup, speed, motor_torque, output_speed, dt
+        )
+        if fine > 0.0:
+            way = 1.0 if speed > 0.0 else -1.0
             x = torque1 * way
-            force = x / ratio + level
-            if line > 0.0:
-                same = x * drive >= force and x > 0.0
-                force = x * drive
-            elif line < 0.0:
-                same = x * back >= force and x < 0.0
-                force = x * back
-            else:
-                same = force >= x * drive and force >= x * back
-            # Speed and torque may have an extremum in between: it matters where it may lie beyond an event. In a step
-            # short against the time constants, a rate stays within twice the sum of its values at both ends.
-            rate = k * v + c * a
-            rate1 = k * v1 + c * a1
-            short = 2.0 * dt if -2.0 < z < 1.0 and abs(delta) * dt < 0.5 else math.inf
-            if (
-                same
-                and way * speed1 > 0.0
-                and (way * a >= 0.0 or way * a1 < 0.0 or short * (abs(a) + abs(a1)) * ratio < way * speed)
-                and (rate * rate1 > 0.0 or short * (abs(rate) + abs(rate1)) * (drive - back) <= spare)
-            ):
-                force = way * max(force, x / ratio)
-                angle = s.angle + ratio * (wound + output_speed * dt)
-                friction = force - torque1 / ratio
-                return State(angle, speed1, 0.0, s.time, s.heat, s.distance), Output(
-                    force,
-                    torque1,
-                    friction,
-                    angle,
-                    speed1,
-                    motor_torque,
-                    normal_force(force, torque1 / (ratio * t), t),
-                    0.0,
-                    force * speed1,
-                    torque1 * output_speed,
-                    friction * speed1 + c * v1 * v1,
-                )
+            force = way * max(x * (drive if x > 0.0 else back), x / ratio + level)
+            angle = s.angle + ratio * (wound + output_speed * dt)
+            friction = force - torque1 / ratio
+            v1 = speed1 / ratio - output_speed
+            return State(angle, speed1, 0.0, s.time, s.heat, s.distance), Output(
+                force,
+                torque1,
+                friction,
+                angle,
+                speed1,
+                motor_torque,
+                normal_force(force, torque1 / (ratio * t), t),
+                0.0,
+                force * speed1,
+                torque1 * output_speed,
+                friction * speed1 + c * v1 * v1,
+            )
 
     law = plain(p, t)
     angle, speed, _, _ = travel(law, ratio, p.shaft_inertia, s.angle, speed, motor_torque, output_angle, output_speed, dt)
@@ -244,8 +208,7 @@ def impose(p, s, imposed_angle, imposed_speed, output_angle, output_speed, dt):
 def _impose_extended(p, s, t, angle, speed, output_angle, output_speed, inertial, dt):
     """Kinematic mode with effects on, as of the end of the step."""
     state = State(angle, speed, s.effects, s.time + dt, s.heat, s.distance + abs(speed) * dt)
-    law = _affected_law(p, t, state, output_angle, output_speed)
-    out = _outputs(law, t, p.gear_ratio, state, math.nan, output_angle, output_speed)
+    out = _affected_outputs(p, t, state, math.nan, output_angle, output_speed)
     return _heated(p, state, out.loss_power, dt), Output(
         out.input_torque,
         out.output_torque,
@@ -263,51 +226,92 @@ def _impose_extended(p, s, t, angle, speed, output_angle, output_speed, inertial
 
 def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
     """Dynamic mode with effects on: inner steps, each with the coefficients of its middle where they vary."""
-    ratio = p.gear_ratio
-    inertia = p.shaft_inertia
+    end = output_angle + output_speed * dt
     count = 1
     pieces = PIECES  # of all inner steps together
     if s.effects > 1.0 and dt > INNER_STEP:
         if not 2.0 * dt <= INNER_STEP * PIECES:  # each takes two at least
             bad = State(s.angle, math.nan, s.effects, s.time + dt, s.heat, s.distance)
-            law = _affected_law(p, t, bad, output_angle, output_speed)
-            return bad, _outputs(law, t, ratio, bad, motor_torque, output_angle, output_speed)
+            return bad, _affected_outputs(p, t, bad, motor_torque, end, output_speed)
         count = math.ceil(dt / INNER_STEP - 1e-9)
     step = dt / count
-    half = 0.5 * step
     state = s
-    law = _affected_law(p, t, state, output_angle, output_speed)
     for i in range(count if dt > 0.0 else 0):
         now = output_angle + output_speed * (step * i)
-        loss = 0.0
-        if s.effects > 1.0:
-            angle, speed, went, pieces = travel(
-                law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, half, pieces
-            )
-            middle = State(angle, speed, s.effects, state.time + half, state.heat, state.distance + went)
-            if p.heat_coefficient != 0.0:
-                loss = _outputs(law, t, ratio, state, motor_torque, now, output_speed).loss_power
-                middle = _heated(p, middle, loss, half)
-            if speed != 0.0 or state.speed != 0.0:
-                then = now + output_speed * half
-                law = _affected_law(p, t, middle, then, output_speed)
-                if p.heat_coefficient != 0.0:
-                    loss = _outputs(law, t, ratio, middle, motor_torque, then, output_speed).loss_power
-        angle, speed, went, pieces = travel(
-            law, ratio, inertia, state.angle, state.speed, motor_torque, now, output_speed, step, pieces
-        )
-        state = _heated(p, State(angle, speed, s.effects, state.time + step, state.heat, state.distance + went), loss, step)
-        if s.effects > 1.0:
-            law = _affected_law(p, t, state, now + output_speed * step, output_speed)
-        if speed != speed:
+        fine, after = 0.0, state
+        if state.speed != 0.0 and p.heat_coefficient == 0.0:
+            fine, after = _glided(p, t, state, motor_torque, now, output_speed, step)
+            pieces -= 2
+        if fine == 0.0 or pieces <= 0:
+            after, pieces = _travelled(p, t, state, motor_torque, now, output_speed, step, pieces)
+        state = after
+        if state.speed != state.speed:
             break
-    return state, _outputs(law, t, ratio, state, motor_torque, output_angle + output_speed * dt, output_speed)
+    return state, _affected_outputs(p, t, state, motor_torque, end, output_speed)
+
+
+def _glided(p, t, s, motor_torque, output_angle, output_speed, dt):
+    """An inner step of plain sliding, the usual one: 1.0 and the state after it; 0.0 where there may be an event."""
+    ratio = p.gear_ratio
+    windup = s.angle / ratio - output_angle
+    law = _sliding_law(p, t, s, output_angle, output_speed)
+    if s.effects > 1.0:
+        half = 0.5 * dt
+        fine, wound, speed, _ = _glide(p, law, windup, s.speed, motor_torque, output_speed, half)
+        if fine == 0.0:
+            return 0.0, s
+        moved = ratio * (wound + output_speed * half)
+        middle = State(s.angle + moved, speed, s.effects, s.time + half, s.heat, s.distance + abs(moved))
+        law = _sliding_law(p, t, middle, output_angle + output_speed * half, output_speed)
+    fine, wound, speed, _ = _glide(p, law, windup, s.speed, motor_torque, output_speed, dt)
+    moved = ratio * (wound + output_speed * dt)
+    return fine, State(s.angle + moved, speed, s.effects, s.time + dt, s.heat, s.distance + abs(moved))
+
+
+def _glide(p, law, windup, speed, motor_torque, output_speed, dt):
+    f, push = law.friction, motor_torque - law.torque
+    return glide(
+        f.driving, f.backdriving, f.level, f.drag, f.viscous, law.stiffness, p.shaft_damping, law.half_play,
+        p.gear_ratio, p.shaft_inertia, windup, speed, push, output_speed, dt,
+    )  # fmt: skip
+
+
+def _travelled(p, t, s, motor_torque, output_angle, output_speed, dt, pieces):
+    """An inner step with whatever happens in it: the state after it, and the pieces left."""
+    ratio, inertia = p.gear_ratio, p.shaft_inertia
+    law = _affected_law(p, t, s, output_angle, output_speed)
+    half = 0.5 * dt
+    loss = 0.0
+    if s.effects > 1.0:
+        angle, speed, went, pieces = travel(
+            law, ratio, inertia, s.angle, s.speed, motor_torque, output_angle, output_speed, half, pieces
+        )
+        middle = State(angle, speed, s.effects, s.time + half, s.heat, s.distance + went)
+        if p.heat_coefficient != 0.0:
+            loss = _outputs(law, t, ratio, s, motor_torque, output_angle, output_speed).loss_power
+            middle = _heated(p, middle, loss, half)
+        if speed != 0.0 or s.speed != 0.0:
+            then = output_angle + output_speed * half
+            law = _affected_law(p, t, middle, then, output_speed)
+            if p.heat_coefficient != 0.0:
+                loss = _outputs(law, t, ratio, middle, motor_torque, then, output_speed).loss_power
+    angle, speed, went, pieces = travel(
+        law, ratio, inertia, s.angle, s.speed, motor_torque, output_angle, output_speed, dt, pieces
+    )
+    return _heated(p, State(angle, speed, s.effects, s.time + dt, s.heat, s.distance + went), loss, dt), pieces
 
 
 def _affected_law(p, t, state, output_angle, output_speed):
     """The law with its effects in this state."""
     x = Condition(1.0, state.speed, state.angle, output_angle, 0.0, state.time, state.heat, state.distance)
     return extended(p, t, x, state.speed / p.gear_ratio - output_speed)
+
+
+def _sliding_law(p, t, state, output_angle, output_speed):
+    """What of it counts in a state of sliding."""
+    way = 1.0 if state.speed > 0.0 else -1.0
+    x = Condition(way, state.speed, state.angle, output_angle, 0.0, state.time, state.heat, state.distance)
+    return sliding(p, t, x, state.speed / p.gear_ratio - output_speed)
 
 
 def _heated(p, state, loss, dt):
@@ -319,50 +323,74 @@ def _heated(p, state, loss, dt):
     return State(state.angle, state.speed, state.effects, state.time, heat, state.distance)
 
 
+def _affected_outputs(p, t, state, motor_torque, output_angle, output_speed):
+    """Outputs of a state with the effects as they are in it; motor torque as in `_outputs`."""
+    if state.speed == 0.0:
+        law = _affected_law(p, t, state, output_angle, output_speed)
+        return _outputs(law, t, p.gear_ratio, state, motor_torque, output_angle, output_speed)
+    law = _sliding_law(p, t, state, output_angle, output_speed)
+    return _sliding_outputs(law, p.shaft_damping, t, p.gear_ratio, state, motor_torque, output_angle, output_speed)
+
+
 def _outputs(law, t, ratio, state, motor_torque, output_angle, output_speed):
     """Outputs of a state; motor torque NaN stands for kinematic mode, where F at rest is the least admissible."""
+    if state.speed != 0.0:
+        slip = Slip(law.forward if state.speed > 0.0 else law.backward, law.stiffness, law.half_play, law.torque)
+        return _sliding_outputs(slip, law.damping, t, ratio, state, motor_torque, output_angle, output_speed)
     windup = state.angle / ratio - output_angle
-    speed = state.speed
-    v = speed / ratio - output_speed
-    output_torque, edge, touching = contact(law.stiffness, law.damping, law.half_play, windup, v)
+    output_torque, edge, touching = contact(law.stiffness, law.damping, law.half_play, windup, -output_speed)
     stuck = 0.0
-    if speed > 0.0:
-        in_wedge = force = friction_at(law.forward, output_torque, 1.0, speed, ratio)
-        in_wedge -= law.forward.drag + law.forward.viscous * speed
-    elif speed < 0.0:
-        in_wedge = force = friction_at(law.backward, output_torque, -1.0, speed, ratio)
-        in_wedge += law.backward.drag - law.backward.viscous * speed
+    low, high = held(law, ratio, output_torque)
+    if math.isnan(motor_torque):
+        force = least_torque(low + law.torque, high + law.torque) - law.torque
+        stuck = 1.0
     else:
-        low, high = held(law, ratio, output_torque)
-        if math.isnan(motor_torque):
-            force = least_torque(low + law.torque, high + law.torque) - law.torque
+        force = motor_torque - law.torque
+        if low <= force <= high:
             stuck = 1.0
+        elif force > high:
+            force = friction_at(law.forward, output_torque, 1.0, 0.0, ratio)
         else:
-            force = motor_torque - law.torque
-            if low <= force <= high:
-                stuck = 1.0
-            elif force > high:
-                force = friction_at(law.forward, output_torque, 1.0, 0.0, ratio)
-            else:
-                force = friction_at(law.backward, output_torque, -1.0, 0.0, ratio)
-        in_wedge = force
-    friction = force - output_torque / ratio
+            force = friction_at(law.backward, output_torque, -1.0, 0.0, ratio)
+    damped = _damped(law.stiffness, law.damping, touching, edge, windup, -output_speed)
+    return _told(t, ratio, state, motor_torque, output_speed, output_torque, force, force, stuck, law.torque, damped)
+
+
+def _sliding_outputs(slip, damping, t, ratio, state, motor_torque, output_angle, output_speed):
+    """Outputs of a state of sliding."""
+    speed = state.speed
+    way = 1.0 if speed > 0.0 else -1.0
+    windup = state.angle / ratio - output_angle
+    v = speed / ratio - output_speed
+    output_torque, edge, touching = contact(slip.stiffness, damping, slip.half_play, windup, v)
+    force = friction_at(slip.friction, output_torque, way, speed, ratio)
+    in_wedge = force - way * (slip.friction.drag + slip.friction.viscous * abs(speed))
+    damped = _damped(slip.stiffness, damping, touching, edge, windup, v)
+    return _told(t, ratio, state, motor_torque, output_speed, output_torque, force, in_wedge, 0.0, slip.torque, damped)
+
+
+def _damped(stiffness, damping, touching, edge, windup, v):
+    """What the output shaft's damper takes, W."""
     if touching > 0.0:
-        damped = law.damping * v * v
-    elif edge * windup > edge * edge:  # parted while the shaft's spring still relaxes
-        damped = -law.stiffness * (windup - edge) * v
-    else:
-        damped = 0.0
+        return damping * v * v
+    if edge * windup > edge * edge:  # parted while the shaft's spring still relaxes
+        return -stiffness * (windup - edge) * v
+    return 0.0
+
+
+def _told(t, ratio, state, motor_torque, output_speed, output_torque, force, in_wedge, stuck, beside, damped):
+    """All outputs; force and in_wedge: of the friction law with what stands beside the wedge and without, N.m; beside it a torque, N.m."""
+    friction = force - output_torque / ratio
     return Output(
-        force + law.torque,
+        force + beside,
         output_torque,
         friction,
         state.angle,
-        speed,
+        state.speed,
         motor_torque,
         normal_force(in_wedge, output_torque / (ratio * t), t),
         stuck,
-        (force + law.torque) * speed,
+        (force + beside) * state.speed,
         output_torque * output_speed,
-        friction * speed + max(damped, 0.0),
+        friction * state.speed + max(damped, 0.0),
     )

@@ -17,6 +17,82 @@ PIECES = 1000  # of one step, at most, with all its inner steps; a step that nee
 STALLED = 50  # events without progress of time: the shaft is held for a hundredth of the step, twice that the next time
 
 
+def glide(
+    driving,
+    backdriving,
+    level,
+    drag,
+    viscous,
+    stiffness,
+    damping,
+    half_play,
+    ratio,
+    inertia,
+    windup,
+    speed,
+    push,
+    output_speed,
+    dt,
+):
+    """A step of plain sliding, without an event: 1.0, the change of the wind-up, rad, speed, rad/s, and output torque, N.m, after it.
+
+    0.0 in the place of 1.0, and nothing told, where there may be an event: `travel` then looks for it.
+    """
+    s = 1.0 if speed > 0.0 else -1.0
+    v = speed / ratio - output_speed
+    output_torque, edge, touching = contact(stiffness, damping, half_play, windup, v)
+    k, c = stiffness * touching, damping * touching
+    x = output_torque * s
+    line, slope = 0.0, 1.0 / ratio
+    force = x * slope + level
+    spare = min(force - x * driving, force - x * backdriving)  # to the next line
+    if x * driving > force or (level == 0.0 and x > 0.0):
+        line, slope, spare = 1.0, driving, x * driving - force
+        force = x * driving
+    elif x * backdriving > force or (level == 0.0 and x < 0.0):
+        line, slope, spare = -1.0, backdriving, x * backdriving - force
+        force = x * backdriving
+    elif level == 0.0 and touching > 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    per_inertia = 1.0 / (inertia * ratio)
+    a = (push - s * (force + drag + viscous * abs(speed))) * per_inertia
+    delta = 0.5 * (slope * c * per_inertia + viscous / inertia)
+    w = slope * k * per_inertia
+    z = (delta * delta - w) * dt * dt
+    if not -9.0 < z < 900.0:
+        return 0.0, 0.0, 0.0, 0.0
+    shape, slant, area = response(delta, w, dt)
+    wound = v * (shape + 2.0 * delta * area) + a * area
+    v1 = v * (slant + 2.0 * delta * shape) + a * shape
+    a1 = a * slant - w * v * shape
+    speed1 = (v1 + output_speed) * ratio
+    # Speed and torque may have an extremum in between: it matters where it may lie beyond an event. In a step
+    # short against the time constants, a rate stays within twice the sum of its values at both ends.
+    short = 2.0 * dt if -2.0 < z < 1.0 and abs(delta) * dt < 0.5 else math.inf
+    if not (s * speed1 > 0.0 and (s * a >= 0.0 or s * a1 < 0.0 or short * (abs(a) + abs(a1)) * ratio < s * speed)):
+        return 0.0, 0.0, 0.0, 0.0
+    if touching == 0.0:  # the flanks apart, and so at the end
+        near = v * v1 > 0.0 and abs(windup) < half_play and abs(windup + wound) < half_play
+        return 1.0 if near else 0.0, wound, speed1, 0.0
+    torque1 = k * (windup - edge + wound) + c * v1
+    x1 = torque1 * s
+    level_force = x1 / ratio + level
+    if line > 0.0:
+        same = x1 * driving >= level_force and x1 > 0.0
+    elif line < 0.0:
+        same = x1 * backdriving >= level_force and x1 < 0.0
+    else:
+        same = level_force >= x1 * driving and level_force >= x1 * backdriving
+    rate, rate1 = k * v + c * a, k * v1 + c * a1
+    swing = short * (abs(rate) + abs(rate1))
+    steady = rate * rate1 > 0.0 or swing * (driving - backdriving) <= spare
+    if half_play > 0.0:  # nor do the flanks part, by their torque or by their place
+        calm = v * v1 > 0.0 or short * (abs(v) + abs(v1)) <= abs(windup) - half_play
+        same = same and calm and torque1 * output_torque > 0.0 and (windup + wound) * edge > edge * edge
+        steady = steady and (rate * rate1 > 0.0 or swing <= abs(output_torque))
+    return 1.0 if same and steady else 0.0, wound, speed1, torque1
+
+
 def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output_speed, dt, pieces=PIECES):
     """The input shaft after dt, s: its angle, rad, its speed, rad/s, the distance it travelled, rad, and the pieces left.
 

@@ -17,7 +17,7 @@ from .plant.causes import DRAWS, OUTSIDE, VOCABULARY
 
 pytestmark = pytest.mark.slow
 RATES = {"one": 0.95, "none": 0.95, "pair": 0.80, "outside": 0.90}  # the targets
-BATCH = 4
+BATCH = 3
 SIZED = {
     "motor.brush_drop",
     "reducer.compliance",
@@ -67,7 +67,7 @@ def test_nothing_is_found_in_nothing(seed, tmp_path):
     assert score.answers(result) == ["none"], _told(result, case)
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.parametrize("name", [name for name in OUTSIDE if name != "unknown.end_stop"])
 def test_what_no_hypothesis_explains_is_unknown_with_what_it_depends_on(name, tmp_path):
     case = bench.hide([name], seed=8, target=6.0)
     result = _ask(case, tmp_path)
@@ -79,8 +79,10 @@ def test_the_best_model_is_written_where_none_is_believed(tmp_path):
     case = bench.hide(["unknown.end_stop"], seed=11, target=6.0)
     rig, train, test = case.write(tmp_path)
     result = diagnose(rig, [train], test=[test], out=tmp_path / "out", seed=11)
+    told = score.plain(result)
+    assert score.right_first(told, case), _told(told, case)
     assert result.verdict == "unknown" and not result.causes and result.gain.after == result.gain.before
-    best = score.plain(result)["best"]
+    best = told["best"]
     assert best["causes"][0]["parameters"] and best["why_not"]
     assert best["gain"]["after"] < 0.9 * best["gain"]["before"]
     promised, found = result.extension["promised"], result.extension["fmu"]

@@ -153,12 +153,23 @@ def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio,
 
 
 LAWS_OF = {
-    "read": (loops.sensor,), "undo": (loops.sensor,), "motor": (loops.dc,), "shaft_torque": (loops.dc,),
+    "read": (loops.sensor,), "read_anew": (loops.sensor,), "undo": (loops.sensor,), "motor": (loops.dc,),
+    "shaft_torque": (loops.dc,),
     "load_torque": (loops.load,), "gear": (loops.shaft,), "windup": (loops.shaft,), "controller": (loops.pd,),
     "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
     "closed": (loops.pd, loops.dc, loops.shaft, loops.load, loops.sensor, loops.sensor),
 }  # fmt: skip
 NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2, "sensed": 1.0, "at_motor": 0.0, "ticked": 0.0, "at": np.array([0, 20])}
+NUMBERS["begins"] = np.array([0, 13, 20])
+
+
+def test_stretches_of_rows_are_read_as_logs_of_their_own(rng):
+    x, dt, whole, apart = rng.uniform(-1.0, 1.0, 30), np.full(30, STEP), np.empty(30), np.empty(30)
+    p = parameters("sensor", "s", {"s.lag_time": 0.02, "s.bias": 0.3})
+    kernels().read_anew(p, x, dt, np.array([0, 13, 20]), whole)
+    for part in (slice(0, 13), slice(13, 20), slice(20, 30)):
+        kernels().read(p, x[part], dt[part], apart[part])
+    assert np.array_equal(whole, apart)
 
 
 def test_all_loops_are_compiled():

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from selflock.fmus.reducer import shaft, wedge
-from selflock.fmus.reducer.law import plain
-from selflock.fmus.reducer.travel import PIECES, travel
+from selflock.fmus.reducer.law import Friction, Law, plain
+from selflock.fmus.reducer.travel import PIECES, glide, travel
 
 P = shaft.Parameters
 
@@ -318,6 +318,40 @@ def test_the_usual_step_is_the_general_one(case):
         state, _ = shaft.advance(p, state, *arguments)
         assert state.angle == pytest.approx(angle, abs=1e-12 * (1 + abs(angle)))
         assert state.speed == pytest.approx(end, abs=1e-9 * (1 + abs(end)))
+
+
+@given(
+    mu=st.floats(0.0, 0.06),
+    level=st.sampled_from([0.0, 0.003]),
+    drag=st.sampled_from([0.0, 0.002]),
+    viscous=st.sampled_from([0.0, 1e-5, 1e-2]),
+    half_play=st.sampled_from([0.0, 0.004]),
+    windup=st.floats(-0.01, 0.01),
+    speed=st.floats(-40.0, 40.0).filter(lambda w: abs(w) > 1e-6),
+    push=st.floats(-0.3, 0.3),
+    output_speed=st.floats(-1.0, 1.0),
+    dt=st.sampled_from([1e-5, 1e-4, 1e-3]),
+)
+def test_what_glides_travels_alike(mu, level, drag, viscous, half_play, windup, speed, push, output_speed, dt):
+    """glide() says of a step that no event lies in it: travel(), which looks for events, must end at the same place."""
+    friction = Friction(wedge.driving_slope(mu, 0.02, 50.0), wedge.backdriving_slope(mu, 0.02, 50.0), level, drag, viscous)
+    law = Law(friction, friction, friction, friction, 2e3, 2.0, half_play, 0.0)
+    fine, wound, after, _ = glide(*friction, 2e3, 2.0, half_play, 50.0, 2e-5, windup, speed, push, output_speed, dt)
+    event(f"glides {fine}")
+    assume(fine > 0.0)
+    angle, end, _, _ = travel(law, 50.0, 2e-5, 50.0 * windup, speed, push, 0.0, output_speed, dt)
+    assert after == pytest.approx(end, rel=1e-9, abs=1e-9)
+    assert wound == pytest.approx(angle / 50.0 - output_speed * dt - windup, abs=1e-12)
+
+
+def test_a_shaft_that_runs_under_load_glides():
+    friction = Friction(wedge.driving_slope(0.03, 0.02, 50.0), wedge.backdriving_slope(0.03, 0.02, 50.0), 0.0, 0.001, 1e-5)
+    windup = 3.0 / 2e3
+    push = 3.0 * friction.driving + 0.001 + 1e-5 * 20.0
+    for half_play in (0.0, 0.004):
+        fine, _, speed, torque = glide(*friction, 2e3, 2.0, half_play, 50.0, 2e-5, windup + half_play, 20.0, push, 0.4, 1e-3)
+        assert (fine, speed, torque) == pytest.approx((1.0, 20.0, 3.0), rel=1e-9)
+    assert glide(*friction, 2e3, 2.0, 0.0, 50.0, 2e-5, windup, 20.0, -10.0, 0.4, 1e-3)[0] == 0.0  # it stops in this step
 
 
 # Kinematic mode.

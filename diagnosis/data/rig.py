@@ -17,7 +17,7 @@ from .units import conversion
 
 KINDS = ("inverse", "forward", "steady")
 EVERY_SECOND = "every second run"
-SMOOTH = "smooth"
+SMOOTH, HELD = "smooth", "held"
 
 _TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
 _RIG = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
@@ -26,7 +26,7 @@ _TIME = {"column": str, "unit": str, "factor": float}
 _COLUMN = {"column": str, "unit": str, "factor": float, "offset": float}
 _WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
-_CHOICES = {"hold_out": ("", EVERY_SECOND), "inputs": ("", SMOOTH), "simulate": ("", "open", "closed", "whole", "parts")}
+_CHOICES = {"hold_out": ("", EVERY_SECOND), "inputs": ("", SMOOTH, HELD), "simulate": ("", "open", "closed", "whole", "parts")}
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,6 @@ from functools import cached_property
 
 import numpy as np
 
-from selflock.fmus.correction import law
-
 from ..calibration.fit import Calibrating, End, fit_from, units
 from ..calibration.numbers import Number
 from ..residuals.blocks import Blocks
@@ -38,13 +36,15 @@ class Arranged:
 
     problem: Extending
     layout: Blocks
+    together: int = 1  # neighbouring blocks that are one here: as long as errors last
 
     def __post_init__(self) -> None:
         problem, layout = self.problem, self.layout
         labels, outputs = [], []
         for k, name in enumerate(problem.played.outputs):
             for i, t in zip(problem.which, problem.trusted[name]):
-                labels.append(layout.block(i)[t])
+                first = int(layout.block(i)[0])
+                labels.append((first + (layout.block(i) - first) // self.together * self.together)[t])
                 outputs.append(np.full(int(t.sum()), k))
         block, self.output = np.concatenate(labels), np.concatenate(outputs)
         self.names, self.block = np.unique(block, return_inverse=True)
@@ -91,6 +91,16 @@ class Rivalled:
         return self.problem.values(self.end.places)
 
 
+def _distinct(rivals: Sequence[Rivalled]) -> list[Rivalled]:
+    """Of each guess the end that fits best, whatever unseen blocks say of it; those that predict most come first."""
+    best: dict[str, Rivalled] = {}
+    for rival in rivals:
+        label = rival.guess.label
+        if label not in best or rival.end.loss < best[label].end.loss:
+            best[label] = rival
+    return sorted(best.values(), key=lambda r: r.candidate.errors.mean())
+
+
 @dataclass
 class Outcome:
     """A round: the base, all that was fitted, best first, and the winner, if any."""
@@ -98,6 +108,7 @@ class Outcome:
     base: Candidate
     fitted: list[Rivalled]
     winner: Rivalled | None = None
+    order: list[Rivalled] = field(default_factory=list)  # named ones that are real, the most believed first
     beside: list[Rivalled] = field(default_factory=list)  # as good as the winner, with no more numbers
     curve: Rivalled | None = None  # the free curve that predicts most
     chance_level: float = 0.0
@@ -129,7 +140,7 @@ class Contest:
 
     @cached_property
     def arranged(self) -> Arranged:
-        return Arranged(self.problem, self.layout)
+        return Arranged(self.problem, self.layout, self._lasting())
 
     def play(self, rng: np.random.Generator) -> Outcome:
         """Look, fit, judge, and compare with chance."""
@@ -163,6 +174,7 @@ class Contest:
         )
         self.drawn = self.linear.draws(self.arranged.put(base.misfit * weight(base.misfit, RULES.search.loss_scale)))
         self.ways: list[tuple[Direction, Guess]] = []
+        self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []
         self._look()
         outcome.looked = len({guess.label for _, guess in self.ways})
         outcome.fitted = self._fits()
@@ -242,6 +254,12 @@ class Contest:
                         self._column(trial)
                 for trial in g.with_state(scene, place, over, what):
                     self._column(trial)
+        for one, knots, columns in self.tables:
+            for other, _, more in self.tables:
+                if g.overflows(scene, one, other):
+                    for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
+                        frees = [f for f in guess.free if f.name in amplitudes]
+                        self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
 
     def _curve(self, place: g.Place, over: str, what: int, multiplies: bool) -> None:
         """A free curve of a variable at a place, and the laws that its table can stand for, from one set of simulations."""
@@ -265,6 +283,8 @@ class Contest:
         columns = np.stack(hats, -1)
         if not np.isfinite(columns).all() or not columns.any():
             return
+        if not multiplies:
+            self.tables.append((table, knots, columns))
         for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
             self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
         ways = self._own_directions(columns)
@@ -327,26 +347,56 @@ class Contest:
         for way, guess in sorted(self.ways, key=lambda pair: -pair[0].gain):
             if way.gain > 0.0:
                 of.setdefault(guess.label, []).append((way, guess))
-        ordered = list(of.values())
+        every = list(of.values())
+        found: list[Rivalled] = []
+        for plain in (True, False):
+            ordered = [ways for ways in every if ways[0][1].plain == plain]
+            found += self._fits_of(ordered, plain)
+        return _distinct(found)
+
+    def _fits_of(self, ordered: list[list[tuple[Direction, Guess]]], plain: bool) -> list[Rivalled]:
+        """Those of these guesses that look best, fitted; best first."""
+        rules = RULES.naming
         curves = [ways for ways in ordered if ways[0][1].kind == CURVE][: rules.curves]
         others = [ways for ways in ordered if ways[0][1].kind != CURVE]
-        chosen = others[: rules.fits]
-        if curves:
+        chosen = others[: rules.fits if plain else rules.fits_derived]
+        if curves and plain:
             best = curves[0][0][1]
             near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over and w[0][1].kind == g.LAW]
             chosen += [ways for ways in near[: rules.of_place] if ways not in chosen]
-        todo = [(way, guess, self._start(way, guess)) for ways in (*curves, *chosen) for way, guess in ways[:1]]
-        more = []
-        for _, guess, at in todo:
-            more += [(None, made, start) for made, start in (*g.relatives(guess, at), *g.overflow(self.scene, guess, at))]
-        todo += more
+        for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
+            mine = [ways for ways in others if ways[0][1].law == name][: rules.of_law]
+            chosen += [ways for ways in mine if ways not in chosen]
         found = []
-        for k, (_, guess, start) in enumerate(todo):
-            self.tell(f"fits: {guess.label}", 0.45 + 0.45 * k / len(todo))
-            rival = self._fit(guess, start)
-            if rival is not None:
+        todo = [
+            (guess, self._start(way, guess)) for ways in (*curves, *chosen) for way, guess in ways[: self._starts(ways[0][1])]
+        ]
+        for ways in chosen:
+            todo += [(ways[0][1], start) for start in g.brims(self.scene, ways[0][1])]
+        for k, (guess, start) in enumerate(todo):
+            self.tell(f"fits: {guess.label}", 0.45 + 0.3 * k / len(todo))
+            if (rival := self._fit(guess, self.values | start)) is not None:
                 found.append(rival)
-        return sorted(found, key=lambda r: r.candidate.errors.mean())
+        found = _distinct(found)
+        more = []
+        for rival in found:
+            values = rival.values
+            more += [*g.relatives(rival.guess, values)]
+        for k, (guess, start) in enumerate(more):
+            self.tell(f"fits: {guess.label}", 0.75 + 0.1 * k / len(more))
+            if (rival := self._fit(guess, start)) is not None:
+                found.append(rival)
+        found = _distinct(found)
+        for k, rival in enumerate(found[: rules.polished]):
+            self.tell(f"fits: {rival.guess.label}", 0.85 + 0.05 * k / rules.polished)
+            if (better := self._fit(rival.guess, rival.values)) is not None:
+                found[k] = better
+        return _distinct(found)
+
+    def _starts(self, guess: Guess) -> int:
+        """From how many places it is fitted."""
+        limited = any(n.name.endswith(".l") for n in guess.numbers)
+        return RULES.naming.starts_limit if limited else RULES.naming.starts
 
     def _start(self, way: Direction, guess: Guess) -> dict[str, float]:
         if way.jump:
@@ -354,6 +404,7 @@ class Contest:
         return {**way.shape, **{f.name: f.nominal + float(x) for f, x in zip(way.amplitudes, way.amounts)}}
 
     def _fit(self, guess: Guess, start: dict[str, float]) -> Rivalled | None:
+        """A guess fitted from these values of its numbers, and of the base's where they are given."""
         problem = self._trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
         best: End | None = None
@@ -396,14 +447,39 @@ class Contest:
         return found
 
     def _held_out(self, problem: Calibrating, end: End) -> np.ndarray:
-        """The misfit of each fold of blocks under the fit to the others."""
-        fitted = self._as_fit(problem, end)
-        return held_out(fitted, np.ones(len(fitted.misfit), bool), self.arranged.folds[self.arranged.block])
+        """The misfit of each fold of blocks under the fit to the others: linear where that can be believed, else simulated."""
+        fitted, folds = self._as_fit(problem, end), self.arranged.folds[self.arranged.block]
+        rows, c = np.ones(len(fitted.misfit), bool), RULES.search.loss_scale
+        linear = held_out(fitted, rows, folds)
+        if rho(linear, c).sum() < RULES.search.wild * rho(fitted.misfit, c).sum():
+            return linear
+
+        def misfit(values: dict[str, float]) -> np.ndarray:
+            places = np.array([values[n.name] for n in problem.free])
+            found = problem.misfit(np.where([n.name in self.begins for n in problem.free], end.places, places))
+            return np.full(len(rows), 1e6) if found is None else found
+
+        return held_out(fitted, rows, folds, misfit, c)
 
     def _candidate(
         self, hypothesis: Hypothesis, free: tuple[Free, ...], problem: Calibrating, end: End, unseen: np.ndarray
     ) -> Candidate:
         return Candidate(hypothesis, free, self._as_fit(problem, end), self.arranged.losses(unseen))
+
+    def _lasting(self) -> int:
+        """Blocks that the base's errors last for: as long as they go on as they are no block says anything of its own."""
+        errors = self.problem.errors(self.values)
+        assert errors is not None
+        longest, shortest = 0, min(int(np.bincount(inside).max()) for inside in self.layout.inside)
+        for parts in errors.values():
+            for e in parts:
+                e = np.where(np.isfinite(e), e, 0.0) - np.nanmean(e)
+                power = abs(np.fft.rfft(e, 2 * len(e))) ** 2
+                like = np.fft.irfft(power)[: len(e)]
+                below = np.flatnonzero(like < RULES.naming.lasts * like[0]) if like[0] > 0.0 else np.zeros(1, int)
+                longest = max(longest, int(below[0]) if len(below) else len(e))
+        most = max(1, self.layout.count // RULES.pipeline.fewest_blocks)
+        return int(np.clip(np.ceil(longest / shortest), 1, most))
 
     # --- what is believed ----------------------------------------------------------------------------------------------
 
@@ -426,12 +502,16 @@ class Contest:
         best = fitted[0].candidate.fitted
         self.tell("chance", 0.92)
         left = self.arranged.put(best.misfit * best.weights)
-        draws = self.linear.chance([way for way, _ in self.ways], left, rules.draws, rng) / max(float((left**2).sum()), 1e-300)
-        outcome.chance_level = float(np.quantile(draws, rules.chance_quantile))
+        energy = max(float((left**2).sum()), 1e-300)
+        draws = {}
+        for plain in (True, False):  # what is asked first pays for no more than what was asked by then
+            ways = [way for way, guess in self.ways if guess.plain or not plain]
+            draws[plain] = self.linear.chance(ways, left, rules.draws, rng) / energy
+        outcome.chance_level = float(np.quantile(draws[True], rules.chance_quantile))
         for rival in fitted:
-            c = rival.candidate
+            c, by_chance = rival.candidate, draws[rival.guess.plain]
             c.gain = float((self.losses - c.losses).sum() / max(fitted[0].candidate.errors.sum(), 1e-300))
-            c.chance = (1 + int((draws >= c.gain).sum())) / (1 + rules.draws)
+            c.chance = (1 + int((by_chance >= c.gain).sum())) / (1 + rules.draws)
             if c.chance > rules.significant:
                 c.doubt = "chance finds as much"
             elif c.drop < rules.relevant:
@@ -440,9 +520,26 @@ class Contest:
         real = [r for r in fitted if not r.candidate.doubt]
         if not real:
             return
-        first, level = real[0].candidate, outcome.chance_level
-        as_good = [r for r in real if not worse(r.candidate, first, level)]
-        fewest = min(len(r.candidate.free) for r in as_good)
-        simple = [r for r in as_good if len(r.candidate.free) == fewest]
-        outcome.winner = winner = min(simple, key=lambda r: r.candidate.errors.mean())
-        outcome.beside = [r for r in simple if r is not winner]
+        named = [r for r in real if r.guess.kind != CURVE]
+        first, later = ([r for r in named if r.guess.plain == plain] for plain in (True, False))
+        outcome.order = self._ordered(first, outcome.chance_level)
+        derived = self._ordered(later, outcome.chance_level)
+        if derived and (not outcome.order or worse(outcome.order[0].candidate, derived[0].candidate, outcome.chance_level)):
+            outcome.order = derived + outcome.order
+        if outcome.order:
+            outcome.winner = outcome.order[0]
+
+    def _ordered(self, real: list[Rivalled], level: float) -> list[Rivalled]:
+        """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best."""
+        if not real:
+            return []
+        best = real[0].candidate
+        as_good = [r for r in real if not worse(r.candidate, best, level)]
+        as_good.sort(key=lambda r: (len(r.candidate.free), r.candidate.errors.mean()))
+        return as_good + [r for r in real if r not in as_good]
+
+
+def beside(winner: Rivalled, order: Sequence[Rivalled], level: float) -> list[Rivalled]:
+    """What does as well as the winner, with no more numbers."""
+    few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
+    return [r for r in few if not worse(r.candidate, winner.candidate, level)]

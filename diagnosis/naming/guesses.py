@@ -42,6 +42,11 @@ class Guess:
         """The variable that its law goes with, and what of it."""
         return (self.inserts[0].over, self.inserts[0].taken) if self.inserts else ("", law.VALUE)
 
+    @property
+    def plain(self) -> bool:
+        """Whether it goes with variables as they are and is added, or is no law at all: what is asked first."""
+        return not any(one.multiplies or one.taken != law.VALUE for one in self.inserts)
+
     @cached_property
     def free(self) -> tuple[Free, ...]:
         """Its numbers as the linear look has them: off at their start values."""
@@ -161,7 +166,7 @@ def laws(scene: Scene, table: Insert, knots: np.ndarray) -> Iterator[tuple[Guess
         "limit below": [{"l": high - q * (high - low)} for q in rules.limits],
     }
     ranges = {
-        "n": (rules.powers[0] / 2.0, 2.0 * rules.powers[-1]), "w": (1e-3 * size, size), "v": (1e-3 * size, size), "l": (low, high)
+        "n": (rules.powers[0] / 2.0, 2.0 * rules.powers[-1]), "w": (1e-3 * size, size), "v": (1e-3 * size, size), "l": (low, high + rules.beyond * (high - low))
     }  # fmt: skip
     one_sided = low >= 0.0 or high <= 0.0
     seen: list[np.ndarray] = []
@@ -178,7 +183,8 @@ def laws(scene: Scene, table: Insert, knots: np.ndarray) -> Iterator[tuple[Guess
                 continue
             if len(amplitudes) == 1 and not shape:
                 seen.append(flat[:, 0])
-            most = spread / max(float(abs(at).max()), 1e-300)
+            stiff = rules.stiff if name in ("limit", "limit below", "dead band") else 1.0
+            most = stiff * spread / max(float(abs(at).max()), 1e-300)
             numbers = []
             for n in law.BY_NAME[name].numbers:
                 if n in amplitudes:
@@ -344,25 +350,60 @@ def events(scene: Scene, place: Place, edges: Sequence[np.ndarray], runs: Sequen
             yield i, Guess(EVENT, "event", words("event", one), (one,), tuple(numbers)), j, k
 
 
-def overflow(scene: Scene, guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[str, float]]]:
-    """A limit that takes something away before an FMU, over what that FMU gives: the surplus may go on to another one."""
-    place, (over, what) = guess.place, guess.over
-    if guess.law != "limit" or place is None or place.where != IN or what != law.VALUE or guess.inserts[0].multiplies:
-        return
-    component = scene.parts.owner(place.variable)
-    if over not in scene.parts.variables or scene.parts.owner(over) != component or over == place.variable:
-        return
-    for other in scene.places:
-        if other.where != IN or scene.parts.owner(other.variable) == component:
+def overflow(
+    scene: Scene, first: Insert, knots: np.ndarray, second: Insert
+) -> Iterator[tuple[Guess, dict[str, float], tuple[str, str], np.ndarray]]:
+    """A limit over what an FMU gives that takes something away before it, and hands a surplus on to another FMU.
+
+    first, second: tables of that variable at both places. As of `laws`: (guess, shapes, amplitudes, the limit at the knots).
+    """
+    low, high = float(knots[0]), float(knots[-1])
+    a, level, on = f"{scene.prefix}.a", f"{scene.prefix}.l", f"{scene.prefix}_on"
+    both = tuple(
+        replace(one, name=name, law="limit", points=0, fixed=tuple(pair for pair in one.fixed if pair[0] == "ahead"))
+        for one, name in ((first, scene.prefix), (second, on))
+    )
+    label = f"overflow of {first.goes_with}: from {first.place} on to {second.place}"
+    acts = {level: {level: 1.0, f"{on}.l": 1.0}}
+    for share in RULES.naming.limits:
+        at = low + share * (high - low)
+        heights = _heights("limit", {"l": at}, "a", knots)
+        if not heights.any():
             continue
-        name = f"{scene.prefix}_on"
-        carried = (("ahead", ahead(scene.parts, other, over, scene.smooth)),)
-        second = Insert(name, other, "limit", False, over, what, 0, carried)
-        (a, level) = guess.numbers
-        surplus = number(f"{name}.a", -0.5 * at[a.name], -abs(a.high), abs(a.high))
-        label = f"overflow of {over}: from {place} on to {other}"
-        acts = {level.name: {level.name: 1.0, f"{name}.l": 1.0}}
-        yield (
-            Guess(LAW, "overflow", label, (*guess.inserts, second), (a, level, surplus), acts),
-            at | {surplus.name: surplus.start},
+        reach = RULES.naming.stiff * RULES.naming.reach
+        most = [reach * scene.spread(one.place) / float(heights.max()) for one in both]
+        numbers = (
+            number(a, 0.0, -most[0], most[0]),
+            number(level, at, low, high + RULES.naming.beyond * (high - low)),
+            number(f"{on}.a", 0.0, -most[1], most[1]),
         )
+        yield Guess(LAW, "overflow", label, both, numbers, acts), {level: at}, (a, f"{on}.a"), heights
+
+
+def brims(scene: Scene, guess: Guess) -> Iterator[dict[str, float]]:
+    """Where else a limit before an FMU may begin: at any height, as one that takes away all that comes in at its highest."""
+    if guess.law not in ("limit", "overflow") or guess.place is None or guess.place.where != IN or not guess.plain:
+        return
+    x = scene.joined(*guess.over)
+    most = float(abs(scene.signal(guess.place)).max())
+    a, level, *others = guess.numbers
+    for share in RULES.naming.brims:
+        at = float(x.min()) + share * float(np.ptp(x))
+        if share < 1.0:
+            steep = float(np.clip(-most / (float(x.max()) - at), a.low, a.high))
+            yield {a.name: steep, level.name: at} | {n.name: -RULES.naming.surplus * steep for n in others}
+
+
+def overflows(scene: Scene, one: Insert, other: Insert) -> bool:
+    """Whether what a table goes with may overflow from its place on to that of another table."""
+    component = scene.parts.owner(one.place.variable)
+    return (
+        one.place.where == other.place.where == IN
+        and not one.multiplies
+        and not other.multiplies
+        and one.over == other.over
+        and one.taken == other.taken == law.VALUE
+        and one.over in scene.parts.variables
+        and scene.parts.variables[one.over].causality == "output"
+        and scene.parts.owner(one.over) == component != scene.parts.owner(other.place.variable)
+    )

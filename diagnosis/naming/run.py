@@ -24,9 +24,9 @@ from ..residuals.blocks import Blocks
 from ..rules import RULES
 from ..systems.parts import Parts
 from ..systems.system import prepare
-from .contest import Contest, Outcome, Rivalled
-from .extended import Extended, Extending
+from .contest import Contest, Outcome, beside
 from .extend import extend
+from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .outcome import Curve, Fitted, NamedCause, NamedError, Naming
 from .page import write
@@ -166,24 +166,40 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int) -> Search:
             contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken)
             outcome = contest.play(rng)
             found.outcomes.append(outcome)
-            winner = outcome.winner
-            if winner is None:
-                break
-            wider = found.work.with_also(winner.guess)
-            after = _fitted(wider, winner.values, near.fixed)
-            if not _helps(after, found.best):
-                winner.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
-                outcome.winner = None
+            outcome.winner = None
+            for rival in outcome.order[: RULES.naming.vetoed]:
+                wider = found.work.with_also(rival.guess)
+                after = _fitted(wider, rival.values, near.fixed)
+                if _helps(after, found.best):
+                    outcome.winner, outcome.beside = rival, beside(rival, outcome.order, outcome.chance_level)
+                    break
+                rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
+            if outcome.winner is None:
                 break
             found.work, found.best = wider, after
-            near, places = winner.problem, winner.end.places
+            near, places = outcome.winner.problem, outcome.winner.end.places
             played.extend(wider.inserts)
-            if winner.guess.kind == CURVE:
-                break
+        _curve_instead(found)
         found.work.played.extend(found.work.inserts)
         return found
     finally:
         played.close()
+
+
+def _curve_instead(found: Search) -> None:
+    """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer."""
+    first, named = found.outcomes[0], any(outcome.winner for outcome in found.outcomes)
+    if first.curve is None:
+        return
+    wider = found.begins.with_also(first.curve.guess)
+    after = _fitted(wider, first.curve.values, first.curve.problem.fixed)
+    if not _helps(after, found.best if named else found.base):
+        return
+    for outcome in found.outcomes:
+        outcome.winner, outcome.beside = None, []
+    first.winner = first.curve
+    found.outcomes = [first]
+    found.work, found.best = wider, after
 
 
 def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int) -> tuple[np.ndarray, list[str]]:

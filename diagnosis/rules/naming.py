@@ -36,6 +36,7 @@ class NamingRules:
     reach: float = rule(
         3.0, "times a place's spread that a law may add to it, or times it that a law may multiply it, at most", GRID
     )
+    stiff: float = rule(30.0, "times that reach of a limit and of a dead band, which may be hard", GRID)
     powers: tuple[float, ...] = rule((0.3, 1.5, 2.5, 4.0), "exponents of a power that are looked at", GRID)
     widths: tuple[float, ...] = rule(
         (0.02, 0.1, 0.3), "widths, as shares of a variable's size, within which friction turns round", GRID
@@ -45,6 +46,15 @@ class NamingRules:
     )
     dead: float = rule(0.5, "times these shares that a path's dead zone is looked at with", GRID)
     limits: tuple[float, ...] = rule((0.3, 0.5, 0.7, 0.85, 0.95), "shares of a variable's range at which a limit may begin", GRID)
+    beyond: float = rule(
+        0.5,
+        "share of a variable's range, as the base has it, beyond which no limit is looked for",
+        "not studied; without the limit the base lies lower",
+    )
+    brims: tuple[float, ...] = rule(
+        (0.25, 0.5, 0.75), "shares of a variable's range at which a brim may lie, beyond which all that comes in is lost", GRID
+    )
+    surplus: float = rule(0.1, "share of what a brim takes away that goes on elsewhere, at first", GRID)
     clipped: tuple[float, ...] = rule((0.99, 0.9, 0.75), "quantiles of a signal at which it may be cut off", GRID)
     late: tuple[int, ...] = rule((1, 4, 16, 64), "steps by which a path may be late", GRID)
     latest: float = rule(0.1, "share of the longest run that a path may be late by, at most", GRID)
@@ -69,10 +79,21 @@ class NamingRules:
     )
 
     # --- what is fitted and believed: naming.contest
-    curves: int = rule(3, "free curves that are fitted, those that look best", TIME)
-    fits: int = rule(10, "other hypotheses that are fitted, those that look best", TIME)
-    of_place: int = rule(5, "laws of the best curve's variable at its place that are fitted in any case", TIME)
-    effort: int = rule(12, "steps of a fit of a hypothesis, at most", TIME)
+    lasts: float = rule(
+        0.1,
+        "autocorrelation of the base's errors below which they are over; blocks are no shorter than that",
+        "theory: what is alike is not independent",
+    )
+    curves: int = rule(2, "free curves that are fitted, those that look best", TIME)
+    fits: int = rule(8, "other hypotheses that are fitted, those that look best", TIME)
+    fits_derived: int = rule(3, "the same of what multiplies, or goes with rates, integrals, times since a turn", TIME)
+    of_place: int = rule(4, "laws of the best curve's variable at its place that are fitted in any case", TIME)
+    of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
+    vetoed: int = rule(3, "rivals in a round that the data that judge may refuse, one after the other", TIME)
+    starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)
+    starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)
+    polished: int = rule(4, "rivals that are fitted on from where they are, those that predict most", TIME)
+    effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)
     ended: tuple[float, float] = rule((1e-3, 1e-3), "relative change of loss, and of values, that ends it", TIME)
     rounds: int = rule(3, "causes, one after another, at most", TIME)
 

@@ -19,12 +19,14 @@ from selflock.master.system import Component, Connection, System, did_you_mean
 from selflock.master.wiring import wire
 
 from ..data.log import MeasuredRun
-from ..data.rig import SMOOTH, Rig
+from ..data.rig import HELD, Rig
 from ..errors import DataError
 from ..output.playback import Playback
 
 LOG = "the_log"
 """Name of the part that plays the log."""
+
+CLOSE = 1e-6  # share of a step: a row at a step but for its rounding
 
 
 @dataclass(frozen=True)
@@ -128,13 +130,20 @@ class Parts:
         given = self.rig.parameters | self.rig.of_log(run.log)
         return {name: value for name, value in given.items() if self.owner(name) in group.members}
 
-    def _read(self, time: np.ndarray, good: np.ndarray, values: np.ndarray, step: float, ahead: bool) -> np.ndarray:
-        """A column as an input is given it: at the rows, or, where the rig wants it smooth, in the middle of each step."""
-        if self.rig.inputs != SMOOTH:
-            return np.interp(time + (step if ahead else 0.0), time[good], values[good])
-        middles = (np.arange(max(1, int(np.ceil(time[-1] / step - 1e-9))) + 1) + 0.5) * step
-        inside = np.clip(middles, time[good][0], time[good][-1])
-        return np.asarray(make_interp_spline(time[good], values[good], k=min(3, int(good.sum()) - 1))(inside))
+    def _steps(self, time: np.ndarray) -> np.ndarray:
+        """The steps that a run of these times takes, and its end, s."""
+        step = self.system.run.step
+        return np.arange(max(1, int(np.ceil(time[-1] / step - 1e-9))) + 1) * step
+
+    def _read(self, time: np.ndarray, values: np.ndarray, grid: np.ndarray, ahead: bool, real: bool) -> np.ndarray:
+        """A column as an input is given it: at the rows, or, where the rig says how it goes on between them, at the steps."""
+        step = self.system.run.step
+        if not self.rig.inputs:
+            return np.interp(grid + (step if ahead else 0.0), time, values)
+        if self.rig.inputs == HELD or not real:
+            return values[np.maximum(np.searchsorted(time, grid + CLOSE * step, side="right") - 1, 0)]
+        middles = np.clip(grid + 0.5 * step, time[0], time[-1])
+        return np.asarray(make_interp_spline(time, values, k=min(3, len(time) - 1))(middles))
 
     def played(self, group: Group, run: MeasuredRun, wanted: list[str], beside: Sequence[str] = ()) -> System:
         """A group as a system that is fed by the log of a run, from its begin at 0 s, and records the variables `wanted`.
@@ -143,7 +152,9 @@ class Parts:
         """
         time = run.time - run.time[0]
         step = self.system.run.step
+        steps = self._steps(time)
         stop = max(1, int(np.ceil(time[-1] / step - 1e-9))) * step
+        grid = steps if self.rig.inputs else time
         columns = {}
         for feed in (*group.feeds, *(Feed(channel, channel) for channel in beside)):
             good = run.usable(feed.channel)
@@ -151,16 +162,15 @@ class Parts:
                 raise DataError(
                     f"{run.log}: column of {feed.channel!r} has no sound sample, and {feed.target} needs it. Leave it out."
                 )
-            values = self._read(time, good, run.signals[feed.channel], step, feed.ahead)
+            real = feed.target not in self.variables or self.variables[feed.target].type == "Real"
+            values = self._read(time[good], run.signals[feed.channel][good], grid, feed.ahead, real)
             columns[feed.target] = feed.factor * values + feed.offset
-        if self.rig.inputs == SMOOTH:
-            time = np.arange(round(stop / step) + 1) * step
         components = {name: self.system.components[name] for name in group.members}
         inside = [name for name, link in self.links.items() if link.target in group.members and name not in columns]
         connections = {name: self.system.connections[name] for name in inside}
         if columns:
             types = {name: self.variables[name].type if name in self.variables else "Real" for name in columns}
-            options = {"time": time, "columns": columns, "types": types}
+            options = {"time": grid, "columns": columns, "types": types}
             components = {LOG: Component(part="selflock.diagnosis.systems.parts:Signals", options=options), **components}
             connections |= {feed.target: Connection(f"{LOG}.{feed.target}", convert=False) for feed in group.feeds}
         order = [LOG] * bool(columns) + [name for name in self.system.order if name in group.members]

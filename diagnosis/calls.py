@@ -17,6 +17,7 @@ from .calibration.result import Calibration
 from .calibration.run import Spread, calibrate_system, here
 from .data.rig import Rig, load
 from .judge.result import Diagnosis
+from .naming.guesses import KINDS
 from .naming.outcome import Naming
 from .naming.run import name_system
 from .pipeline.replay import Replay, replay_drive
@@ -103,6 +104,7 @@ def name(
     progress: bool | Callable[[str, float], None] = False,
     starts: int = 2,
     seed: int = 0,
+    kinds: Sequence[str] = KINDS,
     allow_code: bool = False,
 ) -> Naming:
     """Name what the system of `rig` lacks beside `logs`: a number, a path, an event, a law, a curve, or nothing (docs/name.md).
@@ -111,13 +113,14 @@ def name(
     fitted in all rivals.
     out: folder for naming.json, report.html, the correction's FMU and the extended system; None writes nothing.
     starts: fits of the base from so many places. seed: of these places, and of the draws that measure chance.
+    kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
     progress, allow_code: as of `calibrate`.
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     with shown(progress) as tell:
-        return name_system(rig, logs, test, Path(out) if out else None, tell, starts, seed)
+        return name_system(rig, logs, test, Path(out) if out else None, tell, starts, seed, tuple(kinds))
 
 
 def _laws(rig: Rig) -> AbstractContextManager[None]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..calibration.fit import Calibrating, End, fit_from, units
 from ..calibration.numbers import Number
+from ..calibration.slopes import Forward
 from ..residuals.blocks import Blocks
 from ..residuals.noise import of_samples
 from ..rules import RULES
@@ -102,7 +103,7 @@ def _distinct(rivals: Sequence[Rivalled]) -> list[Rivalled]:
 
 
 @dataclass
-class Outcome:
+class Round:
     """A round: the base, all that was fitted, best first, and the winner, if any."""
 
     base: Candidate
@@ -128,6 +129,7 @@ class Contest:
     tell: Tell
     smooth: bool = False
     taken: set[str] = field(default_factory=set)  # numbers that are fitted anyway
+    kinds: Sequence[str] = g.KINDS  # of guesses that are held against the base
 
     @property
     def played(self) -> Extended:
@@ -142,7 +144,7 @@ class Contest:
     def arranged(self) -> Arranged:
         return Arranged(self.problem, self.layout, self._lasting())
 
-    def play(self, rng: np.random.Generator) -> Outcome:
+    def play(self, rng: np.random.Generator) -> Round:
         """Look, fit, judge, and compare with chance."""
         problem = self.problem
         self.inserts = self.played.inserts
@@ -160,7 +162,7 @@ class Contest:
             self.arranged.errors(unseen),
             self.arranged.errors(base.misfit),
         )
-        outcome = Outcome(nothing, [])
+        outcome = Round(nothing, [])
         outcome.noise, outcome.ratios = self._noise()
         limit = RULES.search.left if self.inserts else RULES.search.clean
         outcome.off = self.off = np.array([ratio > limit for ratio in outcome.ratios.values()])
@@ -239,15 +241,16 @@ class Contest:
 
     def _look(self) -> None:
         scene, places = self.scene, self.scene.places
-        trials = list(g.parameters(scene, self.taken, scene.parts.values))
-        for trial in trials:
-            self._column(trial)
+        if g.PARAMETER in self.kinds:
+            for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
+                self._column(trial)
         for k, place in enumerate(places):
             self.tell(f"first look at {place}", 0.05 + 0.4 * k / len(places))
-            for trial in g.paths(scene, place):
+            for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
                 self._column(trial)
-            self._events(place)
-            for over, what in list(scene.variables(place)):
+            if g.EVENT in self.kinds:
+                self._events(place)
+            for over, what in list(scene.variables(place)) if g.LAW in self.kinds else ():
                 for multiplies in (False, True):
                     self._curve(place, over, what, multiplies)
                     for trial in g.sines(scene, place, over, what, multiplies):
@@ -317,12 +320,11 @@ class Contest:
         for i in longest:
             time = self.problem.runs[i].time
             edges.append(np.linspace(0.0, float(time[-1] - time[0]), count + 1))
-        several = len(longest) > 1
         step = RULES.naming.unit * scene.spread(place)
         a, since = f"{scene.prefix}.a", f"{scene.prefix}.since"
         steps: dict[tuple[int, int], np.ndarray | None] = {}
         for i, times in zip(longest, edges):
-            numbers = (Number(a, a, 0.0, -step, step, run=i if several else None), g.number(since, 0.0, 0.0, float(times[-1])))
+            numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
             one = Insert(scene.prefix, place, "constant", fixed=(("until", g.FAR),))
             probe = Guess(g.EVENT, "event", "", (one,), numbers)
             problem = self._trial(probe)
@@ -342,7 +344,6 @@ class Contest:
 
     def _fits(self) -> list[Rivalled]:
         """The guesses that look best, fitted; best first."""
-        rules = RULES.naming
         of: dict[str, list[tuple[Direction, Guess]]] = {}
         for way, guess in sorted(self.ways, key=lambda pair: -pair[0].gain):
             if way.gain > 0.0:
@@ -358,7 +359,12 @@ class Contest:
         """Those of these guesses that look best, fitted; best first."""
         rules = RULES.naming
         curves = [ways for ways in ordered if ways[0][1].kind == CURVE][: rules.curves]
-        others = [ways for ways in ordered if ways[0][1].kind != CURVE]
+        least = rules.promising * max((way.gain for way, _ in self.ways), default=0.0)
+        others = [
+            ways
+            for ways in ordered
+            if ways[0][1].kind != CURVE and (ways[0][0].gain >= least or ways[0][1].law in ("limit", "overflow"))
+        ]
         chosen = others[: rules.fits if plain else rules.fits_derived]
         if curves and plain:
             best = curves[0][0][1]
@@ -418,7 +424,7 @@ class Contest:
                 break
         if best is None:
             return None
-        end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended)
+        end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended, Forward)
         if end.misfit is None or not np.isfinite(end.loss):
             return None
         unseen = self._held_out(problem, end)
@@ -496,7 +502,7 @@ class Contest:
             ratios[name] = size / least if least else 0.0
         return noise, ratios
 
-    def _judge(self, outcome: Outcome, rng: np.random.Generator) -> None:
+    def _judge(self, outcome: Round, rng: np.random.Generator) -> None:
         """Which are real, and which of these is the cause: the fewest numbers of those that predict as well as the best."""
         rules, fitted = RULES.search, outcome.fitted
         best = fitted[0].candidate.fitted

@@ -70,12 +70,10 @@ def extend(result: Naming, work: Work, best: Whole, out: Path) -> None:
 
 def _inputs(work: Work, i: int, whole: System, out: Path) -> Path:
     """What the log gives to the extended system, as a table for `selflock run --input`."""
-    options = (
-        work.played.plain[i].components[LOG].options if LOG in work.played.plain[i].components else {"time": [0.0], "columns": {}}
-    )
-    played = options["columns"]
+    components = work.played.plain[i].components
+    options: dict[str, Any] = components[LOG].options if LOG in components else {"time": np.zeros(1), "columns": {}}
     columns = {"time": options["time"]}
-    for name, values in played.items():
+    for name, values in options["columns"].items():
         entry = next((one for one in work.inserts if one.place.where == IN and one.place.variable == name), None)
         if name in work.parts.variables:
             columns[f"{entry.name}.signal" if entry else name] = values

@@ -11,11 +11,12 @@ from selflock.fmus.correction import law
 from selflock.master.simulation import run as run_system
 from selflock.master.system import Component
 
-from ..calibration.fit import Calibrating
+from ..calibration.fit import Calibrating, Rows
 from ..calibration.numbers import Number
 from ..calibration.played import Played, Settings
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
+from ..rules import RULES
 from ..systems.parts import Parts
 from .places import Insert, extended
 
@@ -80,6 +81,14 @@ class Extending(Calibrating):
     """A fit of a system with corrections. `acts`: of a number that sets others than its own variable, which ones, and by how much of it."""
 
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def errors(self, values: dict[str, float], which: Sequence[int] | None = None) -> Rows | None:
+        """None also where a law runs away: so far off no number says anything."""
+        found = super().errors(values, which)
+        if found is None:
+            return None
+        away = RULES.naming.away
+        return None if any(np.any(abs(e) > away * self.units.get(n, 1.0)) for n, parts in found.items() for e in parts) else found
 
     def settings(self, values: dict[str, float]) -> list[Settings]:
         found = super().settings({name: value for name, value in values.items() if name not in self.acts})

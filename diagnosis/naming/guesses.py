@@ -16,9 +16,11 @@ from ..rules import RULES
 from ..search.hypotheses import Free, Hypothesis
 from ..systems.parts import Parts
 from .extended import Extended, taken
-from .places import IN, READ, Insert, Place, ahead, of_system
+from .places import IN, Insert, Place, ahead, of_system
 
 PARAMETER, PATH, EVENT, LAW, CURVE = "parameter", "path", "event", "law", "curve"
+KINDS = PARAMETER, PATH, EVENT, LAW
+"""What may be asked for; with laws go free curves."""
 FAR = 1e300
 
 
@@ -300,10 +302,9 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
     for share in rules.bands:
         r = f"{prefix}.r"
         yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: (1.0 - share) * fastest})
-    if place.where != READ or True:
-        for share in rules.counts:
-            q = f"{prefix}.q"
-            yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: share * spread})
+    for share in rules.counts:
+        q = f"{prefix}.q"
+        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: share * spread})
 
 
 def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:
@@ -335,11 +336,10 @@ def events(scene: Scene, place: Place, edges: Sequence[np.ndarray], runs: Sequen
     """A shift of a place between two times of a run, by the places of these among the edges: (run, guess, first, last)."""
     spread = scene.spread(place)
     a, since, until = (f"{scene.prefix}.{name}" for name in ("a", "since", "until"))
-    several = len(runs) > 1
     for i, times in zip(runs, edges):
         end = float(times[-1])
         for j, k in combinations(range(len(times)), 2):
-            numbers = [Number(a, a, 0.0, -3.0 * spread, 3.0 * spread, run=i if several else None)]
+            numbers = [Number(a, a, 0.0, -3.0 * spread, 3.0 * spread, run=i)]
             numbers.append(number(since, float(times[j]), 0.0, end))
             fixed: tuple[tuple[str, float], ...] = ()
             if k < len(times) - 1:

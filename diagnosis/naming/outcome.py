@@ -46,7 +46,7 @@ class Fitted:
 
 
 @dataclass
-class Curve:
+class FreeCurve:
     """A free curve of one variable, learnt from the data: heights with standard errors, straight between its points."""
 
     label: str
@@ -112,7 +112,7 @@ class Naming:
     held_out: str
     causes: list[NamedCause]
     errors: list[NamedError]
-    curve: Curve | None
+    curve: FreeCurve | None
     remainder: dict[str, Any]  # {significant, ratios: of error to noise}
     rivals: list[dict[str, Any]]  # of each round {base, rows: [{label, kind, numbers, loss, drop, chance, doubt}]}
     numbers: list[Fitted]  # of the base

@@ -15,7 +15,7 @@ from selflock.fmus.shown import policy
 
 from ..calibration.numbers import label
 from ..output import figures
-from .outcome import Curve, Naming
+from .outcome import FreeCurve, Naming
 
 if TYPE_CHECKING:
     from .run import Search
@@ -46,7 +46,7 @@ def _own_shape(x: np.ndarray, y: np.ndarray, knots: np.ndarray, at: np.ndarray) 
 
 
 @figures.styled
-def curve(one: Curve, found: Search, path: Path) -> Path:
+def curve(one: FreeCurve, found: Search, path: Path) -> Path:
     """The free curve with its standard errors, and over it the law that was named there."""
     knots, heights, errors = np.array(one.x), np.array(one.y), np.array(one.error)
     x = np.linspace(knots[0], knots[-1], POINTS)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
-from numba import cfunc, types
+from numba import carray, cfunc, types
 
 from selflock.fmus.correction import law
 from selflock.fmus.variable import Variable
@@ -28,16 +28,14 @@ BLOCK = types.CPointer(types.float64)
 @cache
 def _compiled() -> tuple[Any, Any]:
     """The step of a block, and the address of it as a C function."""
-    advance = compiled_loops(Path(kernels.__file__))["advance"]
-    from numba import carray
-
+    advance: Any = compiled_loops(Path(kernels.__file__))["advance"]
     size = kernels.SIZE
 
     def do_step(instance, time, size_of_step, free):
         advance(carray(instance, size), size_of_step)
         return 0
 
-    return advance, cfunc(types.int32(BLOCK, types.float64, types.float64, types.int32), nopython=True)(do_step)
+    return advance, cfunc(types.int32(BLOCK, types.float64, types.float64, types.int32))(do_step)
 
 
 def places(name: str, points: int = 0) -> dict[str, int]:

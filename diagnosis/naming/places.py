@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from selflock.fmus.correction import law
+from selflock.fmus.correction.law import INTEGRAL, RATE, SINCE_TURN, VALUE
 from selflock.master.system import Component, Connection, System
 
 from ..systems.parts import LOG, Parts
 
 IN, OUT, READ = "in", "out", "read"
 WORDS = {
-    law.VALUE: "{}",
-    law.RATE: "the rate of {}",
-    law.INTEGRAL: "the integral of {}",
-    law.SINCE_TURN: "the time since {} turned",
+    VALUE: "{}",
+    RATE: "the rate of {}",
+    INTEGRAL: "the integral of {}",
+    SINCE_TURN: "the time since {} turned",
 }
 MIDDLE = 0.5  # of a step: there a held law is right to second order
 
@@ -40,7 +40,7 @@ class Insert:
     law: str
     multiplies: bool = False
     over: str = ""  # the variable; "" of a path
-    taken: int = law.VALUE
+    taken: int = VALUE
     points: int = 0  # of a table
     fixed: tuple[tuple[str, float], ...] = ()  # numbers that no fit changes
 

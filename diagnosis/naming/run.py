@@ -24,11 +24,11 @@ from ..residuals.blocks import Blocks
 from ..rules import RULES
 from ..systems.parts import Parts
 from ..systems.system import prepare
-from .contest import Contest, Outcome, beside
+from .contest import Contest, Round, beside
 from .extend import extend
 from .extended import Extended, Extending
-from .guesses import CURVE, Guess
-from .outcome import Curve, Fitted, NamedCause, NamedError, Naming
+from .guesses import CURVE, EVENT, KINDS, Guess
+from .outcome import FreeCurve, Fitted, NamedCause, NamedError, Naming
 from .page import write
 from .places import Insert
 
@@ -72,13 +72,27 @@ class Work:
         return replace(self, inserts=(*self.inserts, *guess.inserts), found=[*self.found, numbers], acts=self.acts | guess.acts)
 
 
-def name_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable, starts: int, seed: int) -> Naming:
+def name_system(
+    rig: Rig,
+    logs: Sequence,
+    test: Sequence,
+    out: Path | None,
+    tell: Callable,
+    starts: int,
+    seed: int,
+    kinds: Sequence[str] = KINDS,
+) -> Naming:
     """The naming of what a rig's system lacks, as `calls.name` tells it."""
     if rig.system is None:
         raise DataError(
             f'{rig.path}: names no system. Write [rig] system = "my.toml" (an .ssp or .fmu as well); what a drive of ours lacks '
             "selflock diagnose names."
         )
+    for kind in kinds:
+        if kind not in KINDS:
+            raise DataError(f"kinds: {kind!r} is none. There are: {', '.join(KINDS)}.")
+    if starts < 1:
+        raise DataError(f"starts = {starts}: give at least one.")
     begun = time.monotonic()
     tell("reading", 0.0)
     rig, parts = prepare(rig)
@@ -92,7 +106,7 @@ def name_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell
     try:
         problem = work.problem()
         work.judges, work.rows, work.words = division(problem, held, [layout.block(i) for i in range(len(runs))])
-        found = _searched(work, tell, starts, seed)
+        found = _searched(work, tell, starts, seed, kinds)
         result = _told_of(found, seed)
         result.faults = [fault.row() for fault in faults]
         result.effort["elapsed"] = time.monotonic() - begun
@@ -126,7 +140,7 @@ class Search:
     given: Whole
     base: Whole
     best: Whole
-    outcomes: list[Outcome]
+    outcomes: list[Round]
     notes: list[str]
     near: Extended  # on the heads of the runs
     begins: Work  # before anything was found
@@ -147,7 +161,7 @@ def _near(work: Work) -> Extending:
     return problem
 
 
-def _searched(work: Work, tell: Callable, starts: int, seed: int) -> Search:
+def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str]) -> Search:
     near = _near(work)
     played = near.played
     assert isinstance(played, Extended)
@@ -163,14 +177,14 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int) -> Search:
         for k in range(RULES.naming.rounds):
             prefix = PREFIX + (f"_{k + 1}" if k else "")
             taken = {n.variable for n in near.numbers}
-            contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken)
+            contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds)
             outcome = contest.play(rng)
             found.outcomes.append(outcome)
             outcome.winner = None
             for rival in outcome.order[: RULES.naming.vetoed]:
                 wider = found.work.with_also(rival.guess)
                 after = _fitted(wider, rival.values, near.fixed)
-                if _helps(after, found.best):
+                if _helps(after, found.best, rival.guess.kind):
                     outcome.winner, outcome.beside = rival, beside(rival, outcome.order, outcome.chance_level)
                     break
                 rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
@@ -266,11 +280,12 @@ def _measured(work: Work, problem: Extending, end: End, values: dict[str, float]
     return Whole(problem, end, values, sizes(problem, values, taught), sizes(problem, values, unseen), blocks)
 
 
-def _helps(after: Whole, before: Whole) -> bool:
-    """Whether some output's error on the data that judge falls by enough."""
-    if after.held is None or before.held is None:
-        return after.held is not None
-    return any(after.held[name] < (1.0 - RULES.judge.help) * before.held[name] for name in after.held)
+def _helps(after: Whole, before: Whole, kind: str = "") -> bool:
+    """Whether some output's error on the data that judge falls by enough; an event's on its own run, where it was."""
+    new, old = (after.taught, before.taught) if kind == EVENT else (after.held, before.held)
+    if new is None or old is None:
+        return new is not None
+    return any(new[name] < (1.0 - RULES.judge.help) * old[name] for name in new)
 
 
 # --- what is told -------------------------------------------------------------------------------------------------------
@@ -345,7 +360,7 @@ def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     return found
 
 
-def _cause(outcome: Outcome, numbers: dict[str, Fitted]) -> NamedCause:
+def _cause(outcome: Round, numbers: dict[str, Fitted]) -> NamedCause:
     winner = outcome.winner
     assert winner is not None
     guess, c = winner.guess, winner.candidate
@@ -381,7 +396,7 @@ def _error(name: str, found: Search, noise: float, rng: np.random.Generator) -> 
     return NamedError(name, unit, pick(base.held), pick(best.held), low, high, noise, pick(base.taught), pick(best.taught))
 
 
-def _rivals(outcome: Outcome) -> dict[str, Any]:
+def _rivals(outcome: Round) -> dict[str, Any]:
     rows = [
         {
             "label": r.guess.label,
@@ -400,7 +415,7 @@ def _rivals(outcome: Outcome) -> dict[str, Any]:
     return {"base": base, "looked": outcome.looked, "chance_level": outcome.chance_level, "ratios": outcome.ratios, "rows": rows}
 
 
-def _curve(outcome: Outcome) -> Curve | None:
+def _curve(outcome: Round) -> FreeCurve | None:
     """The free curve of a round: that of the winner's variable at its place, else the one that predicts most."""
     curves = [r for r in outcome.fitted if r.guess.kind == CURVE]
     winner = outcome.winner
@@ -419,7 +434,7 @@ def _curve(outcome: Outcome) -> Curve | None:
     of_ways = covariance[np.ix_(mine, mine)] * np.outer(spread, spread)
     error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", ways, of_ways, ways), 0.0))
     fixed = dict(table.fixed)
-    return Curve(
+    return FreeCurve(
         rival.guess.label,
         table.goes_with,
         str(table.place),

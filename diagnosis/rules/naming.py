@@ -78,6 +78,12 @@ class NamingRules:
         "of where a run begins it is nearly 1, of a parameter one over the blocks; between the two",
     )
 
+    away: float = rule(
+        1e6,
+        "times its unit by which an output is off where a run counts as one that broke off",
+        "a guard: squares of it are still numbers",
+    )
+
     # --- what is fitted and believed: naming.contest
     lasts: float = rule(
         0.1,
@@ -88,6 +94,11 @@ class NamingRules:
     fits: int = rule(8, "other hypotheses that are fitted, those that look best", TIME)
     fits_derived: int = rule(3, "the same of what multiplies, or goes with rates, integrals, times since a turn", TIME)
     of_place: int = rule(4, "laws of the best curve's variable at its place that are fitted in any case", TIME)
+    promising: float = rule(
+        0.15,
+        "share of the best look's gain below which nothing is fitted but limits, which are far from what a look can see",
+        TIME,
+    )
     of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
     vetoed: int = rule(3, "rivals in a round that the data that judge may refuse, one after the other", TIME)
     starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)

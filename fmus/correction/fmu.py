@@ -77,7 +77,8 @@ def name(known):
 
 def _face(known):
     rows = (*HEAD, *(POINTS if known.code == law.TABLE else ()), *_numbers(known))
-    parameters = namedtuple("Parameters", [row.name for row in rows])
+    names = [row.name for row in rows]
+    parameters = namedtuple("Parameters", names)  # type: ignore[misc]  # each law has its own
     return type(
         name(known),
         (Correction,),

@@ -67,7 +67,7 @@ VALUE, RATE, INTEGRAL, SINCE_TURN = range(4)
  LUGRE, BOUC_WEN, FIRST_ORDER, TABLE, SCALE, SIGN, DELAY, LAG, DEAD_ZONE, SATURATION, RATE_LIMIT, QUANTISATION) = range(26)  # fmt: skip
 
 
-class Law(NamedTuple):
+class KnownLaw(NamedTuple):
     """One law or path as people know it."""
 
     code: int
@@ -82,7 +82,7 @@ class Law(NamedTuple):
 
 
 LAWS = tuple(
-    Law(code, name, tuple(numbers.split()), formula)
+    KnownLaw(code, name, tuple(numbers.split()), formula)
     for code, name, numbers, formula in (
         (CONSTANT, "constant", "a", "a"),
         (PROPORTIONAL, "proportional", "a", "a x"),

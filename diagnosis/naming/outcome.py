@@ -58,7 +58,7 @@ class FreeCurve:
     error: list[float]
     loss: float  # mean loss on unseen blocks
     base: float  # that of the model without it
-    beyond: str = "straight on as at its ends"
+    beyond: str = "as at the last of them beyond"
 
 
 @dataclass

@@ -28,7 +28,7 @@ from .contest import Contest, Round, beside
 from .extend import extend
 from .extended import Extended, Extending
 from .guesses import CURVE, EVENT, KINDS, Guess
-from .outcome import FreeCurve, Fitted, NamedCause, NamedError, Naming
+from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .page import write
 from .places import Insert
 

@@ -86,9 +86,9 @@ class NamingRules:
 
     # --- what is fitted and believed: naming.contest
     lasts: float = rule(
-        0.1,
+        0.37,
         "autocorrelation of the base's errors below which they are over; blocks are no shorter than that",
-        "theory: what is alike is not independent",
+        "theory: 1/e, the usual correlation time",
     )
     curves: int = rule(2, "free curves that are fitted, those that look best", TIME)
     fits: int = rule(8, "other hypotheses that are fitted, those that look best", TIME)
@@ -106,7 +106,7 @@ class NamingRules:
     polished: int = rule(4, "rivals that are fitted on from where they are, those that predict most", TIME)
     effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)
     ended: tuple[float, float] = rule((1e-3, 1e-3), "relative change of loss, and of values, that ends it", TIME)
-    rounds: int = rule(3, "causes, one after another, at most", TIME)
+    rounds: int = rule(2, "causes, one after another, at most", TIME)
 
     # --- what is run again: naming.extend
     again: int = rule(60_000, "steps of the extended system that are run again with the FMUs themselves, at most", TIME)

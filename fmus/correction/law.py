@@ -26,7 +26,7 @@ Laws f(x), with the sign of x in sgn x:
     LuGre          Dahl's with w (1 + b exp(-(x' / v)^2)) in the place of w
     Bouc-Wen       a z with z' = x' (1 - |z|^n (b + (1 - b) sgn(x' z))) / w
     first order    a z with T z' = x - z, from z = x on
-    table          straight between points (x1, y1), (x2, y2) ..., and on as at the ends beyond them
+    table          straight between points (x1, y1), (x2, y2) ..., beyond them as at the last
 
 Paths, which make y of the signal itself:
 
@@ -116,8 +116,9 @@ BY_NAME = {law.name: law for law in LAWS}
 
 
 def table(p, x):
-    """Straight between the points of p, and on as at the ends."""
+    """Straight between the points of p; beyond them it stays as at the last."""
     last = int(p[COUNT]) - 1
+    x = min(max(x, p[FIRST]), p[FIRST + 2 * last])
     k = 0
     while k < last - 1 and x > p[FIRST + 2 * (k + 1)]:
         k += 1

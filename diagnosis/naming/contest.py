@@ -371,7 +371,8 @@ class Contest:
             near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over and w[0][1].kind == g.LAW]
             chosen += [ways for ways in near[: rules.of_place] if ways not in chosen]
         for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
-            mine = [ways for ways in others if ways[0][1].law == name][: rules.of_law]
+            mine = [ways for ways in others if ways[0][1].law == name]
+            mine = mine if name == "overflow" else mine[: rules.of_law]  # of which there are few, and the look sees little
             chosen += [ways for ways in mine if ways not in chosen]
         found = []
         todo = [
@@ -528,24 +529,27 @@ class Contest:
             return
         named = [r for r in real if r.guess.kind != CURVE]
         first, later = ([r for r in named if r.guess.plain == plain] for plain in (True, False))
-        outcome.order = self._ordered(first, outcome.chance_level)
-        derived = self._ordered(later, outcome.chance_level)
+        base = outcome.base.errors.mean()
+        outcome.order = self._ordered(first, outcome.chance_level, base)
+        derived = self._ordered(later, outcome.chance_level, base)
         if derived and (not outcome.order or worse(outcome.order[0].candidate, derived[0].candidate, outcome.chance_level)):
             outcome.order = derived + outcome.order
         if outcome.order:
             outcome.winner = outcome.order[0]
 
-    def _ordered(self, real: list[Rivalled], level: float) -> list[Rivalled]:
+    def _ordered(self, real: list[Rivalled], level: float, base: float) -> list[Rivalled]:
         """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best."""
         if not real:
             return []
         best = real[0].candidate
-        as_good = [r for r in real if not worse(r.candidate, best, level)]
+        least = RULES.naming.as_much * (base - best.errors.mean())
+        as_good = [r for r in real if base - r.candidate.errors.mean() >= least and not worse(r.candidate, best, level)]
         as_good.sort(key=lambda r: (len(r.candidate.free), r.candidate.errors.mean()))
         return as_good + [r for r in real if r not in as_good]
 
 
-def beside(winner: Rivalled, order: Sequence[Rivalled], level: float) -> list[Rivalled]:
+def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
     """What does as well as the winner, with no more numbers."""
+    least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
     few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
-    return [r for r in few if not worse(r.candidate, winner.candidate, level)]
+    return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]

@@ -185,7 +185,9 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
                 wider = found.work.with_also(rival.guess)
                 after = _fitted(wider, rival.values, near.fixed)
                 if _helps(after, found.best, rival.guess.kind):
-                    outcome.winner, outcome.beside = rival, beside(rival, outcome.order, outcome.chance_level)
+                    base_loss = outcome.base.errors.mean()
+                    outcome.winner = rival
+                    outcome.beside = beside(rival, outcome.order, outcome.chance_level, base_loss)
                     break
                 rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
             if outcome.winner is None:

@@ -100,6 +100,11 @@ class NamingRules:
         TIME,
     )
     of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
+    as_much: float = rule(
+        0.9,
+        "share of what the best rival takes away that one of fewer numbers must take away to do as well: few blocks tell little apart",
+        "not studied; the tanks' first half was looked at when it was brought in, their second half judges",
+    )
     vetoed: int = rule(3, "rivals in a round that the data that judge may refuse, one after the other", TIME)
     starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)
     starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)

@@ -93,7 +93,7 @@ def test_a_lid_is_open_for_some_time(tmp_path, native, rng):
 @pytest.mark.slow
 def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path, native, rng, monkeypatch):
     """A loss that grows with the third power, before the FMU: it passes through the body's own dynamics."""
-    for rule, value in {"fits": 5, "fits_derived": 1, "of_law": 0, "polished": 1, "curves": 1}.items():
+    for rule, value in {"fits": 3, "fits_derived": 1, "of_law": 0, "polished": 1, "curves": 1}.items():
         monkeypatch.setitem(vars(RULES.naming), rule, value)  # for speed
     out = tmp_path / "out"
     before = native("relaxation").read_bytes()
@@ -122,10 +122,10 @@ def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path,
 
 @pytest.mark.slow
 def test_what_no_law_says_is_unknown_with_its_variable_and_a_curve(tmp_path, native, rng, monkeypatch):
-    for rule, value in {"rounds": 1, "fits": 3, "fits_derived": 1, "of_law": 0, "polished": 1, "curves": 1}.items():
-        monkeypatch.setitem(vars(RULES.naming), rule, value)  # for speed; what is named is not touched by them here
+    for rule, value in {"rounds": 1, "fits": 4, "of_law": 0, "polished": 1}.items():
+        monkeypatch.setitem(vars(RULES.naming), rule, value)  # for speed
     bump = lambda t, x: 14.0 * np.exp(-(((x - 0.4) / 0.25) ** 2))
-    result = named(tmp_path, native, rng, ("law",), heat=bump)
+    result = named(tmp_path, native, rng, ("law",), count=800, heat=bump)
     assert result.verdict == "unknown" and result.exit_code == 4, result.summary()
     (cause,) = result.causes
     assert cause.kind == "curve" and cause.over == "relaxation.x" and cause.place == "relaxation.u"

@@ -107,7 +107,7 @@ def taken(x: np.ndarray, time: np.ndarray, what: int) -> np.ndarray:
     if what == law.INTEGRAL:
         return np.concatenate([[0.0], np.cumsum(x[:-1] * np.diff(time))])
     if what == law.SINCE_TURN:
-        way = np.sign(np.diff(x, prepend=x[0]))
+        way = np.sign(np.diff(x, prepend=2.0 * x[0] - x[1]))  # as if it had come as it goes on
         places = np.where(way != 0.0, np.arange(len(x)), 0)
         way = way[np.maximum.accumulate(places)]
         turned = np.flatnonzero(np.diff(way, prepend=way[0]) != 0.0)

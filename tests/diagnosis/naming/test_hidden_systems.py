@@ -45,6 +45,7 @@ def near(number, truth, slack=0.0):
     assert abs(number.value - truth) < 2.0 * (number.high - number.low) + slack, (number, truth)
 
 
+@pytest.mark.slow
 def test_nothing_is_named_where_nothing_hides(tmp_path, native, rng):
     result = named(tmp_path, native, rng)
     assert (result.verdict, result.exit_code, result.causes) == ("none", 3, [])

@@ -80,6 +80,7 @@ def test_what_of_a_variable_a_law_takes_is_known_beforehand():
     assert since[-1] == pytest.approx(2.0 - np.pi / 2.0, abs=0.03) and since[40] == pytest.approx(0.4, abs=0.011)
 
 
+@pytest.mark.slow
 def test_bad_input_gets_its_sentence(tmp_path, native):
     rig = hidden.rig(tmp_path, native("relaxation"))
     log = tmp_path / "log.csv"

@@ -1,9 +1,11 @@
 """A linear oscillator in C calibrated to the Silverbox in ../shared/data: its error on the multisine, and on the arrow.
 
     python -m benchmarks.silverbox [out/silverbox]
+    python -m benchmarks.silverbox --name [out/silverbox]
 
 Taught by samples 40 600 to 127 400, judged by the arrow (0 to 40 495), whose amplitude no teacher reached. Published linear
-models leave 14.4 mV there (README beside the data). What is left is the spring's curve, which the FMU does not have.
+models leave 14.4 mV there (README beside the data). What is left is the spring's curve, which the FMU does not have: with
+--name it is named, and the arrow judged again.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from selflock.diagnosis import Calibration, calibrate
+from selflock.diagnosis import Calibration, Naming, calibrate, name
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data" / "silverbox" / "SNLS80mV.csv"
@@ -59,7 +61,16 @@ def calibrated(out: Path) -> Calibration:
     return calibrate(rig, [log], test=[test], out=out / "calibration", progress=True)
 
 
+def named(out: Path, progress: bool = True) -> Naming:
+    """What the linear oscillator lacks. Its inputs are read on a smooth curve: a multisine goes on between the rows."""
+    rig, log, test = prepared(out)
+    rig.write_text(rig.read_text().replace("[rig]\n", '[rig]\ninputs = "smooth"\n'))
+    return name(rig, [log], test=[test], out=out / "naming", progress=progress)
+
+
 if __name__ == "__main__":
     if not DATA.exists():
         sys.exit(f"{DATA.parent} is absent: the measured data are not part of the project; docs/calibrate.md names their source.")
-    print(calibrated(Path(sys.argv[1] if len(sys.argv) > 1 else "out/silverbox")))
+    given = [word for word in sys.argv[1:] if word != "--name"]
+    folder = Path(given[0] if given else "out/silverbox")
+    print((named if "--name" in sys.argv else calibrated)(folder))

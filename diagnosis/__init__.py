@@ -4,14 +4,27 @@
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 
-Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, calibration; calls joins them.
+Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, calibration, naming; calls joins them.
 """
 
 from .calibration.result import Calibration
-from .calls import calibrate, diagnose, replay
+from .calls import calibrate, diagnose, name, replay
 from .errors import DataError
 from .judge.cause import Cause
 from .judge.result import Diagnosis
+from .naming.outcome import Naming
 from .pipeline.replay import Comparison, Replay
 
-__all__ = ["Calibration", "Cause", "Comparison", "DataError", "Diagnosis", "Replay", "calibrate", "diagnose", "replay"]
+__all__ = [
+    "Calibration",
+    "Cause",
+    "Comparison",
+    "DataError",
+    "Diagnosis",
+    "Naming",
+    "Replay",
+    "calibrate",
+    "diagnose",
+    "name",
+    "replay",
+]

@@ -18,6 +18,9 @@ from .calibration.run import Spread, calibrate_system, here
 from .data.rig import Rig, load
 from .data.sanity import box
 from .judge.result import Diagnosis
+from .naming.guesses import KINDS
+from .naming.outcome import Naming
+from .naming.run import name_system
 from .pipeline.replay import Replay, replay_drive
 from .pipeline.run import diagnose_runs, gather
 from .progress import shown
@@ -103,6 +106,34 @@ def calibrate(
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     with shown(progress) as tell:
         return calibrate_system(rig, logs, test, Path(out) if out else None, tell, starts, seed, spread)
+
+
+@threadpool_limits.wrap(limits=1)
+def name(
+    rig: str | Path | Rig,
+    logs: Sequence[str | Path],
+    test: Sequence[str | Path] = (),
+    out: str | Path | None = "out/naming",
+    progress: bool | Callable[[str, float], None] = False,
+    starts: int = 2,
+    seed: int = 0,
+    kinds: Sequence[str] = KINDS,
+    allow_code: bool = False,
+) -> Naming:
+    """Name what the system of `rig` lacks beside `logs`: a number, a path, an event, a law, a curve, or nothing (docs/name.md).
+
+    rig: of any system of FMI 2.0 co-simulation FMUs, as for `calibrate`; what it names under [calibrate] and [uncertain] is
+    fitted in all rivals.
+    out: folder for naming.json, report.html, the correction's FMU and the extended system; None writes nothing.
+    starts: fits of the base from so many places. seed: of these places, and of the draws that measure chance.
+    kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
+    progress, allow_code: as of `calibrate`.
+
+    Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
+    """
+    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
+    with shown(progress) as tell:
+        return name_system(rig, logs, test, Path(out) if out else None, tell, starts, seed, tuple(kinds))
 
 
 def _laws(rig: Rig) -> AbstractContextManager[None]:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import errors
-    from .diagnosis import calibrate, diagnose, replay
+    from .diagnosis import calibrate, diagnose, name, replay
     from .master import load, run
     from .packing import build
     from .study import study
@@ -29,13 +29,14 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["__version__", "build", "calibrate", "diagnose", "errors", "load", "replay", "run", "study", "sweep"]
+__all__ = ["__version__", "build", "calibrate", "diagnose", "errors", "load", "name", "replay", "run", "study", "sweep"]
 
 _FROM = {
     "build": ("selflock.packing", "build"),
     "calibrate": ("selflock.diagnosis", "calibrate"),
     "diagnose": ("selflock.diagnosis", "diagnose"),
     "load": ("selflock.master", "load"),
+    "name": ("selflock.diagnosis", "name"),
     "replay": ("selflock.diagnosis", "replay"),
     "run": ("selflock.master", "run"),
 }

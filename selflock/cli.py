@@ -212,6 +212,36 @@ def calibrate(
 
 
 @app.command()
+def name(
+    rig: Annotated[
+        Path,
+        typer.Argument(help="Rig file (.toml): the system, what the columns are, and under [calibrate] what is fitted anyway."),
+    ],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    test: Annotated[list[Path] | None, typer.Option("--test", help="A log to hold out; may be repeated.")] = None,
+    out: Out = Path("out/naming"),
+    starts: Annotated[int, typer.Option(help="Fits of the base from so many places.")] = 2,
+    seed: Annotated[int, typer.Option(help="Of these places, and of the draws that measure chance.")] = 0,
+    kind: Annotated[
+        list[str] | None, typer.Option("--kind", help="parameter, path, event or law; may be repeated; all when not given.")
+    ] = None,
+    allow_code: AllowCode = False,
+) -> None:
+    """Name what any FMU system lacks beside logs: a number, a path, an event, a law or a curve, and extend the system by it.
+
+    Exit code: 0 it has a name, 3 nothing is missing, 4 something is missing but has none, 2 bad input.
+    """
+    from selflock.diagnosis import name as run_naming
+
+    more = {"kinds": kind} if kind else {}
+    result = run_naming(
+        rig, logs, test=test or [], out=out, progress=True, starts=starts, seed=seed, allow_code=allow_code, **more
+    )
+    say(result.summary(), highlight=False)
+    raise typer.Exit(result.exit_code)
+
+
+@app.command()
 def chance(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],
     logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],

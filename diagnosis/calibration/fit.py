@@ -28,7 +28,7 @@ from ..search.fit import rho
 from ..systems.parts import Parts
 from .numbers import Number
 from .played import Effort, Played, Settings
-from .slopes import Slopes
+from .slopes import Forward, Slopes
 
 Rows = dict[str, list[np.ndarray]]
 """Which samples count, of each output, in each run that is simulated."""
@@ -132,13 +132,19 @@ def remaining(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple
     return found
 
 
-def fit_from(problem: Calibrating, start: np.ndarray, effort: int, ended: tuple[float, float] = RULES.calibrate.ended) -> End:
+def fit_from(
+    problem: Calibrating,
+    start: np.ndarray,
+    effort: int,
+    ended: tuple[float, float] = RULES.calibrate.ended,
+    sloped: type[Slopes] | type[Forward] = Slopes,
+) -> End:
     """Least squares from a start, in places of ranges; an infinite loss where the start itself breaks off."""
     free = problem.free
     at = problem.misfit(start)
     if at is None or not free:
         return End(start, start, problem.loss(at), at, None if at is None else np.zeros((len(at), 0)))
-    slopes, known = Slopes(problem.misfit, free), {start.tobytes(): at}
+    slopes, known = sloped(problem.misfit, free), {start.tobytes(): at}
 
     def value(x: np.ndarray) -> np.ndarray:
         key = x.tobytes()

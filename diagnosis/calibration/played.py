@@ -59,6 +59,7 @@ class Played:
             )
         self.group = parts.group(sorted({parts.owner(name) for name in self.outputs}), given)
         self.systems: list[System] = [parts.played(self.group, run, self.outputs) for run in runs]
+        self.recorded = {name: name for name in self.outputs}  # what stands for an output in the table of results
         self.base = [parts.given(self.group, run) for run in runs]
         import_module("selflock.master.convoy")  # once loaded, it steps short runs too: there will be many
         self.reusable = True  # FMUs can be reset
@@ -73,7 +74,7 @@ class Played:
 
     def simulate(self, i: int, settings: Settings) -> dict[str, np.ndarray] | None:
         """The outputs at the times of run i; None where the run broke off, or was one of other numbers. `settings`: over the rig's."""
-        mine = {name: value for name, value in settings.items() if self.parts.owner(name) in self.group.members}
+        mine = {name: value for name, value in settings.items() if self.runs_along(name)}
         key = tuple(sorted(mine.items()))
         memory = self.memory[i]
         if key not in memory:
@@ -112,7 +113,11 @@ class Played:
             return None
         table, time = result.table, run.time - run.time[0]
         grid = table["time"].to_numpy()
-        return {name: np.interp(time, grid, table[name].to_numpy(float)) for name in self.outputs}
+        return {name: np.interp(time, grid, table[self.recorded[name]].to_numpy(float)) for name in self.outputs}
+
+    def runs_along(self, name: str) -> bool:
+        """Whether the component of a variable is simulated."""
+        return self.parts.owner(name) in self.group.members
 
     def _whole(self, result: Result, parts: dict[str, Part], settings: Settings, stop: float) -> bool:
         """Whether a run was one of these settings, until there; what it was otherwise is told as of one that broke off."""

@@ -75,7 +75,7 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
     played, runs, numbers = problem.played, problem.runs, problem.numbers
     blocks = Blocks(runs, False)
     labels = [blocks.block(i) for i in range(len(runs))]
-    judges, rows, words = _division(problem, held, labels)
+    judges, rows, words = division(problem, held, labels)
     everything = problem.rows
     problem.which = [i for i in range(len(runs)) if i not in judges]
     problem.rows = rows
@@ -92,16 +92,16 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
     best = _best(problem, ends)
     tell("the fit in units of what remains", 0.7)
     final = polished(problem, best)
-    values = problem.values(final.places) | _own(problem, judges, final)
+    values = problem.values(final.places) | own(problem, judges, final)
     unseen = [everything[i] if i in judges else everything[i] & ~rows[i] for i in range(len(runs))]
-    held_out = [_sizes(problem, numbers, unseen) if words else None for numbers in (given, values)]
+    held_out = [sizes(problem, numbers, unseen) if words else None for numbers in (given, values)]
     if words and not judges:  # blocks were held out: now they may teach as well
         problem.rows = everything
         vars(problem).pop("trusted", None)
         final = polished(problem, final)
         values = problem.values(final.places)
     seen = [everything[i] & (i not in judges) for i in range(len(runs))]
-    error = [_sizes(problem, numbers, seen) for numbers in (given, values)]
+    error = [sizes(problem, numbers, seen) for numbers in (given, values)]
     noise = {name: floor for name, (_, floor) in remaining(problem, values).items()}
     errors = [
         ChannelError(
@@ -141,7 +141,7 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
     )
 
 
-def _division(problem: Calibrating, held: list[bool], labels: list[np.ndarray]) -> tuple[set[int], list[np.ndarray], str]:
+def division(problem: Calibrating, held: list[bool], labels: list[np.ndarray]) -> tuple[set[int], list[np.ndarray], str]:
     """Which runs judge, which samples of the others teach, and that in words; "" where too little is there to hold out."""
     runs, count = problem.runs, 1 + int(labels[-1].max())
     judges = {i for i, is_held in enumerate(held) if is_held}
@@ -202,7 +202,7 @@ def _best(problem: Calibrating, ends: list[End]) -> End:
     return ends[0]
 
 
-def _own(problem: Calibrating, judges: set[int], final: End) -> dict[str, float]:
+def own(problem: Calibrating, judges: set[int], final: End) -> dict[str, float]:
     """The numbers that runs which judge have of their own, fitted to these with all others as they were found."""
     found: dict[str, float] = {}
     for i in sorted(judges):
@@ -217,7 +217,7 @@ def _own(problem: Calibrating, judges: set[int], final: End) -> dict[str, float]
     return found
 
 
-def _sizes(problem: Calibrating, values: dict[str, float], counted: list[np.ndarray]) -> dict[str, float] | None:
+def sizes(problem: Calibrating, values: dict[str, float], counted: list[np.ndarray]) -> dict[str, float] | None:
     """The error of each output over the samples that count; None where a run breaks off."""
     which = [i for i, rows in enumerate(counted) if rows.any()]
     errors = problem.errors(values, which)

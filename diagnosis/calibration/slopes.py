@@ -68,3 +68,26 @@ class Slopes:
         if size == 0.0:
             return np.zeros(len(at)), np.inf
         return (up - down) / (2.0 * width), float(np.linalg.norm(up + down)) / size
+
+
+class Forward:
+    """The same by differences to one side, for fits of which there are many: widened only where nothing changes, or where it fails."""
+
+    def __init__(self, misfit: Misfit, numbers: Sequence[Number]):
+        self.misfit, self.numbers = misfit, numbers
+
+    def __call__(self, places: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """A column for each number."""
+        columns = [self._column(j, places, at) for j in range(len(self.numbers))]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
+
+    def _column(self, j: int, places: np.ndarray, at: np.ndarray) -> np.ndarray:
+        rules = RULES.calibrate
+        width = rules.wider * self.numbers[j].difference(places[j])
+        while True:
+            moved = places.copy()
+            moved[j] += width if moved[j] + width <= 1.0 else -width
+            found = self.misfit(moved)
+            if (found is not None and np.any(found != at)) or width >= rules.widest:
+                return np.zeros(len(at)) if found is None else (found - at) / (moved[j] - places[j])
+            width = min(rules.widest, width * rules.wider**2)

@@ -17,15 +17,16 @@ from .units import conversion
 
 KINDS = ("inverse", "forward", "steady")
 EVERY_SECOND = "every second run"
+SMOOTH, HELD = "smooth", "held"
 
 TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
 HEAD: dict[str, type] = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
-        "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float}  # fmt: skip
+        "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float, "inputs": str}  # fmt: skip
 TIME: dict[str, type] = {"column": str, "unit": str, "factor": float}
 COLUMN: dict[str, type] = {"column": str, "unit": str, "factor": float, "offset": float}
 WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
-CHOICES = {"hold_out": ("", EVERY_SECOND), "simulate": ("", "open", "closed", "whole", "parts")}
+CHOICES = {"hold_out": ("", EVERY_SECOND), "inputs": ("", SMOOTH, HELD), "simulate": ("", "open", "closed", "whole", "parts")}
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,9 @@ class Rig:
     logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
     step: float = 0.0  # s; of that system, in place of its own
+    inputs: str = (
+        ""  # SMOOTH: what the log gives to that system is read in the middle of each step, on a smooth curve through its rows
+    )
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
     effects: Path | None = None  # folder of effects that join ours; code, so that it needs allow_code
@@ -171,6 +175,7 @@ def _rig(path: Path, data: dict) -> Rig:
         valid=head.get("valid", ""),
         smoothing=head.get("smoothing", 0.0),
         step=head.get("step", 0.0),
+        inputs=head.get("inputs", ""),
         system=(path.parent / system) if system else None,
         effects=(path.parent / head["effects"]) if head.get("effects") else None,
     )

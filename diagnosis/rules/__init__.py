@@ -14,6 +14,7 @@ from typing import Any
 from .calibrate import CalibrateRules
 from .data import DataRules
 from .judge import JudgeRules
+from .naming import NamingRules
 from .pipeline import PipelineRules
 from .residuals import ResidualRules
 from .rule import Rule, of
@@ -30,6 +31,7 @@ class Rules:
     judge: JudgeRules = field(default_factory=JudgeRules)
     pipeline: PipelineRules = field(default_factory=PipelineRules)
     calibrate: CalibrateRules = field(default_factory=CalibrateRules)
+    naming: NamingRules = field(default_factory=NamingRules)
 
     def listed(self) -> list[Rule]:
         """All of them, room by room."""

@@ -7,9 +7,11 @@ under Gauss-Seidel those of components stepped before it are those of the end of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from selflock.master import load, values
 from selflock.master.simulation import run as run_system
@@ -17,12 +19,14 @@ from selflock.master.system import Component, Connection, System, did_you_mean
 from selflock.master.wiring import wire
 
 from ..data.log import MeasuredRun
-from ..data.rig import Rig
+from ..data.rig import HELD, Rig
 from ..errors import DataError
 from ..output.playback import Playback
 
 LOG = "the_log"
 """Name of the part that plays the log."""
+
+CLOSE = 1e-6  # share of a step: a row at a step but for its rounding
 
 
 @dataclass(frozen=True)
@@ -134,28 +138,49 @@ class Parts:
         given = self.rig.parameters | self.rig.of_log(run.log)
         return {name: value for name, value in given.items() if name not in self.shared and self.owner(name) in group.members}
 
-    def played(self, group: Group, run: MeasuredRun, wanted: list[str]) -> System:
-        """A group as a system that is fed by the log of a run, from its begin at 0 s, and records the variables `wanted`."""
+    def _steps(self, time: np.ndarray) -> np.ndarray:
+        """The steps that a run of these times takes, and its end, s."""
+        step = self.system.run.step
+        return np.arange(max(1, int(np.ceil(time[-1] / step - 1e-9))) + 1) * step
+
+    def _read(self, time: np.ndarray, values: np.ndarray, grid: np.ndarray, ahead: bool, real: bool) -> np.ndarray:
+        """A column as an input is given it: at the rows, or, where the rig says how it goes on between them, at the steps."""
+        step = self.system.run.step
+        if not self.rig.inputs:
+            return np.interp(grid + (step if ahead else 0.0), time, values)
+        if self.rig.inputs == HELD or not real:
+            return values[np.maximum(np.searchsorted(time, grid + CLOSE * step, side="right") - 1, 0)]
+        middles = np.clip(grid + 0.5 * step, time[0], time[-1])
+        return np.asarray(make_interp_spline(time, values, k=min(3, len(time) - 1))(middles))
+
+    def played(self, group: Group, run: MeasuredRun, wanted: list[str], beside: Sequence[str] = ()) -> System:
+        """A group as a system that is fed by the log of a run, from its begin at 0 s, and records the variables `wanted`.
+
+        beside: channels that the log plays although no component is given them.
+        """
         time = run.time - run.time[0]
         step = self.system.run.step
+        steps = self._steps(time)
         stop = max(1, int(np.ceil(time[-1] / step - 1e-9))) * step
+        grid = steps if self.rig.inputs else time
         columns = {}
-        for feed in group.feeds:
+        for feed in (*group.feeds, *(Feed(channel, channel) for channel in beside)):
             good = run.usable(feed.channel)
             if not good.any():
                 raise DataError(
                     f"{run.log}: column of {feed.channel!r} has no sound sample, and {feed.target} needs it. Leave it out."
                 )
-            values = np.interp(time + (step if feed.ahead else 0.0), time[good], run.signals[feed.channel][good])
+            real = feed.target not in self.variables or self.variables[feed.target].type == "Real"
+            values = self._read(time[good], run.signals[feed.channel][good], grid, feed.ahead, real)
             columns[feed.target] = feed.factor * values + feed.offset
         components = {name: self.system.components[name] for name in group.members}
         inside = [name for name, link in self.links.items() if link.target in group.members and name not in columns]
         connections = {name: self.system.connections[name] for name in inside}
         if columns:
-            types = {name: self.variables[name].type for name in columns}
-            options = {"time": time, "columns": columns, "types": types}
+            types = {name: self.variables[name].type if name in self.variables else "Real" for name in columns}
+            options = {"time": grid, "columns": columns, "types": types}
             components = {LOG: Component(part="selflock.diagnosis.systems.parts:Signals", options=options), **components}
-            connections |= {name: Connection(f"{LOG}.{name}", convert=False) for name in columns}
+            connections |= {feed.target: Connection(f"{LOG}.{feed.target}", convert=False) for feed in group.feeds}
         order = [LOG] * bool(columns) + [name for name in self.system.order if name in group.members]
         return System(
             self.system.name,

@@ -37,6 +37,12 @@ ELSEWHERE = {  # what decides nothing
     "output/figures.py": {"STYLE"},
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
     "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
+    "naming/page.py": {"ROWS", "POINTS"},
+    "naming/outcome.py": {"EXIT"},
+    "naming/guesses.py": {"FAR"},  # beyond all numbers
+    "naming/kernels.py": {"SIGNAL", "X", "OUT", "P"},  # places in a block
+    "naming/places.py": {"MIDDLE"},  # a half of a step
+    "systems/parts.py": {"CLOSE"},  # digits of a time
 }
 
 

@@ -1,0 +1,1 @@
+"""Naming: what any system of FMUs lacks, found beside logs of it."""

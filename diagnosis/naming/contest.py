@@ -1,0 +1,555 @@
+"""One contest: rivals looked at linearly, the best fitted as simulations of the whole, and judged on blocks they did not see.
+
+As in the search over our own drives (search.step): the look and its chance are search.linear, a fit's unseen blocks
+search.fit.held_out, who is worse than whom search.candidate. What is compared are samples, in blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..calibration.fit import Calibrating, End, fit_from, units
+from ..calibration.numbers import Number
+from ..calibration.slopes import Forward
+from ..residuals.blocks import Blocks
+from ..residuals.noise import of_samples
+from ..rules import RULES
+from ..search.candidate import Candidate, worse
+from ..search.fit import Fit, held_out, rho, weight
+from ..search.hypotheses import Free, Hypothesis
+from ..search.linear import Linear
+from ..search.screen import Direction
+from . import guesses as g
+from .extended import Extended, Extending
+from .guesses import CURVE, Guess, Scene, Trial
+from .places import Insert
+
+Tell = Callable[[str, float], None]
+
+
+@dataclass
+class Arranged:
+    """Where the entries of a misfit lie in blocks: (blocks, samples of all outputs)."""
+
+    problem: Extending
+    layout: Blocks
+    together: int = 1  # neighbouring blocks that are one here: as long as errors last
+
+    def __post_init__(self) -> None:
+        problem, layout = self.problem, self.layout
+        labels, outputs = [], []
+        for k, name in enumerate(problem.played.outputs):
+            for i, t in zip(problem.which, problem.trusted[name]):
+                first = int(layout.block(i)[0])
+                labels.append((first + (layout.block(i) - first) // self.together * self.together)[t])
+                outputs.append(np.full(int(t.sum()), k))
+        block, self.output = np.concatenate(labels), np.concatenate(outputs)
+        self.names, self.block = np.unique(block, return_inverse=True)
+        order = np.lexsort((np.arange(len(block)), self.block))
+        starts = np.searchsorted(self.block[order], np.arange(len(self.names)))
+        place = np.empty(len(block), int)
+        place[order] = np.arange(len(block)) - starts[self.block[order]]
+        self.place, self.width = place, int(place.max()) + 1
+        self.folds = np.arange(len(self.names)) % RULES.search.folds
+        self.runs = layout.run_of[self.names]
+
+    def put(self, entries: np.ndarray) -> np.ndarray:
+        """Entries, (entries, ...), as (blocks, samples, ...); 0 where a block has fewer."""
+        found = np.zeros((len(self.names), self.width, *entries.shape[1:]), np.float32)
+        found[self.block, self.place] = entries
+        return found
+
+    def losses(self, misfit: np.ndarray) -> np.ndarray:
+        """What each output adds to the mean loss of each block, (blocks, outputs)."""
+        count = len(self.problem.played.outputs)
+        sums = np.zeros((len(self.names), count))
+        np.add.at(sums, (self.block, self.output), rho(misfit, RULES.search.loss_scale))
+        return sums / np.maximum(np.bincount(self.block, minlength=len(self.names)), 1)[:, None]
+
+    def errors(self, misfit: np.ndarray) -> np.ndarray:
+        """Root of the mean loss of each output."""
+        loss = rho(misfit, RULES.search.loss_scale)
+        count = len(self.problem.played.outputs)
+        return np.sqrt(np.bincount(self.output, loss, count) / np.maximum(np.bincount(self.output, minlength=count), 1))
+
+
+@dataclass
+class Rivalled:
+    """A guess that was fitted, with its judgement."""
+
+    guess: Guess
+    problem: Extending
+    end: End
+    candidate: Candidate
+    block: np.ndarray  # of each entry of the misfit
+
+    @property
+    def values(self) -> dict[str, float]:
+        return self.problem.values(self.end.places)
+
+
+def _distinct(rivals: Sequence[Rivalled]) -> list[Rivalled]:
+    """Of each guess the end that fits best, whatever unseen blocks say of it; those that predict most come first."""
+    best: dict[str, Rivalled] = {}
+    for rival in rivals:
+        label = rival.guess.label
+        if label not in best or rival.end.loss < best[label].end.loss:
+            best[label] = rival
+    return sorted(best.values(), key=lambda r: r.candidate.errors.mean())
+
+
+@dataclass
+class Round:
+    """A round: the base, all that was fitted, best first, and the winner, if any."""
+
+    base: Candidate
+    fitted: list[Rivalled]
+    winner: Rivalled | None = None
+    order: list[Rivalled] = field(default_factory=list)  # named ones that are real, the most believed first
+    beside: list[Rivalled] = field(default_factory=list)  # as good as the winner, with no more numbers
+    curve: Rivalled | None = None  # the free curve that predicts most
+    chance_level: float = 0.0
+    looked: int = 0
+    noise: dict[str, float] = field(default_factory=dict)
+    off: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    ratios: dict[str, float] = field(default_factory=dict)  # error over noise of each output
+
+
+@dataclass
+class Contest:
+    """A round over a base: the system with what was found before, its numbers at `places`."""
+
+    problem: Extending  # on the data of the look
+    places: np.ndarray
+    prefix: str
+    tell: Tell
+    smooth: bool = False
+    taken: set[str] = field(default_factory=set)  # numbers that are fitted anyway
+    kinds: Sequence[str] = g.KINDS  # of guesses that are held against the base
+
+    @property
+    def played(self) -> Extended:
+        assert isinstance(self.problem.played, Extended)
+        return self.problem.played
+
+    @cached_property
+    def layout(self) -> Blocks:
+        return Blocks(self.problem.runs, False)
+
+    @cached_property
+    def arranged(self) -> Arranged:
+        return Arranged(self.problem, self.layout, self._lasting())
+
+    def play(self, rng: np.random.Generator) -> Round:
+        """Look, fit, judge, and compare with chance."""
+        problem = self.problem
+        self.inserts = self.played.inserts
+        self.values = problem.values(self.places)
+        problem.units = units(problem, self.values)
+        self.tell("the base", 0.0)
+        base = fit_from(problem, self.places, RULES.naming.effort, RULES.naming.ended)
+        assert base.misfit is not None and base.jacobian is not None
+        self.base, self.values = base, problem.values(base.places)
+        self.begins = self._begins(problem, base)
+        unseen = self._held_out(problem, base)
+        nothing = self._candidate(Hypothesis("", "nothing more", ()), (), problem, base, unseen)
+        self.losses, self.errors_unseen, self.errors_fit = (
+            nothing.losses,
+            self.arranged.errors(unseen),
+            self.arranged.errors(base.misfit),
+        )
+        outcome = Round(nothing, [])
+        outcome.noise, outcome.ratios = self._noise()
+        limit = RULES.search.left if self.inserts else RULES.search.clean
+        outcome.off = self.off = np.array([ratio > limit for ratio in outcome.ratios.values()])
+        if not self.off.any() or len(self.arranged.names) < RULES.pipeline.fewest_blocks:
+            return outcome
+        series = self.played.series(problem.settings(self.values), problem.which)
+        self.scene = Scene(self.problem.played.parts, self.played, series, self.prefix, self.smooth)
+        weights = self.arranged.put(weight(base.misfit, RULES.search.loss_scale))
+        self.linear = Linear(
+            self.arranged.put(self._as_fit(problem, base).jacobian), weights, self.arranged.folds, self.arranged.runs
+        )
+        self.drawn = self.linear.draws(self.arranged.put(base.misfit * weight(base.misfit, RULES.search.loss_scale)))
+        self.ways: list[tuple[Direction, Guess]] = []
+        self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []
+        self._look()
+        outcome.looked = len({guess.label for _, guess in self.ways})
+        outcome.fitted = self._fits()
+        if outcome.fitted:
+            self._judge(outcome, rng)
+        self.played.extend(self.inserts)
+        return outcome
+
+    # --- the first look ----------------------------------------------------------------------------------------------
+
+    def _trial(self, guess: Guess) -> Extending:
+        """The problem of a guess: what was found before, and its corrections and numbers."""
+        problem = self.problem
+        wanted = (*self.inserts, *guess.inserts)
+        if self.played.inserts != wanted:
+            self.played.extend(wanted)
+        found = replace(problem, numbers=(*problem.numbers, *guess.numbers), acts=problem.acts | guess.acts, units=problem.units)
+        vars(found)["played"] = self.played
+        vars(found)["trusted"] = problem.trusted
+        return found
+
+    def _misfit(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
+        values = self.values | {n.name: n.start for n in guess.numbers} | at
+        errors = problem.errors(values)
+        if errors is None:
+            return None
+        return np.concatenate(
+            [e[t] / problem.units[name] for name in errors for e, t in zip(errors[name], problem.trusted[name])]
+        )
+
+    def _keep(
+        self, guess: Guess, shape: dict[str, float], amplitudes: Sequence[Free], columns: np.ndarray, jump: float = 0.0
+    ) -> None:
+        if not np.isfinite(columns).all() or not columns.any():
+            return
+        way = Direction(guess.hypothesis, shape, tuple(amplitudes), self.arranged.put(columns), jump=jump)
+        self.linear.look(way, self.drawn)
+        if np.isfinite(way.gain):
+            self.ways.append((way, guess))
+
+    def _column(self, trial: Trial) -> None:
+        guess = trial.guess
+        problem = self._trial(guess)
+        off = {n.name: n.start for n in guess.numbers} | trial.at
+        if trial.acting:
+            at = self._misfit(problem, guess, off)
+            columns = []
+            for name in trial.acting:
+                n = next(n for n in guess.numbers if n.name == name)
+                step = RULES.naming.unit * (n.high - n.low)
+                step = -step if n.start + step > n.high else step
+                moved = self._misfit(problem, guess, off | {name: n.start + step})
+                if at is None or moved is None:
+                    return
+                columns.append((moved - at) / step)
+            frees = [f for f in guess.free if f.name in trial.acting]
+            self._keep(guess, trial.at, frees, np.stack(columns, -1))
+        else:
+            moved = self._misfit(problem, guess, off)
+            if moved is not None and self.base.misfit is not None:
+                self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
+
+    def _look(self) -> None:
+        scene, places = self.scene, self.scene.places
+        if g.PARAMETER in self.kinds:
+            for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
+                self._column(trial)
+        for k, place in enumerate(places):
+            self.tell(f"first look at {place}", 0.05 + 0.4 * k / len(places))
+            for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
+                self._column(trial)
+            if g.EVENT in self.kinds:
+                self._events(place)
+            for over, what in list(scene.variables(place)) if g.LAW in self.kinds else ():
+                for multiplies in (False, True):
+                    self._curve(place, over, what, multiplies)
+                    for trial in g.sines(scene, place, over, what, multiplies):
+                        self._column(trial)
+                for trial in g.with_state(scene, place, over, what):
+                    self._column(trial)
+        for one, knots, columns in self.tables:
+            for other, _, more in self.tables:
+                if g.overflows(scene, one, other):
+                    for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
+                        frees = [f for f in guess.free if f.name in amplitudes]
+                        self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
+
+    def _curve(self, place: g.Place, over: str, what: int, multiplies: bool) -> None:
+        """A free curve of a variable at a place, and the laws that its table can stand for, from one set of simulations."""
+        scene = self.scene
+        table, knots = g.curve(scene, place, over, what, multiplies)
+        if len(knots) < 2:
+            return
+        step = RULES.naming.unit * (1.0 if multiplies else scene.spread(place))
+        names = [f"{scene.prefix}.y{k + 1}" for k in range(len(knots))]
+        probe = Guess(CURVE, "table", "", (table,), tuple(g.number(name, 0.0, -step, step) for name in names))
+        problem = self._trial(probe)
+        at = self._misfit(problem, probe, {})
+        if at is None:
+            return
+        hats = []
+        for name in names:
+            moved = self._misfit(problem, probe, {name: step})
+            if moved is None:
+                return
+            hats.append((moved - at) / step)
+        columns = np.stack(hats, -1)
+        if not np.isfinite(columns).all() or not columns.any():
+            return
+        if not multiplies:
+            self.tables.append((table, knots, columns))
+        for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
+            self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
+        ways = self._own_directions(columns)
+        most = RULES.naming.reach * (1.0 if multiplies else scene.spread(place)) * np.sqrt(len(knots))
+        numbers = tuple(g.number(f"{scene.prefix}.c{j + 1}", 0.0, -most, most) for j in range(ways.shape[1]))
+        acts = {n.name: dict(zip(names, map(float, ways[:, j]))) for j, n in enumerate(numbers)}
+        guess = Guess(CURVE, "table", g.words("curve", table), (table,), numbers, acts)
+        self._keep(guess, {}, guess.free, columns @ ways)
+
+    def _own_directions(self, columns: np.ndarray) -> np.ndarray:
+        """Ways to change a curve's heights that the base's own numbers cannot make up for, (knots, directions)."""
+        assert self.base.jacobian is not None and self.base.misfit is not None
+        weights = weight(self.base.misfit, RULES.search.loss_scale)[:, None]
+        mine, base = columns * weights, self.base.jacobian * weights
+        lengths = np.sqrt((base**2).sum(0))
+        base = base[:, lengths > 0.0] / lengths[lengths > 0.0]
+        if base.shape[1]:
+            q, r = np.linalg.qr(base)
+            q = q[:, abs(np.diag(r)) > RULES.calibrate.lost]
+            mine = mine - q @ (q.T @ mine)
+        _, sizes, ways = np.linalg.svd(mine, full_matrices=False)
+        largest = float(np.linalg.norm(columns * weights, 2))
+        return ways[sizes > RULES.naming.degenerate * largest].T
+
+    def _events(self, place: g.Place) -> None:
+        """Shifts between two times: each edge is simulated once, and a shift is the difference of two."""
+        scene, count = self.scene, RULES.naming.edges
+        longest = sorted(self.problem.which, key=lambda i: -len(self.problem.runs[i]))[: RULES.naming.edge_runs]
+        edges = []
+        for i in longest:
+            time = self.problem.runs[i].time
+            edges.append(np.linspace(0.0, float(time[-1] - time[0]), count + 1))
+        step = RULES.naming.unit * scene.spread(place)
+        a, since = f"{scene.prefix}.a", f"{scene.prefix}.since"
+        steps: dict[tuple[int, int], np.ndarray | None] = {}
+        for i, times in zip(longest, edges):
+            numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
+            one = Insert(scene.prefix, place, "constant", fixed=(("until", g.FAR),))
+            probe = Guess(g.EVENT, "event", "", (one,), numbers)
+            problem = self._trial(probe)
+            at = self._misfit(problem, probe, {})
+            for k, time in enumerate(times[:-1]):
+                moved = self._misfit(problem, probe, {a: step, since: float(time)})
+                steps[i, k] = None if moved is None or at is None else (moved - at) / step
+            steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
+        for i, guess, first, last in g.events(scene, place, edges, longest):
+            begin, end = steps[i, first], steps[i, last]
+            if begin is None or end is None or (first == 0 and last == count):
+                continue
+            shape = {n.name: n.start for n in guess.numbers[1:]}
+            self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])
+
+    # --- fits --------------------------------------------------------------------------------------------------------
+
+    def _fits(self) -> list[Rivalled]:
+        """The guesses that look best, fitted; best first."""
+        of: dict[str, list[tuple[Direction, Guess]]] = {}
+        for way, guess in sorted(self.ways, key=lambda pair: -pair[0].gain):
+            if way.gain > 0.0:
+                of.setdefault(guess.label, []).append((way, guess))
+        every = list(of.values())
+        found: list[Rivalled] = []
+        for plain in (True, False):
+            ordered = [ways for ways in every if ways[0][1].plain == plain]
+            found += self._fits_of(ordered, plain)
+        return _distinct(found)
+
+    def _fits_of(self, ordered: list[list[tuple[Direction, Guess]]], plain: bool) -> list[Rivalled]:
+        """Those of these guesses that look best, fitted; best first."""
+        rules = RULES.naming
+        curves = [ways for ways in ordered if ways[0][1].kind == CURVE][: rules.curves]
+        least = rules.promising * max((way.gain for way, _ in self.ways), default=0.0)
+        others = [
+            ways
+            for ways in ordered
+            if ways[0][1].kind != CURVE and (ways[0][0].gain >= least or ways[0][1].law in ("limit", "overflow"))
+        ]
+        chosen = others[: rules.fits if plain else rules.fits_derived]
+        if curves and plain:
+            best = curves[0][0][1]
+            near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over and w[0][1].kind == g.LAW]
+            chosen += [ways for ways in near[: rules.of_place] if ways not in chosen]
+        for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
+            mine = [ways for ways in others if ways[0][1].law == name]
+            mine = mine if name == "overflow" else mine[: rules.of_law]  # of which there are few, and the look sees little
+            chosen += [ways for ways in mine if ways not in chosen]
+        found = []
+        todo = [
+            (guess, self._start(way, guess)) for ways in (*curves, *chosen) for way, guess in ways[: self._starts(ways[0][1])]
+        ]
+        for ways in chosen:
+            todo += [(ways[0][1], start) for start in g.brims(self.scene, ways[0][1])]
+        for k, (guess, start) in enumerate(todo):
+            self.tell(f"fits: {guess.label}", 0.45 + 0.3 * k / len(todo))
+            if (rival := self._fit(guess, self.values | start)) is not None:
+                found.append(rival)
+        found = _distinct(found)
+        more = []
+        for rival in found:
+            values = rival.values
+            more += [*g.relatives(rival.guess, values)]
+        for k, (guess, start) in enumerate(more):
+            self.tell(f"fits: {guess.label}", 0.75 + 0.1 * k / len(more))
+            if (rival := self._fit(guess, start)) is not None:
+                found.append(rival)
+        found = _distinct(found)
+        for k, rival in enumerate(found[: rules.polished]):
+            self.tell(f"fits: {rival.guess.label}", 0.85 + 0.05 * k / rules.polished)
+            if (better := self._fit(rival.guess, rival.values)) is not None:
+                found[k] = better
+        return _distinct(found)
+
+    def _starts(self, guess: Guess) -> int:
+        """From how many places it is fitted."""
+        limited = any(n.name.endswith(".l") for n in guess.numbers)
+        return RULES.naming.starts_limit if limited else RULES.naming.starts
+
+    def _start(self, way: Direction, guess: Guess) -> dict[str, float]:
+        if way.jump:
+            return way.shape
+        return {**way.shape, **{f.name: f.nominal + float(x) for f, x in zip(way.amplitudes, way.amounts)}}
+
+    def _fit(self, guess: Guess, start: dict[str, float]) -> Rivalled | None:
+        """A guess fitted from these values of its numbers, and of the base's where they are given."""
+        problem = self._trial(guess)
+        values = self.values | {n.name: n.start for n in guess.numbers} | start
+        best: End | None = None
+        for share in (1.0, 0.3):  # far from linear the whole of what the look says may be too much
+            scaled = values | {n.name: n.start + share * (values[n.name] - n.start) for n in guess.numbers if n.name in start}
+            places = np.array([np.clip(n.place(scaled[n.name]), 0.0, 1.0) for n in problem.free])
+            loss = problem.loss(problem.misfit(places))
+            if np.isfinite(loss) and (best is None or loss < best.loss):
+                best = End(places, places, loss)
+            if best is not None and best.loss < problem.loss(self.base.misfit):
+                break
+        if best is None:
+            return None
+        end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended, Forward)
+        if end.misfit is None or not np.isfinite(end.loss):
+            return None
+        unseen = self._held_out(problem, end)
+        frees = tuple(Free(n.name, n.place(n.start), 0.0, 1.0) for n in guess.numbers)
+        candidate = self._candidate(guess.hypothesis, frees, problem, end, unseen)
+        on_fit = self.arranged.errors(end.misfit) / np.maximum(self.errors_fit, 1e-300)
+        drop = 1.0 - np.maximum(self.arranged.errors(unseen) / np.maximum(self.errors_unseen, 1e-300), on_fit)
+        candidate.drop = float(np.where(self.off, drop, 0.0).max())
+        return Rivalled(guess, problem, end, candidate, self.arranged.block)
+
+    def _as_fit(self, problem: Calibrating, end: End) -> Fit:
+        assert end.misfit is not None and end.jacobian is not None
+        free = tuple(Free(n.name, float(place), 0.0, 1.0) for n, place in zip(problem.free, end.places))
+        values = {n.name: float(place) for n, place in zip(problem.free, end.places)}
+        jacobian = end.jacobian * np.array([n.name not in self.begins for n in problem.free])
+        return Fit(free, values, end.misfit, jacobian, weight(end.misfit, RULES.search.loss_scale))
+
+    def _begins(self, problem: Calibrating, end: End) -> set[str]:
+        """Numbers of the base that a single block tells, as where a run begins: no other block could say them."""
+        assert end.jacobian is not None
+        found = set()
+        for j, n in enumerate(problem.free):
+            energy = np.bincount(self.arranged.block, end.jacobian[:, j] ** 2)
+            if energy.max(initial=0.0) > RULES.naming.one_block * energy.sum() > 0.0:
+                found.add(n.name)
+        return found
+
+    def _held_out(self, problem: Calibrating, end: End) -> np.ndarray:
+        """The misfit of each fold of blocks under the fit to the others: linear where that can be believed, else simulated."""
+        fitted, folds = self._as_fit(problem, end), self.arranged.folds[self.arranged.block]
+        rows, c = np.ones(len(fitted.misfit), bool), RULES.search.loss_scale
+        linear = held_out(fitted, rows, folds)
+        if rho(linear, c).sum() < RULES.search.wild * rho(fitted.misfit, c).sum():
+            return linear
+
+        def misfit(values: dict[str, float]) -> np.ndarray:
+            places = np.array([values[n.name] for n in problem.free])
+            found = problem.misfit(np.where([n.name in self.begins for n in problem.free], end.places, places))
+            return np.full(len(rows), 1e6) if found is None else found
+
+        return held_out(fitted, rows, folds, misfit, c)
+
+    def _candidate(
+        self, hypothesis: Hypothesis, free: tuple[Free, ...], problem: Calibrating, end: End, unseen: np.ndarray
+    ) -> Candidate:
+        return Candidate(hypothesis, free, self._as_fit(problem, end), self.arranged.losses(unseen))
+
+    def _lasting(self) -> int:
+        """Blocks that the base's errors last for: as long as they go on as they are no block says anything of its own."""
+        errors = self.problem.errors(self.values)
+        assert errors is not None
+        longest, shortest = 0, min(int(np.bincount(inside).max()) for inside in self.layout.inside)
+        for parts in errors.values():
+            for e in parts:
+                e = np.where(np.isfinite(e), e, 0.0) - np.nanmean(e)
+                power = abs(np.fft.rfft(e, 2 * len(e))) ** 2
+                like = np.fft.irfft(power)[: len(e)]
+                below = np.flatnonzero(like < RULES.naming.lasts * like[0]) if like[0] > 0.0 else np.zeros(1, int)
+                longest = max(longest, int(below[0]) if len(below) else len(e))
+        most = max(1, self.layout.count // RULES.pipeline.fewest_blocks)
+        return int(np.clip(np.ceil(longest / shortest), 1, most))
+
+    # --- what is believed ----------------------------------------------------------------------------------------------
+
+    def _noise(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Of each output the noise of single samples, and its error over that."""
+        errors = self.problem.errors(self.values)
+        assert errors is not None
+        noise, ratios = {}, {}
+        for name, parts in errors.items():
+            trusted = self.problem.trusted[name]
+            noise[name] = float(of_samples(parts, trusted))
+            size = float(np.sqrt(np.mean(np.concatenate([e[t] for e, t in zip(parts, trusted)]) ** 2)))
+            least = max(noise[name], RULES.pipeline.fine * self.played.spread(name))
+            ratios[name] = size / least if least else 0.0
+        return noise, ratios
+
+    def _judge(self, outcome: Round, rng: np.random.Generator) -> None:
+        """Which are real, and which of these is the cause: the fewest numbers of those that predict as well as the best."""
+        rules, fitted = RULES.search, outcome.fitted
+        best = fitted[0].candidate.fitted
+        self.tell("chance", 0.92)
+        left = self.arranged.put(best.misfit * best.weights)
+        energy = max(float((left**2).sum()), 1e-300)
+        draws = {}
+        for plain in (True, False):  # what is asked first pays for no more than what was asked by then
+            ways = [way for way, guess in self.ways if guess.plain or not plain]
+            draws[plain] = self.linear.chance(ways, left, rules.draws, rng) / energy
+        outcome.chance_level = float(np.quantile(draws[True], rules.chance_quantile))
+        for rival in fitted:
+            c, by_chance = rival.candidate, draws[rival.guess.plain]
+            c.gain = float((self.losses - c.losses).sum() / max(fitted[0].candidate.errors.sum(), 1e-300))
+            c.chance = (1 + int((by_chance >= c.gain).sum())) / (1 + rules.draws)
+            if c.chance > rules.significant:
+                c.doubt = "chance finds as much"
+            elif c.drop < rules.relevant:
+                c.doubt = f"it lowers the error of no output by {100 * rules.relevant:.0f} %"
+        outcome.curve = next((r for r in fitted if r.guess.kind == CURVE and not r.candidate.doubt), None)
+        real = [r for r in fitted if not r.candidate.doubt]
+        if not real:
+            return
+        named = [r for r in real if r.guess.kind != CURVE]
+        first, later = ([r for r in named if r.guess.plain == plain] for plain in (True, False))
+        base = outcome.base.errors.mean()
+        outcome.order = self._ordered(first, outcome.chance_level, base)
+        derived = self._ordered(later, outcome.chance_level, base)
+        if derived and (not outcome.order or worse(outcome.order[0].candidate, derived[0].candidate, outcome.chance_level)):
+            outcome.order = derived + outcome.order
+        if outcome.order:
+            outcome.winner = outcome.order[0]
+
+    def _ordered(self, real: list[Rivalled], level: float, base: float) -> list[Rivalled]:
+        """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best."""
+        if not real:
+            return []
+        best = real[0].candidate
+        least = RULES.naming.as_much * (base - best.errors.mean())
+        as_good = [r for r in real if base - r.candidate.errors.mean() >= least and not worse(r.candidate, best, level)]
+        as_good.sort(key=lambda r: (len(r.candidate.free), r.candidate.errors.mean()))
+        return as_good + [r for r in real if r not in as_good]
+
+
+def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
+    """What does as well as the winner, with no more numbers."""
+    least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
+    few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
+    return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]

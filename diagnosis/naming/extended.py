@@ -1,0 +1,117 @@
+"""A system with corrections, run on logs over and over: what all fits of a naming are made with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from selflock.fmus.correction import law
+from selflock.master.simulation import run as run_system
+from selflock.master.system import Component
+
+from ..calibration.fit import Calibrating, Rows
+from ..calibration.numbers import Number
+from ..calibration.played import Played, Settings
+from ..data.log import MeasuredRun
+from ..data.rig import Rig
+from ..rules import RULES
+from ..systems.parts import Parts
+from .places import Insert, extended
+
+COMPILED = "selflock.diagnosis.naming.part:CompiledCorrection"
+
+
+def component(one: Insert) -> Component:
+    """A correction that steps in the compiled loop."""
+    options = {"kind": one.law, "multiplies": one.multiplies, "taken": one.taken, "own": one.own, "points": one.points}
+    return Component(part=COMPILED, options=options, start=dict(one.fixed))
+
+
+class Extended(Played):
+    """A system on the runs of its logs, with corrections that come and go."""
+
+    def __init__(self, rig: Rig, parts: Parts, runs: Sequence[MeasuredRun], numbers: Sequence[Number]):
+        super().__init__(rig, parts, runs, numbers)
+        fed = {feed.channel for feed in self.group.feeds}
+        self.beside = [name for name in runs[0].signals if name not in fed and name not in parts.variables]
+        self.plain = [parts.played(self.group, run, self.outputs, self.beside) for run in runs]
+        self.inserts: tuple[Insert, ...] = ()
+        self.extend(())
+
+    def extend(self, inserts: Sequence[Insert]) -> None:
+        """From now on the system has these corrections, and no others."""
+        for one in {*self.inserts} - {*inserts}:
+            if one.name in self.kept:
+                self.kept.pop(one.name).close()
+        self.inserts = tuple(inserts)
+        both = [extended(system, self.parts, inserts, component) for system in self.plain]
+        self.systems = [system for system, _ in both]
+        self.recorded = {name: both[0][1].get(name, name) for name in self.outputs}
+        self.memory = [{} for _ in self.runs]
+
+    def runs_along(self, name: str) -> bool:
+        head = name.partition(".")[0]
+        return any(one.name == head for one in self.inserts) or super().runs_along(name)
+
+    def series(self, settings: Sequence[Settings], which: Sequence[int]) -> dict[str, list[np.ndarray]]:
+        """All numbers of the components that run, and of the log beside them, at the steps of these runs: `time` among them."""
+        names = [
+            name
+            for name, v in self.parts.variables.items()
+            if self.parts.owner(name) in self.group.members and v.causality in ("input", "output") and v.type == "Real"
+        ]
+        found: dict[str, list[np.ndarray]] = {name: [] for name in ("time", *names, *self.beside)}
+        for i in which:
+            mine = {name: value for name, value in settings[i].items() if self.runs_along(name)}
+            system = replace(self.systems[i], run=replace(self.systems[i].run, record=names))
+            table = run_system(system, settings=self.base[i] | mine).table
+            time = table["time"].to_numpy(float)
+            for name in ("time", *names):
+                found[name].append(table[name].to_numpy(float))
+            run = self.runs[i]
+            for name in self.beside:
+                found[name].append(np.interp(time, run.time - run.time[0], run.signals[name]))
+        return found
+
+
+@dataclass
+class Extending(Calibrating):
+    """A fit of a system with corrections. `acts`: of a number that sets others than its own variable, which ones, and by how much of it."""
+
+    acts: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def errors(self, values: dict[str, float], which: Sequence[int] | None = None) -> Rows | None:
+        """None also where a law runs away: so far off no number says anything."""
+        found = super().errors(values, which)
+        if found is None:
+            return None
+        away = RULES.naming.away
+        return None if any(np.any(abs(e) > away * self.units.get(n, 1.0)) for n, parts in found.items() for e in parts) else found
+
+    def settings(self, values: dict[str, float]) -> list[Settings]:
+        found = super().settings({name: value for name, value in values.items() if name not in self.acts})
+        for n in self.numbers:
+            for variable, factor in self.acts.get(n.name, {}).items():
+                for i, mine in enumerate(found):
+                    if n.run in (None, i):
+                        mine[variable] = mine.get(variable, 0.0) + factor * values[n.name]
+        return found
+
+
+def taken(x: np.ndarray, time: np.ndarray, what: int) -> np.ndarray:
+    """What of x a law goes with, at all steps: as the law itself takes it, but for where in a step."""
+    if what == law.RATE:
+        return np.gradient(x, time)
+    if what == law.INTEGRAL:
+        return np.concatenate([[0.0], np.cumsum(x[:-1] * np.diff(time))])
+    if what == law.SINCE_TURN:
+        way = np.sign(np.diff(x, prepend=2.0 * x[0] - x[1]))  # as if it had come as it goes on
+        places = np.where(way != 0.0, np.arange(len(x)), 0)
+        way = way[np.maximum.accumulate(places)]
+        turned = np.flatnonzero(np.diff(way, prepend=way[0]) != 0.0)
+        last = np.zeros(len(x), int)
+        last[turned] = turned
+        return time - time[np.maximum.accumulate(last)]
+    return x

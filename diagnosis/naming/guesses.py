@@ -1,0 +1,409 @@
+"""What may be missing or wrong in a system that nobody knows the inside of: every guess with its numbers and where to look first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import combinations, product
+
+import numpy as np
+
+from selflock.fmus.correction import law
+
+from ..calibration.numbers import Number
+from ..rules import RULES
+from ..search.hypotheses import Free, Hypothesis
+from ..systems.parts import Parts
+from .extended import Extended, taken
+from .places import IN, Insert, Place, ahead, of_system
+
+PARAMETER, PATH, EVENT, LAW, CURVE = "parameter", "path", "event", "law", "curve"
+KINDS = PARAMETER, PATH, EVENT, LAW
+"""What may be asked for; with laws go free curves."""
+FAR = 1e300
+
+
+@dataclass(frozen=True)
+class Guess:
+    """One thing that may be wrong, and the numbers that say how much of it there is."""
+
+    kind: str
+    law: str
+    label: str
+    inserts: tuple[Insert, ...]
+    numbers: tuple[Number, ...]
+    acts: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    @property
+    def place(self) -> Place | None:
+        return self.inserts[0].place if self.inserts else None
+
+    @property
+    def over(self) -> tuple[str, int]:
+        """The variable that its law goes with, and what of it."""
+        return (self.inserts[0].over, self.inserts[0].taken) if self.inserts else ("", law.VALUE)
+
+    @property
+    def plain(self) -> bool:
+        """Whether it goes with variables as they are and is added, or is no law at all: what is asked first."""
+        return not any(one.multiplies or one.taken != law.VALUE for one in self.inserts)
+
+    @cached_property
+    def free(self) -> tuple[Free, ...]:
+        """Its numbers as the linear look has them: off at their start values."""
+        return tuple(Free(n.name, n.start, n.low, n.high) for n in self.numbers)
+
+    @cached_property
+    def hypothesis(self) -> Hypothesis:
+        return Hypothesis("", self.label, self.free)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A guess with some of its numbers set: where its amplitudes are looked at, or, of a jump, what is looked at.
+
+    at: of the numbers, by name; the amplitudes, which are `acting`, at their starts. A jump has one, the amount of which is 1.
+    """
+
+    guess: Guess
+    at: dict[str, float]
+    acting: tuple[str, ...] = ()
+
+
+@dataclass
+class Scene:
+    """What guesses are made of: the system as it runs with the base's numbers, and how large everything is."""
+
+    parts: Parts
+    played: Extended
+    series: dict[str, list[np.ndarray]]
+    prefix: str  # of the names of new corrections
+    smooth: bool = False
+
+    @cached_property
+    def span(self) -> float:
+        return max(float(t[-1] - t[0]) for t in self.series["time"])
+
+    @property
+    def step(self) -> float:
+        return self.parts.system.run.step
+
+    def joined(self, name: str, what: int = law.VALUE) -> np.ndarray:
+        return np.concatenate([taken(x, t, what) for x, t in zip(self.series[name], self.series["time"])])
+
+    def signal(self, place: Place) -> np.ndarray:
+        return self.joined(place.variable)
+
+    def spread(self, place: Place) -> float:
+        """How large a correction of a place may be expected to be."""
+        s = self.signal(place)
+        return float(max(np.std(s), RULES.naming.least_spread * abs(s).max())) or 1.0
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """Where corrections may sit; only what varies, or is not zero, is worth one."""
+        fed = [feed.target for feed in self.played.group.feeds]
+        known = self.parts.rig.known
+        places = of_system(self.parts, self.played.group.members, fed, self.played.outputs)
+        return [p for p in places if p.variable in self.series and p.variable not in known]
+
+    def variables(self, place: Place) -> Iterator[tuple[str, int]]:
+        """What a law there may go with: what its component is given and gives, then all else; nothing twice."""
+        component = self.parts.owner(place.variable)
+        names = [n for n in self.series if n != "time"]
+        mine = [n for n in names if n in self.parts.variables and self.parts.owner(n) == component]
+        others = [n for n in names if n not in mine]
+        wanted = [(n, law.VALUE) for n in mine + others]
+        wanted += [(n, what) for what in (law.RATE, law.INTEGRAL, law.SINCE_TURN) for n in mine]
+        kept: list[np.ndarray] = []
+        for name, what in wanted:
+            x = self.joined(name, what)
+            if not np.isfinite(x).all() or np.ptp(x) <= RULES.judge.constant * max(1.0, float(abs(x).max())):
+                continue
+            unit = (x - x.mean()) / x.std()
+            if any(abs(float(np.mean(unit * other))) > RULES.naming.same_variable for other in kept):
+                continue
+            kept.append(unit)
+            yield name, what
+            if len(kept) >= RULES.naming.variables:
+                return
+
+
+def number(name: str, start: float, low: float, high: float) -> Number:
+    return Number(name, name, start, low, high)
+
+
+def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool) -> tuple[Insert, np.ndarray]:
+    """A table of a variable, its points where the variable is, all heights 0; and these points."""
+    x = scene.joined(over, what)
+    knots = np.unique(np.quantile(x, RULES.naming.knots))
+    gap = RULES.naming.knot_gap * float(np.ptp(x))
+    while len(knots) > 2 and (np.diff(knots) < gap).any():
+        tight = int(np.argmin(np.diff(knots)))
+        knots = np.delete(knots, tight + 1 if 0 < tight + 1 < len(knots) - 1 else tight)
+    carried = ahead(scene.parts, place, over, scene.smooth) if what == law.VALUE else 0.5 if what == law.INTEGRAL else 0.0
+    fixed = (("ahead", carried), *((f"x{k + 1}", float(x)) for k, x in enumerate(knots)))
+    return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed), knots
+
+
+def words(kind: str, one: Insert) -> str:
+    """A law at its place, in words."""
+    how = "times" if one.multiplies else "on"
+    return f"{kind} of {one.goes_with} {how} {one.place}" if one.over else f"{kind} {how} {one.place}"
+
+
+def laws(scene: Scene, table: Insert, knots: np.ndarray) -> Iterator[tuple[Guess, dict[str, float], tuple[str, ...], np.ndarray]]:
+    """The laws without a state that go with a table's variable: (guess, shapes, amplitudes, what these are at the knots)."""
+    rules = RULES.naming
+    size = float(abs(knots).max()) or 1.0
+    low, high = float(knots[0]), float(knots[-1])
+    spread = rules.reach if table.multiplies else rules.reach * scene.spread(table.place)
+    shapes: dict[str, list[dict[str, float]]] = {
+        "power": [{"n": n} for n in rules.powers],
+        "Coulomb": [{"w": w * size} for w in rules.widths],
+        "Stribeck": [{"w": w * size, "v": v * size} for w, v in product(rules.widths[:1], rules.widths[1:])],
+        "dead band": [{"w": w * size} for w in rules.bands],
+        "limit": [{"l": low + q * (high - low)} for q in rules.limits],
+        "limit below": [{"l": high - q * (high - low)} for q in rules.limits],
+    }
+    ranges = {
+        "n": (rules.powers[0] / 2.0, 2.0 * rules.powers[-1]), "w": (1e-3 * size, size), "v": (1e-3 * size, size), "l": (low, high + rules.beyond * (high - low))
+    }  # fmt: skip
+    one_sided = low >= 0.0 or high <= 0.0
+    seen: list[np.ndarray] = []
+    for name in ("constant", "proportional", "quadratic", "drag", "cubic", "square root", *shapes):
+        if one_sided and name in ("drag", "Coulomb", "Stribeck", "dead band"):
+            continue  # there they are no other law than quadratic, constant, limit
+        amplitudes = tuple(n for n in law.BY_NAME[name].numbers if n in ("a", "b"))
+        for shape in shapes.get(name, [{}]):
+            at = np.stack([_heights(name, shape, amplitude, knots) for amplitude in amplitudes], -1)
+            flat = at / np.maximum(np.sqrt((at**2).sum(0)), 1e-300)
+            if len(amplitudes) == 1 and any(abs(float(flat[:, 0] @ other)) > rules.same for other in seen):
+                continue  # of a variable of few values two laws may be one
+            if not np.isfinite(at).all() or not at.any():
+                continue
+            if len(amplitudes) == 1 and not shape:
+                seen.append(flat[:, 0])
+            stiff = rules.stiff if name in ("limit", "limit below", "dead band") else 1.0
+            most = stiff * spread / max(float(abs(at).max()), 1e-300)
+            numbers = []
+            for n in law.BY_NAME[name].numbers:
+                if n in amplitudes:
+                    numbers.append(number(f"{scene.prefix}.{n}", 0.0, -most, most))
+                else:
+                    numbers.append(number(f"{scene.prefix}.{n}", shape[n], *ranges[n]))
+            one = replace(table, law=name, points=0, fixed=tuple(pair for pair in table.fixed if pair[0] == "ahead"))
+            guess = Guess(LAW, name, words(name, one), (one,), tuple(numbers))
+            yield (
+                guess,
+                {f"{scene.prefix}.{k}": v for k, v in shape.items()},
+                tuple(f"{scene.prefix}.{a}" for a in amplitudes),
+                at,
+            )
+
+
+def _heights(name: str, shape: dict[str, float], amplitude: str, knots: np.ndarray) -> np.ndarray:
+    """The law at the knots with this amplitude 1, others 0."""
+    p = [0.0] * law.SIZE
+    p[law.LAW] = law.BY_NAME[name].code
+    for k, word in enumerate(law.BY_NAME[name].numbers):
+        p[law.FIRST + k] = 1.0 if word == amplitude else shape.get(word, 0.0)
+    return np.array([law.still(p, float(x)) for x in knots])
+
+
+def with_state(scene: Scene, place: Place, over: str, what: int) -> Iterator[Trial]:
+    """Laws that remember: hysteresis of a variable itself, and one more state of first order."""
+    rules, x = RULES.naming, scene.joined(over, what)
+    size, spread = float(np.ptp(x)) / 2.0, rules.reach * scene.spread(place)
+    fixed = (("ahead", ahead(scene.parts, place, over, scene.smooth) if what == law.VALUE else 0.0),)
+    a, w = f"{scene.prefix}.a", f"{scene.prefix}.w"
+
+    def made(name: str, *numbers: Number) -> Guess:
+        one = Insert(scene.prefix, place, name, False, over, what, 0, fixed)
+        return Guess(LAW, name, words(name, one), (one,), numbers)
+
+    if what == law.VALUE:
+        for width in rules.bands:
+            dahl = made("Dahl", number(a, 0.0, -spread, spread), number(w, width * size, 1e-3 * size, 2.0 * size))
+            yield Trial(dahl, {w: width * size}, (a,))
+    level = float(abs(x).max()) or 1.0
+    times = np.geomspace(rules.fastest * scene.step, rules.slowest * scene.span, rules.times)
+    for time in times:
+        numbers = (
+            number(a, 0.0, -spread / level, spread / level),
+            number(f"{scene.prefix}.T", float(time), float(times[0]) / 10.0, 10.0 * float(times[-1])),
+        )
+        yield Trial(made("first order", *numbers), {f"{scene.prefix}.T": float(time)}, (a,))
+
+
+def relatives(guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[str, float]]]:
+    """Laws of more numbers of the family of one that looks well, with where their fits start."""
+    if guess.law != "Dahl":
+        return
+    prefix = guess.inserts[0].name
+    w = next(n for n in guess.numbers if n.name.endswith(".w"))
+    for name, more in (
+        ("LuGre", (number(f"{prefix}.b", 0.5, 0.0, 5.0), number(f"{prefix}.v", w.high, 1e-3 * w.high, 10.0 * w.high))),
+        ("Bouc-Wen", (number(f"{prefix}.b", 0.5, -1.0, 1.0), number(f"{prefix}.n", 1.5, 1.0, 6.0))),
+    ):
+        one = replace(guess.inserts[0], law=name)
+        made = Guess(LAW, name, words(name, one), (one,), (*guess.numbers, *more))
+        yield made, at | {n.name: n.start for n in more}
+
+
+def sines(scene: Scene, place: Place, over: str, what: int, multiplies: bool) -> Iterator[Trial]:
+    """A sine of what is an angle: of its unit, rad."""
+    if what != law.VALUE or over not in scene.parts.variables or scene.parts.variables[over].unit != "rad":
+        return
+    table, _ = curve(scene, place, over, what, multiplies)
+    one = replace(table, law="sine", points=0, fixed=table.fixed[:1])
+    most = RULES.naming.reach * (1.0 if multiplies else scene.spread(place))
+    for n in RULES.naming.waves:
+        for phase in (0.0, 0.5 * np.pi):
+            a, order, shift = (f"{scene.prefix}.{name}" for name in ("a", "n", "phase"))
+            numbers = (number(a, 0.0, -most, most), number(order, n, 0.5 * n, 1.5 * n), number(shift, phase, -4.0, 4.0))
+            yield Trial(Guess(LAW, "sine", words("sine", one), (one,), numbers), {order: n, shift: phase}, (a,))
+
+
+def paths(scene: Scene, place: Place) -> Iterator[Trial]:
+    """What a path may do to the signal."""
+    rules, s, prefix = RULES.naming, scene.signal(place), scene.prefix
+    size, spread = float(abs(s).max()) or 1.0, float(np.std(s))
+    if spread <= RULES.judge.constant * size:
+        return
+    low, high = float(s.min()), float(s.max())
+
+    def made(name: str, *numbers: Number, title: str = "", **fixed: float) -> Guess:
+        one = Insert(prefix, place, name, fixed=tuple(fixed.items()))
+        return Guess(PATH, title or name, words(title or name, one), (one,), numbers)
+
+    a = f"{prefix}.a"
+    offset = replace(made("constant", number(a, 0.0, -3.0 * size, 3.0 * size), title="offset"), law="offset")
+    yield Trial(offset, {}, (a,))
+    yield Trial(made("scale", number(a, 1.0, -3.0, 5.0)), {}, (a,))
+    yield Trial(made("sign"), {})
+    late = f"{prefix}.T"
+    most = min((law.HISTORY - 2) * scene.step, rules.latest * scene.span)
+    for steps in rules.late:
+        if steps * scene.step < most:
+            yield Trial(made("delay", number(late, 0.0, 0.0, most)), {late: steps * scene.step})
+            yield Trial(made("lag", number(late, 0.0, 0.0, most)), {late: steps * scene.step})
+    for share in rules.bands:
+        w = f"{prefix}.w"
+        yield Trial(made("dead zone", number(w, 0.0, 0.0, size)), {w: share * size * rules.dead})
+    for quantile in rules.clipped:
+        for end, at in (("high", float(np.quantile(s, quantile))), ("low", float(np.quantile(s, 1.0 - quantile)))):
+            name, other = f"{prefix}.{end}", {"high": ("low", -FAR), "low": ("high", FAR)}[end]
+            bound = number(name, high if end == "high" else low, low, high)
+            yield Trial(made("saturation", bound, title=f"saturation ({end})", **{other[0]: other[1]}), {name: at})
+    rates = np.concatenate([abs(np.diff(x) / np.diff(t)) for x, t in zip(scene.series[place.variable], scene.series["time"])])
+    fastest = float(rates.max())
+    for share in rules.bands:
+        r = f"{prefix}.r"
+        yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: (1.0 - share) * fastest})
+    for share in rules.counts:
+        q = f"{prefix}.q"
+        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: share * spread})
+
+
+def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:
+    """Each number of the FMUs that a user could set, and that is not fitted anyway."""
+    parts = scene.parts
+    for name, v in parts.variables.items():
+        component = parts.owner(name)
+        start_of = v.causality == "output" and v.initial in ("exact", "approx")
+        if component not in scene.played.group.members or v.type != "Real" or name in taken_names:
+            continue
+        if not (v.causality == "parameter" or start_of) or not parts.rig.questioned(name) or v.variability == "constant":
+            continue
+        given = parts.rig.parameters.get(name, values.get(component, {}).get(name[len(component) + 1 :], v.start))
+        if given is None or not np.isfinite(given):
+            continue
+        reach = RULES.naming.off_by * abs(given)
+        if given == 0.0:
+            reach = 2.0 * float(abs(scene.joined(name)).max()) if start_of and name in scene.series else 0.0
+        low, high = max(given - reach, v.low), min(given + reach, v.high)
+        if reach == 0.0:
+            low, high = v.low, v.high
+        if given > 0.0 and low <= 0.0 and not start_of:
+            low = given / (1.0 + RULES.naming.off_by)
+        if np.isfinite(high - low) and low < high and low <= given <= high:
+            yield Trial(Guess(PARAMETER, "parameter", name, (), (Number(name, name, float(given), low, high),)), {}, (name,))
+
+
+def events(scene: Scene, place: Place, edges: Sequence[np.ndarray], runs: Sequence[int]) -> Iterator[tuple[int, Guess, int, int]]:
+    """A shift of a place between two times of a run, by the places of these among the edges: (run, guess, first, last)."""
+    spread = scene.spread(place)
+    a, since, until = (f"{scene.prefix}.{name}" for name in ("a", "since", "until"))
+    for i, times in zip(runs, edges):
+        end = float(times[-1])
+        for j, k in combinations(range(len(times)), 2):
+            numbers = [Number(a, a, 0.0, -3.0 * spread, 3.0 * spread, run=i)]
+            numbers.append(number(since, float(times[j]), 0.0, end))
+            fixed: tuple[tuple[str, float], ...] = ()
+            if k < len(times) - 1:
+                numbers.append(number(until, float(times[k]), 0.0, end))
+            else:
+                fixed = (("until", FAR),)
+            one = Insert(scene.prefix, place, "constant", fixed=fixed)
+            yield i, Guess(EVENT, "event", words("event", one), (one,), tuple(numbers)), j, k
+
+
+def overflow(
+    scene: Scene, first: Insert, knots: np.ndarray, second: Insert
+) -> Iterator[tuple[Guess, dict[str, float], tuple[str, str], np.ndarray]]:
+    """A limit over what an FMU gives that takes something away before it, and hands a surplus on to another FMU.
+
+    first, second: tables of that variable at both places. As of `laws`: (guess, shapes, amplitudes, the limit at the knots).
+    """
+    low, high = float(knots[0]), float(knots[-1])
+    a, level, on = f"{scene.prefix}.a", f"{scene.prefix}.l", f"{scene.prefix}_on"
+    both = tuple(
+        replace(one, name=name, law="limit", points=0, fixed=tuple(pair for pair in one.fixed if pair[0] == "ahead"))
+        for one, name in ((first, scene.prefix), (second, on))
+    )
+    label = f"overflow of {first.goes_with}: from {first.place} on to {second.place}"
+    acts = {level: {level: 1.0, f"{on}.l": 1.0}}
+    for share in RULES.naming.limits:
+        at = low + share * (high - low)
+        heights = _heights("limit", {"l": at}, "a", knots)
+        if not heights.any():
+            continue
+        reach = RULES.naming.stiff * RULES.naming.reach
+        most = [reach * scene.spread(one.place) / float(heights.max()) for one in both]
+        numbers = (
+            number(a, 0.0, -most[0], most[0]),
+            number(level, at, low, high + RULES.naming.beyond * (high - low)),
+            number(f"{on}.a", 0.0, -most[1], most[1]),
+        )
+        yield Guess(LAW, "overflow", label, both, numbers, acts), {level: at}, (a, f"{on}.a"), heights
+
+
+def brims(scene: Scene, guess: Guess) -> Iterator[dict[str, float]]:
+    """Where else a limit before an FMU may begin: at any height, as one that takes away all that comes in at its highest."""
+    if guess.law not in ("limit", "overflow") or guess.place is None or guess.place.where != IN or not guess.plain:
+        return
+    x = scene.joined(*guess.over)
+    most = float(abs(scene.signal(guess.place)).max())
+    a, level, *others = guess.numbers
+    for share in RULES.naming.brims:
+        at = float(x.min()) + share * float(np.ptp(x))
+        if share < 1.0:
+            steep = float(np.clip(-most / (float(x.max()) - at), a.low, a.high))
+            yield {a.name: steep, level.name: at} | {n.name: -RULES.naming.surplus * steep for n in others}
+
+
+def overflows(scene: Scene, one: Insert, other: Insert) -> bool:
+    """Whether what a table goes with may overflow from its place on to that of another table."""
+    component = scene.parts.owner(one.place.variable)
+    return (
+        one.place.where == other.place.where == IN
+        and not one.multiplies
+        and not other.multiplies
+        and one.over == other.over
+        and one.taken == other.taken == law.VALUE
+        and one.over in scene.parts.variables
+        and scene.parts.variables[one.over].causality == "output"
+        and scene.parts.owner(one.over) == component != scene.parts.owner(other.place.variable)
+    )

@@ -1,0 +1,12 @@
+"""The step of a correction for the compiled loop: its inputs, its output, p and m of its law in one block of doubles."""
+
+from selflock.fmus.correction import law
+
+SIGNAL, X, OUT, P = range(4)  # from P on the law's p, from M on its m
+M = P + law.SIZE
+SIZE = M + law.MEMORY
+
+
+def advance(block, dt):
+    """A step of dt over the block."""
+    block[OUT] = law.step(block[P:M], block[M:SIZE], block[SIGNAL], block[X], dt)

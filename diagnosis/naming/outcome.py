@@ -1,0 +1,175 @@
+"""What a naming found: in the terminal, and as naming.json."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from selflock.fmus.shown import visible
+
+from ..calibration.result import finite
+from ..rules import RULES
+
+EXIT = {"explained": 0, "ambiguous": 0, "none": 3, "unknown": 4}
+READS_AS = {  # laws that feed what an FMU gives back to what it is given, in words of mechanics
+    "cubic": "a cubic stiffness, where the variable is a position: a restoring force over position",
+    "quadratic": "a stiffness that differs by side, where the variable is a position",
+    "drag": "a drag of the square, where the variable is a speed",
+    "Coulomb": "Coulomb friction, where the variable is a speed",
+    "Stribeck": "Stribeck friction, where the variable is a speed",
+    "Dahl": "a hysteresis, as of bristles",
+    "LuGre": "friction of bristles, where the variable is a position",
+    "Bouc-Wen": "a hysteresis",
+    "first order": "one more state of first order, as a thermal mass",
+    "limit": "a limit: beyond it something is taken away, as by an overflow",
+    "limit below": "a limit from below, as a stop",
+    "dead band": "stops to both sides, or a play",
+    "overflow": "an overflow: beyond its limit a surplus leaves the one and goes on to the other",
+}
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A number of a cause: low, high are its 95 % interval; None where the data do not determine it."""
+
+    name: str
+    value: float
+    low: float | None
+    high: float | None
+
+    def __str__(self) -> str:
+        ends = "" if self.low is None else f" [{self.low:.4g}, {self.high:.4g}]"
+        return f"{self.name} = {self.value:.4g}{ends}"
+
+
+@dataclass
+class FreeCurve:
+    """A free curve of one variable, learnt from the data: heights with standard errors, straight between its points."""
+
+    label: str
+    over: str
+    place: str
+    multiplies: bool
+    x: list[float]
+    y: list[float]
+    error: list[float]
+    loss: float  # mean loss on unseen blocks
+    base: float  # that of the model without it
+    beyond: str = "as at the last of them beyond"
+
+
+@dataclass
+class NamedCause:
+    """One thing that was found."""
+
+    kind: str  # parameter | path | event | law | curve
+    law: str
+    label: str
+    place: str  # component.variable
+    where: str  # in | out | read
+    over: str
+    multiplies: bool
+    formula: str
+    numbers: list[Fitted]
+    gain: float  # share of the mean loss of unseen blocks that it takes away
+    chance: float
+    beside: list[str] = field(default_factory=list)  # what does as well with as few numbers
+
+    def sentence(self) -> str:
+        """In words."""
+        feeds_back = self.kind == "law" and self.where == "in" and self.over.split(".")[0] == self.place.split(".")[0] != ""
+        reads = f" ({READS_AS[self.law]})" if self.law in READS_AS and feeds_back and not self.multiplies else ""
+        return f"{self.label}{reads}"
+
+
+@dataclass
+class NamedError:
+    """An output's root mean square errors, in its unit: held out, or where nothing is, on all data."""
+
+    name: str
+    unit: str
+    before: float | None
+    after: float | None
+    low: float | None  # 95 % interval of `after`, over blocks
+    high: float | None
+    noise: float
+    taught_before: float | None = None
+    taught_after: float | None = None
+
+
+@dataclass
+class Naming:
+    """What `name` returns."""
+
+    verdict: str  # explained | ambiguous | unknown | none
+    why: str  # a sentence
+    system: str
+    rig: str
+    logs: list[str]
+    held_out: str
+    causes: list[NamedCause]
+    errors: list[NamedError]
+    curve: FreeCurve | None
+    remainder: dict[str, Any]  # {significant, ratios: of error to noise}
+    rivals: list[dict[str, Any]]  # of each round {base, rows: [{label, kind, numbers, loss, drop, chance, doubt}]}
+    numbers: list[Fitted]  # of the base
+    effort: dict[str, Any]
+    extension: dict[str, Any] = field(default_factory=dict)
+    faults: list[dict] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    seed: int = 0
+    folder: Path | None = None
+    files: list[str] = field(default_factory=list)
+
+    @property
+    def exit_code(self) -> int:
+        return EXIT[self.verdict]
+
+    def data(self) -> dict[str, Any]:
+        """As naming.json has it."""
+        found = {key: value for key, value in asdict(self).items() if key not in ("folder", "files")}
+        return {"naming": 1} | found | {"rules": RULES.by_name()}
+
+    def write(self, out: Path) -> Path:
+        path = out / "naming.json"
+        text = json.dumps(finite(self.data()), indent=2, ensure_ascii=False)
+        path.write_text(text + "\n", encoding="utf-8", errors="backslashreplace")
+        return path
+
+    def lines(self) -> Iterator[str]:
+        yield f"Verdict: {self.verdict}. {self.why}"
+        for cause in self.causes:
+            yield f"  {cause.kind}: {cause.sentence()}"
+            yield (
+                f"    {cause.formula}: {', '.join(map(str, cause.numbers))}"
+                if cause.kind != "curve"
+                else "    a curve, and no cause: see the report"
+            )
+            if cause.beside:
+                yield f"    cannot be told from: {', '.join(cause.beside)}"
+        for e in self.errors:
+            ends = "" if e.low is None or e.high is None else f" [{e.low:.4g}, {e.high:.4g}]"
+            before, after = ("failed" if size is None else f"{size:.4g}" for size in (e.before, e.after))
+            yield (
+                f"  {e.name}, held out ({self.held_out}): {before} -> {after}{ends} {e.unit}".rstrip() + f" (noise {e.noise:.2g})"
+            )
+        if self.remainder.get("significant"):
+            yield "  what remains is more than noise"
+        if self.extension:
+            told = self.extension
+            if "fmu" in told:
+                agrees = "agrees" if told["agrees"] else "does not agree"
+                yield f"  {told['system']} run again on {told['log']}: error {told['fmu']:.4g}, promised {told['promised']:.4g}: it {agrees}"
+        yield from (f"  {note}." for note in self.notes)
+        yield f"  {self.effort['simulations']} simulations, {self.effort['steps_per_second']:.2g} FMU steps a second, {self.effort['elapsed']:.0f} s"
+        if self.folder:
+            yield f"  open {self.folder / 'report.html'}"
+
+    def summary(self) -> str:
+        return visible("\n".join(self.lines()))
+
+    def __str__(self) -> str:
+        return self.summary()

@@ -1,0 +1,449 @@
+"""From rig and logs to what the system lacks: the base fitted, rivals held against it, the best named, the system extended."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from selflock.fmus.correction import law
+
+from ..calibration import told
+from ..calibration.fit import End, fit, fit_from, remaining, spreads, units
+from ..calibration.numbers import Number, of_rig
+from ..calibration.run import division, here, own, sizes
+from ..data.log import MeasuredRun
+from ..data.rig import SMOOTH, Rig
+from ..errors import DataError
+from ..pipeline.run import gather
+from ..residuals.blocks import Blocks
+from ..rules import RULES
+from ..systems.parts import Parts
+from ..systems.system import prepare
+from .contest import Contest, Round, beside
+from .extend import extend
+from .extended import Extended, Extending
+from .guesses import CURVE, EVENT, KINDS, Guess
+from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
+from .page import write
+from .places import Insert
+
+PREFIX = "correction"
+
+
+@dataclass
+class Work:
+    """All that one naming goes on with."""
+
+    rig: Rig
+    parts: Parts
+    runs: list[MeasuredRun]
+    numbers: tuple[Number, ...]
+    judges: set[int]
+    rows: list[np.ndarray]
+    words: str
+    layout: Blocks
+    played: Extended
+    inserts: tuple[Insert, ...] = ()
+    found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
+    acts: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    @property
+    def which(self) -> list[int]:
+        return [i for i in range(len(self.runs)) if i not in self.judges]
+
+    def problem(self) -> Extending:
+        """The fit to all that teaches, with what was found so far."""
+        self.played.extend(self.inserts)
+        more = [n for numbers in self.found for n in numbers]
+        found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, acts=self.acts)
+        found.fixed = {n.name: n.start for n in self.numbers if n.run in self.judges}
+        vars(found)["played"] = self.played
+        found.units = spreads(self.played)
+        return found
+
+    def with_also(self, guess: Guess) -> Work:
+        """The same with one more that was found; a run is counted among all, not among those that teach."""
+        numbers = tuple(n if n.run is None else replace(n, run=self.which[n.run]) for n in guess.numbers)
+        return replace(self, inserts=(*self.inserts, *guess.inserts), found=[*self.found, numbers], acts=self.acts | guess.acts)
+
+
+def name_system(
+    rig: Rig,
+    logs: Sequence,
+    test: Sequence,
+    out: Path | None,
+    tell: Callable,
+    starts: int,
+    seed: int,
+    kinds: Sequence[str] = KINDS,
+) -> Naming:
+    """The naming of what a rig's system lacks, as `calls.name` tells it."""
+    if rig.system is None:
+        raise DataError(
+            f'{rig.path}: names no system. Write [rig] system = "my.toml" (an .ssp or .fmu as well); what a drive of ours lacks '
+            "selflock diagnose names."
+        )
+    for kind in kinds:
+        if kind not in KINDS:
+            raise DataError(f"kinds: {kind!r} is none. There are: {', '.join(KINDS)}.")
+    if starts < 1:
+        raise DataError(f"starts = {starts}: give at least one.")
+    begun = time.monotonic()
+    tell("reading", 0.0)
+    rig, parts = prepare(rig)
+    runs, faults, held = gather(rig, logs, test)
+    numbers = of_rig(rig, parts, runs) if rig.wanted or rig.uncertain else ()
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    played = Extended(rig, parts, runs, numbers)
+    layout = Blocks(runs, False)
+    work = Work(rig, parts, runs, numbers, set(), [np.ones(len(run), bool) for run in runs], "", layout, played)
+    try:
+        problem = work.problem()
+        work.judges, work.rows, work.words = division(problem, held, [layout.block(i) for i in range(len(runs))])
+        found = _searched(work, tell, starts, seed, kinds)
+        result = _told_of(found, seed)
+        result.faults = [fault.row() for fault in faults]
+        result.effort["elapsed"] = time.monotonic() - begun
+        if out is not None:
+            tell("report", 0.95)
+            extend(result, found.work, found.best, out)
+            result.effort["elapsed"] = time.monotonic() - begun
+            write(result, found, out)
+    finally:
+        played.close()
+    return result
+
+
+@dataclass
+class Whole:
+    """A model fitted to all that teaches, and its errors."""
+
+    problem: Extending
+    end: End
+    values: dict[str, float]
+    taught: dict[str, float] | None
+    held: dict[str, float] | None
+    blocks: dict[str, np.ndarray]  # of each output sums of squares and counts of the blocks that judge
+
+
+@dataclass
+class Search:
+    """What a search went through, and where it ended."""
+
+    work: Work
+    given: Whole
+    base: Whole
+    best: Whole
+    outcomes: list[Round]
+    notes: list[str]
+    near: Extended  # on the heads of the runs
+    begins: Work  # before anything was found
+
+
+def _near(work: Work) -> Extending:
+    """The heads of all runs that teach, on which guesses are looked at and compared."""
+    total = sum(len(work.runs[i]) for i in work.which)
+    share = min(1.0, RULES.naming.glance / total)
+    runs = [work.runs[i].head(max(2, int(np.ceil(share * len(work.runs[i]))))) for i in work.which]
+    place = {i: k for k, i in enumerate(work.which)}
+    numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
+    played = Extended(work.rig, work.parts, runs, numbers)
+    rows = [work.rows[i][: len(run)] for i, run in zip(work.which, runs)]
+    problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows)
+    vars(problem)["played"] = played
+    problem.units = spreads(played)
+    return problem
+
+
+def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str]) -> Search:
+    near = _near(work)
+    played = near.played
+    assert isinstance(played, Extended)
+    try:
+        tell("the base", 0.02)
+        places, notes = _base(work, near, played, starts, seed)
+        rng = np.random.default_rng(seed)
+        problem = work.problem()
+        nothing = End(np.zeros(0), np.zeros(0), np.inf)
+        given = _measured(work, problem, nothing, {n.name: n.start for n in work.numbers})
+        base = best = _fitted(work, near.values(places), near.fixed)
+        found = Search(work, given, base, best, [], notes, played, work)
+        for k in range(RULES.naming.rounds):
+            prefix = PREFIX + (f"_{k + 1}" if k else "")
+            taken = {n.variable for n in near.numbers}
+            contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds)
+            outcome = contest.play(rng)
+            found.outcomes.append(outcome)
+            outcome.winner = None
+            for rival in outcome.order[: RULES.naming.vetoed]:
+                wider = found.work.with_also(rival.guess)
+                after = _fitted(wider, rival.values, near.fixed)
+                if _helps(after, found.best, rival.guess.kind):
+                    base_loss = outcome.base.errors.mean()
+                    outcome.winner = rival
+                    outcome.beside = beside(rival, outcome.order, outcome.chance_level, base_loss)
+                    break
+                rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
+            if outcome.winner is None:
+                break
+            found.work, found.best = wider, after
+            near, places = outcome.winner.problem, outcome.winner.end.places
+            played.extend(wider.inserts)
+        _curve_instead(found)
+        found.work.played.extend(found.work.inserts)
+        return found
+    finally:
+        played.close()
+
+
+def _curve_instead(found: Search) -> None:
+    """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer."""
+    first, named = found.outcomes[0], any(outcome.winner for outcome in found.outcomes)
+    if first.curve is None:
+        return
+    wider = found.begins.with_also(first.curve.guess)
+    after = _fitted(wider, first.curve.values, first.curve.problem.fixed)
+    if not _helps(after, found.best if named else found.base):
+        return
+    for outcome in found.outcomes:
+        outcome.winner, outcome.beside = None, []
+    first.winner = first.curve
+    found.outcomes = [first]
+    found.work, found.best = wider, after
+
+
+def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int) -> tuple[np.ndarray, list[str]]:
+    """The numbers that the rig sets free, fitted to the heads of the runs; what is to be told of them."""
+    origin = np.array([n.place(n.start) for n in near.free])
+    if near.misfit(origin) is None and not len(origin):
+        raise DataError(f"{work.rig.path}: the system breaks off: {played.last}")
+    if played.still():
+        raise DataError(
+            f"{near.runs[0].log}: no input moves in this log, so that what is missing cannot be told from what is fitted. Record a "
+            f"run in which they do, or map other columns in {work.rig.path.name}."
+        )
+    first, other = (near.settings(near.values(at))[0] for at in (origin, np.full(len(origin), 0.5)))
+    notes = [word] if (word := played.trust(first, other, 0)) else []
+    quiet = told.silent(near, [origin, np.full(len(origin), 0.38)]) if len(origin) else set()
+    near.fixed |= {n.name: n.start for n in near.numbers if n.name in quiet}
+    notes += [f"{name} changes nothing that is compared, and keeps its value" for name in sorted(quiet)]
+    origin = np.array([n.place(n.start) for n in near.free])
+    ends = fit(near, origin, starts if len(origin) else 1, seed, here, lambda what, share: None)
+    if not ends or not np.isfinite(ends[0].loss):
+        raise DataError(
+            f"{work.rig.path}: the system breaks off wherever its numbers are tried, so nothing can be named. Narrow the ranges "
+            f"under [calibrate], or mend this first: {played.last}"
+        )
+    return ends[0].places, notes
+
+
+def _told(tell: Callable, k: int) -> Callable[[str, float], None]:
+    share = 0.85 / RULES.naming.rounds
+    return lambda what, part: tell(f"cause {k + 1}: {what}", 0.05 + share * (k + part))
+
+
+def _unseen(work: Work) -> list[np.ndarray]:
+    """Samples that judge, of each run; all where nothing is held out."""
+    every = [np.ones(len(run), bool) for run in work.runs]
+    if not work.words:
+        return every
+    return [every[i] if i in work.judges else every[i] & (not work.judges) & ~work.rows[i] for i in range(len(work.runs))]
+
+
+def _fitted(work: Work, values: dict[str, float], fixed: dict[str, float]) -> Whole:
+    """What was found so far, fitted to all that teaches, from these values on."""
+    problem = work.problem()
+    known = {n.name for n in problem.numbers}
+    problem.fixed |= {name: value for name, value in fixed.items() if name in known}
+    places = np.array([np.clip(n.place(values.get(n.name, n.start)), 0.0, 1.0) for n in problem.free])
+    problem.units = units(problem, problem.values(places))
+    end = fit_from(problem, places, RULES.calibrate.effort_start, RULES.calibrate.ended_start)
+    return _measured(work, problem, end, problem.values(end.places) | own(problem, work.judges, end))
+
+
+def _measured(work: Work, problem: Extending, end: End, values: dict[str, float]) -> Whole:
+    unseen = _unseen(work)
+    taught = [work.rows[i] & (i not in work.judges) for i in range(len(work.runs))]
+    which = [i for i, rows in enumerate(unseen) if rows.any()]
+    errors = problem.errors(values, which)
+    blocks: dict[str, np.ndarray] = {}
+    if errors is not None:
+        trusted = problem.counted(which, unseen)
+        for name, parts in errors.items():
+            squares = np.concatenate([e[t] ** 2 for e, t in zip(parts, trusted[name])])
+            label = np.concatenate([work.layout.block(i)[t] for i, t in zip(which, trusted[name])])
+            blocks[name] = np.stack([np.bincount(label, squares), np.bincount(label)], -1)[np.unique(label)]
+    return Whole(problem, end, values, sizes(problem, values, taught), sizes(problem, values, unseen), blocks)
+
+
+def _helps(after: Whole, before: Whole, kind: str = "") -> bool:
+    """Whether some output's error on the data that judge falls by enough; an event's on its own run, where it was."""
+    new, old = (after.taught, before.taught) if kind == EVENT else (after.held, before.held)
+    if new is None or old is None:
+        return new is not None
+    return any(new[name] < (1.0 - RULES.judge.help) * old[name] for name in new)
+
+
+# --- what is told -------------------------------------------------------------------------------------------------------
+
+
+def _told_of(found: Search, seed: int) -> Naming:
+    work, best = found.work, found.best
+    rng = np.random.default_rng(seed)
+    numbers = _intervals(work, best)
+    causes = [_cause(outcome, numbers) for outcome in found.outcomes if outcome.winner is not None]
+    last = found.outcomes[-1]
+    noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
+    errors = [_error(name, found, noise[name], rng) for name in work.played.outputs]
+    worst = max(last.ratios.values(), default=0.0)
+    significant = bool(last.off.any()) if last.winner is None else worst > RULES.judge.excess
+    verdict, why = _verdict(causes, worst)
+    effort = work.played.effort
+    effort.add(found.near.effort)
+    rig = work.rig
+    notes = [*found.notes, *work.played.notes]
+    return Naming(
+        verdict,
+        why,
+        rig.system.name if rig.system else "",
+        rig.name,
+        list(dict.fromkeys(work.runs[i].log for i in work.which)),
+        work.words or "nothing: all that taught",
+        causes,
+        errors,
+        _curve(found.outcomes[0]),
+        {"significant": significant, "ratios": last.ratios},
+        [_rivals(outcome) for outcome in found.outcomes],
+        [one for name, one in numbers.items() if name in {n.name for n in work.numbers}],
+        {
+            "simulations": effort.runs,
+            "failed": sum(effort.failed.values()),
+            "fmu_steps": effort.steps,
+            "seconds": effort.seconds,
+            "steps_per_second": effort.steps / effort.seconds if effort.seconds else 0.0,
+            "elapsed": 0.0,
+        },
+        notes=notes,
+        seed=seed,
+    )
+
+
+def _verdict(causes: list[NamedCause], worst: float) -> tuple[str, str]:
+    if not causes:
+        if worst > RULES.judge.excess:
+            return "unknown", "Something is missing, and no rival predicts unseen data better than chance does"
+        return "none", "Nothing is missing that these data could show"
+    if causes[0].kind == CURVE:
+        return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
+    if any(cause.beside for cause in causes):
+        return "ambiguous", "What is missing has more than one name that does as well"
+    return "explained", "What is missing has a name"
+
+
+def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
+    """All numbers with their 95 % intervals, of what taught."""
+    problem, end = best.problem, best.end
+    found = {name: Fitted(name, value, None, None) for name, value in best.values.items()}
+    if end.misfit is None or not problem.free:
+        return found
+    labels = problem.blocks([work.layout.block(i) for i in range(len(work.runs))])
+    errors, _, loose = told.errors(problem, end, labels)
+    width = told.reach(labels, len(problem.free))
+    for n, place, error, free in zip(problem.free, end.places, errors, loose):
+        if not free:
+            ends = n.at(max(0.0, place - width * error)), n.at(min(1.0, place + width * error))
+            found[n.name] = Fitted(n.name, best.values[n.name], min(ends), max(ends))
+    return found
+
+
+def _cause(outcome: Round, numbers: dict[str, Fitted]) -> NamedCause:
+    winner = outcome.winner
+    assert winner is not None
+    guess, c = winner.guess, winner.candidate
+    first = guess.inserts[0] if guess.inserts else None
+    known = law.BY_NAME[first.law] if first else None
+    mine = [replace(numbers[n.name], name=n.name.replace(f"{first.name}.", "") if first else n.name) for n in guess.numbers]
+    gain = 1.0 - c.errors.mean() / max(outcome.base.errors.mean(), 1e-300)
+    return NamedCause(
+        guess.kind,
+        guess.law,
+        guess.label,
+        first.place.variable if first else guess.label,
+        first.place.where if first else "",
+        first.goes_with if first else "",
+        first.multiplies if first else False,
+        known.formula if known else "value",
+        mine,
+        float(gain),
+        c.chance,
+        [r.guess.label for r in outcome.beside],
+    )
+
+
+def _error(name: str, found: Search, noise: float, rng: np.random.Generator) -> NamedError:
+    best, base = found.best, found.base
+    low = high = None
+    if name in best.blocks and len(best.blocks[name]) > 1:
+        blocks = best.blocks[name]
+        drawn = blocks[rng.integers(0, len(blocks), (RULES.judge.bootstraps, len(blocks)))].sum(1)
+        low, high = map(float, np.quantile(np.sqrt(drawn[:, 0] / drawn[:, 1]), RULES.judge.interval))
+    unit = found.work.parts.variables[name].unit
+    pick = lambda sizes: None if sizes is None else sizes[name]
+    return NamedError(name, unit, pick(base.held), pick(best.held), low, high, noise, pick(base.taught), pick(best.taught))
+
+
+def _rivals(outcome: Round) -> dict[str, Any]:
+    rows = [
+        {
+            "label": r.guess.label,
+            "kind": r.guess.kind,
+            "numbers": len(r.candidate.free),
+            "loss": float(r.candidate.errors.mean()),
+            "drop": r.candidate.drop,
+            "gain": r.candidate.gain,
+            "chance": r.candidate.chance,
+            "doubt": r.candidate.doubt,
+            "role": "named" if r is outcome.winner else "not to be told from it" if r in outcome.beside else "considered",
+        }
+        for r in outcome.fitted
+    ]
+    base = float(outcome.base.errors.mean())
+    return {"base": base, "looked": outcome.looked, "chance_level": outcome.chance_level, "ratios": outcome.ratios, "rows": rows}
+
+
+def _curve(outcome: Round) -> FreeCurve | None:
+    """The free curve of a round: that of the winner's variable at its place, else the one that predicts most."""
+    curves = [r for r in outcome.fitted if r.guess.kind == CURVE]
+    winner = outcome.winner
+    alike = lambda r: winner is not None and r.guess.place == winner.guess.place and r.guess.over == winner.guess.over
+    rival = next((r for r in curves if alike(r)), outcome.curve)
+    if rival is None:
+        return None
+    table = rival.guess.inserts[0]
+    names = [n.name for n in rival.guess.numbers]
+    heights = [f"{table.name}.y{k + 1}" for k in range(table.points)]
+    ways = np.array([[rival.guess.acts[name].get(y, 0.0) for name in names] for y in heights])
+    spread = np.array([n.high - n.low for n in rival.guess.numbers])
+    free = [n.name for n in rival.problem.free]
+    mine = [free.index(name) for name in names]
+    covariance = rival.candidate.fitted.covariance(np.ones(len(rival.block), bool), rival.block)
+    of_ways = covariance[np.ix_(mine, mine)] * np.outer(spread, spread)
+    error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", ways, of_ways, ways), 0.0))
+    fixed = dict(table.fixed)
+    return FreeCurve(
+        rival.guess.label,
+        table.goes_with,
+        str(table.place),
+        table.multiplies,
+        [fixed[f"x{k + 1}"] for k in range(table.points)],
+        [float(y) for y in ways @ np.array([rival.values[name] for name in names])],
+        [float(e) for e in error],
+        float(rival.candidate.errors.mean()),
+        float(outcome.base.errors.mean()),
+    )

@@ -1,0 +1,122 @@
+"""Naming what any system lacks: where guesses are looked for first, how many are fitted, and when one is believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .rule import rule
+
+TIME = "a limit of time; not studied"
+GRID = "where fits start; they go on from there. Not studied beyond the hidden plants of the tests"
+
+
+@dataclass(frozen=True)
+class NamingRules:
+    # --- what is looked at: naming.guesses
+    glance: int = rule(4_500, "samples of all runs that hypotheses are looked at and compared on, at most", TIME)
+    variables: int = rule(14, "variables that a law at one place may go with, at most", TIME)
+    same: float = rule(
+        0.9995, "correlation from which on two laws of a variable are the same", "theory: nothing tells them apart"
+    )
+    same_variable: float = rule(0.995, "the same of two variables", "not studied; sums over steps drift")
+    knots: tuple[float, ...] = rule(
+        (0.0, 0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98, 1.0),
+        "quantiles of a variable between which a free curve over it is straight",
+        "not studied; close at the ends, where laws are told apart",
+    )
+    knot_gap: float = rule(0.02, "share of the variable's range that knots lie apart, at least", "not studied")
+    unit: float = rule(
+        1e-3,
+        "share of a place's spread that is added for a linear look",
+        "theory: digits of a double, and small beside the signal",
+    )
+    least_spread: float = rule(
+        0.1, "share of a signal's size that its spread is taken for, at least", "of a signal that hardly varies; not studied"
+    )
+    reach: float = rule(
+        3.0, "times a place's spread that a law may add to it, or times it that a law may multiply it, at most", GRID
+    )
+    stiff: float = rule(30.0, "times that reach of a limit and of a dead band, which may be hard", GRID)
+    powers: tuple[float, ...] = rule((0.3, 1.5, 2.5, 4.0), "exponents of a power that are looked at", GRID)
+    widths: tuple[float, ...] = rule(
+        (0.02, 0.1, 0.3), "widths, as shares of a variable's size, within which friction turns round", GRID
+    )
+    bands: tuple[float, ...] = rule(
+        (0.1, 0.3, 0.6), "the same of dead bands, hystereses, and by how much a rate is limited", GRID
+    )
+    dead: float = rule(0.5, "times these shares that a path's dead zone is looked at with", GRID)
+    limits: tuple[float, ...] = rule((0.3, 0.5, 0.7, 0.85, 0.95), "shares of a variable's range at which a limit may begin", GRID)
+    beyond: float = rule(
+        0.5,
+        "share of a variable's range, as the base has it, beyond which no limit is looked for",
+        "not studied; without the limit the base lies lower",
+    )
+    brims: tuple[float, ...] = rule(
+        (0.25, 0.5, 0.75), "shares of a variable's range at which a brim may lie, beyond which all that comes in is lost", GRID
+    )
+    surplus: float = rule(0.1, "share of what a brim takes away that goes on elsewhere, at first", GRID)
+    clipped: tuple[float, ...] = rule((0.99, 0.9, 0.75), "quantiles of a signal at which it may be cut off", GRID)
+    late: tuple[int, ...] = rule((1, 4, 16, 64), "steps by which a path may be late", GRID)
+    latest: float = rule(0.1, "share of the longest run that a path may be late by, at most", GRID)
+    counts: tuple[float, ...] = rule((0.1, 0.3, 1.0), "steps of a rounded signal, over its spread", GRID)
+    waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)
+    fastest: float = rule(4.0, "steps that a further state takes, at least", GRID)
+    slowest: float = rule(0.3, "share of the longest run that it takes, at most", GRID)
+    times: int = rule(4, "times between these two, even in their logarithm, that are looked at", GRID)
+    off_by: float = rule(4.0, "times itself by which a number of an FMU may be off", GRID)
+    edges: int = rule(12, "stretches of a run between which an event may begin and end", GRID)
+    edge_runs: int = rule(4, "runs in which events are looked for, at most", TIME)
+    degenerate: float = rule(
+        1e-3,
+        "share of a free curve's largest effect below which a direction of it is the base's own",
+        "theory: slopes by differences are no better",
+    )
+
+    one_block: float = rule(
+        0.5,
+        "share of all that a number of the base moves which lies in one block, from which on no other block is asked for it",
+        "of where a run begins it is nearly 1, of a parameter one over the blocks; between the two",
+    )
+
+    away: float = rule(
+        1e6,
+        "times its unit by which an output is off where a run counts as one that broke off",
+        "a guard: squares of it are still numbers",
+    )
+
+    # --- what is fitted and believed: naming.contest
+    lasts: float = rule(
+        0.37,
+        "autocorrelation of the base's errors below which they are over; blocks are no shorter than that",
+        "theory: 1/e, the usual correlation time",
+    )
+    curves: int = rule(2, "free curves that are fitted, those that look best", TIME)
+    fits: int = rule(8, "other hypotheses that are fitted, those that look best", TIME)
+    fits_derived: int = rule(3, "the same of what multiplies, or goes with rates, integrals, times since a turn", TIME)
+    of_place: int = rule(4, "laws of the best curve's variable at its place that are fitted in any case", TIME)
+    promising: float = rule(
+        0.15,
+        "share of the best look's gain below which nothing is fitted but limits, which are far from what a look can see",
+        TIME,
+    )
+    of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
+    as_much: float = rule(
+        0.9,
+        "share of what the best rival takes away that one of fewer numbers must take away to do as well: few blocks tell little apart",
+        "not studied; the tanks' first half was looked at when it was brought in, their second half judges",
+    )
+    vetoed: int = rule(3, "rivals in a round that the data that judge may refuse, one after the other", TIME)
+    starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)
+    starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)
+    polished: int = rule(4, "rivals that are fitted on from where they are, those that predict most", TIME)
+    effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)
+    ended: tuple[float, float] = rule((1e-3, 1e-3), "relative change of loss, and of values, that ends it", TIME)
+    rounds: int = rule(2, "causes, one after another, at most", TIME)
+
+    # --- what is run again: naming.extend
+    again: int = rule(60_000, "steps of the extended system that are run again with the FMUs themselves, at most", TIME)
+    agrees: float = rule(
+        1e-3,
+        "share of its error by which it may miss what was promised, and agrees",
+        "theory: digits of two ways to the same numbers",
+    )

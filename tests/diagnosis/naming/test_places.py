@@ -1,0 +1,100 @@
+"""Corrections put into a system: what goes where, in which order, and which part of a step their variable is of; and what is refused."""
+
+import hidden
+import numpy as np
+import pytest
+
+from selflock.diagnosis import DataError, name
+from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.naming.extended import component, taken
+from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system
+from selflock.diagnosis.systems.parts import Parts
+from selflock.fmus.correction import law
+
+CHAIN = """
+[run]
+stop = 1.0
+step = 0.1
+open_inputs = true
+
+[components.first]
+fmu = "relaxation.fmu"
+
+[components.second]
+fmu = "relaxation.fmu"
+
+[connections]
+"second.u" = { from = "first.x", factor = 2.0, offset = 1.0 }
+"""
+
+
+@pytest.fixture
+def parts(tmp_path, native):
+    (tmp_path / "relaxation.fmu").write_bytes(native("relaxation").read_bytes())
+    (tmp_path / "chain.toml").write_text(CHAIN)
+    (tmp_path / "rig.toml").write_text('[rig]\nsystem = "chain.toml"\nnamed = true\n')
+    return Parts(load(tmp_path / "rig.toml"))
+
+
+def test_before_an_input_behind_an_output_and_as_it_is_recorded(parts):
+    system = parts.system
+    system.run.record = ["first.x", "second.x"]
+    inserts = [
+        Insert("a", Place(IN, "second.u"), "cubic", over="second.x"),
+        Insert("b", Place(OUT, "first.x"), "scale"),
+        Insert("c", Place(READ, "second.x"), "constant"),
+        Insert("d", Place(READ, "second.x"), "lag"),
+    ]
+    found, moved = extended(system, parts, inserts, component)
+    assert found.order == ["first", "b", "a", "second", "c", "d"]
+    sources = {target: (c.source, c.factor, c.offset) for target, c in found.connections.items()}
+    assert sources == {
+        "second.u": ("a.corrected", 1.0, 0.0),
+        "a.signal": ("b.corrected", 2.0, 1.0),  # what the connection did before it does now
+        "a.x": ("second.x", 1.0, 0.0),
+        "b.signal": ("first.x", 1.0, 0.0),
+        "c.signal": ("second.x", 1.0, 0.0),
+        "d.signal": ("c.corrected", 1.0, 0.0),
+    }
+    assert moved == {"first.x": "b.corrected", "second.x": "d.corrected"}
+    assert found.run.record == ["b.corrected", "d.corrected"]
+    assert "a" not in system.components and system.connections["second.u"].source == "first.x"
+
+
+def test_all_places_and_the_part_of_a_step_that_a_variable_is_of(parts):
+    found = of_system(parts, ["first", "second"], ["first.u"], ["first.x", "second.x"])
+    assert set(map(str, found)) == {"first.u", "second.u", "first.x", "second.x", "recorded first.x"}
+    before = Place(IN, "second.u")
+    assert ahead(parts, before, "second.x", False) == 0.5  # of the step's begin: half a step on
+    assert ahead(parts, before, "first.x", False) == -0.5  # of its end
+    assert ahead(parts, before, "first.u", False) == 0.0  # the log's, as the FMUs are given it
+    assert ahead(parts, Place(OUT, "second.x"), "second.flow", False) == 0.0
+
+
+def test_what_of_a_variable_a_law_takes_is_known_beforehand():
+    time = np.linspace(0.0, 2.0, 201)
+    x = np.sin(3.0 * time)
+    assert taken(x, time, law.RATE)[1:-1] == pytest.approx(3.0 * np.cos(3.0 * time[1:-1]), abs=1e-2)
+    assert taken(x, time, law.INTEGRAL) == pytest.approx((1.0 - np.cos(3.0 * time)) / 3.0, abs=1e-2)
+    since = taken(x, time, law.SINCE_TURN)
+    assert since[-1] == pytest.approx(2.0 - np.pi / 2.0, abs=0.03) and since[40] == pytest.approx(0.4, abs=0.011)
+
+
+@pytest.mark.slow
+def test_bad_input_gets_its_sentence(tmp_path, native):
+    rig = hidden.rig(tmp_path, native("relaxation"))
+    log = tmp_path / "log.csv"
+    log.write_text("time,heater,body\n" + "\n".join(f"{0.05 * k:.2f},1.0,{0.001 * k}" for k in range(300)))
+    with pytest.raises(DataError, match="no input moves"):
+        name(rig, [log], out=None)
+    with pytest.raises(DataError, match="magic.*parameter, path, event, law"):
+        name(rig, [log], out=None, kinds=("magic",))
+    with pytest.raises(DataError, match="starts = 0"):
+        name(rig, [log], out=None, starts=0)
+    drive = tmp_path / "drive.toml"
+    drive.write_text('[rig]\nkind = "forward"\n[columns]\n"motor.current" = "i"\n')
+    with pytest.raises(DataError, match="names no system"):
+        name(drive, [log], out=None)
+    rig.write_text(rig.read_text().replace('inputs = "held"', 'inputs = "bent"'))
+    with pytest.raises(DataError, match="'smooth' or 'held'"):
+        name(rig, [log], out=None)

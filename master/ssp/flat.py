@@ -35,6 +35,8 @@ class Named:
 
     def to(self, other: Named, where: str) -> Affine:
         """From this unit to another one. Raises DescriptionError where they measure different things."""
+        if self.name == other.name and not (self.name in self.declared and other.name in other.declared):
+            return Affine()
         try:
             return Affine(*conversion(self.name, other.name, self.declared, other.declared))
         except DescriptionError as error:
@@ -60,8 +62,11 @@ class Flat:
     fmus: dict[str, Path] = field(default_factory=dict)  # component path → FMU file
     connections: dict[Port, tuple[Port, Affine]] = field(default_factory=dict)  # input → (output, transform)
     start: dict[Port, object] = field(default_factory=dict)
+    root: str = ""  # the name of the outermost system
+    told: dict[Port, object] = field(default_factory=dict)  # values of connectors of systems
     start_time: float = 0.0
     stop_time: float | None = None
     smallest_step: float = 0.0  # of the FMUs' default experiments, s; 0: none says one
+    notes: list[str] = field(default_factory=list)  # what was mended or is not used, a sentence each
     others: Others = field(default_factory=Others)  # what the annotations of other tools say
     ours: dict = field(default_factory=dict)  # what our annotation says, if it is there; see write.py

@@ -105,6 +105,8 @@ def bare(root: etree._Element) -> etree._Element:
         if node.getparent() is not None:
             node.getparent().remove(node)
     for node in root.iter(tag=etree.Element):
+        if etree.QName(node).localname == "Component" and node.get("source") is None:
+            node.set("source", "none")  # which 2.0 allows
         for name in ("id", "generationDateAndTime"):
             node.attrib.pop(name, None)
     return root

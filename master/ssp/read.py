@@ -287,24 +287,32 @@ class _Reader:
                 if source[0] in self.flat.fmus:
                     self.flat.connections[port] = (source, change)
                     self._compare(source, port)
+        self._give(outof)
+
+    def _give(self, outof: dict[Port, list[Joint]]) -> None:
+        """Take every value to the FMUs. What comes through a connection wins over what is given at its end."""
+        found: dict[Port, tuple[int, object]] = {}  # with the number of connections it came through
         for _, _, (path, name), value, unit, change in sorted(self.bindings, key=lambda entry: entry[:2]):
-            found = self._port(path, name)
-            if found is None:
+            port = self._port(path, name)
+            if port is None:
                 self.notes.append(
                     f"a parameter set of {path or 'the system'} names {name!r}, which is neither a variable nor a connector "
                     "of it; it is not used"
                 )
                 continue
-            port, own = found, self.units.get(found)
+            own = self.units.get(port)
             if is_number(value):
                 convert = unit.to(own, f"value of {'.'.join(port)}") if unit and own else Affine()
                 value = convert.then(change)(value) if convert.then(change) != Affine() else value
-            for (part, variable), given in self._down(port, value, outof):
-                if part in self.flat.fmus:
-                    given = as_item(given, self.items.get((part, variable)), f"{part}.{variable} = {given}")
-                    self.flat.start[part, variable] = given
-                else:
-                    self.flat.told[part, variable] = given
+            for reached, given, steps in self._down(port, value, outof):
+                if steps >= found.get(reached, (0, None))[0]:
+                    found[reached] = steps, given
+        for (part, variable), (_, given) in found.items():
+            if part in self.flat.fmus:
+                given = as_item(given, self.items.get((part, variable)), f"{part}.{variable} = {given}")
+                self.flat.start[part, variable] = given
+            else:
+                self.flat.told[part, variable] = given
 
     def _silent(self, into: dict[Port, Joint], outof: dict[Port, list[Joint]]) -> None:
         """Connectors of systems that tell no unit have that of what they are connected to (SSP 1.0, Real)."""
@@ -348,11 +356,16 @@ class _Reader:
                 return port
         return None
 
-    def _down(self, port: Port, value: object, outof: dict[Port, list[Joint]]) -> Iterator[tuple[Port, object]]:
+    def _down(
+        self, port: Port, value: object, outof: dict[Port, list[Joint]], steps: int = 0
+    ) -> Iterator[tuple[Port, object, int]]:
         """The variables that a value given at a port reaches, and connectors on the way, each with the value in its unit."""
-        yield port, value
+        yield port, value, steps
         if port[0] in self.flat.fmus:
             return
+        if steps > len(self.links):
+            raise DescriptionError(f"{'.'.join(port)}: its connection goes round in a circle of system connectors.")
         for link in outof.get(port, []):
             change = self._through(link)
-            yield from self._down(link.end, change(value) if is_number(value) and change != Affine() else value, outof)
+            given = change(value) if is_number(value) and change != Affine() else value
+            yield from self._down(link.end, given, outof, steps + 1)

@@ -94,6 +94,7 @@ def test_elements_in_another_order_and_lists_twice(tmp_path):
     told(flat, "another order")
 
 
+@pytest.mark.slow  # where it is the first that asks pint
 def test_a_unit_that_is_not_declared_goes_by_its_name(tmp_path):
     said = A.replace('"y" kind="output"/>', '"y" kind="output"><ssc:Real unit="deg"/></ssd:Connector>')
     values = binding(real("B.p", 180, "deg") + real("B.v", 20, "degC"), units=False)
@@ -148,6 +149,23 @@ def test_values_that_find_no_place_are_told(tmp_path):
     flat = read_system(tmp_path, mapped('<ssm:MappingEntry source="x" target="B.p"/>', real("x", 1) + real("B.u", 2)))
     assert flat.start == {("B", "p"): 1.0}
     told(flat, "B.u", "mapping")
+
+
+def test_what_a_connector_gives_wins_over_what_is_given_at_its_end(tmp_path):
+    """A connected parameter has the value of its connection, whichever of the two is said last."""
+    pins = '<ssd:Connectors><ssd:Connector name="pin" kind="parameter"/></ssd:Connectors>'
+    for values in (real("pin", 1) + real("B.p", 2), real("B.p", 2) + real("pin", 1)):
+        system = f'<ssd:System name="S">{pins}{binding(values)}<ssd:Elements>{A}{B}</ssd:Elements><ssd:Connections>{connection("pin", "B.p")}</ssd:Connections></ssd:System>'
+        assert read_system(tmp_path, system).start == {("B", "p"): 1.0}
+
+
+def test_connectors_in_a_circle(tmp_path):
+    pins = '<ssd:Connectors><ssd:Connector name="i" kind="input"/><ssd:Connector name="o" kind="output"/></ssd:Connectors>'
+    inner = f'<ssd:System name="In">{pins}<ssd:Connections>{connection("i", "o")}</ssd:Connections></ssd:System>'
+    for values in ("", binding(real("In.i", 1))):
+        system = f'<ssd:System name="S">{values}<ssd:Elements>{inner}{A}{B}</ssd:Elements><ssd:Connections>{connection("In.o", "In.i")}{connection("In.o", "B.u")}</ssd:Connections></ssd:System>'
+        with pytest.raises(DescriptionError, match="circle"):
+            read_system(tmp_path, system)
 
 
 def test_paths_of_windows(tmp_path):

@@ -86,7 +86,7 @@ def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Pat
         raise DescriptionError(f"{what}: source {uri!r} is not a relative path inside the SSP; only those are supported.")
     path, root = (base / unquote(parts.path)).resolve(), root.resolve()
     if not path.is_relative_to(root):
-        raise DescriptionError(f"{what}: source {uri!r} lies outside the SSP, which is not supported.")
+        raise DescriptionError(f"{what}: source {uri!r} lies outside the SSP, where nothing is read: copy it into it.")
     if not path.is_file():
         alike = root
         for part in path.relative_to(root).parts:  # as systems find it that do not tell A from a

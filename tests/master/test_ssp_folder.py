@@ -15,7 +15,10 @@ from .test_ssp_read import SINK, SOURCE, A, B, archive, connection, flat_pair
 @pytest.fixture
 def packed(native, system, tmp_path):
     made = system(
-        {"a": (native("relaxation"), {"rate": 3.0}), "b": (native("relaxation"), {"rate": 1.0})}, {"b.u": "a.x"}, step=0.1
+        {"a": (native("relaxation"), {"rate": 3.0}), "b": (native("relaxation"), {"rate": 1.0})},
+        {"b.u": "a.x"},
+        step=0.1,
+        open_inputs=True,
     )
     return master.ssp.export(made, tmp_path / "s.ssp")
 

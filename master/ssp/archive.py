@@ -16,6 +16,7 @@ from .. import archive
 from ..errors import DescriptionError
 from .mend import BASE, NAMESPACES, bare, mend, tree
 
+FIRST = "SystemStructure.ssd"
 ANNOTATION = "org.selflock.run"  # how our master ran the system: step, algorithm, order
 
 
@@ -58,25 +59,34 @@ def sound(root: etree._Element, file: str, notes: list[str]) -> etree._Element:
     return root
 
 
-def opened(path: Path, folder: Path, variant: str, unlimited: bool) -> Path:
+def opened(path: Path, folder: Path, variant: str, unlimited: bool, notes: list[str]) -> Path:
     """The .ssd that `path` leads to: in an archive, unpacked into `folder`, in a folder like an unpacked one, or itself."""
-    if path.is_dir():
-        document = path / variant
-    elif path.suffix.lower() == ".ssd":
-        document = path
+    if path.suffix.lower() == ".ssd" and not path.is_dir():
+        if not path.is_file():
+            raise DescriptionError(f"{path}: there is no such file.")
+        return path
+    if not path.is_dir():
+        document = unpack(path, folder, notes, unlimited)
+        if variant == FIRST:
+            return document
+        folder = document.parent
     else:
-        document = unpack(path, folder, unlimited) / variant
-    if not document.is_file():
-        raise DescriptionError(f"{path}: there is no {variant} in it." if document != path else f"{path}: there is no such file.")
-    return document
+        folder = path
+    if not (folder / variant).is_file():
+        raise DescriptionError(f"{path}: there is no {variant} in it.")
+    return folder / variant
 
 
-def unpack(path: Path, folder: Path, unlimited: bool = False) -> Path:
-    """Unpack an .ssp into a folder; the folder. Raises DescriptionError for a missing, corrupt or hostile archive."""
+def unpack(path: Path, folder: Path, notes: list[str], unlimited: bool = False) -> Path:
+    """Unpack an .ssp into a folder; its .ssd. Raises DescriptionError for a missing, corrupt or hostile archive."""
     archive.unpack(path, folder, "SSP", unlimited)
-    if not (folder / "SystemStructure.ssd").is_file():
-        raise DescriptionError(f"{path}: not an SSP: SystemStructure.ssd is missing in it.")
-    return folder
+    if (folder / FIRST).is_file():
+        return folder / FIRST
+    found = sorted(folder.glob("*.ssd")) or sorted(folder.glob(f"*/{FIRST}"))  # packed with the folder it was in
+    if len(found) != 1:
+        raise DescriptionError(f"{path}: not an SSP: {FIRST} is missing in it.")
+    notes.append(f"{path.name} has no {FIRST} where it should be; {found[0].relative_to(folder).as_posix()!r} is taken as that")
+    return found[0]
 
 
 def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Path:

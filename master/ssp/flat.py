@@ -43,6 +43,14 @@ class Named:
             raise DescriptionError(f"{where}: {error}.") from None
 
 
+def conversion_of(unit: Named, other: Named) -> Affine | None:
+    """From one unit to another by what their files say; None where that is not possible."""
+    try:
+        return unit.to(other, "")
+    except DescriptionError:
+        return None
+
+
 @dataclass
 class Joint:
     """One ssd:Connection between two ports, with what it does to the value."""
@@ -59,7 +67,8 @@ class Flat:
 
     name: str
     description: str
-    fmus: dict[str, Path] = field(default_factory=dict)  # component path → FMU file
+    fmus: dict[str, Path] = field(default_factory=dict)  # component path → its file, of an FMU or a table
+    tables: dict[str, dict[str, str]] = field(default_factory=dict)  # component path → the types of its columns
     connections: dict[Port, tuple[Port, Affine]] = field(default_factory=dict)  # input → (output, transform)
     start: dict[Port, object] = field(default_factory=dict)
     root: str = ""  # the name of the outermost system

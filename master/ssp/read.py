@@ -25,10 +25,11 @@ from ...fmus.units import Unit
 from ..errors import DescriptionError
 from ..fmu import units_of
 from .archive import ANNOTATION, inside, opened, parse, sound, tag, unpack
-from .flat import Affine, Flat, Joint, Named, Port
+from .flat import Affine, Flat, Joint, Named, Port, conversion_of
 from .values import Items, as_item, enumerations_in, is_number, items_of, transform, unit_of, units_in, value_of
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
+TABLE = "application/table"  # of OMSimulator: its ComponentTable.cpp
 
 NESTED = 100  # structures in a structure, on all levels together
 
@@ -38,25 +39,26 @@ def read(path: Path, folder: Path, variant: str = "SystemStructure.ssd", unlimit
 
     Nothing outside the folder of the .ssd is read, nothing outside `folder` written. Raises DescriptionError.
     """
-    document = opened(path, folder, variant, unlimited)
-    return _Reader(document.parent, folder).read(document)
+    notes: list[str] = []
+    document = opened(path, folder, variant, unlimited, notes)
+    return _Reader(document.parent, folder, notes).read(document)
 
 
 class _Reader:
-    def __init__(self, root: Path, room: Path):
+    def __init__(self, root: Path, room: Path, notes: list[str]):
         self.root = root
         self.room = room  # where there is room for archives in it
         room.mkdir(parents=True, exist_ok=True)
         self.nested = 0
-        self.packed: dict[Path, Path] = {}  # archives in it and where they are unpacked
+        self.packed: dict[Path, Path] = {}  # archives in it and their .ssd, unpacked
         self.units: dict[Port, Named | None] = {}
         self.links: list[Joint] = []
         self.kinds: dict[Port, str] = {}
         self.items: dict[Port, Items] = {}  # of FMUs' variables that are enumerations
         self.ports: dict[str, set[str]] = {}
         self.bindings: list[tuple[int, int, Port, object, Named | None, Affine]] = []  # depth, order, …
-        self.flat = Flat("", "")
-        self.notes = self.flat.notes
+        self.notes = notes  # what was mended or is not used, a sentence each
+        self.flat = Flat("", "", notes=notes)
 
     def read(self, document: Path) -> Flat:
         root = parse(document, self.notes)
@@ -130,8 +132,11 @@ class _Reader:
             self._system(root.find(tag("ssd:System")), path, file.parent, units_in(root), depth)
             self._parameters(node, path, base, base, depth)
             return
+        if kind == TABLE:
+            self._table(node, path, base, units)
+            return
         if kind != FMU:
-            raise DescriptionError(f"{path}: components of type {kind} are not supported; only FMUs, .ssd and .ssp are.")
+            raise DescriptionError(f"{path}: components of type {kind} are not supported; only FMUs, .ssd, .ssp and tables are.")
         if (wanted := node.get("implementation", "any")) not in ("any", "CoSimulation"):
             called = "model exchange" if wanted == "ModelExchange" else wanted
             raise DescriptionError(f"{path}: asks for {called}, which is not supported; only co-simulation is.")
@@ -155,13 +160,27 @@ class _Reader:
         self._connectors(node, path, units)
         self._parameters(node, path, base, file.parent, depth)
 
+    def _table(self, node: etree._Element, path: str, base: Path, units: dict[str, Unit]) -> None:
+        """Columns of a table over time: straight between its rows where they are Reals, else held, as OMSimulator has it."""
+        source = node.get("source")
+        file = self.flat.fmus[path] = inside(source, base, self.root, path, self.notes)
+        if file.suffix.lower() not in (".csv", ".parquet"):
+            raise DescriptionError(f"{path}: tables are read from .csv and .parquet files; {source!r} is none.")
+        columns = self.flat.tables[path] = {}
+        for connector in node.iterfind(f"{tag('ssd:Connectors')}/{tag('ssd:Connector')}"):
+            name = connector.get("name")
+            held = next((kind for kind in ("Integer", "Boolean") if connector.find(tag(f"ssc:{kind}")) is not None), "")
+            columns[name] = f"held {held}" if held else "Real"
+            self.kinds[path, name], self.units[path, name] = "output", None
+        self._connectors(node, path, units)
+
     def _package(self, file: Path, fragment: str, path: str, node: etree._Element, base: Path, depth: int) -> None:
         """A system in an .ssp of its own; its sources lie in it."""
         packed = self.packed.get(file)
         if packed is None:
-            packed = self.packed[file] = unpack(file, Path(tempfile.mkdtemp(dir=self.room)))
-        outer, self.root = self.root, packed
-        document = inside(fragment or "SystemStructure.ssd", packed, packed, path, self.notes)
+            packed = self.packed[file] = unpack(file, Path(tempfile.mkdtemp(dir=self.room)), self.notes)
+        outer, self.root = self.root, packed.parent
+        document = inside(fragment, packed.parent, packed.parent, path, self.notes) if fragment else packed
         root = parse(document, self.notes)
         self._system(root.find(tag("ssd:System")), path, document.parent, units_in(root), depth)
         self.root = outer
@@ -184,7 +203,12 @@ class _Reader:
                     self.ports[path].discard(name)
                     continue
                 own = self.units[path, name]
-                if unit and own and unit.to(own, f"{path}.{name}, connector and FMU") != Affine():
+                if unit and own and unit.name == own.name:
+                    if conversion_of(unit, own) != Affine():
+                        self.notes.append(
+                            f"{path}: {unit.name!r} is another unit in Units than in its FMU; connector {name!r} is in the FMU's"
+                        )
+                elif unit and own and unit.to(own, f"{path}.{name}, connector and FMU") != Affine():
                     raise DescriptionError(
                         f"{path}: connector {name!r} is in {unit.name}, its FMU says {own.name}; that is not supported."
                     )
@@ -267,6 +291,9 @@ class _Reader:
         """Follow every connection from an FMU's input back to an FMU's output, and every value down to FMUs."""
         into: dict[Port, Joint] = {}
         for link in self.links:
+            if link == into.get(link.end):
+                self.notes.append(f"the connection {'.'.join(link.start)} → {'.'.join(link.end)} is there twice; it is used once")
+                continue
             if link.end in into:
                 raise DescriptionError(
                     f"{'.'.join(link.end)} has two sources: {'.'.join(into[link.end].start)} and {'.'.join(link.start)}."

@@ -9,12 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..single import single
+from ..single import Table, single
 from ..system import Connection, System, from_dict, load_toml
 from .flat import Flat
 from .read import read
-from .still import __name__ as STILL
+from .still import Still
 from .values import Item
+
+TABLE, STILL = (f"{kind.__module__}:{kind.__qualname__}" for kind in (Table, Still))
 
 
 def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False, isolate: bool = False) -> System:
@@ -55,6 +57,9 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
     for name, fmu in flat.fmus.items():
         start = {variable: value for (component, variable), value in flat.start.items() if component == name}
         said = others.component(name, told["run"]["step"]) | flat.ours.get("components", {}).get(name, {})
+        if name in flat.tables:
+            told["components"][name] = {"part": TABLE, "options": {"path": str(fmu), "types": flat.tables[name]}}
+            continue
         told["components"][name] = said | {"fmu": str(fmu), "start": start}
     if not flat.fmus:
         told["components"] = _still(flat)
@@ -76,4 +81,4 @@ def _still(flat: Flat) -> dict[str, Any]:
     values: dict[str, dict[str, object]] = {}
     for (path, name), value in flat.told.items():
         values.setdefault(path or top, {})[name] = str(value) if isinstance(value, Item) else value
-    return {path: {"part": f"{STILL}:Still", "options": {"values": told}} for path, told in values.items()}
+    return {path: {"part": STILL, "options": {"values": told}} for path, told in values.items()}

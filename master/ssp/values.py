@@ -107,8 +107,8 @@ def as_item(value: object, items: Items | None, where: str) -> object:
 
     items: of the variable; None: it is of another type. Raises DescriptionError.
     """
-    if items and isinstance(value, int) and not isinstance(value, bool) and value not in items.values():
-        raise DescriptionError(f"{where}: its enumeration has no item {value}; there is: {_said(items)}.")
+    if items and is_number(value) and value not in items.values():
+        raise DescriptionError(f"{where}: its enumeration has no item {value:g}; there is: {_said(items)}.")
     if not isinstance(value, Item):
         return value
     if items and value.text in items:

@@ -80,6 +80,7 @@ def test_an_integer_takes_the_number_of_the_files_enumeration(tmp_path):
     [
         (value("A.mood", "Enumeration", "angry"), "'angry'; there is: glad = 1, sad = 2"),
         (value("A.mood", "Integer", "3"), "no item 3"),
+        (value("A.mood", "Real", "3"), "no item 3"),
         (value("A.count", "Enumeration", "sad"), "no enumeration"),
     ],
 )

@@ -239,7 +239,7 @@ def test_a_packed_ssp_inside_an_ssp(tmp_path):
     ("system", "says"),
     [
         (flat_pair(connection("A.y", "B.v")), "deg cannot be converted to K"),
-        (flat_pair(connection("A.y", "B.u"), connection("A.y", "B.u")), "two sources"),
+        (flat_pair(connection("A.y", "B.u"), connection("A.y", "B.u", '<ssc:LinearTransformation factor="2"/>')), "two sources"),
         (flat_pair(connection("A.y", "C.u")), "'C'"),
         (flat_pair(connection("A.z", "B.u")), "'A.z'"),
         (flat_pair(connection("B.u", "B.p")), "neither of them gives a value"),

@@ -168,6 +168,32 @@ def test_connectors_in_a_circle(tmp_path):
             read_system(tmp_path, system)
 
 
+def test_the_same_connection_twice(tmp_path):
+    flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), connection("A.y", "B.u")))
+    assert flat.connections["B", "u"][0] == ("A", "y")
+    told(flat, "twice")
+
+
+def test_a_unit_that_its_file_defines_otherwise_than_the_fmu(tmp_path):
+    """deg without its factor: the numbers at the FMU's face are in the FMU's."""
+    said = A.replace('"y" kind="output"/>', '"y" kind="output"><ssc:Real unit="deg"/></ssd:Connector>')
+    wrong = '<ssd:Units><ssc:Unit name="deg"><ssc:BaseUnit rad="1"/></ssc:Unit></ssd:Units>'
+    flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), inner_a=said), units=wrong)
+    assert flat.connections["B", "u"][1].factor == pytest.approx(math.pi / 180)
+    told(flat, "'deg'", "another unit")
+
+
+@pytest.mark.parametrize("old, new", [("SystemStructure.ssd", "Model.ssd"), ("", "folder/")])
+def test_packed_with_its_folder_or_by_another_name(tmp_path, old, new):
+    path = archive(tmp_path / "a.ssp", flat_pair(connection("A.y", "B.u")), extra=NAMES)
+    with zipfile.ZipFile(path) as whole, zipfile.ZipFile(tmp_path / "b.ssp", "w") as out:
+        for name in whole.namelist():
+            out.writestr(name.replace(old, new, 1) if old else new + name, whole.read(name))
+    flat = read(tmp_path / "b.ssp", tmp_path / "unpacked")
+    assert flat.connections["B", "u"][0] == ("A", "y")
+    told(flat, "b.ssp", new)
+
+
 def test_paths_of_windows(tmp_path):
     flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), inner_a=A.replace("resources/source", "Resources\\Source")))
     assert flat.fmus["A"].name == "source.fmu"
@@ -226,3 +252,24 @@ def test_a_system_without_fmus_tells_the_values_of_its_connectors(tmp_path):
     result = master.run(archive(tmp_path / "a.ssp", system, units=UNITS))
     assert result.table["S.c"].to_numpy() == pytest.approx(180.0) and (result.table["In.c"] == 90.0).all()
     assert "no FMU" in result.summary()
+
+
+def table(tmp_path, native, text, source="t.csv", connectors='<ssd:Connector name="u" kind="output"><ssc:Real/></ssd:Connector>'):
+    """A relaxation (x' = rate (u - x)) with a table at its input."""
+    columns = f'<ssd:Component name="T" type="application/table" source="{source}"><ssd:Connectors>{connectors}</ssd:Connectors></ssd:Component>'
+    part = component("A", "relaxation", [("u", "input"), ("x", "output")])
+    system = f'<ssd:System name="S"><ssd:Elements>{columns}{part}</ssd:Elements><ssd:Connections>{connection("T.u", "A.u")}</ssd:Connections></ssd:System>'
+    path = archive(tmp_path / "a.ssp", system, tail='<ssd:DefaultExperiment stopTime="1"/>', extra={source: text})
+    with zipfile.ZipFile(path, "a") as out:
+        out.write(native("relaxation"), "resources/relaxation.fmu")
+    return path
+
+
+def test_a_table_of_omsimulator_is_a_component(native, tmp_path, refused):
+    """u = 2 t, straight between rows."""
+    result = master.run(table(tmp_path, native, '"time","u"\n0,0\n0.5,1\n1,2\n'), step=0.1, settings={"A.rate": 50.0})
+    times = result.table["time"].to_numpy()
+    assert result.table["T.u"].to_numpy() == pytest.approx(2.0 * times) and len(times) == 11
+    assert result.table["A.x"].iloc[-1] == pytest.approx(2.0, abs=0.21)  # a step late at the most
+    refused(lambda: master.run(table(tmp_path, native, "time,w\n0,0\n1,2\n")), "t.csv has no column u")
+    refused(lambda: ssp.load(table(tmp_path, native, "", "t.mat")), "T: tables are read from .csv", "'t.mat'")

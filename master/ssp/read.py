@@ -14,6 +14,7 @@ connectors, arrays, clocks, model exchange, sources outside the archive. Slips a
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -68,6 +69,10 @@ class _Reader:
         if experiment is not None:
             flat.start_time = float(experiment.get("startTime", "0"))
             flat.stop_time = float(experiment.get("stopTime")) if experiment.get("stopTime") else None
+            if not math.isfinite(flat.start_time) or not math.isfinite(flat.stop_time or 0.0):
+                raise DescriptionError(
+                    f"{document.name}: its experiment from {flat.start_time} to {flat.stop_time} s has no end."
+                )
         flat.others.look(root)
         flat.others.look(experiment)
         for annotation in root.iter(tag("ssc:Annotation")):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TypeGuard
 
@@ -45,7 +46,10 @@ def transform(node: etree._Element, where: str) -> Affine:
             name = etree.QName(child).localname
             if name != "LinearTransformation":
                 raise DescriptionError(f"{where}: {name} is not supported; only LinearTransformation is.")
-            return Affine(float(child.get("factor", "1")), float(child.get("offset", "0")))
+            change = Affine(float(child.get("factor", "1")), float(child.get("offset", "0")))
+            if not math.isfinite(change.factor) or not math.isfinite(change.offset):
+                raise DescriptionError(f"{where}: factor {change.factor} and offset {change.offset} give no number.")
+            return change
     return Affine()
 
 

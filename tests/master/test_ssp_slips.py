@@ -236,6 +236,7 @@ def test_small_slips(tmp_path, old, new, words):
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('name="B"', 'name="B" type="x/y"')), "type x/y"),
         (flat_pair(connection("A.y", "B.u")).replace('name="u"', 'name="u" type="Real"'), "attribute 'type'"),
         (flat_pair(connection("A.y", "B.u"), bindings=binding(real("B.p", "1,5"))), "'1,5' is not a valid value"),
+        (flat_pair(connection("A.y", "B.u", '<ssc:LinearTransformation factor="NaN"/>')), "give no number"),
         (mapped('<ssm:MappingEntry source="x" destination="B.p"/>', real("x", 1)), "'destination'"),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("resources/sink.fmu", "")), "source '' is not in the SSP"),
     ],
@@ -243,6 +244,12 @@ def test_small_slips(tmp_path, old, new, words):
 def test_what_is_not_clear_is_refused(tmp_path, system, says):
     with pytest.raises(DescriptionError, match=says):
         read_system(tmp_path, system)
+
+
+@pytest.mark.parametrize("stop", ["NaN", "INF"])
+def test_an_experiment_without_an_end_is_refused(tmp_path, stop):
+    with pytest.raises(DescriptionError, match="has no end"):
+        read_system(tmp_path, flat_pair(connection("A.y", "B.u")), tail=f'<ssd:DefaultExperiment stopTime="{stop}"/>')
 
 
 def test_a_system_without_fmus_tells_the_values_of_its_connectors(tmp_path):

@@ -43,17 +43,18 @@ ORDER = {  # of the elements in an element
 HOLDERS = ("Connectors", "ParameterBindings", "Elements", "Connections", "Units", "Enumerations", "Parameters", "Annotations")
 EMPTY_IS_NONE = ("unit", "startElement", "endElement", "startTime", "stopTime", "suppressUnitConversion", "sourceBase",
                  "implementation", "type", "factor", "offset")  # fmt: skip
+KNOWN = (*REALS, *INTEGERS, "String", "Enumeration", "Connector", "Dimension", "Clock")  # where 2.0 differs
 KINDS = {"local": "output", "constant": "output"}  # of 2.0: connected, they are as outputs
 
 
-class Told(dict[str, list[int]]):
+class Slips(dict[str, list[int]]):
     """The slips of a document: what was done, with the lines where it was."""
 
     def add(self, what: str, node: etree._Element) -> None:
         self.setdefault(what, []).append(node.sourceline or 0)
 
     def sentences(self, file: str) -> list[str]:
-        return [f"{file}, line{'s' * (len(at) > 1)} {_several(at)}: {what}" for what, at in self.items()]
+        return [f"{file}, line{'s' * (len(set(at)) > 1)} {_several(at)}: {what}" for what, at in self.items()]
 
 
 def _several(lines: list[int]) -> str:
@@ -68,33 +69,36 @@ def tree(path: Path, notes: list[str]) -> etree._Element:
     root = etree.parse(str(path), parser).getroot()
     if root is None or any(entry.domain_name != "NAMESPACE" for entry in parser.error_log):
         return etree.parse(str(path), etree.XMLParser(**options)).getroot()  # which says what is wrong
-    told = Told()
+    slips = Slips()
     for node in root.iter():
         prefix, _, local = str(node.tag).rpartition(":")
         if not str(node.tag).startswith("{") and prefix:
             node.tag = f"{{{PREFIXES.get(prefix, 'urn:unbound:' + prefix)}}}{local}"
-            told.add(f"the prefix {prefix} is not declared; it is taken as what it usually means", node)
-    notes += told.sentences(path.name)
+            slips.add(f"the prefix {prefix} is not declared; it is taken as what it usually means", node)
+    notes += slips.sentences(path.name)
     return root
 
 
 def mend(root: etree._Element, file: str, notes: list[str]) -> None:
     """Mend a document, or one inside another, in place. Raises DescriptionError for what 2.0 has and we have not."""
-    told = Told()
-    _version(root, told, file)
-    for node in list(root.iter(tag=etree.Element)):
-        if node is root or node.getparent() is not None:  # not merged into another one
-            local = etree.QName(node).localname
-            if not _annotated(node):
-                _namespace(node, local, told)
-                _later(node, local, told, file)
-                _attributes(node, local, told)
-                _order(node, local, told)
-    for node in list(root.iter(*(f"{{{space}}}{name}" for space in PREFIXES.values() for name in HOLDERS))):
+    slips = Slips()
+    _version(root, slips, file)
+    waiting = [root]
+    while waiting:
+        node = waiting.pop()
+        local = _local(node)
+        _namespace(node, local, slips)
+        _later(node, local, slips, file)
+        if node is root or node.getparent() is not None:
+            _attributes(node, local, slips)
+            _order(node, local, slips)
+            if local != "Annotation":  # what is in it is not ours
+                waiting += reversed(node)
+    for node in list(root.iter(*(f"{{{space}}}{name}" for space in NAMESPACES.values() for name in HOLDERS))):
         parent = node.getparent()
-        if len(node) == 0 and parent is not None and etree.QName(node).localname != "Parameters" and not _annotated(node):
+        if len(node) == 0 and parent is not None and _local(node) != "Parameters" and _local(parent) != "Annotation":
             parent.remove(node)  # an empty list says what none says
-    notes += told.sentences(file)
+    notes += slips.sentences(file)
 
 
 def bare(root: etree._Element) -> etree._Element:
@@ -105,53 +109,60 @@ def bare(root: etree._Element) -> etree._Element:
         if node.getparent() is not None:
             node.getparent().remove(node)
     for node in root.iter(tag=etree.Element):
-        if etree.QName(node).localname == "Component" and node.get("source") is None:
+        if _local(node) == "Component" and node.get("source") is None:
             node.set("source", "none")  # which 2.0 allows
         for name in ("id", "generationDateAndTime"):
             node.attrib.pop(name, None)
     return root
 
 
-def _annotated(node: etree._Element) -> bool:
-    return any(etree.QName(above).localname == "Annotation" for above in node.iterancestors())
+def _local(node: etree._Element) -> str:
+    return str(node.tag).rpartition("}")[2]
 
 
-def _version(root: etree._Element, told: Told, file: str) -> None:
+def _version(root: etree._Element, slips: Slips, file: str) -> None:
     said = (root.get("version") or "").strip()
     if not said:
-        told.add('it says no version; it is read as "1.0"', root)
+        slips.add('it says no version; it is read as "1.0"', root)
     elif re.fullmatch("[12]", said):
-        told.add(f'version = "{said}" is read as "{said}.0"', root)
+        slips.add(f'version = "{said}" is read as "{said}.0"', root)
     elif not re.match(r"[12]\.\d+", said):
         raise DescriptionError(f"{file}: version {said!r} of SSP is not known here; 1.0 and 2.0 are.")
     root.set("version", "1.0")
-    if root.get("name") is None and etree.QName(root).localname != "ParameterMapping":
-        told.add("it has no name; its file's is taken", root)
+    if root.get("name") is None and _local(root) != "ParameterMapping":
+        slips.add("it has no name; its file's is taken", root)
         root.set("name", Path(file).stem)
 
 
-def _namespace(node: etree._Element, local: str, told: Told) -> None:
+def _namespace(node: etree._Element, local: str, slips: Slips) -> None:
     """Types and transformations under the prefix of their neighbours."""
     parent = node.getparent()
-    above = "" if parent is None else etree.QName(parent).localname
+    above = "" if parent is None else _local(parent)
     wanted = None
     if local in TYPES and above in ("Connector", "Parameter"):
         wanted = "ssc" if above == "Connector" else "ssv"
     elif local in (*CHANGES, "Unit", "BaseUnit", "Annotation") or local == "Enumeration" and above == "Enumerations":
         wanted = "ssc"
-    space = etree.QName(node).namespace
+    space = None if wanted is None else etree.QName(node).namespace
     if wanted and space != NAMESPACES[wanted] and space in (None, *NAMESPACES.values()):
-        told.add(f"{local} is read as {wanted}:{local}", node)
+        slips.add(f"{local} is read as {wanted}:{local}", node)
         node.tag = f"{{{NAMESPACES[wanted]}}}{local}"
 
 
-def _later(node: etree._Element, local: str, told: Told, file: str) -> None:
+def _later(node: etree._Element, local: str, slips: Slips, file: str) -> None:
     """What 2.0 has more."""
     parent = node.getparent()
-    name = f"{file}, line {node.sourceline}: {local if parent is None else parent.get('name', local)}"
-    space = etree.QName(node).namespace
-    if space not in NAMESPACES.values() or parent is None:
+    if (
+        parent is None
+        or local not in KNOWN
+        and local not in LATER
+        and not {"startIndices", "endIndices"}.intersection(node.attrib)
+    ):
         return
+    space = etree.QName(node).namespace
+    if space not in NAMESPACES.values():
+        return
+    name = f"{file}, line {node.sourceline}: {parent.get('name', local)}"
     if local in LATER:
         parent.remove(node)
     elif local == "Dimension" or "startIndices" in node.attrib or "endIndices" in node.attrib:
@@ -175,38 +186,38 @@ def _later(node: etree._Element, local: str, told: Told, file: str) -> None:
             node.set("kind", KINDS[kind])
 
 
-def _attributes(node: etree._Element, local: str, told: Told) -> None:
+def _attributes(node: etree._Element, local: str, slips: Slips) -> None:
     for name, text in dict(node.attrib).items():
         if not text.strip() and name in EMPTY_IS_NONE:
-            told.add(f'{name}="" is taken as not given', node)
+            slips.add(f'{name}="" is taken as not given', node)
             del node.attrib[name]
         elif text in ("True", "False", "TRUE", "FALSE") and (name == "suppressUnitConversion" or local == "Boolean"):
-            told.add(f'{name}="{text}" is taken as {text.lower()}', node)
+            slips.add(f'{name}="{text}" is taken as {text.lower()}', node)
             node.set(name, text.lower())
         elif local == "Integer" and name == "value" and re.fullmatch(r"\s*[-+]?\d+\.0*\s*", text):
-            told.add(f'the Integer "{text}" is taken as {text.partition(".")[0].strip()}', node)
+            slips.add(f'the Integer "{text}" is taken as {text.partition(".")[0].strip()}', node)
             node.set(name, text.partition(".")[0].strip())
         elif name == "kind" and text not in ("", text[:1].lower() + text[1:]):
-            told.add(f'kind="{text}" is taken as {text[:1].lower() + text[1:]}', node)
+            slips.add(f'kind="{text}" is taken as {text[:1].lower() + text[1:]}', node)
             node.set(name, text[:1].lower() + text[1:])
         elif name == "source" and local != "MappingEntry" and "\\" in text:
-            told.add(f'source="{text}" has the strokes of a Windows path', node)
+            slips.add(f'source="{text}" has the strokes of a Windows path', node)
             node.set(name, text.replace("\\", "/"))
 
 
-def _order(node: etree._Element, local: str, told: Told) -> None:
+def _order(node: etree._Element, local: str, slips: Slips) -> None:
     """The elements in an element in the order of the schema; of those that hold a list, one."""
     if local not in ORDER:
         return
     for child in list(node):
-        name = etree.QName(child).localname
+        name = _local(child)
         first = next(other for other in node if other.tag == child.tag)
         if name in HOLDERS and first is not child:
-            told.add(f"a second {name} of one {local} is taken as more of the first", child)
+            slips.add(f"a second {name} of one {local} is taken as more of the first", child)
             first.extend(list(child))
             node.remove(child)
     known = {name: place for place, name in enumerate(ORDER[local])}
-    places = [known[etree.QName(child).localname] for child in node if etree.QName(child).localname in known]
+    places = [known[_local(child)] for child in node if _local(child) in known]
     if places != sorted(places):
-        told.add(f"the elements of a {local} are in another order than the standard's", node)
-        node[:] = sorted(node, key=lambda child: known.get(etree.QName(child).localname, -1))
+        slips.add(f"the elements of a {local} are in another order than the standard's", node)
+        node[:] = sorted(node, key=lambda child: known.get(_local(child), -1))

@@ -227,6 +227,9 @@ class _Reader:
         gives: list[bool] = []
         for side in ("start", "end"):
             element, connector = node.get(f"{side}Element"), node.get(f"{side}Connector")
+            if element is not None and element not in children and element == node.getparent().getparent().get("name"):
+                self.notes.append(f"a connection names {element!r}, the system that it is in; it is taken as that")
+                element = None
             if element is not None and element not in children:
                 raise DescriptionError(f"{path or 'the system'}: a connection names {element!r}, which is not an element of it.")
             port = (path if element is None else children[element], connector)
@@ -325,16 +328,19 @@ class _Reader:
         """Take every value to the FMUs. What comes through a connection wins over what is given at its end."""
         found: dict[Port, tuple[int, object]] = {}  # with the number of connections it came through
         for _, _, (path, name), value, unit, change in sorted(self.bindings, key=lambda entry: entry[:2]):
-            port = self._port(path, name)
+            port, own = self._port(path, name), path.rpartition("/")[2] or self.flat.root
+            if port is None and name.startswith(own + "."):
+                if port := self._port(path, name.removeprefix(own + ".")):
+                    self.notes.append(f"a parameter set of {own} names {name!r}; it is taken as that of {own} itself")
             if port is None:
                 self.notes.append(
                     f"a parameter set of {path or 'the system'} names {name!r}, which is neither a variable nor a connector "
                     "of it; it is not used"
                 )
                 continue
-            own = self.units.get(port)
             if is_number(value):
-                convert = unit.to(own, f"value of {'.'.join(port)}") if unit and own else Affine()
+                inner = self.units.get(port)
+                convert = unit.to(inner, f"value of {'.'.join(port)}") if unit and inner else Affine()
                 value = convert.then(change)(value) if convert.then(change) != Affine() else value
             for reached, given, steps in self._down(port, value, outof):
                 if steps >= found.get(reached, (0, None))[0]:

@@ -194,6 +194,19 @@ def test_packed_with_its_folder_or_by_another_name(tmp_path, old, new):
     told(flat, "b.ssp", new)
 
 
+def test_the_system_itself_by_its_name(tmp_path):
+    """In a connection and in a parameter set the name of what they are in is that; the standard has it left out."""
+    pins = '<ssd:Connectors><ssd:Connector name="pin" kind="parameter"/></ssd:Connectors>'
+    inner = component("A", "source", [("p", "parameter")], binding(real("A.p", 3)))
+    links = f"<ssd:Connections>{connection('S.pin', 'B.p')}</ssd:Connections>"
+    system = f'<ssd:System name="S">{pins}{binding(real("S.pin", 2))}<ssd:Elements>{inner}{B}</ssd:Elements>{links}</ssd:System>'
+    flat = read_system(tmp_path, system)
+    assert flat.start == {("A", "p"): 3.0, ("B", "p"): 2.0}
+    told(flat, "connection", "'S'")
+    told(flat, "parameter set of S", "'S.pin'")
+    told(flat, "parameter set of A", "'A.p'")
+
+
 def test_paths_of_windows(tmp_path):
     flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), inner_a=A.replace("resources/source", "Resources\\Source")))
     assert flat.fmus["A"].name == "source.fmu"

@@ -105,6 +105,8 @@ class Table(Part):
         self.types = types or {column: _type(frame[column].dtype) for column in frame.columns if column != "time"}
         self._columns: dict[str, np.ndarray] = {}
         for column in ("time", *self.types):
+            if column not in frame:
+                raise DescriptionError(f"{path} has no column {column}{did_you_mean(column, frame.columns)}")
             try:
                 values = frame[column].to_numpy(dtype=float)
             except (TypeError, ValueError):

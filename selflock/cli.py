@@ -83,7 +83,9 @@ def build(
 
 @app.command()
 def run(
-    system: Annotated[Path, typer.Argument(help="A system file (.toml), a system structure (.ssp) or one FMU (.fmu).")],
+    system: Annotated[
+        Path, typer.Argument(help="A system file (.toml), a system structure (.ssp, .ssd or its folder) or one FMU (.fmu).")
+    ],
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Result file, .csv or .parquet; of X.fmu X_result.csv when not given.")
     ] = None,
@@ -315,14 +317,15 @@ def schema(
 def export(
     system: Annotated[Path, typer.Argument(help="A system file (.toml).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="The .ssp file to write.")],
+    ssp: Annotated[str, typer.Option(help="Version of SSP: 1.0 or 2.0.")] = "1.0",
     allow_code: AllowCode = False,
     unlimited: Unlimited = False,
 ) -> None:
-    """Write a system as a standard SSP 1.0 archive with its FMUs inside."""
+    """Write a system as a standard SSP archive with its FMUs inside."""
     from selflock.master import load
     from selflock.master.ssp import export as export_ssp
 
-    say(export_ssp(load(system, allow_code, unlimited), out))
+    say(export_ssp(load(system, allow_code, unlimited), out, version=ssp))
 
 
 @app.command()

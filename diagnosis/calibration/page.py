@@ -56,7 +56,7 @@ def _system(result: Calibration, problem: Calibrating, out: Path) -> Path | None
         component, variable = system.split(name, "parameters")
         system.components[component].start[variable] = value
     try:
-        if parts.path.suffix.lower() == ".ssp":
+        if parts.path.suffix.lower() in (".ssp", ".ssd") or parts.path.is_dir():
             return ssp.export(system, out / "calibrated.ssp")
         about = f"{result.rig}: numbers fitted to {', '.join(result.logs)}"
         return save_system(system, out / "calibrated.toml", "\n".join(about.splitlines()))

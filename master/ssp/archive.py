@@ -1,4 +1,4 @@
-"""SSP 1.0 files as trees of XML: unpacking, schema checks, namespaces.
+"""SSP files as trees of XML: where they lie, unpacking, schema checks.
 
 Source: System Structure and Parameterization 1.0, Modelica Association, 2019. The schemas are those that FMPy ships.
 """
@@ -14,14 +14,9 @@ from lxml import etree
 
 from .. import archive
 from ..errors import DescriptionError
+from .mend import BASE, NAMESPACES, bare, mend, tree
 
-BASE = "http://ssp-standard.org/SSP1/SystemStructure"
-NAMESPACES = {
-    "ssd": BASE + "Description",
-    "ssc": BASE + "Common",
-    "ssv": BASE + "ParameterValues",
-    "ssm": BASE + "ParameterMapping",
-}
+FIRST = "SystemStructure.ssd"
 ANNOTATION = "org.selflock.run"  # how our master ran the system: step, algorithm, order
 
 
@@ -45,35 +40,74 @@ def check(root: etree._Element, what: str) -> None:
         raise DescriptionError(f"{what}, line {first.line}: not valid SSP 1.0: {first.message}")
 
 
-def parse(path: Path) -> etree._Element:
-    """Read and check one XML document of an SSP. Raises DescriptionError."""
+def parse(path: Path, notes: list[str]) -> etree._Element:
+    """Read, mend and check one XML document of an SSP; what was mended is told in `notes`. Raises DescriptionError."""
     try:
         archive.root_of(path, path.name)
-        root = etree.parse(str(path), etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)).getroot()
+        root = tree(path, notes)
     except (OSError, etree.XMLSyntaxError) as error:
         raise DescriptionError(f"{path.name}: cannot be read as XML: {error}") from None
     if not str(root.tag).startswith("{" + BASE):
-        raise DescriptionError(f"{path.name}: the root element is {root.tag}, not one of SSP 1.0 (namespace {BASE}…).")
-    check(root, path.name)
+        raise DescriptionError(f"{path.name}: the root element is {root.tag}, not one of SSP (namespace {BASE}…).")
+    return sound(root, path.name, notes)
+
+
+def sound(root: etree._Element, file: str, notes: list[str]) -> etree._Element:
+    """Mend and check a document, or one that stands inside another."""
+    mend(root, file, notes)
+    check(bare(root), file)
     return root
 
 
-def unpack(path: Path, folder: Path, unlimited: bool = False) -> Path:
-    """Unpack an .ssp into a folder; the folder. Raises DescriptionError for a missing, corrupt or hostile archive."""
+def opened(path: Path, folder: Path, variant: str, unlimited: bool, notes: list[str]) -> Path:
+    """The .ssd that `path` leads to: in an archive, unpacked into `folder`, in a folder like an unpacked one, or itself."""
+    if path.suffix.lower() == ".ssd" and not path.is_dir():
+        if not path.is_file():
+            raise DescriptionError(f"{path}: there is no such file.")
+        return path
+    if not path.is_dir():
+        document = unpack(path, folder, notes, unlimited)
+        if variant == FIRST:
+            return document
+        folder = document.parent
+    else:
+        folder = path
+    if not (folder / variant).is_file():
+        raise DescriptionError(f"{path}: there is no {variant} in it.")
+    return folder / variant
+
+
+def unpack(path: Path, folder: Path, notes: list[str], unlimited: bool = False) -> Path:
+    """Unpack an .ssp into a folder; its .ssd. Raises DescriptionError for a missing, corrupt or hostile archive."""
     archive.unpack(path, folder, "SSP", unlimited)
-    if not (folder / "SystemStructure.ssd").is_file():
-        raise DescriptionError(f"{path}: not an SSP: SystemStructure.ssd is missing in it.")
-    return folder
+    if (folder / FIRST).is_file():
+        return folder / FIRST
+    found = sorted(folder.glob("*.ssd")) or sorted(folder.glob(f"*/{FIRST}"))  # packed with the folder it was in
+    if len(found) != 1:
+        raise DescriptionError(f"{path}: not an SSP: {FIRST} is missing in it.")
+    notes.append(f"{path.name} has no {FIRST} where it should be; {found[0].relative_to(folder).as_posix()!r} is taken as that")
+    return found[0]
 
 
-def inside(uri: str, base: Path, root: Path, what: str) -> Path:
+def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Path:
     """The file that a relative URI names, seen from `base`. Absolute URIs and files outside `root` are refused."""
     parts = urlsplit(uri)
     if parts.scheme or parts.netloc:
         raise DescriptionError(f"{what}: source {uri!r} is not a relative path inside the SSP; only those are supported.")
-    path = (base / unquote(parts.path)).resolve()
-    if not path.is_relative_to(root.resolve()):
-        raise DescriptionError(f"{what}: source {uri!r} lies outside the SSP, which is not supported.")
+    path, root = (base / unquote(parts.path)).resolve(), root.resolve()
+    if not path.is_relative_to(root):
+        raise DescriptionError(f"{what}: source {uri!r} lies outside the SSP, where nothing is read: copy it into it.")
     if not path.is_file():
-        raise DescriptionError(f"{what}: source {uri!r} is not in the SSP.")
+        alike = root
+        for part in path.relative_to(root).parts:  # as systems find it that do not tell A from a
+            names = [entry for entry in _names(alike, root) if entry.name.lower() == part.lower()]
+            alike = next((entry for entry in names if entry.name == part), names[0] if len(names) == 1 else root / part / "?")
+        if not alike.is_file() or not alike.resolve().is_relative_to(root):
+            raise DescriptionError(f"{what}: source {uri!r} is not in the SSP.")
+        notes.append(f"{what}: source {uri!r} is taken as {alike.relative_to(root).as_posix()!r}")
+        path = alike.resolve()
     return path
+
+
+def _names(folder: Path, root: Path) -> list[Path]:
+    return sorted(folder.iterdir()) if folder.is_dir() and folder.resolve().is_relative_to(root) else []

@@ -35,10 +35,20 @@ class Named:
 
     def to(self, other: Named, where: str) -> Affine:
         """From this unit to another one. Raises DescriptionError where they measure different things."""
+        if self.name == other.name and not (self.name in self.declared and other.name in other.declared):
+            return Affine()
         try:
             return Affine(*conversion(self.name, other.name, self.declared, other.declared))
         except DescriptionError as error:
             raise DescriptionError(f"{where}: {error}.") from None
+
+
+def conversion_of(unit: Named, other: Named) -> Affine | None:
+    """From one unit to another by what their files say; None where that is not possible."""
+    try:
+        return unit.to(other, "")
+    except DescriptionError:
+        return None
 
 
 @dataclass
@@ -57,11 +67,15 @@ class Flat:
 
     name: str
     description: str
-    fmus: dict[str, Path] = field(default_factory=dict)  # component path → FMU file
+    fmus: dict[str, Path] = field(default_factory=dict)  # component path → its file, of an FMU or a table
+    tables: dict[str, dict[str, str]] = field(default_factory=dict)  # component path → the types of its columns
     connections: dict[Port, tuple[Port, Affine]] = field(default_factory=dict)  # input → (output, transform)
     start: dict[Port, object] = field(default_factory=dict)
+    root: str = ""  # the name of the outermost system
+    told: dict[Port, object] = field(default_factory=dict)  # values of connectors of systems
     start_time: float = 0.0
     stop_time: float | None = None
     smallest_step: float = 0.0  # of the FMUs' default experiments, s; 0: none says one
+    notes: list[str] = field(default_factory=list)  # what was mended or is not used, a sentence each
     others: Others = field(default_factory=Others)  # what the annotations of other tools say
     ours: dict = field(default_factory=dict)  # what our annotation says, if it is there; see write.py

@@ -1,4 +1,4 @@
-"""A system from a file: a system structure (.ssp), ours or others', a TOML file, or one FMU."""
+"""A system from a file: a system structure (.ssp, .ssd or a folder), ours or others', a TOML file, or one FMU."""
 
 from __future__ import annotations
 
@@ -7,14 +7,20 @@ import shutil
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from ..single import single
+from ..single import Table, single
 from ..system import Connection, System, from_dict, load_toml
+from .flat import Flat
 from .read import read
+from .still import Still
+from .values import Item
+
+TABLE, STILL = (f"{kind.__module__}:{kind.__qualname__}" for kind in (Table, Still))
 
 
 def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False, isolate: bool = False) -> System:
-    """The system described in a TOML file, in a system structure (.ssp), or of one FMU (.fmu).
+    """The system described in a TOML file, in a system structure (.ssp, .ssd or a folder), or of one FMU (.fmu).
 
     allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you; no
     code but that of its FMUs is ever run from an .ssp.
@@ -23,13 +29,16 @@ def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     """
     if Path(path).suffix.lower() == ".fmu":
         return replace(single(path, unlimited), isolate=isolate)
-    if Path(path).suffix.lower() == ".ssp":
+    if Path(path).suffix.lower() in (".ssp", ".ssd") or Path(path).is_dir():
         return replace(load(path, unlimited=unlimited), isolate=isolate)
     return load_toml(path, allow_code, unlimited, isolate)
 
 
 def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> System:
-    """The system in an SSP archive. Its FMUs are unpacked to a temporary folder that lives as long as the process.
+    """The system in an SSP: an archive, a folder like an unpacked one, or an .ssd beside its files.
+
+    Archives are unpacked to a temporary folder that lives as long as the process; files in folders stay where they are.
+    variant: another structure in the archive or folder.
 
     An SSP says nothing of algorithm and step. Ours carry an annotation, and so do those of OSP and OMSimulator; for
     others it is Gauss-Seidel in the order of the file with the smallest default step of the FMUs, or 1 ms, shortened to a
@@ -48,9 +57,15 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
     for name, fmu in flat.fmus.items():
         start = {variable: value for (component, variable), value in flat.start.items() if component == name}
         said = others.component(name, told["run"]["step"]) | flat.ours.get("components", {}).get(name, {})
+        if name in flat.tables:
+            told["components"][name] = {"part": TABLE, "options": {"path": str(fmu), "types": flat.tables[name]}}
+            continue
         told["components"][name] = said | {"fmu": str(fmu), "start": start}
+    if not flat.fmus:
+        told["components"] = _still(flat)
+        flat.notes.append("there is no FMU in it: the values of its connectors are all there is to tell")
     system = from_dict(told, folder)
-    system.unlimited, system.notes = unlimited, others.notes
+    system.unlimited, system.notes = unlimited, flat.notes + others.notes
     if sorted(system.run.order) != sorted(system.components):  # another tool changed the file
         system.run.order = []
     for (component, variable), ((source, output), change) in flat.connections.items():
@@ -58,3 +73,12 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
             f"{source}.{output}", change.factor, change.offset, convert=False
         )
     return system
+
+
+def _still(flat: Flat) -> dict[str, Any]:
+    """A component for each system that has values, where no FMU is."""
+    top = flat.root if all(path != flat.root for path, _ in flat.told) else "system"
+    values: dict[str, dict[str, object]] = {}
+    for (path, name), value in flat.told.items():
+        values.setdefault(path or top, {})[name] = str(value) if isinstance(value, Item) else value
+    return {path: {"part": STILL, "options": {"values": told}} for path, told in values.items()}

@@ -1,4 +1,4 @@
-"""A system as an SSP 1.0 archive: FMUs, connections, parameter sets, units, default experiment, documentation.
+"""A system as an SSP archive, 1.0 or 2.0: FMUs, connections, parameter sets, units, default experiment, documentation.
 
 What SSP has no place for (communication step, algorithm, order) goes into an annotation that our reader knows and
 others pass over. In-process parts are packed as FMUs by the `pack` of their class; a part without one is refused.
@@ -19,21 +19,28 @@ from lxml import etree
 from selflock.fmus.shown import policy
 
 from ...fmus.units import Unit, of
+from ..binary import open_fmu
 from ..errors import DescriptionError
 from ..face import Part, Variable
-from ..system import Component, Run, System
+from ..system import Component, Run, System, check_choice
 from ..units import unit as known_unit
 from ..wiring import Wiring, fmu_path, wire
 from .archive import ANNOTATION, NAMESPACES, check, tag
 from .structure import system_of
+from .values import Items, items_of
+
+Enumerations = dict[tuple[str, str], tuple[str, Items]]  # component, variable → name, items
 
 DATE = (2020, 1, 1, 0, 0, 0)  # of every file in the archive: the same system gives the same bytes
 SET = "parameters"  # of every parameter set: some tools (Ecos) apply the sets of one name over all components
+VERSIONS = ("1.0", "2.0")  # 2.0 has the same elements for FMUs of FMI 2.0
 CONNECTORS = ("input", "output", "parameter")
 
 
-def export(system: System | Path | str, out: Path | str, allow_code: bool = False) -> Path:
+def export(system: System | Path | str, out: Path | str, allow_code: bool = False, version: str = "1.0") -> Path:
     """Write `system` (a System, or a path to its file) to `out` (.ssp). Returns the path. Raises DescriptionError.
+
+    version: of SSP, "1.0" or "2.0".
 
     allow_code: parts of other packages may be loaded (docs/security.md).
     """
@@ -41,19 +48,22 @@ def export(system: System | Path | str, out: Path | str, allow_code: bool = Fals
     system.allow_code |= allow_code
     if out.suffix.lower() != ".ssp":
         raise DescriptionError(f"{out}: the name of a system structure ends in .ssp.")
+    check_choice("version of SSP", version, VERSIONS)
     if system.faults:
-        raise DescriptionError("[[faults]] have no place in SSP 1.0; take them out of the system before exporting it.")
+        raise DescriptionError("[[faults]] have no place in SSP; take them out of the system before exporting it.")
     wiring = wire(system)
     try:
         files = _fmus(wiring)
-        documents = {"SystemStructure.ssd": _structure(wiring, files)}
+        enumerations = _enumerations(wiring)
+        documents = {"SystemStructure.ssd": _structure(wiring, files, enumerations)}
         for name in system.components:
             if wiring.values.get(name):
-                documents[_set_file(system, name)] = _parameter_set(wiring, name)
+                documents[_set_file(system, name)] = _parameter_set(wiring, name, enumerations)
     finally:
         wiring.close()
     for name, root in documents.items():
         check(root, name)
+        root.set("version", version)
     out.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, root in documents.items():
@@ -107,7 +117,22 @@ def _fmus(wiring: Wiring) -> dict[str, tuple[str, bytes]]:
     return found
 
 
-def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> etree._Element:
+def _enumerations(wiring: Wiring) -> Enumerations:
+    """The variables of FMUs that are enumerations: the enumeration's name, the same for the same items, and its items."""
+    found: Enumerations = {}
+    for name, component in wiring.system.components.items():
+        if not component.fmu:
+            continue
+        for variable in open_fmu(fmu_path(component, wiring.system), wiring.system.unlimited).description.modelVariables:
+            if items := items_of(variable):
+                label = variable.declaredType.name
+                while any(other == label and its != items for other, its in found.values()):
+                    label += "_"
+                found[name, variable.name] = label, items
+    return found
+
+
+def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]], enumerations: Enumerations) -> etree._Element:
     system = wiring.system
     root = etree.Element(
         tag("ssd:SystemStructureDescription"), version="1.0", name=system.name, nsmap=NAMESPACES, generationTool="selflock"
@@ -123,7 +148,7 @@ def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> etree._El
         connectors = etree.SubElement(element, tag("ssd:Connectors"))
         for variable in part.variables.values():
             if variable.causality in CONNECTORS:
-                connectors.append(_connector(variable))
+                connectors.append(_connector(variable, enumerations.get((name, variable.name), ("", {}))[0]))
         column, row = place % 4, place // 4
         etree.SubElement(
             element,
@@ -137,6 +162,8 @@ def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]]) -> etree._El
             bindings = etree.SubElement(element, tag("ssd:ParameterBindings"))
             etree.SubElement(bindings, tag("ssd:ParameterBinding"), source=_set_file(system, name))
     _connections(top, wiring)
+    shown = {key for key in enumerations if wiring.parts[key[0]].variables[key[1]].causality in CONNECTORS}
+    _define(root, dict(enumerations[key] for key in shown), "ssd")
     _units(root, {unit: declared for part in wiring.parts.values() for unit, declared in _named_units(part).items()}, "ssd")
     etree.SubElement(root, tag("ssd:DefaultExperiment"), startTime=repr(system.run.start), stopTime=repr(system.run.stop))
     annotation = etree.SubElement(etree.SubElement(root, tag("ssd:Annotations")), tag("ssc:Annotation"), type=ANNOTATION)
@@ -167,11 +194,13 @@ def _ours(system: System) -> dict:
     }
 
 
-def _connector(variable: Variable) -> etree._Element:
+def _connector(variable: Variable, enumeration: str) -> etree._Element:
     connector = etree.Element(tag("ssd:Connector"), name=variable.name, kind=variable.causality)
     if variable.description:
         connector.set("description", variable.description)
-    kind = etree.SubElement(connector, tag(f"ssc:{variable.type}"))
+    kind = etree.SubElement(connector, tag("ssc:Enumeration" if enumeration else f"ssc:{variable.type}"))
+    if enumeration:
+        kind.set("name", enumeration)
     if variable.type == "Real" and variable.unit:
         kind.set("unit", variable.unit)
     return connector
@@ -197,19 +226,26 @@ def _connections(top: etree._Element, wiring: Wiring) -> None:
             etree.SubElement(connection, tag("ssc:LinearTransformation"), factor=repr(said.factor), offset=repr(said.offset))
 
 
-def _parameter_set(wiring: Wiring, name: str) -> etree._Element:
+def _parameter_set(wiring: Wiring, name: str, enumerations: Enumerations) -> etree._Element:
     part = wiring.parts[name]
     root = etree.Element(tag("ssv:ParameterSet"), version="1.0", name=SET, nsmap={key: NAMESPACES[key] for key in ("ssv", "ssc")})
     parameters = etree.SubElement(root, tag("ssv:Parameters"))
     used: dict[str, Unit] = {}
+    named: dict[str, Items] = {}
     for variable, value in wiring.values[name].items():
         described = part.variables[variable]
         parameter = etree.SubElement(parameters, tag("ssv:Parameter"), name=variable)
+        label, items = enumerations.get((name, variable), ("", {}))
+        if item := next((item for item, number in items.items() if number == value), ""):
+            etree.SubElement(parameter, tag("ssv:Enumeration"), value=item, name=label)
+            named[label] = items
+            continue
         text = str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
         element = etree.SubElement(parameter, tag(f"ssv:{described.type}"), value=text)
         if described.type == "Real" and described.unit:
             element.set("unit", described.unit)
             used[described.unit] = _named_units(part)[described.unit]
+    _define(root, named, "ssv")
     _units(root, used, "ssv")
     return root
 
@@ -217,6 +253,16 @@ def _parameter_set(wiring: Wiring, name: str) -> etree._Element:
 def _named_units(part: Part) -> dict[str, Unit]:
     """What each unit of a part's variables means, from the FMU, or by its name."""
     return {name: known_unit(name, part.units) or of() for name in {v.unit for v in part.variables.values() if v.unit}}
+
+
+def _define(root: etree._Element, enumerations: dict[str, Items], prefix: str) -> None:
+    if not enumerations:
+        return
+    holder = etree.SubElement(root, tag(f"{prefix}:Enumerations"))
+    for name, items in sorted(enumerations.items()):
+        enumeration = etree.SubElement(holder, tag("ssc:Enumeration"), name=name)
+        for item, number in items.items():
+            etree.SubElement(enumeration, tag("ssc:Item"), name=item, value=str(number))
 
 
 def _units(root: etree._Element, units: dict[str, Unit], prefix: str) -> None:

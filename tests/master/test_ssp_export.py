@@ -189,5 +189,5 @@ def test_what_cannot_be_written_is_refused_by_name(system, counter, tmp_path, re
     refused(lambda: export(made, tmp_path / "a.zip"), "a.zip", "ends in .ssp")
     refused(lambda: export(system({"a": ("Small", {})}), tmp_path / "a.ssp"), "a: small_parts:Small", "cannot be packed")
     made.faults = [master.system.Fault("a.u", "drop-out", 0.1)]
-    refused(lambda: export(made, tmp_path / "a.ssp"), "[[faults]]", "SSP 1.0")
+    refused(lambda: export(made, tmp_path / "a.ssp"), "[[faults]]", "no place in SSP")
     assert list(tmp_path.iterdir()) == []

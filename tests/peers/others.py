@@ -60,14 +60,14 @@ def libcosim(ssp, step, count):
     return {name: np.array(column) for name, column in values.items()}
 
 
-def ecos(ssp, step, count):
-    """ "component.variable" -> count + 1 values."""
+def ecos(ssp, step, count, parameters="parameters"):
+    """ "component.variable" -> count + 1 values. parameters: the name of the sets that it takes."""
     from ecospy import EcosSimulation
 
     names = outputs_of(ssp)
     values = {f"{component}.{name}": [] for component, group in names.items() for name in group}
     with EcosSimulation(step_size=step, ssp_path=str(ssp)) as simulation:
-        simulation.init(parameter_set="parameters")
+        simulation.init(parameter_set=parameters)
         for point in range(count + 1):
             if point:
                 simulation.step()

@@ -1,0 +1,223 @@
+"""Slips that real SSP files have: mended where the meaning is clear, each told in a sentence; all else is left to the schema.
+
+What SSP 2.0 has more than 1.0, and FMI 2.0 has no use for, goes the same way: its number types become those of 1.0, and
+arrays and clocks are refused by name. What is left of a document is held to the schema of 1.0, whose namespaces 2.0 has, too.
+
+Source: System Structure and Parameterization 1.0 and 2.0, Modelica Association, with their schemas.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from pathlib import Path
+
+from lxml import etree
+
+from ..errors import DescriptionError
+
+BASE = "http://ssp-standard.org/SSP1/SystemStructure"
+NAMESPACES = {
+    "ssd": BASE + "Description",
+    "ssc": BASE + "Common",
+    "ssv": BASE + "ParameterValues",
+    "ssm": BASE + "ParameterMapping",
+}
+PREFIXES = NAMESPACES | {"ssb": BASE + "SignalDictionary"}
+
+REALS = ("Float64", "Float32")
+INTEGERS = tuple(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64))
+TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration", "Binary", *REALS, *INTEGERS)
+CHANGES = tuple(f"{kind}Transformation" for kind in ("Linear", "BooleanMapping", "IntegerMapping", "EnumerationMapping"))
+DRAWN = ("ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "SystemGeometry", "GraphicalElements")
+LATER = ("MetaData", "Signature", "SSDVariant")  # of 2.0; none of them bears on a number
+ORDER = {  # of the elements in an element
+    "SystemStructureDescription": ("System", "Enumerations", "Units", "DefaultExperiment", "Annotations"),
+    "System": ("Connectors", "ParameterBindings", "Elements", "Connections", "SignalDictionaries", "Annotations"),
+    "Component": ("Connectors", "ParameterBindings", "Annotations"),
+    "Connector": (*TYPES, "Annotations"),
+    "Connection": (*CHANGES, "Annotations"),
+    "ParameterBinding": ("ParameterValues", "ParameterMapping", "Annotations"),
+    "ParameterSet": ("Parameters", "Enumerations", "Units", "Annotations"),
+}
+HOLDERS = ("Connectors", "ParameterBindings", "Elements", "Connections", "Units", "Enumerations", "Parameters", "Annotations")
+EMPTY_IS_NONE = ("unit", "startElement", "endElement", "startTime", "stopTime", "suppressUnitConversion", "sourceBase",
+                 "implementation", "type", "factor", "offset")  # fmt: skip
+KNOWN = (*REALS, *INTEGERS, "String", "Enumeration", "Connector", "Dimension", "Clock")  # where 2.0 differs
+KINDS = {"local": "output", "constant": "output"}  # of 2.0: connected, they are as outputs
+
+
+class Slips(dict[str, list[int]]):
+    """The slips of a document: what was done, with the lines where it was."""
+
+    def add(self, what: str, node: etree._Element) -> None:
+        self.setdefault(what, []).append(node.sourceline or 0)
+
+    def sentences(self, file: str) -> list[str]:
+        return [f"{file}, line{'s' * (len(set(at)) > 1)} {_several(at)}: {what}" for what, at in self.items()]
+
+
+def _several(lines: list[int]) -> str:
+    said = [str(line) for line in dict.fromkeys(lines)]
+    return ", ".join(said[:5]) + (f" and {len(said) - 5} more" if len(said) > 5 else "")
+
+
+def tree(path: Path, notes: list[str]) -> etree._Element:
+    """The root of a document, prefixes that it uses without saying what they mean taken as what they usually mean."""
+    options = {"resolve_entities": False, "no_network": True, "load_dtd": False, "remove_comments": True, "remove_pis": True}
+    parser = etree.XMLParser(recover=True, **options)
+    root = etree.parse(str(path), parser).getroot()
+    if root is None or any(entry.domain_name != "NAMESPACE" for entry in parser.error_log):
+        return etree.parse(str(path), etree.XMLParser(**options)).getroot()  # which says what is wrong
+    slips = Slips()
+    for node in root.iter():
+        prefix, _, local = str(node.tag).rpartition(":")
+        if not str(node.tag).startswith("{") and prefix:
+            node.tag = f"{{{PREFIXES.get(prefix, 'urn:unbound:' + prefix)}}}{local}"
+            slips.add(f"the prefix {prefix} is not declared; it is taken as what it usually means", node)
+    notes += slips.sentences(path.name)
+    return root
+
+
+def mend(root: etree._Element, file: str, notes: list[str]) -> None:
+    """Mend a document, or one inside another, in place. Raises DescriptionError for what 2.0 has and we have not."""
+    slips = Slips()
+    _version(root, slips, file)
+    waiting = [root]
+    while waiting:
+        node = waiting.pop()
+        local = _local(node)
+        _namespace(node, local, slips)
+        _later(node, local, slips, file)
+        if node is root or node.getparent() is not None:
+            _attributes(node, local, slips)
+            _order(node, local, slips)
+            if local != "Annotation":  # what is in it is not ours
+                waiting += reversed(node)
+    for node in list(root.iter(*(f"{{{space}}}{name}" for space in NAMESPACES.values() for name in HOLDERS))):
+        parent = node.getparent()
+        if len(node) == 0 and parent is not None and _local(node) != "Parameters" and _local(parent) != "Annotation":
+            parent.remove(node)  # an empty list says what none says
+    notes += slips.sentences(file)
+
+
+def bare(root: etree._Element) -> etree._Element:
+    """A copy without what bears on no number: it may be as it likes."""
+    root = copy.deepcopy(root)
+    gone = [f"{{{space}}}{name}" for space in NAMESPACES.values() for name in (*DRAWN, "Annotations")]
+    for node in list(root.iter(*gone)):
+        if node.getparent() is not None:
+            node.getparent().remove(node)
+    for node in root.iter(tag=etree.Element):
+        if _local(node) == "Component" and node.get("source") is None:
+            node.set("source", "none")  # which 2.0 allows
+        for name in ("id", "generationDateAndTime"):
+            node.attrib.pop(name, None)
+    return root
+
+
+def _local(node: etree._Element) -> str:
+    return str(node.tag).rpartition("}")[2]
+
+
+def _version(root: etree._Element, slips: Slips, file: str) -> None:
+    said = (root.get("version") or "").strip()
+    if not said:
+        slips.add('it says no version; it is read as "1.0"', root)
+    elif re.fullmatch("[12]", said):
+        slips.add(f'version = "{said}" is read as "{said}.0"', root)
+    elif not re.match(r"[12]\.\d+", said):
+        raise DescriptionError(f"{file}: version {said!r} of SSP is not known here; 1.0 and 2.0 are.")
+    root.set("version", "1.0")
+    if root.get("name") is None and _local(root) != "ParameterMapping":
+        slips.add("it has no name; its file's is taken", root)
+        root.set("name", Path(file).stem)
+
+
+def _namespace(node: etree._Element, local: str, slips: Slips) -> None:
+    """Types and transformations under the prefix of their neighbours."""
+    parent = node.getparent()
+    above = "" if parent is None else _local(parent)
+    wanted = None
+    if local in TYPES and above in ("Connector", "Parameter"):
+        wanted = "ssc" if above == "Connector" else "ssv"
+    elif local in (*CHANGES, "Unit", "BaseUnit", "Annotation") or local == "Enumeration" and above == "Enumerations":
+        wanted = "ssc"
+    space = None if wanted is None else etree.QName(node).namespace
+    if wanted and space != NAMESPACES[wanted] and space in (None, *NAMESPACES.values()):
+        slips.add(f"{local} is read as {wanted}:{local}", node)
+        node.tag = f"{{{NAMESPACES[wanted]}}}{local}"
+
+
+def _later(node: etree._Element, local: str, slips: Slips, file: str) -> None:
+    """What 2.0 has more."""
+    parent = node.getparent()
+    if (
+        parent is None
+        or local not in KNOWN
+        and local not in LATER
+        and not {"startIndices", "endIndices"}.intersection(node.attrib)
+    ):
+        return
+    space = etree.QName(node).namespace
+    if space not in NAMESPACES.values():
+        return
+    name = f"{file}, line {node.sourceline}: {parent.get('name', local)}"
+    if local in LATER:
+        parent.remove(node)
+    elif local == "Dimension" or "startIndices" in node.attrib or "endIndices" in node.attrib:
+        raise DescriptionError(f"{name} is an array, which is not supported.")
+    elif local == "Clock":
+        raise DescriptionError(f"{name} is of a clock, which is not supported.")
+    elif local in REALS + INTEGERS:
+        node.tag = f"{{{space}}}{'Real' if local in REALS else 'Integer'}"
+    elif local in ("String", "Enumeration") and len(node) and node.get("value") is None and node[0].tag.endswith("}Value"):
+        if len(node) > 1:
+            raise DescriptionError(f"{name} has {len(node)} values: it is an array, which is not supported.")
+        node.set("value", node[0].text or node[0].get("value") or "")
+        node.remove(node[0])
+    elif local == "Connector":
+        kind = node.get("kind", "")
+        if kind in ("structuralParameter", "unspecified"):
+            raise DescriptionError(
+                f"{file}, line {node.sourceline}: connector {node.get('name')!r} is of kind {kind}, which is not supported."
+            )
+        if kind in KINDS:
+            node.set("kind", KINDS[kind])
+
+
+def _attributes(node: etree._Element, local: str, slips: Slips) -> None:
+    for name, text in dict(node.attrib).items():
+        if not text.strip() and name in EMPTY_IS_NONE:
+            slips.add(f'{name}="" is taken as not given', node)
+            del node.attrib[name]
+        elif text in ("True", "False", "TRUE", "FALSE") and (name == "suppressUnitConversion" or local == "Boolean"):
+            slips.add(f'{name}="{text}" is taken as {text.lower()}', node)
+            node.set(name, text.lower())
+        elif local == "Integer" and name == "value" and re.fullmatch(r"\s*[-+]?\d+\.0*\s*", text):
+            slips.add(f'the Integer "{text}" is taken as {text.partition(".")[0].strip()}', node)
+            node.set(name, text.partition(".")[0].strip())
+        elif name == "kind" and text not in ("", text[:1].lower() + text[1:]):
+            slips.add(f'kind="{text}" is taken as {text[:1].lower() + text[1:]}', node)
+            node.set(name, text[:1].lower() + text[1:])
+        elif name == "source" and local != "MappingEntry" and "\\" in text:
+            slips.add(f'source="{text}" has the strokes of a Windows path', node)
+            node.set(name, text.replace("\\", "/"))
+
+
+def _order(node: etree._Element, local: str, slips: Slips) -> None:
+    """The elements in an element in the order of the schema; of those that hold a list, one."""
+    if local not in ORDER:
+        return
+    for child in list(node):
+        name = _local(child)
+        first = next(other for other in node if other.tag == child.tag)
+        if name in HOLDERS and first is not child:
+            slips.add(f"a second {name} of one {local} is taken as more of the first", child)
+            first.extend(list(child))
+            node.remove(child)
+    known = {name: place for place, name in enumerate(ORDER[local])}
+    places = [known[_local(child)] for child in node if _local(child) in known]
+    if places != sorted(places):
+        slips.add(f"the elements of a {local} are in another order than the standard's", node)
+        node[:] = sorted(node, key=lambda child: known.get(_local(child), -1))

@@ -88,7 +88,7 @@ class NamingRules:
     lasts: float = rule(
         0.37,
         "autocorrelation of the base's errors below which they are over; blocks are no shorter than that",
-        "theory: 1/e, the usual correlation time",
+        "theory: 1/e, the usual correlation time; 0.1 was taken first, and changed while the cascaded tanks were looked at",
     )
     curves: int = rule(2, "free curves that are fitted, those that look best", TIME)
     fits: int = rule(8, "other hypotheses that are fitted, those that look best", TIME)

@@ -4,7 +4,6 @@ The robot is the system of study/ on belts or segmented tracks. The misbehaving 
 in the FMU's place; a sensor's error is put on its column. The recorder adds noise and rounds. The rig knows robot.toml.
 """
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ import pytest
 from selflock import master, study
 from selflock.diagnosis import diagnose
 from selflock.master.system import Component
+from selflock.master.values import resolved
 
 ROBOT = Path(study.__file__).parent / "robot.toml"
 RECORDER = {  # column: noise, step of rounding
@@ -52,14 +52,14 @@ def record(folder, seed, parts=None, sensors=None, track="belt"):
 
 def rig(folder):
     """The columns, and what robot.toml says of controllers, motors and gears."""
-    sheet = tomllib.loads(ROBOT.read_text())["components"]
+    sheet = resolved(master.load(ROBOT)).components
     channels = ("controller.angle_setpoint", "controller.speed_setpoint", *RECORDER)
     columns = [f"{drive}_{channel}" for drive in ("front", "rear") for channel in channels]
     lines = ["[rig]", 'name = "robot"', 'kind = "forward"', 'drives = ["front_", "rear_"]', "[columns]"]
     lines += [f'"{column}" = "{column}"' for column in columns] + ["[parameters]"]
     for drive in ("front", "rear"):
         for part in ("controller", "motor", "reducer"):
-            lines += [f'"{drive}_{part}.{name}" = {float(value)!r}' for name, value in sheet[f"{drive}_{part}"]["start"].items()]
+            lines += [f'"{drive}_{part}.{name}" = {float(value)!r}' for name, value in sheet[f"{drive}_{part}"].start.items()]
     path = folder / "rig.toml"
     path.write_text("\n".join(lines) + "\n")
     return path

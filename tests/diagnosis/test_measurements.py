@@ -34,6 +34,7 @@ def test_the_lead_screws_friction_falls_with_speed():
     assert result.gain.after <= 0.044e-3, result.summary()
 
 
+@pytest.mark.slow
 def test_the_worm_drives_start_transients_are_found_then_its_friction_falls_with_speed(tmp_path):
     result = diagnose(RIGS / "worm_drive.toml", [DATA / "worm_drive" / "steady_state.csv"], out=tmp_path)
     assert {(fault["run"], fault["kind"]) for fault in result.faults} == {

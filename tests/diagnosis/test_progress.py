@@ -129,6 +129,7 @@ with progress.shown(True) as tell:
 """
 
 
+@pytest.mark.slow
 def test_without_a_terminal_lines_go_to_stderr_and_stdout_is_the_answers_alone():
     """Even where colours are forced."""
     environment = os.environ | {"FORCE_COLOR": "1"}

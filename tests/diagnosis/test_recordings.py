@@ -228,6 +228,7 @@ def test_a_sampling_period_between_rows_is_found(tmp_path):
     assert amount.found == pytest.approx(amount.hidden, rel=0.02)
 
 
+@pytest.mark.slow
 def test_an_impact_is_no_corrupted_sample(tmp_path):
     case = _hidden(["reducer.backlash"], seed=10_106, target=100.0, channels=(*ALL, "output_torque"))
     _, told = _experiment(case, tmp_path)
@@ -274,12 +275,14 @@ def seeds():
     return range(start, start + 3)
 
 
+@pytest.mark.slow
 def test_a_sound_recording_has_no_faults_whatever_the_recorder(seeds, tmp_path):
     for seed in seeds:
         case = recordings.hide([], seed, duration=8.0)
         assert _experiment(case, tmp_path)[1] == []
 
 
+@pytest.mark.slow
 def test_faults_are_told_whatever_the_recorder(seeds, tmp_path):
     """Most rows, for now and then a recorder is too coarse; docs/recordings.md has the shares of many."""
     counts = np.zeros(4, int)

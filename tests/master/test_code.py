@@ -173,6 +173,7 @@ def test_a_system_structure_has_no_say(tmp_path):
         master.run(hostile, stop=0.001, step=0.001, allow_code=True)
 
 
+@pytest.mark.slow
 def test_the_command_line_asks(tmp_path):
     (tmp_path / "mine.py").write_text(
         textwrap.dedent(f"""

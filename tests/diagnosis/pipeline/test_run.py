@@ -25,6 +25,7 @@ from ..plant import recordings
 from ..residuals.test_experiment import inverse
 
 
+@pytest.mark.slow
 def test_a_wrong_friction_is_named_extended_and_its_gain_kept_by_the_fmu(tmp_path, rng):
     inverse(tmp_path, rng, friction=0.04, noise=2e-3)
     out = tmp_path / "out"
@@ -123,6 +124,7 @@ def test_replay_by_the_command(tmp_path, rng):
     assert row["error"] < 3e-5 and (out / "gear.png").exists() and (out / "reducer.fmu").exists()
 
 
+@pytest.mark.slow
 def test_an_answer_that_no_fmu_takes_is_told_and_nothing_else_is_lost(tmp_path, rng, monkeypatch):
     inverse(tmp_path, rng, friction=0.04, noise=2e-3)
 

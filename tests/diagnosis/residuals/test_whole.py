@@ -71,6 +71,7 @@ def test_a_sound_drive_is_off_by_little_more_than_its_noise_whatever_the_recorde
     assert np.median(off) < RULES.search.natural, dict(zip([r.output for r in bench.residuals], off))
 
 
+@pytest.mark.slow
 def test_what_a_recorder_did_is_found(seed, tmp_path):
     case = recordings.hide([], seed, longest=10.0, duration=10.0)
     bench = experiment(case, tmp_path)

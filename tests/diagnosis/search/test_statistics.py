@@ -71,6 +71,7 @@ def _linear(rng):
     return Linear(base, np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5)
 
 
+@pytest.mark.slow
 def test_chance_beats_noise_as_often_as_it_should_and_an_effect_hardly_ever(rng):
     """In noise the best gain has any rank among its own draws alike: at a level of 10 % it is called 20 times in 200 (sd 4.2)."""
     linear, p = _linear(rng), Free("a", 0.0, -9.0, 9.0)

@@ -70,6 +70,7 @@ def test_a_cause_is_nothing_at_strength_zero_and_something_at_its_strength(name)
         assert not np.array_equal(changed, bench.run(sheet, plan))
 
 
+@pytest.mark.slow
 def test_the_same_seed_makes_the_same_log(tmp_path):
     logs = [bench.hide(["motor.brush_drop"], 4, duration=2.0).write(tmp_path / name)[1].read_bytes() for name in ("a", "b")]
     assert logs[0] == logs[1]

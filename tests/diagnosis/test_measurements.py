@@ -27,6 +27,7 @@ def named(result) -> list[str]:
     return [cause.label for cause in result.causes]
 
 
+@pytest.mark.slow
 def test_the_lead_screws_friction_falls_with_speed():
     result = diagnose(RIGS / "lead_screw.toml", [DATA / "lead_screw" / "steady_state.csv"], out=None)
     assert result.verdict == "explained" and named(result) == ["reducer stribeck"], result.summary()

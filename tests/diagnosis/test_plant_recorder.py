@@ -79,6 +79,7 @@ def test_noise_and_counts_are_as_large_as_told(seed):
     assert abs(off["angle"]).max() < 0.85 * count and abs(off["angle"].mean()) < 0.1 * count
 
 
+@pytest.mark.slow
 def test_a_voltage_changes_between_rows(seed):
     case = recordings.hide(
         [], seed, duration=10.0, recorder=replace(draw(np.random.default_rng(seed)), control=0.0, duration=10.0)
@@ -119,6 +120,7 @@ def test_a_further_cause_is_nothing_at_strength_zero_and_something_at_its_streng
     assert not np.array_equal(recordings.dense(Drive()._replace(**cause.change(1.0)), plan), plain)
 
 
+@pytest.mark.slow
 def test_faults_are_where_they_are_said_to_be(seed):
     case = recordings.hide([], seed, faulty=True, duration=12.0)
     table, by = case.logs[0], {}

@@ -94,6 +94,7 @@ def test_a_voltage_that_changes_between_rows_is_no_cause(tmp_path):
     [(dict(), 0.0), (dict(control=0.0, step=0.004), 0.5), (dict(control=0.0, step=0.004, averaged=True), 1.0)],
     ids=["held", "straight", "averaged"],
 )
+@pytest.mark.slow
 def test_how_a_measured_voltage_is_read_between_rows_is_told_and_no_cause(recorder, steps, tmp_path):
     """Held over its step, seen at an instant of a curve, or averaged over the step before: 0, a half, one step late.
 
@@ -108,6 +109,7 @@ def test_how_a_measured_voltage_is_read_between_rows_is_told_and_no_cause(record
     assert shift["value"] / case.recorder.step == pytest.approx(steps, abs=1 / 6)
 
 
+@pytest.mark.slow
 def test_a_command_that_is_a_number_is_held_as_it_is(tmp_path):
     case = _hidden(noise={**NOISE, "voltage": 0.0}, channels=("voltage", "current", "motor_speed"))
     for run, table in enumerate(case.logs):  # as the controller gave it, not to the bits of a converter
@@ -135,6 +137,7 @@ def test_a_comparison_counts_no_less_in_a_longer_log(tmp_path):
     assert shares[1] > 0.5 * shares[0], shares
 
 
+@pytest.mark.slow
 def test_a_sound_drive_behind_its_encoders_is_off_by_no_more_than_its_noise(tmp_path):
     case = _hidden(counts={"motor_angle": 4000, "angle": 4000}, channels=("voltage", "current", "motor_angle", "angle"))
     found = _sizes(_experiment(case, tmp_path)[0])
@@ -201,6 +204,7 @@ def test_a_measured_supply_is_compared(simulate, unknown, tmp_path):
 
 
 @pytest.mark.parametrize("volts", [("motor.duty", "motor.supply_voltage"), ("motor.voltage", "motor.supply_voltage")], ids=str)
+@pytest.mark.slow
 def test_a_supply_that_is_in_the_motors_voltage_already_is_not_compared(volts, tmp_path):
     case = _hidden(channels=(*ALL, "supply"))
     rig, train, _ = case.write(tmp_path)
@@ -235,6 +239,7 @@ def test_an_impact_is_no_corrupted_sample(tmp_path):
     assert [f for f in told if f.kind == "corrupted"] == []
 
 
+@pytest.mark.slow
 def test_nothing_is_compared_across_a_gap(tmp_path):
     case = _hidden(duration=8.0)
     table = case.logs[0]
@@ -317,6 +322,7 @@ def test_an_unknown_answer_brings_its_best_model(tmp_path):
     assert (tmp_path / "out" / "extended.toml").exists()
 
 
+@pytest.mark.slow
 def test_the_smoothing_is_what_the_rig_says(tmp_path):
     case = _hidden(step=0.005)
     windows = []
@@ -404,6 +410,7 @@ def test_a_load_known_by_a_speed_alone_hangs_where_each_run_says(tmp_path):
         assert np.angle(np.exp(1j * (value - arm - plan.angle[0]))) == pytest.approx(0.0, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_known_load_may_have_a_sensor_that_is_off(tmp_path):
     experiment, _ = _experiment(_hidden(), tmp_path, 'known = ["load.*"]')
     problem = Problem.of(experiment, np.ones(experiment.layout.count, bool))

@@ -77,6 +77,7 @@ class _Bare:
 
 
 @pytest.mark.parametrize("face", LINES, ids=lambda face: face.__name__)
+@pytest.mark.slow
 def test_every_step_ends(face):
     draw = random.Random(17)
     sound = 0

@@ -46,6 +46,7 @@ def test_same_bytes_twice(tmp_path, name):
     assert first.read_bytes() == second.read_bytes()
 
 
+@pytest.mark.slow
 def test_guid_follows_content(fmu):
     def guid(path):
         return fmpy.read_model_description(path).guid
@@ -89,6 +90,7 @@ def test_the_library_for_windows_is_pythonfmu_s_own(fmu):
             )
 
 
+@pytest.mark.slow
 def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkeypatch, fmu):
     own = fmu("Motor")
     monkeypatch.setenv("CC", "/nowhere/cc")

@@ -61,6 +61,7 @@ def test_two_folders_one_after_the_other(own):
         )
 
 
+@pytest.mark.slow
 def test_its_fmu_runs_where_the_folder_is_not(own, tmp_path):
     """The torque that holds the input shaft at rest in the middle of the tooth is the tooth's, in a process without our package."""
     folder = own()

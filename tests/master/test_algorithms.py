@@ -37,6 +37,7 @@ def error(table):
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel"])
+@pytest.mark.slow
 def test_converges_to_the_monolithic_solution_with_first_order(system, algorithm):
     errors = [error(master.run(two_masses(system, step=h, algorithm=algorithm)).table) for h in (0.02, 0.01, 0.005)]
     orders = np.diff(np.log2(errors)) * -1

@@ -8,6 +8,7 @@ from selflock import master
 
 
 @pytest.mark.parametrize("control", ["power", "doubling"])
+@pytest.mark.slow
 def test_a_smaller_tolerance_gives_a_smaller_error_in_more_steps(system, control):
     runs = [master.run(two_masses(system, step=0.1, step_control=control, tolerance=t)) for t in (1e-2, 1e-3)]
     assert error(runs[1].table) < error(runs[0].table) / 2

@@ -159,6 +159,7 @@ def test_the_teller_ends_as_told(system, native, end, status):
     assert caught.value.result.table["t.word_out"].iloc[-1] == "hallo!"
 
 
+@pytest.mark.slow
 def test_a_warning_does_not_end_a_run(system, native):
     description = system({"t": (native("teller"), {"word_in": "a", "count_in": 1, "flag_in": False})}, stop=1.0, step=0.1)
     assert master.run(description, settings={"t.end": 1, "t.ends_at": 0.5}).table["t.count_out"].iloc[-1] == 2
@@ -197,6 +198,7 @@ def test_types_convert_from_one_native_fmu_to_another(system, native, refused):
         refused(lambda: master.run(system(parts, {target: source}, open_inputs=True)), target, words)
 
 
+@pytest.mark.slow
 def test_pending_steps_are_waited_for(system, native):
     description = system(
         {"t": (native("teller"), {"slow": True, "word_in": "a", "count_in": 4, "flag_in": True})}, stop=0.3, step=0.1
@@ -204,6 +206,7 @@ def test_pending_steps_are_waited_for(system, native):
     assert master.run(description).table["t.count_out"].to_list() == [0, 5, 5, 5]
 
 
+@pytest.mark.slow
 def test_an_fmu_without_variable_steps_refuses_step_control(system, native, refused):
     description = system({"t": native("teller")}, open_inputs=True, step_control="doubling")
     refused(lambda: master.run(description), "t takes steps of one size only")

@@ -17,6 +17,7 @@ def example():
 
 
 @pytest.mark.parametrize("friction, stays", [(0.0, False), (0.03, True)])
+@pytest.mark.slow
 def test_a_self_locking_gear_holds_the_robot_up_when_its_motors_fail(example, friction, stays):
     table = example.run(friction, track="belt").table.set_index("time")
     height = table["robot.chassis_y"]

@@ -26,6 +26,7 @@ def own(tmp_path, monkeypatch):
     return make
 
 
+@pytest.mark.slow
 def test_it_is_compiled_with_ours(own):
     with laws.joined(own()):
         law = compiled("selflock.fmus.reducer.law")
@@ -36,6 +37,7 @@ def test_it_is_compiled_with_ours(own):
 
 
 @pytest.mark.parametrize("what", NOT_TO_BE_COMPILED)
+@pytest.mark.slow
 def test_what_cannot_be_compiled_is_one_sentence(own, what):
     change = NOT_TO_BE_COMPILED[what]
     with laws.joined(own(wrong(change))):

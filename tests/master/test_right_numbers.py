@@ -244,6 +244,7 @@ def test_stair_has_its_last_row(system, step):
     assert result.table.iloc[-1].tolist() == [9.0, 10] and result.ended == {"f": 9.0}
 
 
+@pytest.mark.slow
 def test_the_command_says_the_end_and_is_content(native, tmp_path):
     (tmp_path / "s.toml").write_text(
         f'[run]\nopen_inputs = true\nstep = 0.1\n[components.f]\nfmu = "{native("forgetful")}"\n[components.f.start]\nends_at = 0.5\n'

@@ -41,6 +41,7 @@ def imported(path):
 
 
 @pytest.mark.parametrize("room", EXTRAS)
+@pytest.mark.slow
 def test_what_a_room_imports_is_declared(room):
     allowed = declared().union(*map(declared, EXTRAS[room]))
     for path in (ROOT / room).rglob("*.py"):

@@ -116,6 +116,7 @@ def test_the_packages_told_are_those_there():
     assert set(PROJECT["packages"]) == there | of_data
 
 
+@pytest.mark.slow
 def test_no_class_name_stands_for_two_things():
     """But for the words of a law, which every component's law has of its own."""
     of_a_law = {"State", "Output", "Condition"}

@@ -44,6 +44,7 @@ def test_rows_come_in_the_order_of_the_items_and_equal_items_are_run_once(tmp_pa
     assert (tmp_path / "3.mark").read_text() == "x"
 
 
+@pytest.mark.slow
 def test_the_context_is_opened_once_for_each_worker_and_leaves_nothing(tmp_path, scheduler):
     log, items = tmp_path / "log", list(range(12))
     rows = map_runs(jobs.look, items, context=jobs.Opened(log), scheduler=scheduler, folder=tmp_path / "out")

@@ -139,6 +139,7 @@ def larger(inner):
 
 
 @given(st.recursive(NUMBERS, larger, max_leaves=6))
+@pytest.mark.slow
 def test_values_are_those_of_pandas(expression):
     """Over columns: with one in it at every place, no integer arithmetic of Python's decides."""
     expression = f"m.y + ({expression})"

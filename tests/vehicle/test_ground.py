@@ -54,6 +54,7 @@ def test_friction_sticks_like_a_spring_and_slips_at_the_limit():
     assert kernel.friction(p, 0.0, 0.3, 1e-3)[0] == 0.0
 
 
+@pytest.mark.slow
 def test_clearance_against_dense_points(rng):
     """The distance from a polyline is that to the nearest of many points on it; its sign says which side."""
     for text in (

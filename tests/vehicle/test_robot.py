@@ -174,6 +174,7 @@ def test_belt_and_segments_need_the_same_torques(front, rear, run):
 
 @pytest.mark.parametrize("track", TRACKS)
 @pytest.mark.parametrize("ground, front, height", [("step:0.1,0.7", 0.6, 0.1), ("slope:30,0.7", 0.0, 0.2)])
+@pytest.mark.slow
 def test_it_climbs(track, ground, front, height, run):
     told = run(Robot(track=track, ground=ground, front_start_angle=front, sprocket_speed=-8.0), 3.5, front=front)
     assert told["chassis_y"][-1] > height + 0.05  # the hinges stand 0.06 m above the ground they are on

@@ -74,6 +74,7 @@ class Host:
         return np.array(told)
 
 
+@pytest.mark.slow
 def test_it_is_valid_and_builds_the_same_bytes_twice(fmu, tmp_path):
     assert validate_fmu(str(fmu)) == []
     assert build(tmp_path).read_bytes() == Robot.pack(tmp_path / "again").read_bytes() == fmu.read_bytes()

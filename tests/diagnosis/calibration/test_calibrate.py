@@ -77,6 +77,7 @@ def test_what_cannot_be_told_apart_and_what_wants_to_leave_its_range(tmp_path, o
 
 
 @pytest.mark.parametrize("end", [2, 3, 6])
+@pytest.mark.slow
 def test_runs_that_break_off_do_not_break_the_fit(tmp_path, oscillator, rng, end):
     """Discard, Error and not a number where the position leaves what the hidden oscillator reaches: half of all starts do."""
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
@@ -89,6 +90,7 @@ def test_runs_that_break_off_do_not_break_the_fit(tmp_path, oscillator, rng, end
     assert "failed" in result.summary()
 
 
+@pytest.mark.slow
 def test_a_start_that_breaks_off_is_left_for_one_that_does_not(tmp_path, oscillator, rng):
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
     limit = 1.3 * float(pd.read_csv(log)["position"].abs().max())

@@ -94,6 +94,7 @@ def test_a_chain_from_a_file_of_either_kind(tmp_path, native, rng, kind):
     assert master.run(calibrated, stop=1.0).steps == 100
 
 
+@pytest.mark.slow
 def test_what_is_uncertain_is_fitted_too(tmp_path, native, rng):
     from selflock.master.dump import save
 

@@ -136,6 +136,7 @@ def test_the_page_and_the_notebook_take_hostile_names_as_words(tmp_path, oscilla
     assert html.fromstring(f"<div>{result._repr_html_()}</div>").xpath("//td[text()='oscillator.gain']")
 
 
+@pytest.mark.slow
 def test_the_command_says_what_the_call_says(tmp_path, oscillator, rng):
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng, oscillators.TRUTH | {"stiffness": 100.0}, count=400)
     wanted = {"oscillator.damping": [-1.0, 20.0]}

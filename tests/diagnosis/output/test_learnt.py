@@ -43,6 +43,7 @@ def test_a_place_without_samples_has_no_knot(rng):
 
 @pytest.mark.parametrize("variable", learnt.AXES)
 @pytest.mark.parametrize("wraps", [False, True])
+@pytest.mark.slow
 def test_the_file_is_an_effect_and_gives_the_curve(tmp_path, variable, wraps, monkeypatch):
     monkeypatch.setenv("SELFLOCK_CACHE", str(tmp_path / "cache"))
     curve = learnt.Curve(variable, wraps, np.array([-1.0, 0.5, 2.0]), np.array([0.1, -0.2, 0.4]), np.full(3, 0.01), 0.9)

@@ -44,6 +44,7 @@ def write(folder, viscous=0.0):
     return folder / "rig.toml", [folder / "log.csv"]
 
 
+@pytest.mark.slow
 def test_a_draw_is_the_base_simulation_and_the_errors_in_another_order(tmp_path):
     rig, logs = write(tmp_path, viscous=1e-5)
     rig = rigs.load(rig)

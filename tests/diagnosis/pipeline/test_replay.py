@@ -49,6 +49,7 @@ def worm(tmp_path):
     return make
 
 
+@pytest.mark.slow
 def test_the_fmu_needs_the_torque_of_the_closed_form(worm, tmp_path):
     found = replay(*worm(), tmp_path / "out")
     assert found.points["simulated"].to_numpy() == pytest.approx(needed(found.points["speed"].to_numpy()), rel=1e-6)
@@ -56,6 +57,7 @@ def test_the_fmu_needs_the_torque_of_the_closed_form(worm, tmp_path):
     assert found.comparisons[0].relative < 1e-6
 
 
+@pytest.mark.slow
 def test_the_error_is_told_speed_by_speed(worm, tmp_path):
     found = replay(*worm(more=1e-3), tmp_path / "out")
     assert found.points["error"].to_numpy() == pytest.approx(1e-3, rel=1e-3)
@@ -65,6 +67,7 @@ def test_the_error_is_told_speed_by_speed(worm, tmp_path):
     assert written["error"].to_numpy() == pytest.approx(1e-3, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_table_and_picture_show_the_fmu(worm, tmp_path, monkeypatch):
     """Were the FMU's answers others, the table and the picture would be too."""
     honest = replay(*worm(), tmp_path / "honest")
@@ -98,6 +101,7 @@ def test_a_log_that_is_none_is_told(worm, tmp_path, content):
 
 
 @pytest.mark.skipif(not WORM.exists(), reason=f"the measured worm drive is not there: {WORM}")
+@pytest.mark.slow
 def test_the_measured_worm_drive(tmp_path):
     """Constant friction misses what the measurement shows: more friction the slower, and more than the published 0.12."""
     found = replay(ROOT / "examples" / "rigs" / "worm_drive.toml", WORM, tmp_path)

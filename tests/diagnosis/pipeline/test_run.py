@@ -115,6 +115,7 @@ def test_a_whole_drive_in_closed_loop_has_its_report(tmp_path, monkeypatch):
     assert {"report.html", "missing.png", "motor.fmu"} <= {p.name for p in (tmp_path / "out").iterdir()}
 
 
+@pytest.mark.slow
 def test_replay_by_the_command(tmp_path, rng):
     inverse(tmp_path, rng)
     out = tmp_path / "replay"

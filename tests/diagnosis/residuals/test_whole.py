@@ -89,6 +89,7 @@ def test_what_a_recorder_did_is_found(seed, tmp_path):
     assert values["recorder.load.angle.shift"] == pytest.approx(late, abs=4e-4)
 
 
+@pytest.mark.slow
 def test_the_error_of_rounding_is_that_of_its_counts(seed, tmp_path):
     """Even over a count: count / sqrt(12) (Widrow 1956), for an angle that goes through many of them."""
     case = recordings.hide([], seed, longest=6.0, duration=6.0)
@@ -101,6 +102,7 @@ def test_the_error_of_rounding_is_that_of_its_counts(seed, tmp_path):
     assert abs(errors).max() <= count * (1.0 + 1e-9)
 
 
+@pytest.mark.slow
 def test_nothing_is_compared_behind_a_gap_nor_at_the_start(seed, tmp_path):
     case = recordings.hide([], seed, longest=8.0, duration=8.0)
     n = len(case.logs[0])
@@ -115,6 +117,7 @@ def test_nothing_is_compared_behind_a_gap_nor_at_the_start(seed, tmp_path):
         assert good.sum() > 0.7 * len(good)
 
 
+@pytest.mark.slow
 def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     """What its set-point did meanwhile is lost: without that a drive that locks itself may stay anywhere else for long."""
     case = recordings.hide([], seed, longest=8.0, duration=8.0)
@@ -143,6 +146,7 @@ def test_a_sensor_before_the_controller_acts_in_the_loop_and_one_beside_it_does_
 
 
 @pytest.mark.parametrize("rows", [2.3, 5.0, 17.7])
+@pytest.mark.slow
 def test_the_period_of_a_command_is_read_from_its_steps(rows, rng, tmp_path):
     case = recordings.hide([], recordings.DEVELOPMENT + 1, longest=8.0, duration=8.0)
     bench = experiment(case, tmp_path)
@@ -158,6 +162,7 @@ def test_the_period_of_a_command_is_read_from_its_steps(rows, rng, tmp_path):
     assert min(late, wanted - late) < 0.6 * float(np.median(np.diff(time)))
 
 
+@pytest.mark.slow
 def test_a_command_that_follows_has_no_period(seed, tmp_path):
     case = recordings.hide([], seed, longest=6.0, duration=6.0)
     case.recorder = replace(case.recorder, control=0.0)

@@ -83,6 +83,7 @@ def test_an_arm_in_a_strong_damper_creeps_down_as_it_must(damping):
 
 
 @pytest.mark.parametrize("damping, speed", [(30.0, 10.0), (300.0, -40.0), (3e4, 10.0)])
+@pytest.mark.slow
 def test_a_damped_arm_against_a_fine_integration(damping, speed):
     p = load.Parameters(mass=2.0, damping=damping, constant_torque=0.4)
 

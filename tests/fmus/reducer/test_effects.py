@@ -277,6 +277,7 @@ signed = st.one_of(st.just(0.0), st.floats(-1.0, 1.0))
     ripple=signed, play=share, compliance=share, cold=signed, heat=signed, wear=signed,
     torque=st.floats(-5.0, 5.0), speed=st.floats(-60.0, 60.0), output_speed=signed, push=st.floats(-0.3, 0.3), mode=st.booleans(),
 )  # fmt: skip
+@pytest.mark.slow
 def test_any_mixture_ends_and_makes_no_energy(
     stribeck,
     viscous,

@@ -122,6 +122,7 @@ def test_without_inertia_only_kinematic_mode_runs(instance):
     assert it.get("motor_torque_required") == it.get("input_torque")
 
 
+@pytest.mark.slow
 def test_builds_repeat(tmp_path):
     one, two = build("Reducer", tmp_path / "1"), build("Reducer", tmp_path / "2")
     assert one.read_bytes() == two.read_bytes()
@@ -139,6 +140,7 @@ except ImportError:
 """
 
 
+@pytest.mark.slow
 def test_runs_alone(fmu, tmp_path):
     """A fresh process that cannot import this project."""
     out = subprocess.run([sys.executable, "-I", "-c", ALONE, str(fmu("Reducer"))], cwd=tmp_path, capture_output=True, text=True)

@@ -73,6 +73,7 @@ def test_cone_is_where_static_friction_suffices(ratio, angle, share, torque, pre
 
 
 @given(st.floats(2.0, 200.0), st.floats(0.0, 3.0), st.floats(-20.0, 20.0), st.sampled_from([0.0, 0.5]))
+@pytest.mark.slow
 def test_least_torque_against_brute_force_over_the_cone(ratio, share, torque, preload):
     t, mu = 1.0 / ratio, share / ratio
     least = wedge.least_torque(*wedge.cone(torque, mu, preload, t, ratio))

@@ -241,8 +241,9 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
         fine, after = 0.0, state
         if state.speed != 0.0 and p.heat_coefficient == 0.0:
             fine, after = _glided(p, t, state, motor_torque, now, output_speed, step)
+        if fine > 0.0:
             pieces -= 2
-        if fine == 0.0 or pieces <= 0:
+        else:
             after, pieces = _travelled(p, t, state, motor_torque, now, output_speed, step, pieces)
         state = after
         if state.speed != state.speed:

@@ -354,6 +354,17 @@ def test_a_shaft_that_runs_under_load_glides():
     assert glide(*friction, 2e3, 2.0, 0.0, 50.0, 2e-5, windup, 20.0, -10.0, 0.4, 1e-3)[0] == 0.0  # it stops in this step
 
 
+def test_the_longest_step_is_as_many_inner_steps():
+    """A step of as many inner steps as it may have gives what these give one by one."""
+    p = P(input_ripple=0.3, input_ripple_order=3.0, shaft_damping=20.0)
+    one = many = relaxed(p, 0.0, 0.4, 20.0, 3.0)
+    count = PIECES // 2
+    one, _ = shaft.advance(p, one, 0.1, 0.0, 0.4, count * shaft.INNER_STEP)
+    for i in range(count):
+        many, _ = shaft.advance(p, many, 0.1, 0.4 * i * shaft.INNER_STEP, 0.4, shaft.INNER_STEP)
+    assert one.speed > 0.0 and one == pytest.approx(many, rel=1e-9)
+
+
 # Kinematic mode.
 
 

@@ -5,6 +5,9 @@ import re
 import secrets
 import shutil
 import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +21,29 @@ settings.load_profile("busy")
 
 for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
+
+sys.path.append(str(Path(__file__).parent / "native"))
+
+TURNS = 4
+"""Days in which every test that is marked `in_turn` has had its turn under --turns."""
+
+
+def pytest_addoption(parser):
+    parser.addoption("--turns", action="store_true", help=f"long tests take turns: each runs on one day of {TURNS}, by date")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Under --turns, skip those whose day it is not: what a change breaks at one place shows in many of them at once."""
+    if config.getoption("--turns"):
+        later = pytest.mark.skip(reason=f"has its turn on another day of {TURNS}; make test-all runs all")
+        today = int(time.time() // 86_400)
+        numbers: dict[str, int] = {}
+        for item in items:
+            if mark := item.get_closest_marker("in_turn"):  # in_turn("name"): all of a name on one day
+                number = numbers.setdefault(mark.args[0] if mark.args else item.nodeid, len(numbers))
+                if (number + today) % TURNS:
+                    item.add_marker(later)
+
 
 HOSTILE = '"\'><script>document.documentElement.dataset.owned=1</script><img src=x onerror="document.documentElement.dataset.owned=2">$\\frac{'
 """A name that runs as a script, twice, wherever it is put into a page as it is, and breaks a figure that takes it for a formula."""
@@ -90,6 +116,21 @@ def browser(tmp_path_factory):
         return shown
 
     return show
+
+
+@pytest.fixture(scope="session")
+def native(tmp_path_factory):
+    """native("ball"): the path of a C FMU of tests/native, compiled here."""
+    from pack import pack
+
+    folder, made = tmp_path_factory.mktemp("native"), {}
+
+    def path(name):
+        if name not in made:
+            made[name] = pack(name, folder)
+        return made[name]
+
+    return path
 
 
 @pytest.fixture

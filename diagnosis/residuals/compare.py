@@ -102,7 +102,7 @@ def gear_inputs(values: dict, ch: Channels, take: np.ndarray | slice = slice(Non
         ch.setting.kernels.windup(law, before, delivered, windup)
         return before, speed, before / law.gear_ratio - windup, speed / law.gear_ratio
 
-    winds = tuple(getattr(law, name) for name in sorted(laws.winding()))
+    winds = tuple(getattr(law, name) for name in laws.winding())
     loaded = drive.law("load", values, ch), ch.sensor("reducer.output_torque", values)
     return drive.kept("inputs", (first, second, winds, *loaded, isinstance(take, slice)), ch, inputs), first
 

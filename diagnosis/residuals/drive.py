@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..rules import RULES
-from . import laws, phase
+from . import laws, memory, phase
 from .channels import Channels, ShaftMotion, derivative, motion
 from .laws import lags
 
@@ -28,18 +28,10 @@ def law(component: str, values: dict, ch: Channels):
     return nominal._replace(**{field: float(value) for field, value in given.items()}) if given else nominal
 
 
-def kept(what: str, key: object, ch: Channels, make: Callable[[], Any]) -> Any:
+def kept(what: str, key: Hashable, ch: Channels, make: Callable[[], Any]) -> Any:
     """What `make` gives, of all samples of a run; remembered under a key, the last ones asked for, as far as memory goes."""
-    found = ch.memory.setdefault(("motion", what), {})
-    if key in found:
-        return found[key]
-    made = make()
-    if ch.setting.balanced:
-        most = max(1, min(RULES.residuals.derived_remembered, RULES.residuals.motions_remembered // ch.setting.samples))
-        for old in [*found][: max(0, len(found) + 1 - most)]:
-            found.pop(old, None)  # another thread may have been here
-        found[key] = made
-    return made
+    most = min(RULES.residuals.derived_remembered, RULES.residuals.motions_remembered // ch.setting.samples)
+    return memory.kept(ch.memory.setdefault(("motion", what), {}), key, make, most if ch.setting.balanced else 0)
 
 
 def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:

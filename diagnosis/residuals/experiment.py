@@ -16,6 +16,7 @@ import numpy as np
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..rules import RULES
+from . import memory
 from .blocks import Blocks, compared
 from .residual import Compared, Residual
 
@@ -148,14 +149,8 @@ class Experiment:
             if name not in used:
                 used[name] = residual.uses(name)
         key = frozenset((name, value) for name, value in values.items() if used[name])
-        memory = self.remembered(residual.name)
-        found = memory.get(key)
-        if found is None:
-            found = self.binned(residual, values)[0]
-            for old in [*memory][: max(0, len(memory) + 1 - RULES.residuals.remembered)]:
-                memory.pop(old, None)  # another thread may have been here
-            memory[key] = found
-        return found
+        most = RULES.residuals.remembered
+        return memory.kept(self.remembered(residual.name), key, lambda: self.binned(residual, values)[0], most)
 
     def remembered(self, what: str) -> dict:
         """What this experiment keeps under a name, for those who fill it."""

@@ -31,15 +31,17 @@ def effects(component: str) -> tuple[Effect, ...]:
     return law(component).EFFECTS
 
 
-def winding() -> frozenset[str]:
-    """Parameters of the reducer that say how its output shaft winds up under a torque."""
+def winding() -> tuple[str, ...]:
+    """Parameters of the reducer that say how its output shaft winds up under a torque, by name."""
     return _winding(laws.in_force())
 
 
 @cache
-def _winding(package: str) -> frozenset[str]:
+def _winding(package: str) -> tuple[str, ...]:
     felt = [effect for effect in effects("reducer") if {"compliance", "play"} & set(effect.hooks)]
-    return frozenset({"gear_ratio", "shaft_stiffness", "shaft_damping"} | {p.name for effect in felt for p in effect.parameters})
+    return tuple(
+        sorted({"gear_ratio", "shaft_stiffness", "shaft_damping"} | {p.name for effect in felt for p in effect.parameters})
+    )
 
 
 def lags() -> list[str]:

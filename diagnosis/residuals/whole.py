@@ -26,7 +26,7 @@ from ..data.rig import Rig
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..rules import RULES
-from . import drive, laws
+from . import drive, laws, memory
 from .channels import Channels
 from .compare import Compared
 from .forward import ROWS, carried
@@ -119,15 +119,8 @@ def grid(ch: Channels) -> Grid:
 def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
     """All signals of the drive at the instants of the run's grid; remembered, for all channels ask for the same."""
     key = tuple(sorted((name, value) for name, value in values.items() if matters(name, ch)))
-    known = ch.memory.setdefault(WHOLE, {})
-    found = known.pop(key, None)  # what is asked for again is kept longest
-    if found is None:
-        found = _simulated(values, ch)
-        kept = min(RULES.residuals.wholes_remembered, max(1, RULES.residuals.motions_remembered // len(found["voltage"])))
-        for old in [*known][: max(0, len(known) + 1 - kept)]:
-            known.pop(old, None)  # another thread may have been here
-    known[key] = found
-    return found
+    most = min(RULES.residuals.wholes_remembered, max(1, RULES.residuals.motions_remembered // len(grid(ch).time)))
+    return memory.kept(ch.memory.setdefault(WHOLE, {}), key, lambda: _simulated(values, ch), most)
 
 
 def matters(name: str, ch: Channels) -> bool:
@@ -278,16 +271,28 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
         ch.setting.kernels.read(lag, x, here.dt, filtered)
         x = filtered
     if name in TURNS:
-        angle = rows[TURNS[name]]
         for order in RULES.residuals.ripples:
             a, b = of(f"ripple_cos_{order}"), of(f"ripple_sin_{order}")
             if a or b:
-                x = x * (1.0 + a * np.cos(order * angle) + b * np.sin(order * angle))
+                cos, sin = _waves(TURNS[name], order, rows)
+                x = x * (1.0 + a * cos + b * sin)
     window = of("window")
     if window <= RULES.residuals.shortest_mean * here.dt[-1]:
         return np.interp(when - 0.5 * window, here.time, x)
     area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * here.dt[1:])])
     return (np.interp(when, here.time, area) - np.interp(when - window, here.time, area)) / window
+
+
+def _waves(turns: str, order: int, rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine of so many times a simulated angle, kept beside it: a fit asks for them far oftener than it moves the drive."""
+    name = f"{order} waves of {turns}"
+    if name in rows:
+        return rows[name][0], rows[name][1]
+    angle = order * rows[turns]
+    found = np.stack([np.cos(angle), np.sin(angle)])
+    if len(angle) * RULES.residuals.wholes_remembered <= RULES.residuals.motions_remembered:
+        rows[name] = found
+    return found[0], found[1]
 
 
 def differences(angle: np.ndarray, time: np.ndarray, late: float, rows: int, ch: Channels) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Hide an effect, require finding it: every row of the vocabulary, pairs, nothing, faults, things outside the vocabulary.
 
 The product sees logs and a data sheet; what is hidden, how strongly and in which drive is decided by the seed.
-Power over many seeds is benchmarks/power.py's.
+Power over many seeds is benchmarks/power.py's. Single cases take turns from day to day under `make test`.
 """
 
 import datetime
@@ -38,6 +38,7 @@ def _told(result, case):
     )
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize("name", [name for name in DRAWS if name not in OUTSIDE])
 def test_each_cause_is_named(name, tmp_path):
     case = bench.hide([name], seed=8, target=6.0)
@@ -49,6 +50,7 @@ def test_each_cause_is_named(name, tmp_path):
         assert amounts and all(amount.near for amount in amounts), [*map(str, amounts)]
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize(
     "names",
     [("reducer.stribeck", "motor.brush_drop"), ("load.tilt", "reducer.backlash"), ("motor.winding_heating", "controller.delay")],
@@ -67,6 +69,7 @@ def test_nothing_is_found_in_nothing(seed, tmp_path):
     assert score.answers(result) == ["none"], _told(result, case)
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize("name", [name for name in OUTSIDE if name != "unknown.end_stop"])
 def test_what_no_hypothesis_explains_is_unknown_with_what_it_depends_on(name, tmp_path):
     case = bench.hide([name], seed=8, target=6.0)
@@ -74,6 +77,7 @@ def test_what_no_hypothesis_explains_is_unknown_with_what_it_depends_on(name, tm
     assert score.right_first(result, case), _told(result, case)
 
 
+@pytest.mark.in_turn
 def test_the_best_model_is_written_where_none_is_believed(tmp_path):
     """What a rule drops is an estimate all the same: its numbers, its measured gain, its FMU, and why it is no answer."""
     case = bench.hide(["unknown.end_stop"], seed=11, target=6.0)
@@ -90,6 +94,7 @@ def test_the_best_model_is_written_where_none_is_believed(tmp_path):
     assert "not believed" in (tmp_path / "out" / "report.html").read_text()
 
 
+@pytest.mark.in_turn
 def test_faults_in_the_data_are_told_and_do_not_hide_the_cause(tmp_path):
     case = bench.hide(["motor.brush_drop"], seed=3, target=6.0, faulty=True)
     result = _ask(case, tmp_path)
@@ -98,6 +103,7 @@ def test_faults_in_the_data_are_told_and_do_not_hide_the_cause(tmp_path):
     assert score.right_first(result, case), _told(result, case)
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize("kind, seed", [("inverse", 3), ("steady", 3), ("steady", 4)])  # of the last some points are at rest
 def test_other_kinds_of_rig(kind, seed, tmp_path):
     case = bench.hide(["reducer.stribeck"], seed=seed, target=6.0, kind=kind)

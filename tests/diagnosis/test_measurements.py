@@ -51,6 +51,7 @@ def test_the_worm_drives_start_transients_are_found_then_its_friction_falls_with
     assert result.extension["fmu"] == pytest.approx(result.extension["promised"], rel=0.01)
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_the_linear_drives_friction_differs_by_direction():
     """Janot, Gautier, Brunot 2019: 4.08 % of the force left with symmetric friction, 3.11 % with Fv+ 166.7, Fv- 240.4 N.s/m."""
@@ -62,6 +63,7 @@ def test_the_linear_drives_friction_differs_by_direction():
     assert asymmetry["low"] - 0.02 < authors < asymmetry["high"] + 0.02
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_the_servos_friction_differs_between_lifting_and_lowering():
     """Duclusaud et al. 2025: load-dependent friction with a direction halves the closed loop's error, Stribeck changes next to nothing.

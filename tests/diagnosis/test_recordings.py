@@ -1,7 +1,4 @@
-"""What was seen where drives are recorded as test engineers record them: each a test, written before it is mended.
-
-A mark `xfail` says that the product fails today; it is strict, so that whoever mends it takes the mark away.
-"""
+"""What was seen where drives are recorded as test engineers record them: each a test, written before it was mended."""
 
 import tomllib
 from dataclasses import replace
@@ -32,10 +29,6 @@ SHARP = Recorder(
     channels=ALL, duration=8.0, seed=1,
 )  # fmt: skip
 """A recorder without a fault of its own, in step with its controller; a test says what it does otherwise."""
-
-
-def _seen(item, what):
-    return pytest.mark.xfail(strict=True, raises=AssertionError, reason=f"issue: real recording, item {item}: {what}")
 
 
 def _hidden(names=(), seed=10_101, target=None, **recorder):
@@ -155,6 +148,7 @@ def test_what_is_named_makes_the_whole_drive_no_worse(tmp_path):
     assert all(after[name] < 1.1 * before[name] for name in before), (score.answers(result), before, after)
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize(
     "unknown", [("motor_angle", "speed"), ("motor_speed", "angle"), ("motor_angle", "angle")], ids="no {0[0]}, no {0[1]}".format
 )
@@ -174,6 +168,7 @@ def test_a_play_shows_where_one_shaft_is_known_by_angle_and_one_by_speed(unknown
     assert before > 2.0 and after < 1.3, (before, after)
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_play_is_found_where_one_shaft_is_known_by_its_speed_alone(tmp_path):
     case = _hidden(["reducer.backlash"], seed=10_302, target=6.0, channels=("voltage", "current", "motor_speed", "angle"))
@@ -183,6 +178,7 @@ def test_a_play_is_found_where_one_shaft_is_known_by_its_speed_alone(tmp_path):
     assert amount.found == pytest.approx(amount.hidden, rel=0.1)
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize("unknown", ["", "current"], ids="no {}".format)
 @pytest.mark.parametrize("simulate", ["parts", "whole"])
 @pytest.mark.slow
@@ -217,6 +213,7 @@ def test_a_supply_that_is_in_the_motors_voltage_already_is_not_compared(volts, t
     assert "supply" not in [r.kind for r in experiment.residuals]
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_sampling_period_between_rows_is_found(tmp_path):
     case = _hidden(
@@ -258,6 +255,7 @@ def test_nothing_is_compared_across_a_gap(tmp_path):
         assert error[near].max() <= 1.5 * away.max(), residual.name
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize("kind", ["frozen", "clipped", "corrupted", "non-finite", "missing"])
 @pytest.mark.slow
 def test_faulty_rows_are_told_all_and_alone(kind, tmp_path):
@@ -307,6 +305,7 @@ def test_a_smaller_torque_constant_makes_no_error_smaller(change, tmp_path):
     assert min(gear[1:]) > 0.9 * gear[0], gear
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_an_unknown_answer_brings_its_best_model(tmp_path):
     """Always written, with its held-out gain; what `gain` tells is the answer's, which names nothing and mends nothing."""
@@ -332,6 +331,7 @@ def test_the_smoothing_is_what_the_rig_says(tmp_path):
     assert len(set(windows)) == 3, windows
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize("name, start", [("reducer.shaft_inertia", 1e-5), ("load.mass", 1.0)])
 @pytest.mark.slow
 def test_an_uncertain_value_is_found_from_every_start(name, start, tmp_path):
@@ -374,6 +374,7 @@ def test_logs_of_one_name_have_each_their_phase(tmp_path):
     assert len(fitted.values) == len(cogging.free) + 1
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_what_judges_and_what_is_played_have_phases_of_their_own(tmp_path):
     case = _unloaded(change=dict(cogging=0.01), channels=("current", "motor_speed"), duration=6.0)

@@ -197,6 +197,7 @@ MANY = """
 </ScalarVariable>"""
 
 
+@pytest.mark.in_turn
 @pytest.mark.parametrize("causality", ["output", "input", "local"])
 @pytest.mark.slow
 def test_a_hundred_thousand_variables_load(tmp_path, native, causality):

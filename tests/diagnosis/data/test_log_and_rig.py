@@ -218,6 +218,7 @@ def test_an_export_that_would_be_misread_is_told(tmp_path, how, says):
     assert path.name in str(caught.value)
 
 
+@pytest.mark.in_turn
 def test_what_teaches_does_not_judge(tmp_path):
     rig, path = write(tmp_path), tmp_path / "log.csv"
     table(2000).to_csv(path, index=False)

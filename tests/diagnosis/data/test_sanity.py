@@ -234,6 +234,7 @@ def test_noise_alone_says_nothing(tmp_path):
     assert not boxed(tmp_path, written("inverse"), rest).gross
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 @pytest.mark.parametrize("name, kind", [("", "steady"), ("motor.supply_sag", "forward"), ("reducer.viscous", "inverse")])
 def test_what_a_diagnosis_is_there_to_find_passes(name, kind, tmp_path):

@@ -38,6 +38,7 @@ def counted(tmp_path_factory):
     return recordings.hide([], SEED, recorder=COUNTED).write(folder)
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_of_a_whole_drive_each_channel_is_told_with_units_and_intervals(counted):
     rig, train, _ = counted

@@ -17,6 +17,7 @@ def recorded(folder, every):
     return diagnose(files[0], [files[1]], test=[files[2]], out=folder / "out", seed=1)
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_log_every_10_ms_is_too_coarse_for_the_winding_and_nothing_else_is_blamed(tmp_path):
     result = recorded(tmp_path, 5)

@@ -51,6 +51,7 @@ def test_nothing_is_named_where_nothing_hides(tmp_path, native, rng):
     assert (result.verdict, result.exit_code, result.causes) == ("none", 3, [])
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_number_that_is_off(tmp_path, native, rng):
     result = named(tmp_path, native, rng, NUMBERS, free="", loss=30.0)
@@ -91,6 +92,7 @@ def test_a_lid_is_open_for_some_time(tmp_path, native, rng):
     assert error.taught_after < 1.3 * 0.004 < 0.1 * error.taught_before and error.after < 1.2 * 0.004
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path, native, rng, monkeypatch):
     """A loss that grows with the third power, before the FMU: it passes through the body's own dynamics."""
@@ -121,6 +123,7 @@ def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path,
     assert "cubic of relaxation.x" in page and "<script" not in page
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_what_no_law_says_is_unknown_with_its_variable_and_a_curve(tmp_path, native, rng, monkeypatch):
     for rule, value in {"rounds": 1, "fits": 4, "of_law": 0, "polished": 1}.items():

@@ -10,6 +10,7 @@ from selflock.diagnosis import name
 from selflock.diagnosis.rules import RULES
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 @pytest.mark.skipif(not silverbox.DATA.exists(), reason="the measured data are not part of the project")
 def test_the_silverbox_lacks_a_cubic_stiffness(tmp_path, monkeypatch):

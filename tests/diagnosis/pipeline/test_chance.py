@@ -62,6 +62,7 @@ def test_a_draw_is_the_base_simulation_and_the_errors_in_another_order(tmp_path)
     np.testing.assert_allclose(drawn.misfit(other) - drawn.misfit(base), problem.misfit(other) - problem.misfit(base), atol=1e-9)
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_what_is_hidden_beats_chance_and_noise_does_not(tmp_path):
     found = chance(*write(tmp_path, viscous=1e-5), draws=DRAWS)
@@ -70,6 +71,7 @@ def test_what_is_hidden_beats_chance_and_noise_does_not(tmp_path):
     assert nothing.gain < 3.0 * nothing.full.max()  # one draw more
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_the_same_draws_wherever_they_are_made_and_more_of_them_later(tmp_path):
     rig, logs = write(tmp_path, viscous=1e-5)

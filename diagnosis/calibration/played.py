@@ -39,6 +39,18 @@ class Effort:
         self.runs, self.steps, self.seconds = self.runs + other.runs, self.steps + other.steps, self.seconds + other.seconds
         self.failed += other.failed
 
+    def told(self) -> dict[str, float]:
+        """As a result file says it."""
+        rate = self.steps / self.seconds if self.seconds else 0.0
+        failed = sum(self.failed.values())
+        return {
+            "simulations": self.runs,
+            "failed": failed,
+            "fmu_steps": self.steps,
+            "seconds": self.seconds,
+            "steps_per_second": rate,
+        }
+
 
 class Played:
     """A system on the runs of its logs. `outputs`: what is compared; `group`: the components that run, and what feeds them."""

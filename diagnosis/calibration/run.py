@@ -84,14 +84,14 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
     origin = np.array([n.place(n.start) for n in problem.free])
     problem.units = spreads(played)
     notes = _first_look(problem, origin)
-    quiet = told.silent(problem, [origin, np.full(len(origin), 0.38)])  # elsewhere too: beside a gain of 0 much is silent
+    quiet = told.silent(problem, origin)
     problem.fixed |= {n.name: n.start for n in numbers if n.name in quiet}
     origin = np.array([n.place(n.start) for n in problem.free])
     tell("fits from several starts", 0.3)
     ends = fit(problem, origin, starts, seed, spread, tell)
-    best = _best(problem, ends)
+    chosen = reached(problem, ends, "fitted")
     tell("the fit in units of what remains", 0.7)
-    final = polished(problem, best)
+    final = polished(problem, chosen)
     values = problem.values(final.places) | own(problem, judges, final)
     unseen = [everything[i] if i in judges else everything[i] & ~rows[i] for i in range(len(runs))]
     held_out = [sizes(problem, numbers, unseen) if words else None for numbers in (given, values)]
@@ -126,16 +126,9 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
         pairs([n.name for n in problem.free], like),
         errors,
         words,
-        _starts(problem, ends, best),
+        _starts(problem, ends, chosen),
         len(final.misfit) if final.misfit is not None else 0,
-        {
-            "simulations": effort.runs,
-            "failed": sum(effort.failed.values()),
-            "reasons": dict(effort.failed),
-            "fmu_steps": effort.steps,
-            "seconds": effort.seconds,
-            "steps_per_second": effort.steps / effort.seconds if effort.seconds else 0.0,
-        },
+        {**effort.told(), "reasons": dict(effort.failed)},
         notes,
         seed=seed,
     )
@@ -192,12 +185,12 @@ def _moving(problem: Calibrating) -> bool:
     return False
 
 
-def _best(problem: Calibrating, ends: list[End]) -> End:
+def reached(problem: Calibrating, ends: list[End], asked: str) -> End:
+    """The best of some fits. DataError where none came to an end: nothing can be `asked` then."""
     if not ends or not np.isfinite(ends[0].loss):
-        failed = problem.played.last
         raise DataError(
-            f"{problem.rig.path}: the system breaks off wherever its numbers are tried, so nothing can be fitted. Narrow the "
-            f"ranges under [calibrate], or mend this first: {failed}"
+            f"{problem.rig.path}: the system breaks off wherever its numbers are tried, so nothing can be {asked}. Narrow the "
+            f"ranges under [calibrate], or mend this first: {problem.played.last}"
         )
     return ends[0]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.stats import t as student
 
@@ -14,12 +12,12 @@ from ..search.starts import collinear
 from .fit import Calibrating, End
 
 
-def silent(problem: Calibrating, bases: Sequence[np.ndarray]) -> set[str]:
-    """Numbers with which nothing that is compared changes, wherever they are put, about each of the bases.
+def silent(problem: Calibrating, origin: np.ndarray) -> set[str]:
+    """Numbers with which nothing that is compared changes, wherever they are put, about the origin and about another place.
 
-    A base whose simulation breaks off tells nothing; so does a place.
+    About another too, which no default is: beside a gain of 0 much is silent. A simulation that breaks off tells nothing.
     """
-    found = set()
+    found, bases = set(), (origin, np.full(len(origin), RULES.calibrate.elsewhere))
     for j, number in enumerate(problem.free):
         answers = []
         for base in bases:

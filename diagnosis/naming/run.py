@@ -15,7 +15,7 @@ from selflock.fmus.correction import law
 from ..calibration import told
 from ..calibration.fit import End, fit, fit_from, remaining, spreads, units
 from ..calibration.numbers import Number, of_rig
-from ..calibration.run import division, here, own, sizes
+from ..calibration.run import division, here, own, reached, sizes
 from ..data.log import MeasuredRun
 from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
@@ -230,17 +230,12 @@ def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int)
         )
     first, other = (near.settings(near.values(at))[0] for at in (origin, np.full(len(origin), 0.5)))
     notes = [word] if (word := played.trust(first, other, 0)) else []
-    quiet = told.silent(near, [origin, np.full(len(origin), 0.38)]) if len(origin) else set()
+    quiet = told.silent(near, origin) if len(origin) else set()
     near.fixed |= {n.name: n.start for n in near.numbers if n.name in quiet}
     notes += [f"{name} changes nothing that is compared, and keeps its value" for name in sorted(quiet)]
     origin = np.array([n.place(n.start) for n in near.free])
     ends = fit(near, origin, starts if len(origin) else 1, seed, here, lambda what, share: None)
-    if not ends or not np.isfinite(ends[0].loss):
-        raise DataError(
-            f"{work.rig.path}: the system breaks off wherever its numbers are tried, so nothing can be named. Narrow the ranges "
-            f"under [calibrate], or mend this first: {played.last}"
-        )
-    return ends[0].places, notes
+    return reached(near, ends, "named").places, notes
 
 
 def _told(tell: Callable, k: int) -> Callable[[str, float], None]:
@@ -321,14 +316,7 @@ def _told_of(found: Search, seed: int) -> Naming:
         {"significant": significant, "ratios": last.ratios},
         [_rivals(outcome) for outcome in found.outcomes],
         [one for name, one in numbers.items() if name in {n.name for n in work.numbers}],
-        {
-            "simulations": effort.runs,
-            "failed": sum(effort.failed.values()),
-            "fmu_steps": effort.steps,
-            "seconds": effort.seconds,
-            "steps_per_second": effort.steps / effort.seconds if effort.seconds else 0.0,
-            "elapsed": 0.0,
-        },
+        {**effort.told(), "elapsed": 0.0},
         notes=notes,
         seed=seed,
     )

@@ -58,6 +58,11 @@ class CalibrateRules:
         "share of a channel's spread by which it must change with a number, or the number changes nothing",
         "theory: digits of a double, with room",
     )
+    elsewhere: float = rule(
+        0.38,
+        "of every number's range: the other place about which it is asked whether a number changes anything",
+        "no default lies there",
+    )
     bound: float = rule(
         1e-3, "share of a range within which a value is at its end", "not studied; it is told, and decides nothing"
     )

@@ -1,0 +1,58 @@
+"""What is compared of a system, in blocks: samples of all outputs, side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..residuals.blocks import Blocks
+from ..rules import RULES
+from ..search.fit import rho
+from .extended import Extending
+
+
+@dataclass
+class Arranged:
+    """Where the entries of a misfit lie in blocks: (blocks, samples of all outputs)."""
+
+    problem: Extending
+    layout: Blocks
+    together: int = 1  # neighbouring blocks that are one here: as long as errors last
+
+    def __post_init__(self) -> None:
+        problem, layout = self.problem, self.layout
+        labels, outputs = [], []
+        for k, name in enumerate(problem.played.outputs):
+            for i, t in zip(problem.which, problem.trusted[name]):
+                first = int(layout.block(i)[0])
+                labels.append((first + (layout.block(i) - first) // self.together * self.together)[t])
+                outputs.append(np.full(int(t.sum()), k))
+        block, self.output = np.concatenate(labels), np.concatenate(outputs)
+        self.names, self.block = np.unique(block, return_inverse=True)
+        order = np.lexsort((np.arange(len(block)), self.block))
+        starts = np.searchsorted(self.block[order], np.arange(len(self.names)))
+        place = np.empty(len(block), int)
+        place[order] = np.arange(len(block)) - starts[self.block[order]]
+        self.place, self.width = place, int(place.max()) + 1
+        self.folds = np.arange(len(self.names)) % RULES.search.folds
+        self.runs = layout.run_of[self.names]
+
+    def put(self, entries: np.ndarray) -> np.ndarray:
+        """Entries, (entries, ...), as (blocks, samples, ...); 0 where a block has fewer."""
+        found = np.zeros((len(self.names), self.width, *entries.shape[1:]), np.float32)
+        found[self.block, self.place] = entries
+        return found
+
+    def losses(self, misfit: np.ndarray) -> np.ndarray:
+        """What each output adds to the mean loss of each block, (blocks, outputs)."""
+        count = len(self.problem.played.outputs)
+        sums = np.zeros((len(self.names), count))
+        np.add.at(sums, (self.block, self.output), rho(misfit, RULES.search.loss_scale))
+        return sums / np.maximum(np.bincount(self.block, minlength=len(self.names)), 1)[:, None]
+
+    def errors(self, misfit: np.ndarray) -> np.ndarray:
+        """Root of the mean loss of each output."""
+        loss = rho(misfit, RULES.search.loss_scale)
+        count = len(self.problem.played.outputs)
+        return np.sqrt(np.bincount(self.output, loss, count) / np.maximum(np.bincount(self.output, minlength=count), 1))

@@ -4,11 +4,11 @@
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 
-Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, calibration, naming; calls joins them.
+Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, planning, calibration, naming; calls joins them.
 """
 
 from .calibration.result import Calibration
-from .calls import calibrate, diagnose, name, replay
+from .calls import calibrate, diagnose, name, plan, replay
 from .errors import DataError
 from .judge.cause import Cause
 from .judge.result import Diagnosis
@@ -26,5 +26,6 @@ __all__ = [
     "calibrate",
     "diagnose",
     "name",
+    "plan",
     "replay",
 ]

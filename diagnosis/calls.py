@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +23,8 @@ from .naming.outcome import Naming
 from .naming.run import name_system
 from .pipeline.replay import Replay, replay_drive
 from .pipeline.run import diagnose_runs, gather
+from .planning.page import write as write_plan
+from .planning.run import NextRun, opened, plan_run
 from .progress import shown
 from .residuals.laws import check_names
 from .systems.system import diagnose_system, replay_system
@@ -77,6 +79,35 @@ def diagnose(
         sanity = box(rig, runs)
         sanity.refuse(rig, anyway)
         return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity)
+
+
+@threadpool_limits.wrap(limits=1)
+def plan(
+    diagnosis: str | Path,
+    limits: Mapping[str, str | float] | None = None,
+    out: str | Path | None = "out/plan",
+    rig: str | Path | None = None,
+    progress: bool | Callable[[str, float], None] = False,
+    seed: int = 0,
+    allow_code: bool = False,
+) -> NextRun:
+    """The run to record next: set-points that tell apart the models between which a diagnosis did not decide.
+
+    diagnosis: the folder that `diagnose` wrote to. rig: where its rig lies now, where it was moved.
+    limits: of the output side, SI: angle ("low:high"), speed, acceleration, voltage, current, duration; as far as the logs went
+    where not given.
+    out: folder for plan.csv (the set-points, in the rig's own columns), report.html and plan.json; None writes nothing.
+
+    Raises DataError where nothing is open, or rig and logs describe no loop.
+    """
+    folder, out = Path(diagnosis), Path(out) if out else None
+    told, found = opened(folder, Path(rig) if rig else None)
+    found = _allowed(found, allow_code)
+    with _laws(found), shown(progress) as tell:
+        result = plan_run(folder, told, found, limits or {}, out, seed, tell)
+        if out is not None:
+            write_plan(result, out)
+        return result
 
 
 @threadpool_limits.wrap(limits=1)  # matrices are narrow: threads of BLAS only cost

@@ -244,6 +244,34 @@ def name(
 
 
 @app.command()
+def plan(
+    diagnosis: Annotated[Path, typer.Argument(metavar="DIR", help="The folder that selflock diagnose wrote to.")],
+    limits: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--limits",
+            help="angle=LOW:HIGH, speed=…, acceleration=…, voltage=…, current=…, duration=…: of the output side, SI; may be repeated. "
+            "As far as the logs went where not given.",
+        ),
+    ] = None,
+    out: Out = Path("out/plan"),
+    rig: Annotated[Path | None, typer.Option(help="The rig of that diagnosis, where it was moved.")] = None,
+    seed: Annotated[int, typer.Option(help="Of the runs that are tried.")] = 0,
+    allow_code: AllowCode = False,
+) -> None:
+    """The run to record next: set-points that tell apart what a diagnosis could not."""
+    from selflock.diagnosis import plan as run_plan
+
+    given = {}
+    for pair in (one for text in limits or [] for one in text.split()):
+        key, equals, value = pair.partition("=")
+        if not equals:
+            raise SelflockError(f"--limits {pair}: write it as name=value, such as speed=2 or angle=-1:1.")
+        given[key] = value
+    say(run_plan(diagnosis, given, out, rig, progress=True, seed=seed, allow_code=allow_code).summary(), highlight=False)
+
+
+@app.command()
 def chance(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],
     logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],

@@ -39,8 +39,8 @@ def pytest_collection_modifyitems(config, items):
         today = int(time.time() // 86_400)
         numbers: dict[str, int] = {}
         for item in items:
-            if mark := item.get_closest_marker("in_turn"):  # in_turn("name"): all of a name on one day
-                number = numbers.setdefault(mark.args[0] if mark.args else item.nodeid, len(numbers))
+            if mark := item.get_closest_marker("in_turn"):  # in_turn(2): on that day; the longest are spread by hand
+                number = mark.args[0] if mark.args else numbers.setdefault(item.nodeid, len(numbers))
                 if (number + today) % TURNS:
                     item.add_marker(later)
 

@@ -13,6 +13,7 @@ from ..rules import RULES
 from ..search.starts import Told
 from .cause import Cause
 from .gain import Gain
+from .models import OpenModel
 from .time_step import TimeStep
 
 
@@ -58,6 +59,8 @@ class Diagnosis:
     rivals: list[dict] = field(default_factory=list)  # what competed in each step of the search: judge.rivals
     runs: list[dict] = field(default_factory=list)  # what belongs to a run: {log, run, parameter, value, low, high}
     sanity: Box | None = None  # what logs and rig of a drive say of each other
+    models: list[OpenModel] = field(default_factory=list)  # the answer, and what these logs do not tell from it: judge.models
+    sources: dict = field(default_factory=dict)  # rig and logs, as paths from `folder`
 
     @property
     def exit_code(self) -> int:
@@ -95,6 +98,10 @@ class Diagnosis:
             found["whole"] = self.whole
         if self.rivals:
             found["rivals"] = self.rivals
+        if self.models:
+            found["models"] = [model.row() for model in self.models]
+        if self.sources:
+            found["sources"] = self.sources
         if self.best:
             found["best"] = self.best.row()
         if self.step:

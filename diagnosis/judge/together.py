@@ -33,24 +33,32 @@ def together(experiment: DriveExperiment, train: np.ndarray, judged: np.ndarray,
 
     before, after: values of the parts. train, judged: blocks that what recorders do is fitted on, and those that are told of.
     """
-    closed = DriveExperiment(replace(experiment.rig, simulate=whole.WHOLE), experiment.runs, sampled=True)
-    ones, free = np.ones(len(closed.residuals)), recorder(closed)
-    problem = Problem(closed, train, (), (), {}, ones, ones, closed.present(after)).with_noise_at(after)
-    start, read = {p.name: p.nominal for p in free}, []
-    for values in (after, before):  # what is found behind the better model is where the search behind the other begins
-        found = fit(
-            problem.misfit, values, free, start, problem.rows, problem.loss_scale,
-            RULES.search.effort_recorders, RULES.search.tolerances_whole, by_channel=True,
-        )  # fmt: skip
-        start = found.values
-        read.append(values | found.values)
-    new, old = read
+    closed, problem = closed_loop(experiment, train, after)
+    new = recorded(problem, after, {})
+    old = recorded(problem, before, new)  # what is found behind the better model is where the search behind the other begins
     rows = []
     for residual in closed.residuals:
         was, now, noise = Mending(closed, residual, old, new, judged).levels()
         row = {"channel": residual.output, "unit": residual.unit, "before": was, "after": now, "noise_floor": noise}
         rows.append(row | {"worse": bool(now**2 - was**2 > noise**2)})
     return rows
+
+
+def closed_loop(experiment: DriveExperiment, train: np.ndarray, values: dict) -> tuple[DriveExperiment, Problem]:
+    """The same runs compared as a whole drive, and the problem of them with the noise that there is at these values of the parts."""
+    closed = DriveExperiment(replace(experiment.rig, simulate=whole.WHOLE), experiment.runs, sampled=True)
+    ones = np.ones(len(closed.residuals))
+    return closed, Problem(closed, train, (), (), {}, ones, ones, closed.present(values)).with_noise_at(values)
+
+
+def recorded(problem: Problem, values: dict, start: dict) -> dict:
+    """Values of the parts, and of what recorders did as it fits best beside them; start: where the fit begins, where it is known."""
+    free = recorder(problem.experiment)
+    found = fit(
+        problem.misfit, values, free, {p.name: start.get(p.name, p.nominal) for p in free}, problem.rows, problem.loss_scale,
+        RULES.search.effort_recorders, RULES.search.tolerances_whole, by_channel=True,
+    )  # fmt: skip
+    return values | found.values
 
 
 def against(rows: list[dict]) -> str:

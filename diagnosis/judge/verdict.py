@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from selflock.fmus.effect import LATE
 
@@ -14,7 +13,7 @@ from ..residuals.mending import Mending, excess, most_mended, sizes
 from ..residuals.phase import name, parameter
 from ..residuals.residual import Residual
 from ..rules import RULES
-from ..search.candidate import Candidate
+from ..search.candidate import Candidate, nearest, surer
 from ..search.fit import Fit
 from ..search.problem import Problem
 from ..search.selection import Selection
@@ -276,10 +275,6 @@ def of_runs(found: Judgement) -> list[dict]:
 def _confidence(winner: Candidate, candidates: list[Candidate], tied: list[Candidate]) -> float:
     """That chance is not it, and that no rival but those named with it is better: over training blocks."""
     confidence = 1.0 - winner.chance
-    for rival in candidates:
-        if rival.fit is None or rival is winner or any(rival is t for t in tied) or len(rival.free) > len(winner.free):
-            continue
-        difference = rival.errors - winner.errors
-        spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 1.0
-        confidence = min(confidence, float(norm.cdf(difference.mean() / max(spread, 1e-300))))
+    if closest := nearest(winner, candidates, tied):
+        confidence = min(confidence, surer(winner, closest))
     return round(confidence / (1 + len(tied)), 4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from ..data.sanity import Box
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..judge.gain import blame, comparisons
+from ..judge.models import models
 from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.rivals import rivals
@@ -129,6 +131,7 @@ def diagnose_runs(
     if answer == "unknown" and (closest := beside.closest(found)):
         extended, why = closest
         result.best = Best(named(extended.outcome), extended.gain, why)
+    result.models = models(found.outcome, [bool(cause.weak) for cause in causes])
     mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
@@ -142,6 +145,7 @@ def diagnose_runs(
                 cause.doubts.append(contrary)
     if out is not None and (causes or blamed is None):
         result.folder = out
+        result.sources = _sources(rig, runs, held, out)
         if extended.outcome.causes:
             tell("extended FMUs", 0.0)
             whole = replace(extended.mending, experiment=experiment)
@@ -155,6 +159,13 @@ def diagnose_runs(
         tell("report", 0.0)
         write(result, mending, found.outcome, left, faults, out)
     return result
+
+
+def _sources(rig: Rig, runs: list[MeasuredRun], held: list[bool], out: Path) -> dict:
+    """Where rig and logs lie, seen from the folder of the results: it may be moved with them."""
+    near = lambda path: Path(os.path.relpath(path, out)).as_posix()
+    logs = {near(run.source): is_held for run, is_held in zip(runs, held) if run.source}
+    return {"rig": near(rig.path), "logs": [p for p, h in logs.items() if not h], "test": [p for p, h in logs.items() if h]}
 
 
 def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:

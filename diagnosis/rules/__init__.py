@@ -16,6 +16,7 @@ from .data import DataRules
 from .judge import JudgeRules
 from .naming import NamingRules
 from .pipeline import PipelineRules
+from .planning import PlanningRules
 from .residuals import ResidualRules
 from .rule import Rule, of
 from .search import SearchRules
@@ -32,6 +33,7 @@ class Rules:
     pipeline: PipelineRules = field(default_factory=PipelineRules)
     calibrate: CalibrateRules = field(default_factory=CalibrateRules)
     naming: NamingRules = field(default_factory=NamingRules)
+    planning: PlanningRules = field(default_factory=PlanningRules)
 
     def listed(self) -> list[Rule]:
         """All of them, room by room."""

@@ -19,6 +19,8 @@ _TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
 
 @dataclass(frozen=True)
 class JudgeRules:
+    # --- what the next run is to tell apart: judge.models
+    open_models: int = rule(3, "models that came nearest, where none is believed", "a limit of time; not studied")
     # --- with what the remainder goes: judge.depends
     quiet: float = rule(
         1.15, "a remainder no more than this many times the noise is none", developed("A remainder that is only noise is none")

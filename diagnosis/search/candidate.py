@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
 
 from selflock.fmus.effect import METAL, SHAPES
 
@@ -66,6 +67,23 @@ def worse(a: Candidate, b: Candidate, chance_level: float) -> bool:
         or (whole and beyond(ratio))
         or difference.mean() > rules.chance_levels * chance_level * b.errors.mean()
     )
+
+
+def surer(winner: Candidate, rival: Candidate) -> float:
+    """Probability that a rival leaves more than the winner on blocks that were not there, by how the difference varies between blocks."""
+    difference = rival.errors - winner.errors
+    spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 1.0
+    return float(norm.cdf(difference.mean() / max(spread, 1e-300)))
+
+
+def nearest(winner: Candidate, candidates: Sequence[Candidate], tied: Sequence[Candidate]) -> Candidate | None:
+    """The rival with no more numbers, beside those tied with the winner, of which it is least sure that it does worse."""
+    rivals = [
+        c
+        for c in candidates
+        if c.fit is not None and c is not winner and not any(c is t for t in tied) and len(c.free) <= len(winner.free)
+    ]
+    return min(rivals, key=lambda c: surer(winner, c), default=None)
 
 
 def equal(a: Candidate, b: Candidate, chance_level: float) -> bool:

@@ -12,7 +12,7 @@ from ..fmus.own_effects import ELSEWHERE
 from .plant import bench, score
 from .plant.outside import OF_A_USER
 
-pytestmark = [pytest.mark.slow, pytest.mark.in_turn("tooth")]  # the laws are compiled with the effect among them
+pytestmark = [pytest.mark.slow, pytest.mark.in_turn(0)]  # the laws are compiled with the effect among them
 SEED = 2
 
 

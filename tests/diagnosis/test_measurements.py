@@ -63,7 +63,7 @@ def test_the_linear_drives_friction_differs_by_direction():
     assert asymmetry["low"] - 0.02 < authors < asymmetry["high"] + 0.02
 
 
-@pytest.mark.in_turn
+@pytest.mark.in_turn(1)
 @pytest.mark.slow
 def test_the_servos_friction_differs_between_lifting_and_lowering():
     """Duclusaud et al. 2025: load-dependent friction with a direction halves the closed loop's error, Stribeck changes next to nothing.

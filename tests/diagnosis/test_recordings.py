@@ -168,7 +168,7 @@ def test_a_play_shows_where_one_shaft_is_known_by_angle_and_one_by_speed(unknown
     assert before > 2.0 and after < 1.3, (before, after)
 
 
-@pytest.mark.in_turn
+@pytest.mark.in_turn(2)
 @pytest.mark.slow
 def test_a_play_is_found_where_one_shaft_is_known_by_its_speed_alone(tmp_path):
     case = _hidden(["reducer.backlash"], seed=10_302, target=6.0, channels=("voltage", "current", "motor_speed", "angle"))
@@ -213,7 +213,7 @@ def test_a_supply_that_is_in_the_motors_voltage_already_is_not_compared(volts, t
     assert "supply" not in [r.kind for r in experiment.residuals]
 
 
-@pytest.mark.in_turn
+@pytest.mark.in_turn(3)
 @pytest.mark.slow
 def test_a_sampling_period_between_rows_is_found(tmp_path):
     case = _hidden(

@@ -26,7 +26,7 @@ FLOORS = (
     ("selflock.diagnosis.judge",),
     ("selflock.diagnosis.output",),
     ("selflock.diagnosis.pipeline",),
-    ("selflock.diagnosis.systems",),
+    ("selflock.diagnosis.planning", "selflock.diagnosis.systems"),
     ("selflock.diagnosis.calibration",),
     ("selflock.diagnosis.naming",),
     ("selflock.diagnosis",),

@@ -1,0 +1,1 @@
+"""The run to record next: set-points that tell apart what a diagnosis could not."""

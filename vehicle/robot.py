@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..master.about import Drawing
 from ..master.errors import DescriptionError, PartFailed
 from ..master.face import Part
 from . import munk
+from .drawing import drawing
 from .model import Geometry, Model
 from .parameters import INPUTS, VARIABLES, checked
 from .posture import posture
@@ -128,6 +130,10 @@ class Robot(Part):
     def posture(self) -> dict[str, np.ndarray]:
         """Polylines of shape (points, 2) in m to draw the robot with: chassis, holders, tracks, wheels, ground."""
         return posture(self.model)
+
+    def drawing(self) -> Drawing:
+        """Shapes that its outputs move, on its ground."""
+        return drawing(self.values)
 
     def save(self) -> Any:
         if not self.can_roll_back:

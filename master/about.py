@@ -6,7 +6,7 @@ of the system file again (`of_system`): no FMU is loaded for that, and no code o
 **A drawing** is what a part's `drawing()` gives: plain data, lengths in m, x forward and y up.
 
     {
-        "width": 1.6, "height": 0.7,                    # m that should be seen
+        "width": 1.6, "height": 0.7, "below": 0.1,      # m that should be seen, and how much of it below the ground's mean height
         "ground": [[x, y], ...] or None,                # a polyline
         "follow": ["chassis_x"] or [],                  # the output that the eye goes along with
         "shapes": [{
@@ -76,7 +76,7 @@ def seen_of(columns: list[Variable], said: dict[str, Any]) -> Seen:
     seen.remarks = [text for text in _list(said, "remarks") if _word(text)]
     places = {c.name: place for place, c in enumerate(seen.columns)}
     for one in _list(said, "limits"):
-        if not isinstance(one, dict) or not _word(one.get("name")) or one.get("column") not in places:
+        if not isinstance(one, dict) or not (_word(one.get("name")) and _word(one.get("column")) and one["column"] in places):
             continue
         voltage: Any = one.get("voltage")
         voltage = places.get(voltage, voltage) if _word(voltage) else voltage

@@ -39,7 +39,10 @@ def drawing(values: dict[str, Any]) -> Drawing:
             {"points": wheel, "style": "wheel", "colour": colour, "moves": [*holder, {"shift": [g.length, 0.0]}, {"turn": spin}]},
             {"points": [[0.0, 0.0], [g.length, 0.0]], "style": "limb", "colour": colour, "moves": holder},
         ]  # fmt: skip
-    return {"width": WIDTH, "ground": _ground(values), "follow": ["chassis_x"], "shapes": shapes}
+    land = _ground(values)
+    rough = len({y for _, y in land}) > 1  # it may stand as steep as its ground
+    tall = {"height": 1.0, "below": 0.36} if rough else {"height": 0.72, "below": 0.08}
+    return {"width": WIDTH, **tall, "ground": land, "follow": ["chassis_x"], "shapes": shapes}
 
 
 def _outline(values: dict[str, Any], g: Geometry) -> list[list[float]]:

@@ -29,7 +29,7 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
         if (line === curve.lines[0]) item.append(mark, make("span", {}, curve.label), value);
         else item.append(make("span", { className: "pair" }, mark, value));
       }
-      if (curve.drop) item.append(make("button", { title: "take away", ariaLabel: `Take ${curve.label} away`, onclick: curve.drop }, "×"));
+      if (curve.drop) item.append(make("span", { className: "pair" }, item.lastChild, make("button", { title: "take away", ariaLabel: `Take ${curve.label} away`, onclick: curve.drop }, "×")));
       this.legend.append(item);
     }
   }

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from selflock.fmus.shown import policy
 
@@ -28,6 +28,7 @@ def environment(package: str) -> Environment:
     made.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
     made.filters["unit"] = pretty
     made.filters["number"] = number
+    made.filters["breaks"] = breaks
     return made
 
 
@@ -35,6 +36,11 @@ def pretty(unit: str) -> str:
     """A unit as it is read: N·m/s² for N.m/s2."""
     text = unit.replace(".", "·") if unit != "Ohm" else "Ω"
     return POWER.sub(lambda found: found[1] + found[2].translate(RAISED), text)
+
+
+def breaks(name: str) -> Markup:
+    """A name that may go on in the next line behind its dots and underscores."""
+    return Markup(re.sub("([._])", r"\1<wbr>", str(escape(name))))
 
 
 def number(value: float) -> str:

@@ -14,8 +14,8 @@ class Stage {
     const [g, W, H] = fit(this.canvas), ink = theme(), first = this.told.of[0], run = runs[first.run];
     const tall = first.height, scale = Math.min(W / first.width, (H - 26) / tall);
     const x0 = first.follow.length ? run.held(first.follow[0], t) : first.middle;
-    const level = first.ground ? this.level(first.ground, x0, 0.5 * first.width) : first.floor;
-    const base = first.follow.length ? H - 40 - 0.1 * tall * scale : H - 24;
+    const level = first.ground ? this.level(first.ground, x0, 0.36 * first.width) : first.floor;
+    const base = first.follow.length ? H - 30 - first.below * scale : H - 24;
     const X = x => W / 2 + (x - x0) * scale, Y = y => base - (y - level) * scale;
     if (first.ground) this.ground(g, first.ground, X, Y, W, H, x0, scale, ink, true);
     for (const one of this.told.of.slice(1)) if (one.ground) this.ground(g, one.ground, X, Y, W, H, x0, scale, ink, false);
@@ -48,7 +48,7 @@ class Stage {
     for (let k = Math.ceil((x0 - W / 2 / scale) / every); k * every < x0 + W / 2 / scale; k++) {
       const px = X(k * every), labelled = Math.abs(k * every * 2 % 1) < 1e-9;
       g.beginPath(); g.moveTo(px, H - 20); g.lineTo(px, H - 20 + (labelled ? 5 : 3)); g.stroke();
-      if (labelled && px > 22 && px < W - 22) g.fillText(`${(k * every).toFixed(1)} m`, px, H - 3);
+      if (labelled && px > 22 && px < W - 22) g.fillText(`${(k * every).toFixed(1).replace("-", "−")} m`, px, H - 3);
     }
   }
 

@@ -40,7 +40,7 @@ def _drawings(one: Sheet, notes: list[str]) -> dict[str, dict[str, Any]]:
         except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
             notes.append(f"What {one.label} says of how {owner} looks cannot be read; it is not drawn.")
             continue
-        lost = sorted(set(_columns(shown)) - set(one.columns))
+        lost = sorted(set(columns_of(shown)) - set(one.columns))
         if lost:
             more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
             notes.append(f"{owner} is not drawn: {one.label} lacks the column {lost[0]}{more}.")
@@ -68,7 +68,7 @@ def _robot(notes: list[str], label: str) -> dict[str, Any] | None:
     return Robot("robot").drawing()
 
 
-def _columns(drawing: dict[str, Any]) -> list[str]:
+def columns_of(drawing: dict[str, Any]) -> list[str]:
     found = list(drawing["follow"])
     for shape in drawing["shapes"]:
         for move in shape["moves"]:
@@ -116,7 +116,7 @@ def checked(drawing: dict[str, Any], owner: str) -> dict[str, Any]:
     return {
         "width": width, "height": height if height > 0.0 else 0.42 * width, "ground": ground, "shapes": shapes,
         "follow": [full(name) for name in drawing.get("follow", ())[:1]],
-        "middle": _number(drawing.get("middle", 0.0)), "floor": _number(drawing.get("floor", 0.0)),
+        "below": _number(drawing.get("below", 0.1 * width)), "middle": _number(drawing.get("middle", 0.0)), "floor": _number(drawing.get("floor", 0.0)),
     }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ class Board {
     if (D.choices) this.choice = D.choices.at(-1);
     else { board.classList.add("picks"); board.append(this.picker()); }
     board.append(curves);
-    parent.append(board, this.bar());
+    parent.append(this.bar(), board);
     for (const name of D.picked || []) this.pick(name, true, false);
     this.arrange();
   }
@@ -22,7 +22,7 @@ class Board {
 
   bar() {
     const span = END - BEGIN;
-    this.play = make("button", { className: "play", onclick: () => this.start(!this.playing) }, "▶ Play");
+    this.play = make("button", { className: "play", ariaLabel: "Play or pause", onclick: () => this.start(!this.playing) }, make("span", {}, "▶"), make("span", { className: "word" }, " Play"));
     this.slider = make("input", { type: "range", min: 0, max: 1000, step: 1, value: 0, ariaLabel: "Time", oninput: () => { this.start(false); this.seek(BEGIN + span * this.slider.value / 1000); } });
     this.clock = make("output", {});
     const speeds = [], usual = span / 30 > 1 ? span / 30 : span < 2 ? span / 4 : 1;
@@ -50,7 +50,7 @@ class Board {
 
   start(on) {
     if (on === this.playing) return;
-    this.playing = on; this.last = 0; this.play.textContent = on ? "❚❚ Pause" : "▶ Play";
+    this.playing = on; this.last = 0; [this.play.firstChild.textContent, this.play.lastChild.textContent] = on ? ["❚❚", " Pause"] : ["▶", " Play"];
     if (on) { if (this.time >= END) this.time = BEGIN; requestAnimationFrame(stamp => this.tick(stamp)); }
   }
 

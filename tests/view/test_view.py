@@ -210,7 +210,7 @@ BAD = [
 def test_a_drawing_that_is_none_is_not_drawn(write, drive, drawings):
     said = {
         "drawings": drawings,
-        "limits": [3, {"name": 1}, {"name": "m", "column": "motor.current", "high": "x"}],
+        "limits": [3, {"name": 1}, {"name": "m", "column": "motor.current", "high": "x"}, {"name": "m", "column": []}],
         "remarks": 7,
         "inputs": [[]],
     }

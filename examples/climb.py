@@ -9,12 +9,13 @@ want other rows.
 import sys
 from pathlib import Path
 
-from selflock import master, study
+from selflock import master
+from selflock.study.runs import SYSTEM
 from selflock.vehicle import Robot
 from selflock.view import view
 
 MOVES = Path(__file__).with_name("climb.csv")
-DRIVES = Path(study.__file__).parent / "four_drives.toml"
+DRIVES = SYSTEM.with_name("four_drives.toml")
 STAIRS = "stairs:0.17,0.29,4,1.0"  # rise, run and number of an ordinary staircase, m; from x = 1 m on
 SHOWN = ("*_motor.torque", "robot.front_angle", "robot.rear_angle", "robot.chassis_pitch")
 

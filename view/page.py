@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Undefined
 from markupsafe import Markup, escape
 
 from selflock.fmus.shown import policy
@@ -20,10 +20,12 @@ POWER, RAISED = re.compile(r"([A-Za-z])(-?\d+)"), str.maketrans("-0123456789", "
 SCRIPT = ("data.js", "stage.js", "curves.js", "viewer.js")  # of a page with moving pictures and curves, in this order
 
 
-def environment(package: str) -> Environment:
-    """Templates of a package of ours, with the page that they extend. What they are given is escaped."""
+def environment(package: str, strict: bool = True) -> Environment:
+    """Templates of a package of ours, with the page that they extend. What they are given is escaped; not strict: may be missing."""
     loader = ChoiceLoader([PackageLoader(package, "."), PackageLoader("selflock.view", ".")])
-    made = Environment(loader=loader, undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    made = Environment(
+        loader=loader, undefined=StrictUndefined if strict else Undefined, autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
     made.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
     made.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
     made.filters["unit"] = pretty

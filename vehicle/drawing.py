@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..master.about import Drawing
 from . import ground
 from .model import RAMP, Geometry
 from .posture import plan
+
+if TYPE_CHECKING:
+    from ..master.about import Drawing
 
 WIDTH = 1.7  # m that should be seen
 NEAR = 200.0  # m from the start, as far as the ground is drawn

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..master.about import Drawing
 from ..master.errors import DescriptionError, PartFailed
 from ..master.face import Part
 from . import munk
@@ -17,6 +16,9 @@ from .model import Geometry, Model
 from .parameters import INPUTS, VARIABLES, checked
 from .posture import posture
 from .tables import OUTPUTS
+
+if TYPE_CHECKING:
+    from ..master.about import Drawing
 
 
 class Robot(Part):

@@ -42,10 +42,11 @@ from .values import resolved
 from .wiring import Wiring, fmu_path, linked, make, typed
 
 Drawing = dict[str, Any]
+PARAMETERS = 1000  # of a component, that a file has room for
 
 
 def about(columns: list[Variable], wiring: Wiring) -> dict[str, Any]:
-    """Of parts with their values set: the system's name, which columns are inputs, sources, limits, remarks, drawings."""
+    """Of parts with their values set: the system's name, which columns are inputs, sources, limits, remarks, parameters, drawings."""
     seen = Seen(columns)
     watch(seen, wiring)
     drawings = {name: drawn for name, part in wiring.parts.items() if (drawn := _drawing(wiring, name, part))}
@@ -55,8 +56,17 @@ def about(columns: list[Variable], wiring: Wiring) -> dict[str, Any]:
         "sources": sorted(seen.sources),
         "limits": [_plain(one, seen) for one in seen.watches],
         "remarks": seen.remarks,
+        "values": {name: mine for name, part in wiring.parts.items() if (mine := _parameters(wiring, name, part))},
         "drawings": drawings,
     }
+
+
+def _parameters(wiring: Wiring, name: str, part: Part) -> dict[str, Any]:
+    """What a component was run with, as far as it is plain; {} of one with very many."""
+    values = {v.name: v.start for v in part.variables.values() if v.causality == "parameter"}
+    values |= {key: value for key, value in wiring.values.get(name, {}).items() if key in values}
+    plain = {key: x for key, x in values.items() if isinstance(x, (str, int)) or (isinstance(x, float) and isfinite(x))}
+    return plain if len(plain) <= PARAMETERS else {}
 
 
 def _plain(one: Watch, seen: Seen) -> dict[str, Any]:

@@ -17,19 +17,19 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
   set(curves) {
     this.curves = curves;
     this.values = [];
-    this.legend.replaceChildren(make("li", { className: "axis" }, axis(this.key)));
+    this.title = make("li", { className: "axis" });
+    this.legend.replaceChildren(this.title);
     this.base.setAttribute("aria-label", `${axis(this.key)} over time: ${curves.map(c => c.label).join(", ")}`);
     for (const curve of curves) {
       const item = make("li", {});
       for (const line of curve.lines) {
         const mark = make("span", { className: "mark" }), value = make("span", { className: "value" });
-        mark.style.borderTopColor = colour(curve.colour);
-        mark.style.borderTopStyle = ["solid", "dashed", "dotted", "double"][line.dash % 4];
+        mark.style.background = sample(line.dash, colour(curve.colour));
         this.values.push([line, value]);
-        if (line === curve.lines[0]) item.append(mark, make("span", {}, curve.label), value);
-        else item.append(make("span", { className: "pair" }, mark, value));
+        if (line === curve.lines[0]) item.append(mark, make("span", {}, curve.label), " ", value);
+        else item.append(" ", make("span", { className: "pair" }, mark, value));
       }
-      if (curve.drop) item.append(make("span", { className: "pair" }, item.lastChild, make("button", { title: "take away", ariaLabel: `Take ${curve.label} away`, onclick: curve.drop }, "×")));
+      if (curve.drop) item.append(" ", make("span", { className: "pair" }, item.lastChild, make("button", { title: "take away", ariaLabel: `Take ${curve.label} away`, onclick: curve.drop }, "×")));
       this.legend.append(item);
     }
   }
@@ -72,7 +72,7 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
       g.fillText(label(v, rise, power), LEFT - 7, Y(v));
     }
     g.textBaseline = "alphabetic";
-    if (power) { g.textAlign = "left"; g.fillText(`·10${raised(power)}`, 2, H - 8); }
+    this.title.textContent = axis(this.key, power);
     const [every, times, tens] = ticks(a, b, Math.max(2, (W - LEFT) / 90));
     g.textAlign = "center";
     for (const t of times) {

@@ -59,7 +59,7 @@ function number(v, digits = 4) {
   const size = Math.abs(v);
   if (size !== 0 && (size >= 1e6 || size < 1e-3)) {
     const [mantissa, power] = v.toExponential(Math.max(0, digits - 2)).split("e");
-    return `${mantissa.replace("-", "−")}·10${raised(Number(power))}`;
+    return `${mantissa.replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "").replace("-", "−")}·10${raised(Number(power))}`;
   }
   const text = size >= 10 ** (digits - 1) ? String(Math.round(v)) : v.toPrecision(digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
   return text.replace("-", "−");
@@ -69,7 +69,12 @@ const QUANTITY = {
   "N.m": "torque", N: "force", A: "current", V: "voltage", W: "power", J: "energy", rad: "angle", deg: "angle", "rad/s": "speed", "1/min": "speed",
   "rpm": "speed", "rad/s2": "acceleration", m: "length", "m/s": "speed", "m/s2": "acceleration", s: "time", K: "temperature", degC: "temperature", Pa: "pressure", "": "no unit",
 };
-const axis = text => text in QUANTITY ? (text ? `${QUANTITY[text]} in ${unit(text)}` : QUANTITY[text]) : unit(text);
+const axis = (text, power = 0) => {  // what stands over an axis, whose labels are in that power of ten
+  const of = [power ? `10${raised(power)}` : "", unit(text)].filter(Boolean).join(" ");
+  return text && text in QUANTITY ? `${QUANTITY[text]} in ${of}` : of || "no unit";
+};
+
+const seconds = t => `${t.toFixed(END - BEGIN >= 1000 ? 1 : END - BEGIN >= 1 ? 2 : Math.min(12, Math.ceil(3 - Math.log10(END - BEGIN || 1))))} s`;
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const PALETTES = {
@@ -83,6 +88,11 @@ const THEMES = {
 const theme = () => THEMES[dark.matches ? "dark" : "light"];
 const colour = number => { const all = PALETTES[dark.matches ? "dark" : "light"]; return typeof number === "string" ? number : all[number % all.length]; };
 const DASHES = [[], [7, 5], [2, 4], [10, 4, 2, 4]];  // of the first run, the second, …
+function sample(dash, tint) {  // the same as a background
+  let at = 0;
+  const stops = DASHES[dash % 4].flatMap((length, k) => { const from = at; at += length; return [`${k % 2 ? "transparent" : tint} ${from}px ${at}px`]; });
+  return stops.length ? `repeating-linear-gradient(90deg, ${stops.join(", ")})` : tint;
+}
 const FONT = "12px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 
 function fit(canvas) {  // its context in CSS pixels, and its size

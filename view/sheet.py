@@ -71,8 +71,9 @@ def sheet(source: Path | Result, label: str) -> Sheet:
     for name in frame.columns:
         if name == "time":
             continue
-        kind = frame[name].dtype.kind
-        x = frame[name].to_numpy(float, na_value=np.nan) if kind in "fiub" else None
+        column = _filled(frame[name])
+        kind = column.dtype.kind
+        x = column.to_numpy(float, na_value=np.nan) if kind in "fiub" else None
         if x is None:
             dropped.append(name)
         elif not np.isfinite(x).any():
@@ -126,6 +127,16 @@ def _read(path: Path, notes: list[str]) -> tuple[pd.DataFrame, dict[str, str]]:
     notes.append(f"The last line of {path.name} is torn, as an interrupted run leaves it; it is left out.")
     warn(notes[-1])
     return found
+
+
+def _filled(column: pd.Series) -> pd.Series:
+    """A column of numbers in which cells are empty is one of numbers: other tools write it so."""
+    if column.dtype.kind != "O" or not (empty := column.isna() | (column == "")).any() or empty.all():
+        return column
+    try:
+        return pd.to_numeric(column.mask(empty))
+    except (ValueError, TypeError):
+        return column
 
 
 def _time(frame: pd.DataFrame, label: str) -> np.ndarray:

@@ -22,7 +22,7 @@ class Stage {
     g.lineJoin = g.lineCap = "round";
     for (const one of [...this.told.of].reverse()) this.shapes(g, one, t, X, Y, scale, ink);
     g.textAlign = "left"; g.fillStyle = ink.ink; g.font = "600 15px system-ui, sans-serif";
-    g.fillText(`${t.toFixed(2)} s`, 14, 26);
+    g.fillText(seconds(t), 14, 26);
     const phase = (D.phases || []).find(p => t < p[1]) || (D.phases || []).at(-1);
     if (phase) { g.font = "13px system-ui, sans-serif"; g.fillStyle = ink.soft; g.fillText(phase[2], 14, 46); }
   }

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from selflock.fmus.errors import SelflockError
+
 from .sheet import Sheet
 
 ROBOT = ("chassis_x", "chassis_y", "chassis_pitch", "front_angle", "rear_angle", "front_sprocket_angle", "rear_sprocket_angle")
@@ -50,22 +52,32 @@ def _drawings(one: Sheet, notes: list[str]) -> dict[str, dict[str, Any]]:
         for name in one.columns:
             owner, dot, last = name.rpartition(".")
             if last == ROBOT[0] and all(f"{owner}{dot}{part}" in one.columns for part in ROBOT):
-                if drawing := _robot(notes, one.label):
-                    found[owner] = checked(drawing, owner)
+                if drawing := _robot(notes, one, owner):
+                    found[owner] = drawing
     return found
 
 
-def _robot(notes: list[str], label: str) -> dict[str, Any] | None:
+def _robot(notes: list[str], one: Sheet, owner: str) -> dict[str, Any] | None:
+    """A vehicle that is known by its columns alone, such as Robot.fmu in another tool; its parameters, if the file has them."""
     try:
         from selflock.vehicle import Robot
     except ModuleNotFoundError:
         notes.append("The robot is not drawn: pip install 'selflock[vehicle]' brings what knows its lengths.")
         return None
+    robot, values = Robot("robot"), one.about.get("values")
+    mine = values.get(owner) if isinstance(values, dict) else None
+    if isinstance(mine, dict):
+        try:
+            for name in mine.keys() & robot.values.keys():
+                robot.set(name, mine[name])
+            return checked(robot.drawing(), owner)
+        except (SelflockError, ValueError):  # none that a robot can have, or none that can be drawn
+            robot.reset()
     notes.append(
-        f"{label} says neither the robot's lengths nor its ground: it is drawn with its usual ones, on a flat ground. "
+        f"{one.label} says neither the robot's lengths nor its ground: it is drawn with its usual ones, on a flat ground. "
         "A .parquet result says them, and so does --system."
     )
-    return Robot("robot").drawing()
+    return checked(robot.drawing(), owner)
 
 
 def columns_of(drawing: dict[str, Any]) -> list[str]:

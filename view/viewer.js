@@ -74,7 +74,7 @@ class Board {
     for (const stage of this.stages) stage.draw(this.time);
     for (const panel of this.panels.values()) panel.mark();
     if (END > BEGIN) this.slider.value = 1000 * (this.time - BEGIN) / (END - BEGIN);
-    this.clock.textContent = `${this.time.toFixed(END - BEGIN < 1 ? 4 : END - BEGIN < 100 ? 2 : 1)} s`;
+    this.clock.textContent = seconds(this.time);
     this.slider.setAttribute("aria-valuetext", this.clock.textContent);
   }
 

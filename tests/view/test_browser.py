@@ -55,7 +55,7 @@ def test_curves_are_picked_zoomed_and_read(tab, page):
     ]
     shown.js("[...document.querySelectorAll('.picker label')].find(l => l.offsetParent).click()")
     told = shown.js("document.querySelector('.curves').textContent")
-    assert "length in m" in told and "robot.chassis_y0.06 m" in told
+    assert "length in m" in told and "robot.chassis_y 0.06 m" in told
     shown.js("document.activeElement.blur()")
     x, y, w, h = shown.js("(r => [r.x, r.y, r.width, r.height])(document.querySelector('.plot').getBoundingClientRect())")
     inside = w - 68  # beside the axis

@@ -66,6 +66,13 @@ def test_the_drawing_is_the_posture(driven):
 def test_a_robot_without_lengths_is_drawn_as_the_usual_one_and_that_is_said(write, rolling, tmp_path):
     text = view(write("a.csv", rolling())).read_text("utf-8")
     assert "it is drawn with its usual ones, on a flat ground" in text
+    text = view(write("c.parquet", rolling(), {"values": {"robot": {"ground": "step:0.25,3.0", "track": "belt"}}})).read_text(
+        "utf-8"
+    )
+    assert "usual ones" not in text and "[3.0,0.25]" in text  # as the file says, even where it has no drawing
+    for ground in ("a wall", "polyline:0,0;1,1e300", 7):
+        text = view(write("d.parquet", rolling(), {"values": {"robot": {"ground": ground}}})).read_text("utf-8")
+        assert "usual ones" in text
     short = {name: of for name, of in rolling().items() if name != "robot.rear_angle"}
     text = view(write("b.parquet", short, {"drawings": {"robot": Robot("robot").drawing()}})).read_text("utf-8")
     assert "robot is not drawn: b.parquet lacks the column robot.rear_angle" in text

@@ -148,7 +148,7 @@ def test_a_torn_last_line_is_left_out_and_told(write, drive, tmp_path, caplog):
 
 def test_columns_without_numbers_are_named(tmp_path):
     path = tmp_path / "x.csv"
-    path.write_text("time,word,none,x\n0,a,nan,1\n1,b,nan,nan\n")
+    path.write_text("time,word,none,x\n0,a,nan,1\n1,b,nan,\n")  # an empty cell is no word
     text = view(path).read_text("utf-8")
     assert "hold words: word." in text and "no number at all: none." in text and [c["name"] for c in carried(tmp_path / "x.html")["runs"][0]["columns"]] == ["x"]  # fmt: skip
 

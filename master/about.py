@@ -26,6 +26,7 @@ of the system file again (`of_system`): no FMU is loaded for that, and no code o
 
 from __future__ import annotations
 
+import json
 from math import isfinite
 from typing import Any
 
@@ -33,6 +34,7 @@ import numpy as np
 
 from ..fmus.errors import SelflockError
 from .binary import open_fmu
+from .errors import DescriptionError
 from .face import Part, Variable
 from .fmu import units_of, variables_of
 from .seen import Seen, Watch, number, watch
@@ -118,7 +120,12 @@ def _number(value: Any) -> bool:
 def _drawing(wiring: Wiring, name: str, part: Part) -> Drawing | None:
     """A part's own; of any part with a mass on an arm and an angle, such as Load.fmu, the arm."""
     if drawn := part.drawing():
-        return drawn
+        try:
+            return dict(json.loads(json.dumps(drawn, default=np.ndarray.tolist)))
+        except (TypeError, ValueError):
+            raise DescriptionError(
+                f"{name}: drawing() gives what is no plain data: names, numbers, lists and dictionaries are."
+            ) from None
     known = part.variables
     arm, mass, lean = (number(wiring, name, key) for key in ("arm", "mass", "arm_angle"))
     if arm is None or mass is None or lean is None or "angle" not in known or known["angle"].causality != "output":

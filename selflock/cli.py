@@ -140,7 +140,7 @@ def run(
 
         say(f"Open {write_page(result, page)}")
     else:
-        of = f" --system {system}" if system.suffix == ".toml" and result.path and result.path.suffix == ".csv" else ""
+        of = f" --system {system}" if result.path and result.path.suffix == ".csv" else ""
         say(f"  see it: selflock view {result.path}{of}")
 
 

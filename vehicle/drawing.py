@@ -14,7 +14,6 @@ from .posture import plan
 if TYPE_CHECKING:
     from ..master.about import Drawing
 
-WIDTH = 1.7  # m that should be seen
 NEAR = 200.0  # m from the start, as far as the ground is drawn
 MOST = 4000  # points of it
 CORNERS = 24  # of a wheel
@@ -43,8 +42,9 @@ def drawing(values: dict[str, Any]) -> Drawing:
         ]  # fmt: skip
     land = _ground(values)
     rough = len({y for _, y in land}) > 1  # it may stand as steep as its ground
-    tall = {"height": 1.0, "below": 0.36} if rough else {"height": 0.72, "below": 0.08}
-    return {"width": WIDTH, **tall, "ground": land, "follow": ["chassis_x"], "shapes": shapes}
+    size = values["wheelbase"] + 2.0 * (g.length + g.guide_radius + shoe)  # stretched out
+    tall = {"height": 0.85 * size, "below": 0.31 * size} if rough else {"height": 0.62 * size, "below": 0.07 * size}
+    return {"width": 1.45 * size, **tall, "ground": land, "follow": ["chassis_x"], "shapes": shapes}
 
 
 def _outline(values: dict[str, Any], g: Geometry) -> list[list[float]]:

@@ -41,10 +41,10 @@ class Sheet:
         return [Variable("time", "s"), *(Variable(name, self.units.get(name, ""), causality="output") for name in self.columns)]
 
     def look(self, seen: Seen) -> Seen:
-        """Let what watches the columns of `variables` see all rows. Columns with a gap have no peak."""
+        """Let what watches the columns of `variables` see all rows; where there is no number, 0, which is no peak."""
         for first in range(0, len(self.time), BLOCK):
             part = slice(first, first + BLOCK)
-            seen.add(np.column_stack([self.time[part], *(x[part] for x in self.columns.values())]))
+            seen.add(np.column_stack([self.time[part], *(np.nan_to_num(x[part]) for x in self.columns.values())]))
         return seen
 
 

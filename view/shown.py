@@ -103,7 +103,7 @@ def peaks(tables: list[Sheet]) -> tuple[list[dict[str, Any]], list[tuple[str, li
         limits = {seen.columns[w.place].name: w for w in seen.watches}
         told = {seen.columns[peak.place].name: peak.energy for peak in seen.peaks()}
         for name, energy in (told | {name: None for name in limits if name not in told}).items():
-            watch = limits.get(name)
+            watch, energy = limits.get(name), None if np.isnan(one.columns[name]).any() else energy
             row: dict[str, Any] = {
                 "run": one.label,
                 "name": name,

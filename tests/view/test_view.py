@@ -4,13 +4,14 @@ import base64
 import json
 import math
 import re
+import sys
 
 import numpy as np
 import pytest
 from lxml import html
 
 from selflock import master
-from selflock.master import about, read
+from selflock.master import Part, Variable, about, read
 from selflock.master.errors import ResultError
 from selflock.master.results import told
 from selflock.view import shown, thin, view
@@ -45,6 +46,13 @@ def test_peaks_their_times_energies_and_limits(write, drive, limits, tmp_path, e
     current = ["4 A stall", "50 %"] if ending == "parquet" else ["–", "–"]  # a CSV file says nothing of limits
     assert rows["motor.current"] == ["2 A", "0 s", *current, "–"]
     assert ("Limits are not known" in page.read_text("utf-8")) == (ending == "csv")
+
+
+def test_a_gap_has_no_peak_and_leaves_no_energy(write, drive, tmp_path):
+    columns = drive()
+    columns["motor.power"] = ("W", np.where(columns["time"][1] > 3.0, np.nan, columns["motor.power"][1]))
+    rows = {row[0]: row[1:] for row in table(view(write("a.csv", columns), tmp_path / "p.html"))}
+    assert rows["motor.power"] == ["3 W", "3 s", "–", "–", "–"]
 
 
 def table(page):
@@ -186,6 +194,30 @@ def test_a_weight_on_an_arm_moves(tmp_path):
     assert stage["label"] == "weight" and {"turn": {"weight.angle": 1.0}, "plus": 0.0} in drawn["shapes"][-1]["moves"]
     tip = drawn["shapes"][2]["points"][-1]
     assert tip == [0.3, 0.0]
+
+
+class Ball(Part):
+    """One that rolls, and says how it looks."""
+
+    described = (Variable("x", "m", 0.0, causality="output", depends_on=()),)
+    looks = {"width": 1.0, "shapes": [{"points": np.zeros((2, 2)), "style": "wheel", "moves": [{"shift": np.ones(2)}]}]}
+
+    def drawing(self):
+        return self.looks
+
+    def step(self, time, size):
+        self.values["x"] += size
+
+
+def test_a_part_of_ones_own_says_how_it_looks(tmp_path, monkeypatch):
+    system = master.from_dict({"run": {"stop": 0.01}, "components": {"ball": {"part": "test_view:Ball"}}})
+    system.allow_code = True
+    monkeypatch.setitem(sys.modules, "test_view", sys.modules[__name__])
+    page = view(master.run(system, out=tmp_path / "a.parquet"), tmp_path / "p.html")
+    assert carried(page)["stages"][0]["of"][0]["shapes"][0]["points"] == [[0.0, 0.0], [0.0, 0.0]]
+    monkeypatch.setattr(Ball, "looks", {"width": object()})
+    with pytest.raises(master.DescriptionError, match="ball: drawing\\(\\) gives what is no plain data"):
+        master.run(system)
 
 
 def test_angles_of_any_result_have_dials(write, drive):

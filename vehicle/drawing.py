@@ -43,8 +43,8 @@ def drawing(values: dict[str, Any]) -> Drawing:
     land = _ground(values)
     rough = len({y for _, y in land}) > 1  # it may stand as steep as its ground
     size = values["wheelbase"] + 2.0 * (g.length + g.guide_radius + shoe)  # stretched out
-    tall = {"height": 0.85 * size, "below": 0.31 * size} if rough else {"height": 0.62 * size, "below": 0.07 * size}
-    return {"width": 1.45 * size, **tall, "ground": land, "follow": ["chassis_x"], "shapes": shapes}
+    tall = {"height": 0.78 * size, "below": 0.29 * size} if rough else {"height": 0.5 * size, "below": 0.05 * size}
+    return {"width": 1.25 * size, **tall, "ground": land, "follow": ["chassis_x"], "shapes": shapes}
 
 
 def _outline(values: dict[str, Any], g: Geometry) -> list[list[float]]:

@@ -55,6 +55,7 @@ def test_what_was_set_is_what_runs(typed, tmp_path, ending):
     assert len(table) == 11 and table["motor.torque"].iloc[0] == 0.0 and units["gear.output_torque"] == "N.m"
 
 
+@pytest.mark.slow
 def test_a_run_names_the_command_that_shows_it_and_a_page_is_written(typed, tmp_path):
     code, told, _ = typed("run", BENCH, "--stop", "0.005", "-o", tmp_path / "x.csv")
     assert code == 0 and f"selflock view {tmp_path / 'x.csv'} --system {BENCH}" in "".join(told.split("\n"))

@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN = .venv/bin
 PIP = $(BIN)/pip install --quiet --disable-pip-version-check
-ROOMS = fmus master vehicle study diagnosis sweep examples
+ROOMS = fmus master vehicle view study diagnosis sweep examples
 
 .PHONY: setup study test test-all test-fast test-peers lint house types docs wheel clean
 

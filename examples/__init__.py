@@ -16,6 +16,10 @@ BESIDE = re.compile(r'"(?:\.\./)+study/([\w]+\.toml)"')
 """A system of the study that an example names; it is copied with it, to lie beside it."""
 
 
+TABLE = re.compile(r'"(\w+\.csv)"')
+"""A table beside an example, likewise."""
+
+
 def files() -> dict[str, Path]:
     """Every example by its name: systems, sweeps, rigs ("rigs/emps"), scripts, and the robot of the study."""
     own = [path for path in sorted(HERE.rglob("*")) if path.suffix in (".toml", ".py") and not path.name.startswith("_")]
@@ -30,7 +34,7 @@ def about(path: Path) -> str:
 
 
 def copy(name: str, out: str | Path = ".") -> list[Path]:
-    """Copy an example, and the system that it names, into the folder `out`; gives the files written.
+    """Copy an example, and the system or table that it names, into the folder `out`; gives the files written.
 
     A file that is there and differs is not written over. Raises SelflockError.
     """
@@ -40,6 +44,11 @@ def copy(name: str, out: str | Path = ".") -> list[Path]:
     text = known[name].read_text(encoding="utf-8")
     wanted = {known[name].name: BESIDE.sub(r'"\1"', text)}
     wanted |= {beside: known[Path(beside).stem].read_text(encoding="utf-8") for beside in BESIDE.findall(text)}
+    wanted |= {
+        table: known[name].with_name(table).read_text(encoding="utf-8")
+        for table in TABLE.findall(text)
+        if known[name].with_name(table).is_file()
+    }
     out = Path(out)
     for file, content in wanted.items():
         if (out / file).exists() and (out / file).read_text(encoding="utf-8", errors="replace") != content:

@@ -170,6 +170,13 @@ class Part:
     def restore(self, state: Any) -> None:
         self.values = dict(state)
 
+    def drawing(self) -> dict[str, Any] | None:
+        """What of the part is to be seen, and which outputs move it, as `master.about.Drawing` says; None: nothing.
+
+        Asked for after parameters are set, before the start.
+        """
+        return None
+
     # --- elsewhere -----------------------------------------------------------------------------------------------
 
     @staticmethod

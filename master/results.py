@@ -26,6 +26,7 @@ from .face import Variable, view
 from .seen import Seen
 
 ROWS = 4096  # in memory before they are written; a multiple of 16
+ABOUT = "selflock"  # the key in a Parquet file's metadata of what the run was of
 PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
 KINDS = {"Real": np.dtype(float), "Integer": np.dtype("int64"), "Boolean": np.dtype(bool), "String": np.dtype(object)}
 
@@ -40,8 +41,9 @@ class Sink(ABC):
 
     path: Path | None = None  # of the file, where it is one
 
-    def __init__(self, columns: list[Variable]):
+    def __init__(self, columns: list[Variable], about: dict[str, Any] | None = None):
         self.columns = columns
+        self.about = about or {}  # what the run was of: master.about
         self._numbers = [c for c in columns if c.type != "String"]
         self._texts = [c.name for c in columns if c.type == "String"]
         self.width = len(self._numbers)
@@ -87,8 +89,8 @@ class Sink(ABC):
 
 
 class Memory(Sink):
-    def __init__(self, columns: list[Variable]):
-        super().__init__(columns)
+    def __init__(self, columns: list[Variable], about: dict[str, Any] | None = None):
+        super().__init__(columns, about)
         self._frames: list[pd.DataFrame] = []
 
     def put(self, frame: pd.DataFrame) -> None:
@@ -105,8 +107,8 @@ class Memory(Sink):
 class File(Sink):
     path: Path
 
-    def __init__(self, columns: list[Variable], path: Path):
-        super().__init__(columns)
+    def __init__(self, columns: list[Variable], path: Path, about: dict[str, Any] | None = None):
+        super().__init__(columns, about)
         self.path = path
 
     def table(self) -> pd.DataFrame:
@@ -114,8 +116,8 @@ class File(Sink):
 
 
 class Csv(File):
-    def __init__(self, columns: list[Variable], path: Path):
-        super().__init__(columns, path)
+    def __init__(self, columns: list[Variable], path: Path, about: dict[str, Any] | None = None):
+        super().__init__(columns, path, about)
         self._file = path.open("w", encoding="utf-8", newline="")
         pd.DataFrame(columns=[header(c) for c in columns]).to_csv(self._file, index=False)
 
@@ -128,13 +130,12 @@ class Csv(File):
 
 
 class Parquet(File):
-    def __init__(self, columns: list[Variable], path: Path):
-        super().__init__(columns, path)
+    def __init__(self, columns: list[Variable], path: Path, about: dict[str, Any] | None = None):
+        super().__init__(columns, path, about)
         arrow = {"Real": pa.float64(), "Integer": pa.int64(), "Boolean": pa.bool_(), "String": pa.string()}
         units = json.dumps({c.name: c.unit for c in columns})
-        self._schema = pa.schema(
-            [pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata={"units": units}
-        )
+        told = {"units": units} | ({ABOUT: json.dumps(about)} if about else {})
+        self._schema = pa.schema([pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata=told)
         self._writer = pq.ParquetWriter(path, self._schema)
         self._pieces: list[pa.Table] = []
 
@@ -154,20 +155,20 @@ class Parquet(File):
         self._writer.close()
 
 
-FILES: dict[str, Callable[[list[Variable], Path], File]] = {".csv": Csv, ".parquet": Parquet}
+FILES: dict[str, Callable[[list[Variable], Path, dict[str, Any] | None], File]] = {".csv": Csv, ".parquet": Parquet}
 
 
-def sink(columns: list[Variable], path: Path | str | None) -> Sink:
-    """Where rows go: into memory, or into a file by the ending of its name."""
+def sink(columns: list[Variable], path: Path | str | None, about: dict[str, Any] | None = None) -> Sink:
+    """Where rows go: into memory, or into a file by the ending of its name. `about`: what the run is of (master.about)."""
     if path is None:
-        return Memory(columns)
+        return Memory(columns, about)
     path = Path(path)
     kind = FILES.get(path.suffix.lower())
     if kind is None:
         raise ResultError(f"{path}: results are written as .csv or .parquet; choose one of these endings.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return kind(columns, path)
+        return kind(columns, path, about)
     except OSError as error:
         raise ResultError(f"{path} cannot be written: {error.strerror or error}.") from None
 
@@ -181,16 +182,33 @@ def read(path: Path | str) -> tuple[pd.DataFrame, dict[str, str]]:
             units = {f.name: ((f.metadata or {}).get(b"unit") or b"").decode() for f in table.schema}
             return table.replace_schema_metadata(None).to_pandas(), units
         if path.suffix.lower() == ".csv":
-            frame = csv.read_csv(path, convert_options=csv.ConvertOptions(null_values=[], strings_can_be_null=False)).to_pandas()
-            split = [re.sub(r" \[.*\]$", "", header) for header in frame.columns]
-            units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
-            frame.columns = pd.Index(split)
-            return frame, units
+            return of_csv(path)
     except FileNotFoundError:
         raise ResultError(f"There is no result file {path}.") from None
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise ResultError(f"{path} is no table of results: {error}") from None
+        raise ResultError(f"{path} is no table of results: {str(error)[:160]}") from None
     raise ResultError(f"{path}: results are read from .csv or .parquet files.")
+
+
+def of_csv(source: Any) -> tuple[pd.DataFrame, dict[str, str]]:
+    """A table of results and the units of its columns, of a path or a file object. Raises what pyarrow does."""
+    frame = csv.read_csv(source, convert_options=csv.ConvertOptions(null_values=[], strings_can_be_null=False)).to_pandas()
+    split = [re.sub(r" \[.*\]$", "", header) for header in frame.columns]
+    units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
+    frame.columns = pd.Index(split)
+    return frame, units
+
+
+def told(path: Path | str) -> dict[str, Any]:
+    """What a result file says of its run (master.about); {} where it says nothing that can be read."""
+    if Path(path).suffix.lower() != ".parquet":
+        return {}
+    try:
+        said = (pq.read_schema(path).metadata or {}).get(ABOUT.encode(), b"{}")
+        data = json.loads(said)
+    except (OSError, ValueError, RecursionError, pa.ArrowException):
+        return {}
+    return data if isinstance(data, dict) else {}
 
 
 @dataclass
@@ -220,6 +238,11 @@ class Result:
     def peaks(self) -> pd.DataFrame:
         """A row for each column of the results: unit, least, greatest, last, and integral over time."""
         return self.sink.seen.table
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What the run was of: limits, and what is to be seen of it; a Parquet file holds it, too (master.about)."""
+        return self.sink.about
 
     @property
     def reached(self) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from . import control, energy
+from .about import about
 from .errors import PartFailed, warn
 from .face import Part, Variable
 from .faults import Faults
@@ -40,7 +41,8 @@ class Running:
             self.faults = Faults(self.wiring)
             self.pairs = energy.bonds(self.wiring)
             control.check(self.wiring, self.pairs)
-            self.sink = sink(_columns(self.wiring), out)
+            columns = _columns(self.wiring)
+            self.sink = sink(columns, out, about(columns, self.wiring))
             watch(self.sink.seen, self.wiring)
         except BaseException:
             self.wiring.close()

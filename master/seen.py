@@ -28,16 +28,27 @@ STARTS = 0.1  # s: any motor stalls for a moment when it is switched on
 
 @dataclass
 class Watch:
-    """A column that is held against a limit. `met` is the time at it, s."""
+    """A column that is held against a limit, or a motor that may stall. `met` is the time at it, s."""
 
-    sentence: str  # with {time} and {value}
+    name: str  # of the output, or of the motor
     place: int  # of the column in a row
+    unit: str = ""
     low: float = -np.inf
-    high: float = np.inf
+    high: float = np.inf  # of a motor its voltage
     voltage: int | float | None = None  # of a motor: a column's place, or what it is held at
     resistance: float = 0.0
     least: float = 0.0  # s at it that are worth a word
     met: float = 0.0
+
+    @property
+    def stalls(self) -> bool:
+        return self.voltage is not None
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest value of the column, in its unit; of a motor its stall current."""
+        most = self.high / self.resistance if self.stalls else self.high
+        return (-most if self.stalls else self.low), most
 
     def look(self, rows: np.ndarray, spans: np.ndarray) -> None:
         x = rows[:, self.place]
@@ -47,6 +58,28 @@ class Watch:
             volts = abs(rows[:, self.voltage] if isinstance(self.voltage, int) else np.full(len(rows), self.voltage))
             at = (volts >= STALLED * self.high) & (abs(x) * self.resistance >= STALLED * volts)
         self.met += float(spans[at].sum())
+
+    def said(self) -> str:
+        """That it was met, and for how long."""
+        if self.stalls:
+            return f"{self.name} stood at its stall current, {self.range[1]:.4g} A at {self.high:g} V, for {self.met:.4g} s"
+        return f"{self.name} was at its limit, {_ends(*self.range)} {self.unit}, for {self.met:.4g} s"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """What is told of a column by its peak."""
+
+    owner: str  # the component
+    place: int  # of the column in a row
+    unit: str
+    least: float
+    greatest: float
+    energy: float | None  # J, of a power: its integral over time
+
+    @property
+    def size(self) -> float:
+        return max(abs(self.least), abs(self.greatest))
 
 
 class Seen:
@@ -80,24 +113,35 @@ class Seen:
         data = {"unit": [c.unit for c in self.columns], "least": self.least, "greatest": self.greatest, "last": self.last, "integral": self.integral}  # fmt: skip
         return pd.DataFrame(data, index=[c.name for c in self.columns]).iloc[1:]
 
+    def peaks(self) -> list[Peak]:
+        """Of each component its torques (two at most), force, current and power of the largest peaks."""
+        found = []
+        for owner, mine in self._by_component().items():
+            for unit in PEAKS:
+                here = [k for k in mine if self.columns[k].unit == unit]
+                here = [k for k in here if "torque" in _name(self.columns[k])] or here
+                told = [
+                    Peak(owner, k, unit, self.least[k], self.greatest[k], self.integral[k] if unit == "W" else None) for k in here
+                ]
+                found += sorted(told, key=lambda peak: -peak.size)[: 2 if unit == "N.m" else 1]
+        return found
+
     def lines(self) -> list[str]:
         """A line for each component: peaks of torques, force, current and power with its energy, and angles at the end."""
         if self._before is None:
             return []
         told: dict[str, list[str]] = {}
+        for peak in self.peaks():
+            energy = f" ({peak.energy:.4g} J)" if peak.energy is not None else ""
+            told.setdefault(peak.owner, []).append(f"{_name(self.columns[peak.place])} {peak.size:.4g} {peak.unit}{energy}")
         for owner, mine in self._by_component().items():
-            for unit in PEAKS:
-                peaks = sorted((-max(abs(self.least[k]), abs(self.greatest[k])), k) for k in mine if self.columns[k].unit == unit)
-                peaks = [one for one in peaks if "torque" in _name(self.columns[one[1]])] or peaks
-                for peak, place in peaks[: 2 if unit == "N.m" else 1]:
-                    energy = f" ({self.integral[place]:.4g} J)" if unit == "W" else ""
-                    told.setdefault(owner, []).append(f"{_name(self.columns[place])} {-peak:.4g} {unit}{energy}")
             ends = [k for k in mine if self.columns[k].unit in ANGLES and not _name(self.columns[k]).startswith("input_")]
             for place in ends[:ANGLES_TOLD]:
                 x, unit = self.last[place], self.columns[place].unit
                 degrees = f" ({np.degrees(x):.4g} deg)" if unit == "rad" and abs(x) < TURNS else ""
                 told.setdefault(owner, []).append(f"{_name(self.columns[place])} at the end {x:.4g} {unit}{degrees}")
-        lines = [f"  {owner}: {', '.join(entries)}" for owner, entries in told.items() if entries]
+        order = [owner for owner in self._by_component() if owner in told]
+        lines = [f"  {owner}: {', '.join(told[owner])}" for owner in order]
         more = [f"  … and {len(lines) - COMPONENTS} components more"] * (len(lines) > COMPONENTS)
         return lines[:COMPONENTS] + more + [f"  {sentence}" for sentence in self.reached()]
 
@@ -111,7 +155,7 @@ class Seen:
 
     def reached(self) -> list[str]:
         """Limits that were reached, a sentence each."""
-        return self.remarks + [w.sentence.format(time=f"{w.met:.4g}") for w in self.watches if w.met > w.least]
+        return self.remarks + [w.said() for w in self.watches if w.met > w.least]
 
 
 def _owner(column: Variable) -> str:
@@ -130,10 +174,9 @@ def watch(seen: Seen, wiring: Wiring) -> None:
         known = part.variables
         for v in known.values():
             if (place := places.get(f"{name}.{v.name}")) is not None and v.causality == "output" and f"{v.name}_max" in known:
-                low, high = (_number(wiring, name, f"{v.name}_{end}") for end in ("min", "max"))
+                low, high = (number(wiring, name, f"{v.name}_{end}") for end in ("min", "max"))
                 low, high = -np.inf if low is None else low, np.inf if high is None else high
-                text = f"{name}.{v.name} was at its limit, {_ends(low, high)} {v.unit}, for {{time}} s"
-                seen.watches.append(Watch(text, place, low, high))
+                seen.watches.append(Watch(f"{name}.{v.name}", place, v.unit, low, high))
         _motor(seen, wiring, name, places)
         _gear(seen, wiring, name)
 
@@ -141,26 +184,25 @@ def watch(seen: Seen, wiring: Wiring) -> None:
 def _motor(seen: Seen, wiring: Wiring, name: str, places: dict[str, int]) -> None:
     """A component with voltage, current and resistance, whose highest voltage is known."""
     known = wiring.parts[name].variables
-    place, ohms = places.get(f"{name}.current"), _number(wiring, name, "resistance")
+    place, ohms = places.get(f"{name}.current"), number(wiring, name, "resistance")
     if place is None or not ohms or "voltage" not in known or known["voltage"].causality != "input":
         return
     voltage: int | float | None
     link = next((link for link in wiring.links if (link.target, link.input) == (name, "voltage")), None)
     if link is None:
-        voltage = highest = abs(_number(wiring, name, "voltage") or 0.0)
+        voltage = highest = abs(number(wiring, name, "voltage") or 0.0)
     else:
-        ends = [_number(wiring, link.source, f"{link.output}_{end}") for end in ("min", "max")]
+        ends = [number(wiring, link.source, f"{link.output}_{end}") for end in ("min", "max")]
         highest = max((abs(end) for end in ends if end is not None and isfinite(end)), default=0.0)
         voltage = places.get(f"{link.source}.{link.output}") if (link.factor, link.offset) == (1.0, 0.0) else None
     if voltage is not None and highest > 0.0:
-        text = f"{name} stood at its stall current, {highest / ohms:.4g} A at {highest:g} V, for {{time}} s"
-        seen.watches.append(Watch(text, place, high=highest, voltage=voltage, resistance=ohms, least=STARTS))
+        seen.watches.append(Watch(name, place, "A", high=highest, voltage=voltage, resistance=ohms, least=STARTS))
 
 
 def _gear(seen: Seen, wiring: Wiring, name: str) -> None:
     """A gear by a wedge, whose friction locks it; and a controller beside it that says otherwise."""
-    ratio, mu, angle = (_number(wiring, name, key) for key in ("gear_ratio", "friction_static", "wedge_angle"))
-    kinetic = _number(wiring, name, "friction_kinetic")
+    ratio, mu, angle = (number(wiring, name, key) for key in ("gear_ratio", "friction_static", "wedge_angle"))
+    kinetic = number(wiring, name, "friction_kinetic")
     if ratio is None or mu is None or kinetic is None or angle is None:
         return
     mu, limit = max(mu, kinetic), tan(angle) if angle else 1.0 / ratio
@@ -170,7 +212,7 @@ def _gear(seen: Seen, wiring: Wiring, name: str) -> None:
         )
 
 
-def _number(wiring: Wiring, name: str, variable: str) -> float | None:
+def number(wiring: Wiring, name: str, variable: str) -> float | None:
     """A value that a component is run with; None where it has none."""
     described = wiring.parts[name].variables.get(variable)
     value: Any = None if described is None else wiring.values.get(name, {}).get(variable, described.start)

@@ -85,7 +85,7 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
                 kept.reset()
         _values(wiring, settings)
         for target, connection in system.connections.items():
-            wiring.links.append(_link(wiring, target, connection))
+            wiring.links.append(linked(wiring, target, connection))
         if not system.run.open_inputs:
             _all_given(wiring)
         _record(wiring)
@@ -184,7 +184,7 @@ def typed(variable: Variable, value: Any, where: str) -> Any:
 # --- connections -------------------------------------------------------------------------------------------------
 
 
-def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
+def linked(wiring: Wiring, target: str, connection: Connection) -> Link:
     where = f"[connections] {target} = {connection.source}"
     to, sink = wiring.variable(target, where)
     of, source = wiring.variable(connection.source, where)

@@ -9,7 +9,7 @@
 
 and from a measurement to its cause, `found = selflock.diagnose("rig.toml", ["log.csv"], out="out/diagnosis")`.
 
-Rooms: `selflock.fmus` (laws and FMUs), `selflock.master` (systems), `selflock.vehicle`, `selflock.study`, `selflock.diagnosis`,
+Rooms: `selflock.fmus` (laws and FMUs), `selflock.master` (systems), `selflock.vehicle`, `selflock.view`, `selflock.study`, `selflock.diagnosis`,
 `selflock.sweep`. The last word of a room's own is called as the room itself: `selflock.study("out")`, `selflock.sweep("chart.toml", "out")`.
 What is offered here is loaded when it is first asked for.
 """
@@ -26,10 +26,11 @@ if TYPE_CHECKING:
     from .packing import build
     from .study import study
     from .sweep import sweep
+    from .view import view
 
     __version__: str
 
-__all__ = ["__version__", "build", "calibrate", "diagnose", "errors", "load", "name", "replay", "run", "study", "sweep"]
+__all__ = ["__version__", "build", "calibrate", "diagnose", "errors", "load", "name", "replay", "run", "study", "sweep", "view"]
 
 _FROM = {
     "build": ("selflock.packing", "build"),
@@ -40,7 +41,7 @@ _FROM = {
     "replay": ("selflock.diagnosis", "replay"),
     "run": ("selflock.master", "run"),
 }
-_ROOMS = ("diagnosis", "errors", "examples", "fmus", "master", "study", "sweep", "vehicle")
+_ROOMS = ("diagnosis", "errors", "examples", "fmus", "master", "study", "sweep", "vehicle", "view")
 
 
 def __getattr__(name: str) -> Any:

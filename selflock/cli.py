@@ -110,10 +110,15 @@ def run(
     isolate: Annotated[
         bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")
     ] = False,
+    page: Annotated[Path | None, typer.Option("--view", help="Write a page to look at the run, too, such as run.html.")] = None,
 ) -> None:
     """Run a coupled system, or one FMU, and write the table of results."""
     from selflock.master import run as run_system
 
+    if page is not None:
+        from selflock.view import checked
+
+        checked(page)
     settings = _overrides(set_ or [])
     result = run_system(
         system,
@@ -130,6 +135,36 @@ def run(
         isolate=isolate,
     )
     say(result.summary())
+    if page is not None:
+        from selflock.view import view as write_page
+
+        say(f"Open {write_page(result, page)}")
+    else:
+        of = f" --system {system}" if result.path and result.path.suffix == ".csv" else ""
+        say(f"  see it: selflock view {result.path}{of}")
+
+
+@app.command()
+def view(
+    results: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="Results (.csv, .parquet), of ours or others; several are drawn over each other."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The page; beside the first result with the ending .html when not given.")
+    ] = None,
+    system: Annotated[
+        Path | None,
+        typer.Option("--system", help="The system that was run, for lengths, ground and limits that a .csv does not say."),
+    ] = None,
+    show: Annotated[
+        list[str] | None, typer.Option("--show", help="Columns drawn at first, such as 'rear_motor.*'; may be repeated.")
+    ] = None,
+) -> None:
+    """Write one page to look at results: what moves, any curves, peaks against limits. It needs no network."""
+    from selflock.view import view as write_page
+
+    say(f"Open {write_page(results, out, system, show or [])}")
 
 
 @app.command()

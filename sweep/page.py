@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 from matplotlib.figure import Figure as Plot
 
-from selflock.fmus.shown import literal, policy
+from selflock.fmus.shown import literal
+from selflock.view import page
 
 from . import charts
 from .analysis import sensitivity
@@ -53,25 +53,20 @@ def report(folder: str | Path) -> Path:
             literal(plot).savefig(buffer, dpi=130, metadata={"Software": None})
             (folder / "figures" / f"{name}.png").write_bytes(buffer.getvalue())
             section.images.append((base64.b64encode(buffer.getvalue()).decode(), round(96 * plot.get_figwidth())))
-    page = Environment(loader=PackageLoader("selflock.sweep", "."), autoescape=True).get_template("report.html.j2")
-    path = folder / "report.html"
-    path.write_text(
-        page.render(
-            policy=Markup(policy()),
-            name=study.name,
-            description=study.data.get("description", ""),
-            sections=sections,
-            total=len(table),
-            good=len(good),
-            failed=int((table["status"] == "failed").sum()),
-            missing=int((table["status"] == "missing").sum()),
-            fmus=about["fmus"],
-            versions=about["versions"],
-        ),
-        encoding="utf-8",
-        errors="backslashreplace",
+    return page.write(
+        folder / "report.html",
+        page.environment("selflock.sweep"),
+        "report.html.j2",
+        name=study.name,
+        description=study.data.get("description", ""),
+        sections=sections,
+        total=len(table),
+        good=len(good),
+        failed=int((table["status"] == "failed").sum()),
+        missing=int((table["status"] == "missing").sum()),
+        fmus=about["fmus"],
+        versions=about["versions"],
     )
-    return path
 
 
 def read_folder(folder: Path) -> tuple[Study, pd.DataFrame, dict]:

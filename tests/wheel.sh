@@ -9,7 +9,7 @@ trap 'rm -rf "$made"' EXIT
 quiet="--quiet --disable-pip-version-check"
 
 mkdir "$made/source" "$made/here"
-rooms="selflock fmus master vehicle study diagnosis sweep examples"
+rooms="selflock fmus master vehicle view study diagnosis sweep examples"
 (cd "$root" && cp -r pyproject.toml README.md LICENSE NOTICE $rooms "$made/source")  # no build/ from before
 "$python" -m pip $quiet wheel --no-deps --wheel-dir "$made" "$made/source"
 "$python" -m venv "$made/venv"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from . import kernel
-from .model import Model
+from .model import Geometry, Model
 
 ROOF = 0.09  # m, upper side of the drawn chassis above the line of the hinges
 VIEW = 2.0  # m of ground to either side
@@ -22,11 +23,7 @@ def posture(model: Model) -> dict[str, np.ndarray]:
     def at_chassis(points):
         return _moved(np.asarray(points, float) - (v["chassis_center_x"], v["chassis_center_y"]), cx, cy, pitch)
 
-    half = 0.5 * v["wheelbase"]
-    low, high, end = v["belly_height"], ROOF, half + g.pitch_radius
-    lines = {
-        "chassis": at_chassis([(-end, 0.0), (-half, low), (half, low), (end, 0.0), (half, high), (-half, high), (-end, 0.0)])
-    }
+    lines = {"chassis": at_chassis(plan(v, g))}
     turns = np.linspace(0.0, 2.0 * math.pi, 37)
     center = float(model.constants["holder_center"][0])
     for track, name in enumerate(("front", "rear")):
@@ -43,6 +40,13 @@ def posture(model: Model) -> dict[str, np.ndarray]:
     inside = (model.gx > x - VIEW) & (model.gx < x + VIEW)
     lines["ground"] = np.vstack([(x - VIEW, y[0]), np.column_stack([model.gx[inside], model.gy[inside]]), (x + VIEW, y[1])])
     return lines
+
+
+def plan(v: dict[str, Any], g: Geometry) -> list[list[float]]:
+    """The chassis' outline about the middle between the hinges, m."""
+    half = 0.5 * v["wheelbase"]
+    low, high, end = v["belly_height"], ROOF, half + g.pitch_radius
+    return [[-end, 0.0], [-half, low], [half, low], [end, 0.0], [half, high], [-half, high], [-end, 0.0]]
 
 
 def _moved(points: np.ndarray, x: float, y: float, angle: float) -> np.ndarray:

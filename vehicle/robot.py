@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..master.errors import DescriptionError, PartFailed
 from ..master.face import Part
 from . import munk
+from .drawing import drawing
 from .model import Geometry, Model
 from .parameters import INPUTS, VARIABLES, checked
 from .posture import posture
 from .tables import OUTPUTS
+
+if TYPE_CHECKING:
+    from ..master.about import Drawing
 
 
 class Robot(Part):
@@ -128,6 +132,10 @@ class Robot(Part):
     def posture(self) -> dict[str, np.ndarray]:
         """Polylines of shape (points, 2) in m to draw the robot with: chassis, holders, tracks, wheels, ground."""
         return posture(self.model)
+
+    def drawing(self) -> Drawing:
+        """Shapes that its outputs move, on its ground."""
+        return drawing(self.values)
 
     def save(self) -> Any:
         if not self.can_roll_back:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
-from selflock.fmus.shown import policy
 from selflock.master import ssp
 from selflock.master.dump import save as save_system
 from selflock.master.dump import toml
 from selflock.master.errors import DescriptionError, ResultError
+from selflock.view import page
 
 from ..output import figures
 from .fit import Calibrating
@@ -31,14 +31,7 @@ def write(result: Calibration, problem: Calibrating, out: Path) -> Path:
     result.files += [result.write(out).name, "report.html", "traces.png"]
     picture = base64.b64encode(traces(result, problem, out / "traces.png").read_bytes()).decode()
     tables = Markup(environment().get_template("tables.html.j2").render(result=result))
-    page = (
-        environment()
-        .get_template("report.html.j2")
-        .render(policy=Markup(policy()), result=result, picture=picture, tables=tables)
-    )
-    path = out / "report.html"
-    path.write_text(page, encoding="utf-8", errors="backslashreplace")
-    return path
+    return page.write(out / "report.html", environment(), "report.html.j2", result=result, picture=picture, tables=tables)
 
 
 def _shared(result: Calibration) -> list[FittedNumber]:

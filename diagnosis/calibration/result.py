@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from jinja2 import Environment, PackageLoader
+from jinja2 import Environment
 from markupsafe import Markup
 
 from selflock.fmus.shown import visible
+from selflock.view import page
 
 from ..rules import RULES
 
@@ -203,7 +204,7 @@ def pairs(names: list[str], like: np.ndarray) -> list[dict[str, Any]]:
 
 def environment() -> Environment:
     """Where the pages' templates are; whatever is put into them is escaped."""
-    made = Environment(loader=PackageLoader("selflock.diagnosis.calibration", "."), autoescape=True)
+    made = page.environment("selflock.diagnosis.calibration", strict=False)
     made.filters["num"] = lambda v: Markup("&ndash;") if v is None else f"{v:.5g}"
     made.filters["percent"] = lambda v: Markup("&ndash;") if v is None else f"{100.0 * v:.4g} %"
     return made

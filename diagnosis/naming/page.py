@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
 from selflock.fmus.correction import law
-from selflock.fmus.shown import policy
+from selflock.view import page
 
 from ..calibration.numbers import label
 from ..output import figures
@@ -31,12 +30,9 @@ def write(result: Naming, found: Search, out: Path) -> Path:
         pictures.insert(0, ("What is missing", curve(result.curve, found, out / "curve.png")))
     result.files += [path.name for _, path in pictures] + ["report.html", result.write(out).name]
     shown = [(title, base64.b64encode(path.read_bytes()).decode()) for title, path in pictures]
-    made = Environment(loader=PackageLoader("selflock.diagnosis.naming", "."), autoescape=True)
+    made = page.environment("selflock.diagnosis.naming", strict=False)
     made.filters["num"] = lambda v: Markup("&ndash;") if v is None else f"{v:.4g}"
-    page = made.get_template("naming.html.j2").render(policy=Markup(policy()), result=result, pictures=shown)
-    path = out / "report.html"
-    path.write_text(page, encoding="utf-8", errors="backslashreplace")
-    return path
+    return page.write(out / "report.html", made, "naming.html.j2", result=result, pictures=shown)
 
 
 def _own_shape(x: np.ndarray, y: np.ndarray, knots: np.ndarray, at: np.ndarray) -> np.ndarray:

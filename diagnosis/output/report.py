@@ -6,10 +6,8 @@ import base64
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, PackageLoader
-from markupsafe import Markup
 
-from selflock.fmus.shown import policy
+from selflock.view import page
 
 from ..data.faults import DataFault
 from ..judge.depends import Dependence
@@ -41,12 +39,12 @@ def write(
         "missing": figures.missing(mending, outcome, out / "missing.png", rng) if outcome and outcome.causes else None,
         "faults": figures.faults(experiment.original, faults, out / "faults.png"),
     }
-    environment = Environment(loader=PackageLoader("selflock.diagnosis.output", "."), autoescape=True)
-    environment.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
-    environment.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
+    environment = page.environment("selflock.diagnosis.output", strict=False)
     environment.filters["estimate"] = estimate
-    page = environment.get_template("report.html.j2").render(
-        policy=Markup(policy()),
+    return page.write(
+        out / "report.html",
+        environment,
+        "report.html.j2",
         rig=experiment.rig,
         result=result,
         says=SAYS["contrary" if result.causes and against(result.whole) else result.verdict],
@@ -57,9 +55,6 @@ def write(
         pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},
     )
-    path = out / "report.html"
-    path.write_text(page, encoding="utf-8", errors="backslashreplace")
-    return path
 
 
 def estimate(number: dict) -> str:

@@ -7,10 +7,8 @@ import json
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, PackageLoader
-from markupsafe import Markup
 
-from selflock.fmus.shown import policy
+from selflock.view import page
 
 from ..data.signals import SIGNALS
 from ..output import figures
@@ -25,12 +23,12 @@ def write(plan: NextRun, out: Path) -> None:
     table(plan).to_csv(out / "plan.csv", index=False, float_format="%.9g")
     (out / "plan.json").write_text(json.dumps(plan.data(), indent=2) + "\n")
     picture = base64.b64encode(expected(plan, out / "expected.png").read_bytes()).decode()
-    made = Environment(loader=PackageLoader("selflock.diagnosis.planning", "."), autoescape=True)
+    made = page.environment("selflock.diagnosis.planning", strict=False)
     made.filters["num"] = lambda v: f"{v:.4g}"
-    page = made.get_template("plan.html.j2").render(
-        policy=Markup(policy()), plan=plan, picture=picture, decided=plan.run.decided.tolist(), usual=plan.usual.decided.tolist()
-    )
-    (out / "report.html").write_text(page, encoding="utf-8", errors="backslashreplace")
+    page.write(
+        out / "report.html", made, "plan.html.j2", plan=plan, picture=picture,
+        decided=plan.run.decided.tolist(), usual=plan.usual.decided.tolist(),
+    )  # fmt: skip
     plan.files = ["plan.csv", "plan.json", "expected.png", "report.html"]
 
 

@@ -15,7 +15,7 @@ import selflock
 pytestmark = pytest.mark.slow  # the laws are compiled anew in the copy
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("fmus", "master", "vehicle", "study", "diagnosis", "sweep")
+ROOMS = ("fmus", "master", "vehicle", "view", "study", "diagnosis", "sweep")
 EXAMPLES = dict(re.findall(r"```python\n# (\S+\.py)\n(.*?)```", (ROOT / "docs/extending.md").read_text(), re.S))
 EFFECTS = [("motor", "windage"), ("sensor", "eccentricity")]
 

@@ -55,6 +55,18 @@ def test_what_was_set_is_what_runs(typed, tmp_path, ending):
     assert len(table) == 11 and table["motor.torque"].iloc[0] == 0.0 and units["gear.output_torque"] == "N.m"
 
 
+@pytest.mark.slow
+def test_a_run_names_the_command_that_shows_it_and_a_page_is_written(typed, tmp_path):
+    code, told, _ = typed("run", BENCH, "--stop", "0.005", "-o", tmp_path / "x.csv")
+    assert code == 0 and f"selflock view {tmp_path / 'x.csv'} --system {BENCH}" in "".join(told.split("\n"))
+    code, told, _ = typed("view", tmp_path / "x.csv", "--system", BENCH, "-o", tmp_path / "p.html")
+    assert code == 0 and "Open" in told and "gear locks itself" in (tmp_path / "p.html").read_text("utf-8")
+    code, told, _ = typed("run", BENCH, "--stop", "0.005", "-o", tmp_path / "x.csv", "--view", tmp_path / "q.html")
+    assert code == 0 and "weight" in (tmp_path / "q.html").read_text("utf-8")
+    code, _, told = typed("run", BENCH, "-o", tmp_path / "no.csv", "--view", "q.pdf")
+    assert code == 2 and "the page is an .html file" in told and not (tmp_path / "no.csv").exists()
+
+
 def test_one_fmu_runs_by_itself(typed, tmp_path, monkeypatch):
     from selflock.fmus.build import built
 

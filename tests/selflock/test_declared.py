@@ -20,6 +20,7 @@ EXTRAS = {
     "examples": [],
     "master": ["diagnosis"],  # compiled laws and loops, where numba is installed
     "vehicle": ["vehicle"],
+    "view": [],
     "study": ["vehicle"],
     "diagnosis": ["diagnosis"],
     "sweep": ["sweep"],

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("fmus", "master", "vehicle", "study", "diagnosis", "sweep", "examples")
+ROOMS = ("fmus", "master", "vehicle", "view", "study", "diagnosis", "sweep", "examples")
 
 
 def modules():

@@ -18,6 +18,7 @@ FLOORS = (
     ("selflock.fmus", "selflock.rooms"),
     ("selflock.master",),
     ("selflock.vehicle",),
+    ("selflock.view",),
     ("selflock.study",),
     ("selflock.sweep", "selflock.diagnosis.errors", "selflock.diagnosis.rules"),
     ("selflock.diagnosis.data",),

@@ -1,0 +1,82 @@
+"""The page in a real browser: it opens, plays, is picked from, zoomed, and nothing is cut or complained of."""
+
+import pytest
+
+from selflock.vehicle import Robot
+from selflock.view import view
+
+pytestmark = pytest.mark.slow
+
+OUTSIDE = """[...document.querySelectorAll('main *')].filter(e => !e.closest('.wide, .stage, .plot, details:not([open])'))
+    .filter(e => { const r = e.getBoundingClientRect(); return r.width && (r.left < -1 || r.right > innerWidth + 1); })
+    .map(e => e.outerHTML.slice(0, 80))"""
+INKED = """[...document.querySelectorAll('canvas')].every(c => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+    return d.some((v, k) => k % 4 === 3 && v > 0); })"""
+
+
+@pytest.fixture
+def page(write, rolling, tmp_path):
+    said = {"system": "a robot that rolls", "drawings": {"robot": Robot("robot", ground="stairs:0.1,0.3,3,0.8").drawing()}}
+    return view([write("a.parquet", rolling(), said), write("b.parquet", rolling(0.1), said)], tmp_path / "p.html")
+
+
+@pytest.mark.parametrize("width, dark", [(360, False), (1400, True)])
+def test_it_opens_and_nothing_is_cut(tab, page, width, dark):
+    shown = tab(page, width=width, dark=dark)
+    assert shown.js("document.documentElement.scrollWidth") == width
+    assert shown.js(OUTSIDE) == []
+    assert shown.js(INKED)
+    assert shown.js("document.querySelector('.legend').textContent").count("N·m") == 3  # the axis, and a number of each run
+    assert shown.complaints() == []
+
+
+def test_it_plays_and_steps_by_keys(tab, page):
+    shown = tab(page)
+    shown.key(" ", " ")
+    shown.js("new Promise(done => { const wait = () => board.time > 0.05 ? done() : requestAnimationFrame(wait); wait(); })")
+    shown.key(" ", " ")
+    assert not shown.js("board.playing") and shown.js("document.querySelector('.play').textContent").endswith("Play")
+    shown.key("Home")
+    assert shown.js("board.time") == 0.0
+    shown.key("ArrowRight")
+    assert shown.js("board.time") == pytest.approx(0.02)
+    assert shown.js("document.querySelector('.bar output').textContent") == "0.02 s"
+    shown.key("End")
+    assert shown.js("Number(document.querySelector('.bar input').value)") == 1000
+    assert shown.complaints() == []
+
+
+def test_curves_are_picked_zoomed_and_read(tab, page):
+    shown = tab(page)
+    shown.key("/")
+    shown.call("Input.insertText", text="chassis y")
+    assert shown.js("[...document.querySelectorAll('.picker label')].filter(l => l.offsetParent).map(l => l.textContent)") == [
+        "chassis_ym"
+    ]
+    shown.js("[...document.querySelectorAll('.picker label')].find(l => l.offsetParent).click()")
+    told = shown.js("document.querySelector('.curves').textContent")
+    assert "length in m" in told and "robot.chassis_y 0.06 m" in told
+    shown.js("document.activeElement.blur()")
+    x, y, w, h = shown.js("(r => [r.x, r.y, r.width, r.height])(document.querySelector('.plot').getBoundingClientRect())")
+    inside = w - 68  # beside the axis
+    at = lambda share: x + 58 + share * inside
+    shown.mouse("mouseMoved", at(0.25), y + h / 2)
+    assert shown.js("board.hover") == pytest.approx(0.5, abs=0.01)
+    shown.mouse("mousePressed", at(0.25), y + h / 2, True)
+    shown.mouse("mouseMoved", at(0.5), y + h / 2, True)
+    shown.mouse("mouseReleased", at(0.5), y + h / 2, True)
+    assert shown.js("board.view") == pytest.approx([0.5, 1.0], abs=0.01)
+    shown.key("0", "0")
+    assert shown.js("board.view") == [0, 2]
+    shown.mouse("mousePressed", at(0.75), y + h / 2, True)
+    shown.mouse("mouseReleased", at(0.75), y + h / 2, True)
+    assert shown.js("board.time") == pytest.approx(1.5, abs=0.01)
+    assert shown.complaints() == []
+
+
+def test_no_name_runs(tab, write, hostile, rolling):
+    columns = {name.replace("drive", hostile): (hostile if "drive" in name else unit, x) for name, (unit, x) in rolling().items()}
+    shown = tab(view(write("a.parquet", columns, {"system": hostile}), show=["*torque"]), width=360)
+    assert not shown.js("document.documentElement.dataset.owned") and not shown.js("document.images.length")
+    assert hostile in shown.js("document.querySelector('.legend').textContent")
+    assert shown.complaints() == []

@@ -1,0 +1,74 @@
+"""The one page of the house: its head, its style, its policy. Study, sweep, diagnosis and view fill it.
+
+A page's template begins with `{% extends "page.html.j2" %}` and has the blocks `title`, `body` and, where it must, `style`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Undefined
+from markupsafe import Markup, escape
+
+from selflock.fmus.shown import policy
+
+HERE = Path(__file__).parent
+POWER, RAISED = re.compile(r"([A-Za-z])(-?\d+)"), str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SCRIPT = ("data.js", "stage.js", "curves.js", "viewer.js")  # of a page with moving pictures and curves, in this order
+
+
+def environment(package: str, strict: bool = True) -> Environment:
+    """Templates of a package of ours, with the page that they extend. What they are given is escaped; not strict: may be missing."""
+    loader = ChoiceLoader([PackageLoader(package, "."), PackageLoader("selflock.view", ".")])
+    made = Environment(
+        loader=loader, undefined=StrictUndefined if strict else Undefined, autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
+    made.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
+    made.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
+    made.filters["unit"] = pretty
+    made.filters["number"] = number
+    made.filters["breaks"] = breaks
+    return made
+
+
+def pretty(unit: str) -> str:
+    """A unit as it is read: N·m/s² for N.m/s2."""
+    text = unit.replace(".", "·") if unit != "Ohm" else "Ω"
+    return POWER.sub(lambda found: found[1] + found[2].translate(RAISED), text)
+
+
+def breaks(name: str) -> Markup:
+    """A name that may go on in the next line behind its dots and underscores."""
+    return Markup(re.sub("([._])", r"\1<wbr>", str(escape(name))))
+
+
+def number(value: float) -> str:
+    """Four digits, as the script writes them."""
+    text = f"{value:.4g}"
+    if "e" in text and 1e4 <= abs(value) < 1e6:
+        text = f"{value:.0f}"
+    mantissa, e, power = text.replace("-", "−").partition("e")
+    return f"{mantissa}·10{str(int(power.replace('−', '-'))).translate(RAISED)}" if e else mantissa
+
+
+def write(path: Path, made: Environment, template: str, data: dict[str, Any] | None = None, **words: Any) -> Path:
+    """Render a page into a file. `data`: what its curves are drawn from (selflock.view.shown); none, and it runs no script."""
+    script = viewer(data) if data is not None else ""
+    html = made.get_template(template).render(
+        policy=Markup(policy(script) if script else policy()),
+        page_style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
+        page_script=Markup(script),
+        **words,
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(html, encoding="utf-8", errors="backslashreplace")
+    return path
+
+
+def viewer(data: dict[str, Any]) -> str:
+    """The script with its data inside. No text in it ends the script's element, or leaves UTF-8."""
+    carried = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return f"const D = {carried};\n" + "\n".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPT)

@@ -58,6 +58,7 @@ class Component(Plain):
     step: float = 0.0  # its own step in s; 0: the communication step
     tolerance: float | None = None  # of its own solver, relative; 0: none is told; None: as [run] fmu_tolerance
     start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
+    interface: str = ""  # of its FMU: "cs", "me" or "se"; "": co-simulation where it has that, else model exchange
     process: bool = False  # in a process of its own
     isolate: bool = False  # in one with limits and without rights (docs/security.md)
     step_timeout: float = 0.0  # s of wall time for a step of a process; 0: 60 s where isolated, else for ever

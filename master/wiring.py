@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Any
@@ -80,7 +80,8 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
     try:
         for name, component in system.components.items():
             kept = keep.pop(name, None) if keep else None
-            wiring.parts[name] = kept or make(name, component, system)
+            mine = {split[1]: value for key, value in settings.items() if (split := system.split(key, "settings"))[0] == name}
+            wiring.parts[name] = kept or make(name, replace(component, start=component.start | mine), system)
             if kept:
                 kept.reset()
         _values(wiring, settings)
@@ -108,8 +109,8 @@ def make(name: str, component: Component, system: System) -> Part:
     if component.part:
         if component.isolate or component.step_timeout:
             raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")
-        if component.tolerance is not None:
-            raise DescriptionError(f"{where}: tolerance is for FMUs, which have solvers of their own.")
+        if component.tolerance is not None or component.interface:
+            raise DescriptionError(f"{where}: tolerance and interface are for FMUs, which have solvers and interfaces of their own.")
         kind = load_part(component.part, where, system.allow_code)
         try:
             part = kind(name, **component.options)
@@ -121,20 +122,24 @@ def make(name: str, component: Component, system: System) -> Part:
                 "only what it does otherwise."
             )
         return part
+    from .anybody import part_of
     from .binary import open_fmu
-    from .fmu import FmuPart
 
     path = fmu_path(component, system)
     isolate, limit = component.isolate or system.isolate, component.step_timeout
     if not 0.0 <= limit < 1e9:
         raise DescriptionError(f"{where} step_timeout = {limit:g}: a time in s is wanted here.")
     tolerance = _tolerance(where, component, system)
-    apart = component.process or isolate or limit > 0.0
-    if apart or open_fmu(path, system.unlimited).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+    binary = open_fmu(path, system.unlimited)
+    try:
+        _, way = binary.interface(component.interface)
+    except DescriptionError as error:
+        raise DescriptionError(f"{where}: {error}") from None
+    if component.process or isolate or limit > 0.0 or way.canBeInstantiatedOnlyOncePerProcess:
         from .process import ProcessPart
 
-        return ProcessPart(name, path, system.unlimited, isolate, limit, tolerance)
-    return FmuPart(name, path, tolerance)
+        return ProcessPart(name, path, system.unlimited, isolate, limit, tolerance, component.interface, component.start)
+    return part_of(name, path, tolerance, component.interface, component.start)
 
 
 def _tolerance(where: str, component: Component, system: System) -> float | None:

@@ -53,7 +53,7 @@ def _fmu(path: Path, limit: int | None) -> Iterator[str]:
     import fmpy
 
     from selflock.master.binary import open_fmu
-    from selflock.master.fmu import variables_of
+    from selflock.master.described import variables_of
 
     binary = open_fmu(path)
     d, cs = binary.description, binary.description.coSimulation
@@ -156,7 +156,7 @@ def _variables(system: System, name: str) -> dict[str, Variable]:
     """What a component says of its variables; no code of others is loaded."""
     from selflock.master.binary import open_fmu
     from selflock.master.code import load_part
-    from selflock.master.fmu import variables_of
+    from selflock.master.described import variables_of
     from selflock.master.manoeuvre import Manoeuvre
     from selflock.master.wiring import fmu_path
 

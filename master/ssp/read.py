@@ -24,7 +24,7 @@ from lxml import etree
 
 from ...fmus.units import Unit
 from ..errors import DescriptionError
-from ..fmu import units_of
+from ..described import units_of
 from .archive import ANNOTATION, inside, opened, parse, sound, tag, unpack
 from .flat import Affine, Flat, Joint, Named, Port, conversion_of
 from .values import Items, as_item, enumerations_in, is_number, items_of, transform, unit_of, units_in, value_of

@@ -165,8 +165,11 @@ def _face(
         causality = "local"  # the master ticks it
     array = bool(shapes[v.name])
     starts = str(v.start).split() if array and v.start is not None and type_ != "String" else [v.start]
+    count = math.prod(shapes[v.name])
+    if array and len(starts) != count:  # one for all, or those of another size than is asked for
+        starts = starts * count if len(starts) == 1 and type_ != "String" else [None] * count
     for name, index in _elements(v, shapes):
-        text = starts[index] if index < len(starts) else starts[0] if len(starts) == 1 and type_ != "String" else None
+        text = starts[index]
         start = _start(type_, text)
         if v.type == "Clock":
             start = False if causality == "input" else None

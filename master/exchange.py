@@ -51,16 +51,16 @@ class Exchange(Fmu):
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self.now = start
         self._length = (stop - start) if stop is not None and stop > start else math.inf
+        self._solved = self._tolerance or TOLERANCE
+        if not self._asked:
+            self._tolerance = self._solved = min(self._solved, TOLERANCE)  # the FMU is told it, too
         super().enter_initialization(start, stop)
 
     def _finish_initialization(self) -> None:
         super()._finish_initialization()
         self.states, self.roots = self._count()
-        told = self._tolerance if 0.0 < self._tolerance else TOLERANCE
-        if not self._asked:
-            told = min(told, TOLERANCE)
         self._close_solver()
-        self._solver = Solver(max(self.states, 1), self.roots, self._derivatives, self._indicators, told)
+        self._solver = Solver(max(self.states, 1), self.roots, self._derivatives, self._indicators, self._solved)
         self._solver.longest(self._length / SHARE)
         self._x, self._nominals = np.ones(max(self.states, 1)), np.ones(max(self.states, 1))
         self._z, self._z_new = np.zeros(self.roots), np.zeros(self.roots)

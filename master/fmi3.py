@@ -82,7 +82,7 @@ class Fmi3(Fmu):
         if self._sizes:
             self._call("EnterConfigurationMode")
             for name, value in self._sizes.items():
-                if (status := self._put(name, value)) > WARNING:
+                if (status := super()._put(name, value)) > WARNING:
                     self._fail(status, self._named("Set", self._places[name].kind))
             self._call("ExitConfigurationMode")
 

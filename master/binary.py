@@ -25,7 +25,8 @@ from fmpy.model_description import InterfaceType, ModelDescription
 
 from . import archive
 from .described import chosen, offered
-from .errors import DescriptionError
+from .errors import DescriptionError, warn
+from .reading import read_description
 
 LINES_KEPT = 50
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
@@ -95,12 +96,16 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
         raise DescriptionError(f"{path} is a zip file but no FMU: it has no modelDescription.xml.")
     what = f"The modelDescription.xml of {path}"
     version = archive.root_of(folder / "modelDescription.xml", what, unlimited).get("fmiVersion", "")
-    if version not in VERSIONS and not version.startswith("3.0."):
-        raise DescriptionError(f"{path} is FMI {version or 'of no version'}; FMI {', '.join(VERSIONS[:-1])} and 3.0 are coupled here.")
+    if version not in VERSIONS and not version.startswith(("2.0.", "3.0.")):
+        raise DescriptionError(
+            f"{path} is FMI {version or 'of no version'}; FMI {', '.join(VERSIONS[:-1])} and 3.0 are coupled here."
+        )
     try:
-        description = fmpy.read_model_description(str(folder), validate=False)
+        description, mended = read_description(folder)
     except Exception as error:  # whatever a parser meets in a foreign file
         raise DescriptionError(f"{what} cannot be understood: {error}") from None
+    for note in mended:
+        warn(f"{path}: {note}")
     has = offered(description)
     if not has:
         raise DescriptionError(f"{path} is for nothing: its modelDescription.xml names neither co-simulation nor model exchange.")

@@ -110,5 +110,5 @@ class Ticks:
         return [(clock.first, clock.count, clock.next) for clock in self.clocks]
 
     def restore(self, state: list[tuple[float, int, float]]) -> None:
-        for clock, (clock.first, clock.count, clock.next) in zip(self.clocks, state):
-            pass
+        for clock, known in zip(self.clocks, state):
+            clock.first, clock.count, clock.next = known

@@ -147,9 +147,7 @@ def _kind(v: ModelVariable, described: ModelDescription) -> str:
     return "Int64" if described.fmiMajorVersion == 3 else "Integer"
 
 
-def _face(
-    v: ModelVariable, depends_on: tuple[str, ...] | None, shapes: Mapping[str, tuple[int, ...]]
-) -> Iterator[Variable]:
+def _face(v: ModelVariable, depends_on: tuple[str, ...] | None, shapes: Mapping[str, tuple[int, ...]]) -> Iterator[Variable]:
     type_ = TYPES.get(v.type or "", "Integer" if v.type in WHOLE else v.type or "")
     declared = v.declaredType
 
@@ -164,7 +162,7 @@ def _face(
     if v.type == "Clock" and causality == "input" and v.intervalVariability != "triggered":
         causality = "local"  # the master ticks it
     array = bool(shapes[v.name])
-    starts = str(v.start).split() if array and v.start is not None and type_ != "String" else [v.start]
+    starts: list[Any] = str(v.start).split() if array and v.start is not None and type_ != "String" else [v.start]
     count = math.prod(shapes[v.name])
     if array and len(starts) != count:  # one for all, or those of another size than is asked for
         starts = starts * count if len(starts) == 1 and type_ != "String" else [None] * count

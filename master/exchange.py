@@ -48,6 +48,11 @@ class Exchange(Fmu):
 
     # --- life ----------------------------------------------------------------------------------------------------
 
+    def _instantiate(self) -> None:
+        for name in ("SetTime", "EnterEventMode", "EnterContinuousTimeMode"):
+            self._function(self.standard + name)  # found out now, not in the midst of a run
+        super()._instantiate()
+
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self.now = start
         self._length = (stop - start) if stop is not None and stop > start else math.inf
@@ -125,6 +130,11 @@ class Exchange(Fmu):
             self._fail(status, f"{self.standard}SetContinuousStates")
 
     # --- events --------------------------------------------------------------------------------------------------
+
+    events = True
+
+    def _changed(self, inputs: Sequence[Block]) -> None:
+        self._event(inputs)
 
     def _event(self, inputs: Sequence[Block] = ()) -> None:
         """An event here and now."""
@@ -265,6 +275,7 @@ class ModelExchange2(Exchange, Fmi2):
         return super()._together(way, name), way == "Set" and self.variables[name].variability != "continuous"
 
     def _settle(self, inputs: Sequence[Block] = ()) -> Update:
+        self._take_waiting()
         for block in inputs:
             self._exchange_in(block)
         whole = Update(False, False, False, False, math.inf)

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
-from fmpy import fmi3
 
 from . import binary
 from .clocks import Ticks, clocks_in
@@ -109,7 +108,11 @@ class Fmi3(Fmu):
         if name in self._sizes and self._sizes[name] == value:
             return WARNING  # it has it
         start = self.variables[name].start
-        if any(d.valueReference == self._places[name].reference for v in self._binary.description.modelVariables for d in v.dimensions):
+        if any(
+            d.valueReference == self._places[name].reference
+            for v in self._binary.description.modelVariables
+            for d in v.dimensions
+        ):
             if value == self._sizes.get(name, start):
                 return WARNING
             raise DescriptionError(
@@ -180,10 +183,6 @@ class Fmi3(Fmu):
     def _news(self, block: Block) -> bool:
         return bool(self.u[block.first] > 0.5) if block.kind == CLOCK else block.renewed()
 
-    def _changed(self, inputs: Sequence[Block]) -> None:
-        """Take in discrete inputs that changed, as an event."""
-        raise NotImplementedError
-
     def read(self) -> None:
         if self._ticked:
             for block in self._reads:
@@ -229,6 +228,7 @@ class Fmi3(Fmu):
 
     def _settle(self, inputs: Sequence[Block] = ()) -> Update:
         """In event mode: take in inputs, let clocks tick that are due, iterate until nothing changes any more."""
+        self._take_waiting()
         ticks = []
         for block in inputs:
             if block.kind != CLOCK:
@@ -287,9 +287,7 @@ class CoSimulation3(Fmi3):
         flags = c_bool(False), c_bool(True), c_bool(self.events), c_bool(early)
         self._event, self._ended, self._early = c_bool(False), c_bool(False), c_bool(False)
         self._reached = c_double(0.0)
-        return instantiate(
-            name, token, resources, *flags, None, c_size_t(0), c_void_p(self._number), binary._hear3, binary._pass
-        )
+        return instantiate(name, token, resources, *flags, None, c_size_t(0), c_void_p(self._number), binary._hear3, binary._pass)
 
     def _finish_initialization(self) -> None:
         super()._finish_initialization()
@@ -363,6 +361,7 @@ class Scheduled(Fmi3):
         self._run_due(self.now)
 
     def _changed(self, inputs: Sequence[Block]) -> None:
+        self._take_waiting()
         for block in inputs:
             if block.kind != CLOCK:
                 self._exchange_in(block)

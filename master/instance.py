@@ -42,6 +42,7 @@ class Fmu(Part):
     """
 
     standard: ClassVar[str]  # in front of the names of its functions
+    events = False  # once it runs, what is discrete is set in event mode
     kinds: ClassVar[Mapping[str, tuple[Any, Any]]]  # by the names of types there: the C type, and numpy's for exchange
 
     def __init__(
@@ -75,6 +76,8 @@ class Fmu(Part):
         self.units = units_of(described)
         self._writes: list[Block] = []
         self._reads: list[Block] = []
+        self._held: dict[str, Any] = {}  # single values that were set while it runs
+        self._waiting: dict[str, Any] = {}  # those of them for the event that is to come
         self._arrays: dict[int, Any] = {}  # by reference: what an array that was set holds
         self._time, self._size, self._free = c_double(0.0), c_double(0.0), c_int(1)
         self._instance = c_void_p()
@@ -178,6 +181,7 @@ class Fmu(Part):
         self._call("Reset")
         self._alive, self._given, self.untaken = False, {}, {}
         self._arrays.clear()
+        self._held.clear()
         self.ends.clear()
 
     def _over(self) -> bool:
@@ -201,6 +205,24 @@ class Fmu(Part):
     # --- single values -------------------------------------------------------------------------------------------
 
     def set(self, name: str, value: Any) -> None:
+        discrete = self.events and self._alive and self.variables[name].variability != "continuous"
+        if discrete and name in self._held and self._held[name] == value:
+            return
+        if discrete and not self._over():
+            self._held[name] = self._waiting[name] = value
+            return self._changed(())
+        self._set_now(name, value)
+
+    def _changed(self, inputs: Sequence[Block]) -> None:
+        """Take in discrete inputs that changed, as an event."""
+        raise NotImplementedError
+
+    def _take_waiting(self) -> None:
+        for name, value in self._waiting.items():
+            self._set_now(name, value)
+        self._waiting.clear()
+
+    def _set_now(self, name: str, value: Any) -> None:
         status = self._put(name, value)
         if status > WARNING:
             self._fail(status, self._named("Set", self._places[name].kind))
@@ -239,7 +261,11 @@ class Fmu(Part):
         """The values of an array, as they were set or start: what its other elements are when one is set."""
         if place.reference not in self._arrays:
             stem = name[: name.rindex("[")]
-            mine = [(p.index, self.variables[n].start) for n, p in self._places.items() if p.reference == place.reference and n.startswith(f"{stem}[")]
+            mine = [
+                (p.index, self.variables[n].start)
+                for n, p in self._places.items()
+                if p.reference == place.reference and n.startswith(f"{stem}[")
+            ]
             starts = [start for _, start in sorted(mine)]
             if any(start is None for start in starts):
                 status, starts = self._get(place.kind, place.reference, place.count)
@@ -353,6 +379,7 @@ class Fmu(Part):
 
     def restore(self, state: Any) -> None:
         self.ends.clear()
+        self._held.clear()
         self._call(self.state_names[1], state.pointer)
 
 
@@ -379,7 +406,7 @@ class Block:
         self.name = part._named(way, self.kind)
         self.function = part._function(self.name)
         dtype = np.dtype(part.kinds[self.kind][1])
-        self.real = dtype == float and not array  # the C call works on `u` or `y` itself
+        self.real = dtype == np.float64 and not array  # the C call works on `u` or `y` itself
         self._references = np.array([place.reference for place in places[: 1 if array else None]], dtype=np.uint32)
         self.own: np.ndarray
         if self.real:
@@ -394,9 +421,9 @@ class Block:
         at = [place.index for place in places] if array else range(count)
         self.copies = [] if self.real else [(first + k, place) for k, place in enumerate(at)]  # (in `u` or `y`, in `own`)
         self.wide = way == "Get" and dtype.kind in "iu" and dtype.itemsize == 8
-        convert = float if dtype.kind == "f" else int
+        convert: Any = float if dtype.kind == "f" else int
         arguments = self.references, self.count, self.pointer, *part._counted(len(self.own))
-        self.call = self.function, arguments, self.copies, view(values), self.own.data, convert, self.name
+        self.call: tuple[Any, ...] = self.function, arguments, self.copies, view(values), self.own.data, convert, self.name
         self.discrete = part.variables[names[0]].variability != "continuous"
         self.last: np.ndarray | None = None
         self._values = values[first : first + count]
@@ -424,5 +451,3 @@ def _same(given: Any, taken: Any) -> bool:
     if not isinstance(taken, float):
         return given == taken
     return given == taken or abs(given - taken) <= SINGLE * abs(given)
-
-

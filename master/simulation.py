@@ -66,7 +66,9 @@ def run(
     if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
         system = replace(single(system, unlimited, stop, step, interface or ""), isolate=isolate)
     elif interface:
-        raise DescriptionError("interface is said of one FMU; a system says it of its components: interface = under [components.NAME].")
+        raise DescriptionError(
+            "interface is said of one FMU; a system says it of its components: interface = under [components.NAME]."
+        )
     elif not isinstance(system, System):
         system = system_of(system, allow_code, unlimited, isolate)
     else:

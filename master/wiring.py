@@ -110,7 +110,9 @@ def make(name: str, component: Component, system: System) -> Part:
         if component.isolate or component.step_timeout:
             raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")
         if component.tolerance is not None or component.interface:
-            raise DescriptionError(f"{where}: tolerance and interface are for FMUs, which have solvers and interfaces of their own.")
+            raise DescriptionError(
+                f"{where}: tolerance and interface are for FMUs, which have solvers and interfaces of their own."
+            )
         kind = load_part(component.part, where, system.allow_code)
         try:
             part = kind(name, **component.options)
@@ -177,6 +179,8 @@ def _values(wiring: Wiring, settings: dict[str, Any]) -> None:
 
 def typed(variable: Variable, value: Any, where: str) -> Any:
     """`value`, which may be text, as the variable's type wants it, checked against its range."""
+    if variable.sized == "Clock" and variable.causality != "input":
+        raise DescriptionError(f"{where}: a clock that ticks by time, or that the FMU itself ticks, cannot be set.")
     computed = variable.causality in ("calculatedParameter", "independent") or variable.variability == "constant"
     if computed or (variable.causality == "output" and variable.initial not in STARTING):
         raise DescriptionError(f"{where}: an {variable.causality} is computed, it cannot be set.".replace("an calc", "a calc"))
@@ -199,8 +203,9 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
         )
     if source.causality in ("input", "parameter"):
         raise DescriptionError(f"{where}: {connection.source} is an {source.causality}, not an output.".replace("an p", "a p"))
-    if source.type not in FITS[sink.type]:
-        raise DescriptionError(f"{where}: {source.type} does not fit into {sink.type}.")
+    if source.type not in FITS[sink.type] or (source.sized == "Binary") != (sink.sized == "Binary"):
+        kinds = ("Binary" if v.sized == "Binary" else v.type for v in (source, sink))
+        raise DescriptionError(f"{where}: {' does not fit into '.join(kinds)}.")
     changes = gain, shift = float(connection.factor), float(connection.offset)
     if sink.type in ("Boolean", "String") and changes != (1.0, 0.0):
         raise DescriptionError(f"{where}: {target} is a {sink.type}, factor and offset have no meaning there.")

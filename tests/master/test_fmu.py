@@ -120,11 +120,9 @@ def test_files_that_are_no_fmu_for_us(tmp_path, native, refused):
         broken(tmp_path / "bare.fmu", good, without="binaries"): "no binary for this machine",
         broken(tmp_path / "xml.fmu", good, description=lambda text: text[:200]): "cannot be understood",
         broken(
-            tmp_path / "three.fmu", good, description=lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion="3.0"')
-        ): "is FMI 3.0",
-        broken(
-            tmp_path / "me.fmu", good, description=lambda t: t.replace("CoSimulation", "ModelExchange")
-        ): "model exchange only",
+            tmp_path / "three.fmu", good, description=lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion="3.1"')
+        ): "is FMI 3.1",
+        broken(tmp_path / "me.fmu", good, description=lambda t: t.replace("CoSimulation", "ModelExchange")): "lacks fmi2",
         broken(
             tmp_path / "lib.fmu", good, description=lambda t: t.replace('Identifier="relaxation"', 'Identifier="other"')
         ): "named after its modelIdentifier",

@@ -30,7 +30,8 @@ typedef struct {
 } Model;
 
 static void defaults(Model *m) {
-    *m = (Model){.interface = m->interface, .events = m->events, .early = m->early, .n = 2, .ends_at = 1e9, .kind = 1, .next = 0.1, .word = "plain"};
+    *m = (Model){.interface = m->interface, .events = m->events, .early = m->early, .n = 2, .ends_at = 1e9, .kind = 1, .next = 0.1,
+                 .word = "plain", .bytes = "foo", .length = 3};
     for (int i = 0; i < MOST; i++) m->k[i][i] = 1;
 }
 static Model *made(fmi3String token, char interface, bool events, bool early) {

@@ -214,7 +214,7 @@ def test_log_lines_find_their_instance_with_or_without_its_environment(counter):
     from selflock.master import binary
 
     parts = [FmuPart(name, counter) for name in ("one", "two")]
-    binary._hear(parts[0]._callbacks.componentEnvironment, b"whoever", 1, b"", b"hot")
+    binary._hear(parts[0]._number, b"whoever", 1, b"", b"hot")
     binary._hear(None, b"two", 3, b"", "zu heiß".encode())
     binary._hear(None, b"three", 3, b"", b"nobody's")
     assert list(parts[0].log) == ["Warning: hot"] and list(parts[1].log) == ["Error: zu heiß"]

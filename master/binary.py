@@ -215,11 +215,6 @@ def _hear3(environment, status, category, message):
     _hear_line(environment, b"", status, message)
 
 
-@fmi3.fmi3IntermediateUpdateCallback
-def _pass(*_):
-    """Intermediate update: nothing is wanted of it. There are FMUs that call it without looking whether it is there."""
-
-
 @fmi3.fmi3ClockUpdateCallback
 def _clock_update(_):
     """A clock of scheduled execution has news: they are asked after each partition anyway."""

@@ -70,7 +70,9 @@ class Ticks:
             told = clock.interval if clock.interval is not None else self._told("GetIntervalDecimal", clock)
             if clock.variability in PERIODIC and (told is None or not told > 0.0):
                 return clock.name
-            shift = clock.shift if clock.shift is not None else self._told("GetShiftDecimal", clock) or 0.0
+            shift = clock.shift or 0.0
+            if clock.shift is None and clock.interval is None:
+                shift = self._told("GetShiftDecimal", clock) or 0.0
             clock.first = clock.next = start + shift
             if clock.variability in PERIODIC:
                 clock.interval = told

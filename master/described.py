@@ -18,6 +18,7 @@ from fmpy.model_description import BaseUnit, InterfaceType, ModelDescription, Mo
 from ..fmus.units import BASES, Unit
 from ..fmus.variable import CAUSALITIES, WHOLE, Variable
 from .errors import DescriptionError
+from .system import check_choice
 
 INTERFACES = {"cs": "coSimulation", "me": "modelExchange", "se": "scheduledExecution"}
 SAID = {"cs": "co-simulation", "me": "model exchange", "se": "scheduled execution"}
@@ -45,8 +46,8 @@ def offered(described: ModelDescription) -> dict[str, InterfaceType]:
 def chosen(described: ModelDescription, path: Any, wanted: str = "") -> str:
     """The interface to couple it by: the wanted one, else the first. Raises DescriptionError."""
     has = offered(described)
-    if wanted and wanted not in INTERFACES:
-        raise DescriptionError(f'interface = "{wanted}" is unknown; choose from: {", ".join(INTERFACES)}.')
+    if wanted:
+        check_choice("interface", wanted, INTERFACES)
     if wanted and wanted not in has:
         raise DescriptionError(f"{path} is not for {SAID[wanted]} ({wanted}); it is for {', '.join(SAID[one] for one in has)}.")
     return wanted or next(iter(has))

@@ -287,7 +287,9 @@ class CoSimulation3(Fmi3):
         flags = c_bool(False), c_bool(True), c_bool(self.events), c_bool(early)
         self._event, self._ended, self._early = c_bool(False), c_bool(False), c_bool(False)
         self._reached = c_double(0.0)
-        return instantiate(name, token, resources, *flags, None, c_size_t(0), c_void_p(self._number), binary._hear3, binary._pass)
+        nothing = (c_uint * 1)(), c_size_t(0)  # intermediate variables
+        log = c_void_p(self._number), binary._hear3
+        return instantiate(name, token, resources, *flags, *nothing, *log, None)  # and no intermediate update
 
     def _finish_initialization(self) -> None:
         super()._finish_initialization()

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from fmpy.model_description import ModelDescription
+from fmpy.model_description import InterfaceType, ModelDescription
 
 from ..fmus.variable import INTEGERS, WHOLE
 from .binary import open_fmu
@@ -33,7 +33,8 @@ def single(
 
     interface: "cs", "me" or "se", where it has several. Without an output its continuous states are recorded, without those
     its local numbers.
-    stop, step: in place of the experiment's. An experiment without a stop lasts 1 s; without a step it has 1000, and one
+    stop, step: in place of the experiment's. An experiment without a stop lasts 1 s; without a step it has 1000,
+    or fewer that are multiples of the step inside the FMU, and one
     that is no multiple of its step a shorter step.
     """
     path = Path(path).absolute()
@@ -45,12 +46,18 @@ def single(
     stop = stop if stop is not None else told["stopTime"] if told["stopTime"] is not None else start + 1.0
     length = stop - start
     if step is None:
-        step = told["stepSize"] or length / POINTS
+        step = told["stepSize"] or _internal(way, length / POINTS)
         step = length / max(1, math.ceil(length / step - 1e-6)) if length > 0.0 and step > 0.0 else 1e-3
     name = way.modelIdentifier or path.stem
     run = Run(start=start, stop=stop, step=step, open_inputs=True, record=[f"{name}.{one}" for one in _shown(description)])
     components = {name: Component(fmu=str(path), interface=interface)}
     return System(name, folder=path.parent, run=run, components=components, unlimited=unlimited, alone=name)
+
+
+def _internal(way: InterfaceType, about: float) -> float:
+    """A step of about that length: a multiple of the FMU's own, where it says one."""
+    own = number_of(getattr(way, "fixedInternalStepSize", None)) or 0.0
+    return own * math.ceil(about / own - 1e-6) if own > 0.0 else about
 
 
 def _shown(description: ModelDescription) -> list[str]:

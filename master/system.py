@@ -17,6 +17,7 @@ from .algorithms import ALGORITHMS
 from .errors import DescriptionError
 
 CONTROLS = ("power", "doubling")
+INTERFACES = ("cs", "me", "se")  # of FMUs: co-simulation, model exchange, scheduled execution
 FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
 
 
@@ -194,6 +195,8 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
             raise DescriptionError(
                 f'{where} needs either fmu = "path/to.fmu", or part = "package.module:Class", or manoeuvre = "file.csv".'
             )
+        if component.interface:
+            check_choice(f"{where} interface", component.interface, INTERFACES)
         system.components[name] = component
     for target, source in _flat(data.get("connections", {}), "[connections]", leaf="from"):
         if target in system.connections:

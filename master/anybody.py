@@ -9,13 +9,14 @@ from typing import Any
 from .binary import open_fmu
 from .described import sizes_in
 from .exchange import ModelExchange2, ModelExchange3
-from .fmi1 import CoSimulation1
+from .fmi1 import CoSimulation1, ModelExchange1
 from .fmi3 import CoSimulation3, Scheduled
 from .fmu import FmuPart
 from .instance import Fmu
 
 CLASSES: dict[tuple[int, str], type[Fmu]] = {
     (1, "cs"): CoSimulation1,
+    (1, "me"): ModelExchange1,
     (2, "cs"): FmuPart,
     (2, "me"): ModelExchange2,
     (3, "cs"): CoSimulation3,

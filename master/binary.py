@@ -109,10 +109,6 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
     has = offered(description)
     if not has:
         raise DescriptionError(f"{path} is for nothing: its modelDescription.xml names neither co-simulation nor model exchange.")
-    if version == "1.0" and "cs" not in has:
-        raise DescriptionError(
-            f"{path} is FMI 1.0 for model exchange, which is not coupled here; only its co-simulation is. Export it as FMI 2.0 or 3.0."
-        )
     for way in list(has.values())[:1]:
         if not re.fullmatch(r"[^\W\d]\w*", way.modelIdentifier or ""):
             raise DescriptionError(f"{path}: {way.modelIdentifier!r} is no modelIdentifier, which names its binary.")

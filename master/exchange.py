@@ -1,4 +1,4 @@
-"""Model exchange, FMI 2.0 and 3.0, as parts like others: the equations of the FMU integrated here, between communication
+"""Model exchange, of every version, as parts like others: the equations of the FMU integrated here, between communication
 points, by CVODE.
 
 Inputs are held over a communication step; where one changes, the solver starts anew. State events are located as roots of
@@ -12,7 +12,7 @@ import ctypes
 import math
 from collections.abc import Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_void_p
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 from fmpy import fmi2
@@ -26,15 +26,17 @@ from .instance import DISCARD, WARNING, Block, Fmu
 
 TOLERANCE = 1e-6  # relative, of the solver where nobody tells one; what a default experiment tells is not taken looser
 SHARE = 50  # no internal step is longer than this share of the run, or events may lie between two of its ends
-STILL = 100  # events in a row without time going on: beyond them it does not
+STILL = 1000  # events in a row without time going on: beyond them it does not
+INTERNAL = 10_000_000  # steps of the solver in one communication step
 
 
 class Exchange(Fmu):
-    """What model exchange is in either version."""
+    """What model exchange is in every version."""
 
     variable_step = True
     boolean: Any = c_int  # C's type
-    derivatives_name = "GetDerivatives"
+    derivatives_name, nominals_name = "GetDerivatives", "GetNominalsOfContinuousStates"
+    needs: ClassVar[tuple[str, ...]] = ("SetTime", "EnterEventMode", "EnterContinuousTimeMode")
     now = 0.0  # s
     next = math.inf  # time event, s
 
@@ -49,7 +51,7 @@ class Exchange(Fmu):
     # --- life ----------------------------------------------------------------------------------------------------
 
     def _instantiate(self) -> None:
-        for name in ("SetTime", "EnterEventMode", "EnterContinuousTimeMode"):
+        for name in self.needs:
             self._function(self.standard + name)  # found out now, not in the midst of a run
         super()._instantiate()
 
@@ -138,14 +140,20 @@ class Exchange(Fmu):
 
     def _event(self, inputs: Sequence[Block] = ()) -> None:
         """An event here and now."""
-        self._call("EnterEventMode")
+        self._to_events()
         self._after_event(self._settle(inputs))
+
+    def _to_events(self) -> None:
+        self._call("EnterEventMode")
+
+    def _to_equations(self) -> None:
+        self._call("EnterContinuousTimeMode")
 
     def _after_event(self, update: Update) -> None:
         self.next = update.next
         if update.over or self._over():
             return
-        self._call("EnterContinuousTimeMode")
+        self._to_equations()
         self._restart()
 
     def _restart(self) -> None:
@@ -153,7 +161,7 @@ class Exchange(Fmu):
         if self.states:
             if (status := self._vector("GetContinuousStates", self._x)) > WARNING:
                 self._fail(status, f"{self.standard}GetContinuousStates")
-            name = "GetNominalsOfContinuousStates"
+            name = self.nominals_name
             if not self._has(self.standard + name) or self._vector(name, self._nominals) > WARNING:
                 self._nominals[:] = 1.0
             sound = np.isfinite(self._nominals) & (self._nominals != 0.0)
@@ -191,7 +199,7 @@ class Exchange(Fmu):
         self._time.value, self._size.value = time, size
         end, slack = time + size, 1e-9 * size
         still, since = 0, self.now
-        for _ in range(EVENTS):
+        for _ in range(INTERNAL):
             due = self._due() <= end + slack
             goal = max(self.now, self._due()) if due else end
             root, asked, timed = False, False, due
@@ -205,15 +213,17 @@ class Exchange(Fmu):
             if root or asked or timed:
                 still = still + 1 if self.now <= since + slack else 0
                 since = self.now
-                if still > STILL:
+                if still > STILL and not timed:
                     self._endless()
                 self._event()
+                if still > STILL:
+                    self.next = math.inf  # it names a time that is past again and again
                 if self._over():
                     return
             if self.now >= end - slack and not self._due() <= end + slack:
                 self._look(self._z)
                 return
-        self._endless()
+        self._stuck(f"{INTERNAL} steps are not enough")
 
     def _due(self) -> float:
         return self.next
@@ -230,14 +240,16 @@ class Exchange(Fmu):
         except RuntimeError as error:
             self._stuck(str(error))
         self._arrive()
-        if not self._told_of_steps:
-            return root, False
+        return root, self._told_of_steps and self._completed()
+
+    def _completed(self) -> bool:
+        """Tell the FMU that a step is accepted: whether it asks for an event."""
         flags = byref(self._event_flag), byref(self._end_flag)
         self._event_flag.value = self._end_flag.value = 0
         self._call("CompletedIntegratorStep", self.boolean(self._free.value), *flags)
         if self._end_flag.value:
             self.end(self.now)
-        return root, bool(self._event_flag.value)
+        return bool(self._event_flag.value)
 
     def _stuck(self, said: str) -> NoReturn:
         inputs = dict(zip(self.inputs, self.u.tolist()))

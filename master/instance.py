@@ -165,7 +165,13 @@ class Fmu(Part):
         self._finish_initialization()
         self._alive = True
         found = {name: self._taken(name) for name in self._wanted}
-        self.untaken = {name: found[name] for name, value in self._wanted.items() if not _same(value, found[name])}
+        given = {name: self._as_taken(name, value) for name, value in self._wanted.items()}
+        self.untaken = {name: found[name] for name, value in given.items() if not _same(value, found[name])}
+
+    def _as_taken(self, name: str, value: Any) -> Any:
+        """A value as it would be read back."""
+        kind = self._place(name).kind
+        return self._plain(kind, self._converted(name, kind, value))
 
     def _finish_initialization(self) -> None:
         self._call("ExitInitializationMode")

@@ -116,6 +116,22 @@ def test_kept_parts_begin_anew(system, native):
     assert np.array_equal(first, again) and not np.array_equal(first, other)
 
 
+def test_fmi_1(system, native):
+    """No modes there, and no reset: kept, it is made again."""
+    described = system({"f": native("fall")}, {}, stop=1.2, step=0.05, open_inputs=True)
+    parts = {}
+    try:
+        master.run(described, settings={"f.e": 0.2}, keep=parts)
+        table = master.run(described, keep=parts).table
+    finally:
+        for part in parts.values():
+            part.close()
+    exact = bounced(table["time"])
+    assert np.abs(table["f.h"] - exact[:, 0]).max() < 1e-4 and (table["f.bounces"] == exact[:, 2]).all()
+    assert (table["f.ticks"] == np.floor(table["time"] / 0.25 + 1e-9)).all()
+    assert master.run(described, settings={"f.ends_at": 0.33}).ended == {"f": 0.33}
+
+
 @pytest.mark.slow
 def test_in_a_process_of_its_own(system, native):
     rows = [

@@ -18,7 +18,8 @@ def pack(name: str, out: Path | str) -> Path:
     flags = ["-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden"]
     described = (HERE / name / "modelDescription.xml").read_text()
     third = 'fmiVersion="3.0"' in described
-    rest = [] if third else [HERE / "rest.c"]  # of FMI 3.0 a small FMU lacks what it has no use for
+    second = 'fmiVersion="2.0"' in described
+    rest = [HERE / "rest.c"] if second else []  # of others a small FMU lacks what it has no use for
     subprocess.run(["gcc", *flags, "-o", library, HERE / name / f"{name}.c", *rest, "-lm"], check=True)
     path = out / f"{name}.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 STEPS = 1000
+FEW = 20  # of what does not end in time
 LIMIT = 60.0  # s
 EXACT = "bit by bit"
 KINDS = {"cs": "co-simulation", "me": "model exchange", "se": "scheduled execution"}
@@ -55,7 +56,7 @@ SSPS = """
 # --- in a process of its own -----------------------------------------------------------------------------------------
 
 
-def fmu(path: Path, way: str) -> dict[str, Any]:
+def fmu(path: Path, way: str, most: int) -> dict[str, Any]:
     """Run an FMU."""
     from dataclasses import replace
 
@@ -63,18 +64,18 @@ def fmu(path: Path, way: str) -> dict[str, Any]:
     from selflock.master.single import single
 
     system = single(path, interface=way)
-    steps = min(STEPS, round((system.run.stop - system.run.start) / system.run.step))
+    steps = min(most, round((system.run.stop - system.run.start) / system.run.step))
     system.run = replace(system.run, stop=system.run.start + steps * system.run.step)
     result = master.run(system)
     return {"rows": len(result.table), "time": result.time, "ended": result.ended, "notes": result.notes, "_": (system, result)}
 
 
-def ssp(path: Path, _: str) -> dict[str, Any]:
+def ssp(path: Path, _: str, most: int) -> dict[str, Any]:
     """Run a system structure."""
     from selflock import master
 
     system = master.load(path)
-    steps = min(STEPS, max(1, round((system.run.stop - system.run.start) / system.run.step)))
+    steps = min(most, max(1, round((system.run.stop - system.run.start) / system.run.step)))
     result = master.run(system, stop=system.run.start + steps * system.run.step)
     return {"rows": len(result.table), "time": result.time, "ended": result.ended, "notes": result.notes}
 
@@ -117,13 +118,13 @@ def compared(system: Any, result: Any, way: str) -> dict[str, Any]:
     return {"same": same, "difference": worst, "compared": len(rows)}
 
 
-def one(kind: str, path: Path, way: str, out: Path) -> None:
+def one(kind: str, path: Path, way: str, most: int, out: Path) -> None:
     """Run it and write what came of it to `out`, first without, then with the comparison."""
     from selflock.fmus.errors import SelflockError
 
     told: dict[str, Any] = {}
     try:
-        told = {"fmu": fmu, "ssp": ssp}[kind](path, way)
+        told = {"fmu": fmu, "ssp": ssp}[kind](path, way, most)
     except SelflockError as error:
         told = {"refused": str(error), "kind": type(error).__name__}
     system, result = told.pop("_", (None, None))
@@ -139,15 +140,17 @@ def one(kind: str, path: Path, way: str, out: Path) -> None:
 # --- all of them -----------------------------------------------------------------------------------------------------
 
 
-def tried(kind: str, path: Path, way: str, limit: float) -> dict[str, Any]:
-    """What came of it in a process of its own."""
+def tried(kind: str, path: Path, way: str, limit: float, most: int = STEPS) -> dict[str, Any]:
+    """What came of it in a process of its own; of what takes too long, of its first steps."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "told.json"
-        command = [sys.executable, "-m", "benchmarks.interoperability", "--one", kind, str(path), way, str(out)]
+        command = [sys.executable, "-m", "benchmarks.interoperability", "--one", kind, str(path), way, str(most), str(out)]
         try:
             done = subprocess.run(command, cwd=folder_of_project(), capture_output=True, timeout=limit)
             ending = "" if done.returncode == 0 else f"its process ended with {done.returncode}"
         except subprocess.TimeoutExpired:
+            if most > FEW and not out.is_file():
+                return tried(kind, path, way, limit, FEW) | {"few": True}
             ending = f"not done after {limit:g} s"
         told = json.loads(out.read_text()) if out.is_file() and out.read_text() else {"broken": ending or "nothing was told"}
         if ending and "rows" in told:
@@ -192,7 +195,7 @@ def cell(text: Any, width: int = 60) -> str:
 def outcome(told: dict[str, Any], folder: Path) -> str:
     if "rows" in told:
         ended = "".join(f", ended itself at t = {time:.6g} s" for time in told["ended"].values())
-        return f"ran{ended}"
+        return f"ran{', its first steps' if 'few' in told else ''}{ended}"
     return sentence(told.get("refused") or told["broken"], folder)
 
 
@@ -260,7 +263,7 @@ def structure(path: Path) -> tuple[str, str]:
 
 def main() -> None:
     if sys.argv[1:2] == ["--one"]:
-        return one(sys.argv[2], Path(sys.argv[3]), sys.argv[4], Path(sys.argv[5]))
+        return one(sys.argv[2], Path(sys.argv[3]), sys.argv[4], int(sys.argv[5]), Path(sys.argv[6]))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("-o", "--out", type=Path, default=folder_of_project() / "docs" / "interoperability.md")

@@ -62,12 +62,11 @@ def _internal(way: InterfaceType, about: float) -> float:
 
 def _shown(description: ModelDescription) -> list[str]:
     """What is recorded of an FMU without an output; nothing of others, whose outputs are."""
-    variables = list(variables_of(description))
-    if any(v.causality == "output" for v in variables):
+    if any(v.causality == "output" for v in description.modelVariables):
         return []
     states = {u.variable.derivative.valueReference for u in description.derivatives if u.variable and u.variable.derivative}
     places = places_of(description)
-    local = [v.name for v in variables if v.causality == "local" and v.type != "String" and v.sized != "Clock"]
+    local = [v.name for v in variables_of(description) if v.causality == "local" and v.type != "String" and v.sized != "Clock"]
     return [name for name in local if places[name].reference in states][:SHOWN] or local[:SHOWN]
 
 

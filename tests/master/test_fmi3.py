@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from selflock import master
+from selflock.master import ssp
 
 FOREIGN = Path(__file__).parents[2].parent / "shared" / "foreign"
 foreign = pytest.mark.skipif(not FOREIGN.exists(), reason="the models of others are not in ../shared/foreign")
@@ -161,6 +162,15 @@ def test_a_binary_goes_from_one_to_another_and_nowhere_else(system, native, refu
         "bytes_in",
         "hexadecimal",
     )
+
+
+def test_through_a_system_structure(system, native, tmp_path):
+    parts = {"a": (native("sampler"), {"u[1]": 4.0, "K[1,2]": 0.5, "n": 2}), "b": (native("sampler"), {}, {"interface": "me"})}
+    described = system(parts, {"b.u[2]": "a.y[1]", "b.i8_in": "a.beats"}, stop=1.0, step=0.1, open_inputs=True)
+    ssp.export(described, tmp_path / "s.ssp")
+    one, other = master.run(described).table, master.run(tmp_path / "s.ssp").table
+    assert list(one.columns) == list(other.columns) and (one == other).all().all()
+    assert one["b.i8"].iloc[-1] == 4 and one["b.y[2]"].iloc[-1] == 4.0
 
 
 def described_as(path, out, *changes):

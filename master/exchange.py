@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections import deque
 from collections.abc import Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_void_p
 from typing import Any, ClassVar, NoReturn
@@ -26,7 +27,7 @@ from .instance import DISCARD, WARNING, Block, Fmu
 
 TOLERANCE = 1e-6  # relative, of the solver where nobody tells one; what a default experiment tells is not taken looser
 SHARE = 50  # no internal step is longer than this share of the run, or events may lie between two of its ends
-STILL = 1000  # events in a row without time going on: beyond them it does not
+STILL, CLOSE = 1000, 1e-3  # so many events in that share of a communication step: time does not go on, as where a ball rests
 INTERNAL = 10_000_000  # steps of the solver in one communication step
 
 
@@ -198,7 +199,7 @@ class Exchange(Fmu):
             return
         self._time.value, self._size.value = time, size
         end, slack = time + size, 1e-9 * size
-        still, since = 0, self.now
+        recent: deque[float] = deque(maxlen=STILL)  # when the last events were
         for _ in range(INTERNAL):
             due = self._due() <= end + slack
             goal = max(self.now, self._due()) if due else end
@@ -211,12 +212,12 @@ class Exchange(Fmu):
             if self._over():
                 return
             if root or asked or timed:
-                still = still + 1 if self.now <= since + slack else 0
-                since = self.now
-                if still > STILL and not timed:
+                recent.append(self.now)
+                standing = len(recent) == STILL and self.now - recent[0] <= CLOSE * size
+                if standing and not timed:
                     self._endless()
                 self._event()
-                if still > STILL:
+                if standing:
                     self.next = math.inf  # it names a time that is past again and again
                 if self._over():
                     return
@@ -258,7 +259,7 @@ class Exchange(Fmu):
         raise PartFailed(self.name, self.now, self._size.value, "no further step of the solver", inputs, lines, hint) from None
 
     def _endless(self) -> NoReturn:
-        hint = "other parameters; events of it follow each other without end."
+        hint = "other parameters, or its interface for co-simulation; its events follow each other ever closer, without end."
         raise PartFailed(self.name, self.now, self._size.value, "events without end", {}, list(self.log), hint)
 
     # --- roll back -----------------------------------------------------------------------------------------------

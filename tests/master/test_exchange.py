@@ -121,7 +121,7 @@ def test_fmi_1(system, native):
     described = system({"f": native("fall")}, {}, stop=1.2, step=0.05, open_inputs=True)
     parts = {}
     try:
-        master.run(described, settings={"f.e": 0.2}, keep=parts)
+        master.run(described, settings={"f.g": 4.0}, keep=parts)
         table = master.run(described, keep=parts).table
     finally:
         for part in parts.values():
@@ -130,6 +130,14 @@ def test_fmi_1(system, native):
     assert np.abs(table["f.h"] - exact[:, 0]).max() < 1e-4 and (table["f.bounces"] == exact[:, 2]).all()
     assert (table["f.ticks"] == np.floor(table["time"] / 0.25 + 1e-9)).all()
     assert master.run(described, settings={"f.ends_at": 0.33}).ended == {"f": 0.33}
+
+
+@pytest.mark.slow
+def test_events_without_end_are_told(native):
+    """It never comes to rest: e = 0.1, and all bounces are over at (1 + 2 e / (1 - e)) of the first fall."""
+    with pytest.raises(master.PartFailed, match="events without end") as failed:
+        master.run(native("fall"), settings={"e": 0.1}, step=0.1, stop=1.0)
+    assert failed.value.time == pytest.approx(math.sqrt(2.0 / 9.81) * (1.0 + 0.2 / 0.9), abs=1e-3)
 
 
 @pytest.mark.slow
@@ -190,6 +198,7 @@ def test_the_reference_fmus(path):
 
 
 @foreign
+@pytest.mark.slow
 def test_both_interfaces_of_an_openmodelica_fmu_agree():
     path = FOREIGN / "fmus" / "FMI4cpp__FmuExportCrossCompile.fmu"
     one, other = (master.run(path, interface=way, stop=0.3).table["FmuExportCrossCompile.h"] for way in ("cs", "me"))
@@ -197,6 +206,7 @@ def test_both_interfaces_of_an_openmodelica_fmu_agree():
 
 
 @foreign
+@pytest.mark.slow
 def test_a_ball_and_its_bounce_of_dymola():
     """Two FMUs for model exchange that make one bouncing ball: the event of one is a discrete input of the other."""
     fmus = {name: {"fmu": str(FOREIGN / "fmus" / f"FMPy__{name}.fmu")} for name in ("Ball", "Bounce")}

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 
 from . import binary
-from .described import Place, places_of, tolerance_of, units_of, variables_of
+from .described import Place, places_of, sizes_in, tolerance_of, units_of, variables_of
 from .errors import DescriptionError, PartFailed
 from .face import Part, view
 from .native import BEYOND, Exchange
@@ -189,6 +189,9 @@ class Fmu(Part):
         self._arrays.clear()
         self._held.clear()
         self.ends.clear()
+
+    def suits(self, given: Mapping[str, Any]) -> bool:
+        return sizes_in(self._binary.description, given) == self._sizes
 
     def _over(self) -> bool:
         """Whether it has ended the run itself."""

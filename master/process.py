@@ -261,6 +261,9 @@ class ProcessPart(Part):
         self._call("reset")
         self.untaken = {}
 
+    def suits(self, given: Mapping[str, Any]) -> bool:
+        return self._call("suits", dict(given)) is True
+
     def terminate(self) -> None:
         self._call("terminate")
 

@@ -81,6 +81,9 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
         for name, component in system.components.items():
             kept = keep.pop(name, None) if keep else None
             mine = {split[1]: value for key, value in settings.items() if (split := system.split(key, "settings"))[0] == name}
+            if kept and not kept.suits(component.start | mine):
+                kept.close()
+                kept = None
             wiring.parts[name] = kept or make(name, replace(component, start=component.start | mine), system)
             if kept:
                 kept.reset()

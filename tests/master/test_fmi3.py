@@ -93,6 +93,19 @@ def test_the_size_of_arrays_is_chosen(sampler, way):
     assert [row[f"sampler.y[{i}]"] for i in (1, 2, 3)] == [sum((10.0 * i + j) * j for j in (1, 2, 3)) for i in (1, 2, 3)]
 
 
+@pytest.mark.parametrize("process", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_kept_part_of_another_size_is_made_anew(system, native, process):
+    described = system({"s": (native("sampler"), {}, {"process": process})}, {}, stop=0.2, step=0.1, open_inputs=True)
+    parts, counts = {}, []
+    try:
+        for settings in ({"s.n": 3, "s.u[3]": 1.0}, {}, {"s.n": 3}, {"s.n": 3}):
+            counts.append(sum("y[" in column for column in master.run(described, settings=settings, keep=parts).table))
+    finally:
+        for part in parts.values():
+            part.close()
+    assert counts == [3, 2, 3, 3]
+
+
 def test_a_size_that_is_none_is_refused(sampler, refused):
     refused(lambda: sampler(settings={"n": -1}), "n = -1", "UInt64", "size of an array")
     refused(lambda: sampler(settings={"u[3]": 1.0}), "no variable u[3]")

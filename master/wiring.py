@@ -135,12 +135,15 @@ def make(name: str, component: Component, system: System) -> Part:
     if not 0.0 <= limit < 1e9:
         raise DescriptionError(f"{where} step_timeout = {limit:g}: a time in s is wanted here.")
     tolerance = _tolerance(where, component, system)
-    binary = open_fmu(path, system.unlimited)
-    try:
-        _, way = binary.interface(component.interface)
-    except DescriptionError as error:
-        raise DescriptionError(f"{where}: {error}") from None
-    if component.process or isolate or limit > 0.0 or way.canBeInstantiatedOnlyOncePerProcess:
+    apart = component.process or isolate or limit > 0.0  # then it is not even unpacked here
+    if not apart:
+        binary = open_fmu(path, system.unlimited)
+        try:
+            _, way = binary.interface(component.interface)
+        except DescriptionError as error:
+            raise DescriptionError(f"{where}: {error}") from None
+        apart = way.canBeInstantiatedOnlyOncePerProcess
+    if apart:
         from .process import ProcessPart
 
         return ProcessPart(name, path, system.unlimited, isolate, limit, tolerance, component.interface, component.start)

@@ -206,18 +206,18 @@ def _hear_line(environment: int | None, instance: bytes, status: int, message: b
 
 
 @fmi3.fmi3LogMessageCallback
-def _hear3(environment, status, category, message):
+def hear3(environment, status, category, message):
     """The same in FMI 3.0, whose lines come formatted."""
     _hear_line(environment, b"", status, message)
 
 
 @fmi3.fmi3ClockUpdateCallback
-def _clock_update(_):
+def clock_update(_):
     """A clock of scheduled execution has news: they are asked after each partition anyway."""
 
 
 @fmi3.fmi3LockPreemptionCallback
-def _lock():
+def lock():
     """Partitions are run one after the other; none interrupts another."""
 
 

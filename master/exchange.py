@@ -315,7 +315,7 @@ class ModelExchange3(Exchange, Fmi3):
     def _instance_of(self, name: bytes, token: bytes, resources: bytes) -> Any:
         instantiate = self._function("fmi3InstantiateModelExchange", c_void_p)
         flags = ctypes.c_bool(False), ctypes.c_bool(True)
-        return instantiate(name, token, resources, *flags, c_void_p(self._number), binary._hear3)
+        return instantiate(name, token, resources, *flags, c_void_p(self._number), binary.hear3)
 
     def _finish_initialization(self) -> None:
         self._begin_clocks()

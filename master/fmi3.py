@@ -288,7 +288,7 @@ class CoSimulation3(Fmi3):
         self._event, self._ended, self._early = c_bool(False), c_bool(False), c_bool(False)
         self._reached = c_double(0.0)
         nothing = (c_uint * 1)(), c_size_t(0)  # intermediate variables
-        log = c_void_p(self._number), binary._hear3
+        log = c_void_p(self._number), binary.hear3
         return instantiate(name, token, resources, *flags, *nothing, *log, None)  # and no intermediate update
 
     def _finish_initialization(self) -> None:
@@ -354,7 +354,7 @@ class Scheduled(Fmi3):
         instantiate = self._function("fmi3InstantiateScheduledExecution", c_void_p)
         self._activate = self._function("fmi3ActivateModelPartition")
         flags = c_bool(False), c_bool(True)
-        calls = binary._hear3, binary._clock_update, binary._lock, binary._lock
+        calls = binary.hear3, binary.clock_update, binary.lock, binary.lock
         return instantiate(name, token, resources, *flags, c_void_p(self._number), *calls)
 
     def _finish_initialization(self) -> None:

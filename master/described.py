@@ -28,7 +28,7 @@ ELEMENTS = 1_000_000  # of all arrays together
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Slot:
     """Where a value lies behind a reference: its `index` among `count`; kind: as in the names of the FMU's functions."""
 
     kind: str
@@ -94,13 +94,13 @@ def variables_of(described: ModelDescription, sizes: Mapping[str, int] | None = 
     return (variable for v in described.modelVariables for variable in _face(v, depends.get(v.name), shapes))
 
 
-def places_of(described: ModelDescription, sizes: Mapping[str, int] | None = None) -> dict[str, Place]:
+def places_of(described: ModelDescription, sizes: Mapping[str, int] | None = None) -> dict[str, Slot]:
     """Where each value of an FMU lies, by the name of its variable."""
     shapes, found = _shapes(described, sizes), {}
     for v in described.modelVariables:
         count, kind = math.prod(shapes[v.name]), _kind(v, described)
         for name, index in _elements(v, shapes):
-            found[name] = Place(kind, v.valueReference, index, count, bool(shapes[v.name]))
+            found[name] = Slot(kind, v.valueReference, index, count, bool(shapes[v.name]))
     return found
 
 

@@ -31,7 +31,7 @@ STILL, CLOSE = 1000, 1e-3  # so many events in that share of a communication ste
 INTERNAL = 10_000_000  # steps of the solver in one communication step
 
 
-class Exchange(Fmu):
+class Integrated(Fmu):
     """What model exchange is in every version."""
 
     variable_step = True
@@ -276,7 +276,7 @@ class Exchange(Fmu):
         self._restart()
 
 
-class ModelExchange2(Exchange, Fmi2):
+class ModelExchange2(Integrated, Fmi2):
     """One instance of an FMI 2.0 model exchange FMU."""
 
     called = MODEL_EXCHANGE
@@ -306,7 +306,7 @@ class ModelExchange2(Exchange, Fmi2):
         self._endless()
 
 
-class ModelExchange3(Exchange, Fmi3):
+class ModelExchange3(Integrated, Fmi3):
     """One instance of an FMI 3.0 model exchange FMU."""
 
     boolean = ctypes.c_bool

@@ -14,7 +14,7 @@ import numpy as np
 from fmpy import fmi1
 
 from . import binary
-from .exchange import EVENTS, Exchange
+from .exchange import EVENTS, Integrated
 from .fmi3 import Update
 from .instance import WARNING, Block, Fmu
 
@@ -96,7 +96,7 @@ class CoSimulation1(Fmi1):
             self._fail(status, "fmiDoStep")
 
 
-class ModelExchange1(Exchange, Fmi1):
+class ModelExchange1(Integrated, Fmi1):
     """One instance of an FMI 1.0 model exchange FMU: it has no modes, and an event is one call."""
 
     ending = "Model"

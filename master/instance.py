@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 
 from . import binary
-from .described import Place, places_of, sizes_in, tolerance_of, units_of, variables_of
+from .described import Slot, places_of, sizes_in, tolerance_of, units_of, variables_of
 from .errors import DescriptionError, PartFailed
 from .face import Part, view
 from .native import BEYOND, Exchange
@@ -244,7 +244,7 @@ class Fmu(Part):
             self._fail(status, self._named("Get", self._places[name].kind))
         return value
 
-    def _place(self, name: str) -> Place:
+    def _place(self, name: str) -> Slot:
         if name not in self._places:
             raise DescriptionError(f"{self.name} has no variable {name}.")
         return self._places[name]
@@ -266,7 +266,7 @@ class Fmu(Part):
         status, values = self._get(place.kind, place.reference, place.count)
         return status, self._plain(place.kind, values[place.index])
 
-    def _array(self, name: str, place: Place) -> Any:
+    def _array(self, name: str, place: Slot) -> Any:
         """The values of an array, as they were set or start: what its other elements are when one is set."""
         if place.reference not in self._arrays:
             stem = name[: name.rindex("[")]

@@ -44,8 +44,8 @@ def bare(fmu: Path, count: int, steps: int, step: float, given: str, taken: str)
     for part in parts:
         part.enter_initialization(0.0, None)
         part.exit_initialization()
-        library, known = part._binary.library, part._known
-        reference = [(ctypes.c_uint * 1)(known[name].valueReference) for name in (given, taken)]
+        library, known = part._library, part._places
+        reference = [(ctypes.c_uint * 1)(known[name].reference) for name in (given, taken)]
         values = [(ctypes.c_double * 1)() for _ in range(2)]
         calls.append((library["fmi2SetReal"], library["fmi2DoStep"], library["fmi2GetReal"], part._instance, *reference, *values))
     now, size, one, keep = ctypes.c_double(), ctypes.c_double(step), ctypes.c_size_t(1), ctypes.c_int(1)

@@ -16,6 +16,9 @@ CAUSALITIES = ("parameter", "input", "output", "local", "calculatedParameter", "
 TYPES = ((bool, "Boolean"), (int, "Integer"), (float, "Real"), (str, "String"))  # a bool is an int to Python: it comes first
 INTEGERS = -(2**31), 2**31 - 1  # FMI 2.0's fmi2Integer is a C int
 BEYOND = f"is beyond an Integer's 32 bits, {INTEGERS[0]} to {INTEGERS[1]}"
+WHOLE = {f"Int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)}
+WHOLE |= {f"UInt{bits}": (0, 2**bits - 1) for bits in (8, 16, 32, 64)}
+"""FMI 3.0's types of whole numbers: the least and the greatest."""
 WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false"}
 
 
@@ -36,6 +39,7 @@ class Variable:
     variability: str = ""  # "": parameters are fixed, other numbers continuous, all else discrete; "tunable" is to be said
     initial: str = ""  # outputs, local: "exact" or "approx" where a start value may be given; else computed, or not told
     derivative_of: str = ""  # outputs: the output whose time derivative this is, so that a master can carry that one on
+    sized: str = ""  # FMI 3.0's type where `type` does not say it: Int64, UInt8, Float32, Binary (a String of hex digits), Clock
 
     def __post_init__(self) -> None:
         if self.unit in CAUSALITIES:
@@ -59,6 +63,16 @@ class Variable:
     def high(self) -> float:
         """The greatest value; inf where none is told."""
         return inf if self.maximum is None else self.maximum
+
+    @property
+    def integers(self) -> tuple[int, int]:
+        """The least and the greatest whole number that its type holds."""
+        return WHOLE.get(self.sized, INTEGERS)
+
+    @property
+    def beyond(self) -> str:
+        """What is wrong with a whole number that its type does not hold."""
+        return f"is beyond an {self.sized}, {self.integers[0]} to {self.integers[1]}" if self.sized in WHOLE else BEYOND
 
     def unfit(self, value: float) -> str:
         """What is wrong with a number, such as "is not a finite number"; "" when it is fit."""
@@ -84,11 +98,11 @@ class Variable:
             if self.type == "Integer" and number - number == 0.0:
                 if number != int(number):
                     raise ValueError
-                number = int(number)
-                if not INTEGERS[0] <= number <= INTEGERS[1]:
+                number = int(value) if isinstance(value, int) or str(value).strip().lstrip("+-").isdecimal() else int(number)
+                if not self.integers[0] <= number <= self.integers[1]:
                     raise OverflowError
         except OverflowError:
-            raise ValueError(BEYOND if self.type == "Integer" else "is not a finite number") from None
+            raise ValueError(self.beyond if self.type == "Integer" else "is not a finite number") from None
         except (KeyError, ValueError, TypeError):
             raise ValueError(f"is not {WANTED[self.type]}") from None
         wrong = self.unfit(number)

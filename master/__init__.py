@@ -1,4 +1,4 @@
-"""The master: couples FMI 2.0 co-simulation FMUs and in-process parts.
+"""The master: couples FMUs (FMI 1.0 to 3.0, co-simulation and model exchange) and in-process parts.
 
 from selflock import master
 result = master.run("robot.toml", settings={"rear_reducer.friction_kinetic": 0.02}, out="robot.parquet")

@@ -14,34 +14,51 @@ import re
 import shutil
 import tempfile
 from collections import deque
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import fmpy
 import pythonfmu  # noqa: F401  ours first: FMUs made with it put the folder with their own at the head of sys.path
-from fmpy import fmi2
-from fmpy.model_description import ModelDescription
+from fmpy import fmi1, fmi2, fmi3
+from fmpy.model_description import InterfaceType, ModelDescription
 
 from . import archive
-from .errors import DescriptionError
+from .described import chosen, offered
+from .errors import DescriptionError, warn
+from .reading import read_description
 
 LINES_KEPT = 50
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
 
+VERSIONS = ("1.0", "2.0", "3.0")
+
+
 @dataclass
 class Binary:
-    """An unpacked FMU and its library, loaded when it is first wanted."""
+    """An unpacked FMU and its libraries, loaded when they are first wanted."""
 
     path: Path
     folder: Path
     description: ModelDescription
+    _loaded: dict[str, ctypes.CDLL] = field(default_factory=dict)
 
-    @cached_property
-    def library(self) -> ctypes.CDLL:
+    def interface(self, wanted: str = "") -> tuple[str, InterfaceType]:
+        """The interface to couple it by, "cs", "me" or "se", and what it says of it. Raises DescriptionError."""
+        name = chosen(self.description, self.path, wanted)
+        return name, offered(self.description)[name]
+
+    def library(self, identifier: str) -> ctypes.CDLL:
+        """Its library of that modelIdentifier. Raises DescriptionError."""
+        if identifier not in self._loaded:
+            self._loaded[identifier] = self._load(identifier)
+        return self._loaded[identifier]
+
+    def _load(self, identifier: str) -> ctypes.CDLL:
+        _check_binary(self.folder, self.description, identifier, self.path)
         try:
-            return ctypes.CDLL(str(_file(self.folder, self.description)))
+            return ctypes.CDLL(str(_file(self.folder, self.description, identifier)))
         except OSError as error:
             said = str(error)
             missing = re.match(r"([^/:]+): cannot open shared object file", said)  # as Linux says it of what is needed
@@ -78,39 +95,55 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
     if not (folder / "modelDescription.xml").is_file():
         raise DescriptionError(f"{path} is a zip file but no FMU: it has no modelDescription.xml.")
     what = f"The modelDescription.xml of {path}"
-    version = archive.root_of(folder / "modelDescription.xml", what, unlimited).get("fmiVersion")
-    if version != "2.0":
-        raise DescriptionError(f"{path} is FMI {version}; only FMI 2.0 co-simulation is coupled here.")
+    version = archive.root_of(folder / "modelDescription.xml", what, unlimited).get("fmiVersion", "")
+    if version not in VERSIONS and not version.startswith(("2.0.", "3.0.")):
+        raise DescriptionError(
+            f"{path} is FMI {version or 'of no version'}; FMI {', '.join(VERSIONS[:-1])} and 3.0 are coupled here."
+        )
     try:
-        description = fmpy.read_model_description(str(folder), validate=False)
+        description, mended = read_description(folder)
     except Exception as error:  # whatever a parser meets in a foreign file
         raise DescriptionError(f"{what} cannot be understood: {error}") from None
-    if description.coSimulation is None:
-        raise DescriptionError(f"{path} is for model exchange only: it has no solver of its own. Export it for co-simulation.")
-    has = fmpy.supported_platforms(str(folder))
-    if fmpy.platform not in has:
-        raise DescriptionError(
-            f"{path} has no binary for this machine ({fmpy.platform}; it has: {', '.join(has) or 'none'}). "
-            f"Export it for {fmpy.platform}."
-        )
-    if not re.fullmatch(r"[^\W\d]\w*", description.coSimulation.modelIdentifier or ""):
-        raise DescriptionError(
-            f"{path}: {description.coSimulation.modelIdentifier!r} is no modelIdentifier, which names its binary."
-        )
-    file = _file(folder, description)
-    if not file.is_file():
-        there = ", ".join(sorted(one.name for one in file.parent.iterdir())[:5]) or "nothing"
-        raise DescriptionError(
-            f"{path} has no binary named after its modelIdentifier: in {file.parent.relative_to(folder)} there is {there}, "
-            f"not {file.name}. Whoever made it must build it again."
-        )
+    for note in mended:
+        warn(f"{path}: {note}")
+    has = offered(description)
+    if not has:
+        raise DescriptionError(f"{path} is for nothing: its modelDescription.xml names neither co-simulation nor model exchange.")
+    for way in list(has.values())[:1]:
+        if not re.fullmatch(r"[^\W\d]\w*", way.modelIdentifier or ""):
+            raise DescriptionError(f"{path}: {way.modelIdentifier!r} is no modelIdentifier, which names its binary.")
+        _check_binary(folder, description, way.modelIdentifier, path)
     _check_script(folder, path)
     return description
 
 
-def _file(folder: Path, description: ModelDescription) -> Path:
+def _platform(description: ModelDescription) -> str:
+    """The name of this machine in an FMU of that version."""
+    return fmpy.platform_tuple if description.fmiMajorVersion == 3 else fmpy.platform
+
+
+def _check_binary(folder: Path, description: ModelDescription, identifier: str, path: Path) -> None:
+    """Refuse an FMU without a binary of that modelIdentifier for this machine."""
+    file = _file(folder, description, identifier)
+    if file.is_file():
+        return
+    own = _platform(description)
+    if not file.parent.is_dir():
+        has = sorted(one.name for one in (folder / "binaries").iterdir()) if (folder / "binaries").is_dir() else []
+        has += ["c-code"] if (folder / "sources").is_dir() else []
+        raise DescriptionError(
+            f"{path} has no binary for this machine ({own}; it has: {', '.join(has) or 'none'}). Export it for {own}."
+        )
+    there = ", ".join(sorted(one.name for one in file.parent.iterdir())[:5]) or "nothing"
+    raise DescriptionError(
+        f"{path} has no binary named after its modelIdentifier: in {file.parent.relative_to(folder)} there is {there}, "
+        f"not {file.name}. Whoever made it must build it again."
+    )
+
+
+def _file(folder: Path, description: ModelDescription, identifier: str) -> Path:
     """Where the binary of an unpacked FMU lies, on this machine."""
-    return folder / "binaries" / fmpy.platform / f"{description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
+    return folder / "binaries" / _platform(description) / f"{identifier}{fmpy.sharedLibraryExtension}"
 
 
 def _check_script(folder: Path, path: Path) -> None:
@@ -162,10 +195,30 @@ _numbers = itertools.count(1)
 @fmi2.fmi2CallbackLoggerTYPE
 def _hear(environment, instance, status, category, message):
     """The logger of every instance: its line goes to the one that `environment` numbers, else to the one of that name."""
-    lines = _voices.get(environment, _voices.get(instance))
+    _hear_line(environment, instance, status, message)
+
+
+def _hear_line(environment: int | None, instance: bytes, status: int, message: bytes | None) -> None:
+    lines = _voices.get(environment or 0, _voices.get(instance))
     if lines is not None:
         text = (message or b"").decode("utf-8", "replace").rstrip()
         lines.append(f"{STATUS[status] if 0 <= status < 6 else status}: {text}")
+
+
+@fmi3.fmi3LogMessageCallback
+def hear3(environment, status, category, message):
+    """The same in FMI 3.0, whose lines come formatted."""
+    _hear_line(environment, b"", status, message)
+
+
+@fmi3.fmi3ClockUpdateCallback
+def clock_update(_):
+    """A clock of scheduled execution has news: they are asked after each partition anyway."""
+
+
+@fmi3.fmi3LockPreemptionCallback
+def lock():
+    """Partitions are run one after the other; none interrupts another."""
 
 
 @cache
@@ -179,20 +232,34 @@ def _proxy() -> ctypes.CDLL:
     return library
 
 
-def callbacks(instance: str) -> tuple[fmi2.fmi2CallbackFunctions, deque[str]]:
-    """The callback functions for one instance, and the list in which its log lines arrive."""
+def voice(instance: str) -> tuple[int, deque[str]]:
+    """A number for one instance, to be given as its environment, and the list in which its log lines arrive."""
     number = next(_numbers)
     lines: deque[str] = deque(maxlen=LINES_KEPT)
     _voices[number] = _voices[instance.encode()] = lines
+    return number, lines
+
+
+def callbacks(number: int) -> fmi2.fmi2CallbackFunctions:
+    """The callback functions for the instance of that number."""
     functions = fmi2.fmi2CallbackFunctions()
     functions.logger = _hear
     functions.allocateMemory = fmi2.defaultCallbacks.allocateMemory
     functions.freeMemory = fmi2.defaultCallbacks.freeMemory
     functions.componentEnvironment = number
     _proxy().addLoggerProxy(ctypes.byref(functions))
-    return functions, lines
+    return functions
 
 
-def forget(functions: fmi2.fmi2CallbackFunctions) -> None:
+def callbacks1(number: int) -> fmi1.fmi1CallbackFunctions:
+    """The same in FMI 1.0, which knows no environment: lines come by the instance's name."""
+    functions = fmi1.fmi1CallbackFunctions()
+    functions.logger = ctypes.cast(callbacks(number).logger, fmi1.fmi1CallbackLoggerTYPE)
+    functions.allocateMemory = fmi1.defaultCallbacks.allocateMemory
+    functions.freeMemory = fmi1.defaultCallbacks.freeMemory
+    return functions
+
+
+def forget(number: int) -> None:
     """Listen no more to an instance that is gone."""
-    _voices.pop(functions.componentEnvironment, None)
+    _voices.pop(number, None)

@@ -99,6 +99,10 @@ class Part:
     def reset(self) -> None:
         self.values = {variable.name: variable.start for variable in self.variables.values()}
 
+    def suits(self, given: Mapping[str, Any]) -> bool:
+        """Whether the part can be reset for a run with these values, and need not be made anew."""
+        return True
+
     # --- single values -------------------------------------------------------------------------------------------
 
     def set(self, name: str, value: Any) -> None:

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -65,10 +65,12 @@ class ProcessPart(Part):
         isolate: bool = False,
         step_timeout: float = 0.0,
         tolerance: float | None = None,
+        interface: str = "",
+        given: Mapping[str, Any] | None = None,
     ):
         """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step, 0 for ever.
 
-        tolerance: as of an FmuPart.
+        tolerance, interface, given: as of master.anybody.part_of.
         """
         super().__init__(name)
         self.path = Path(path).absolute()
@@ -87,7 +89,7 @@ class ProcessPart(Part):
                 self.lacks = [str(lack) for lack in self._call("lacks")]
                 if self.lacks:
                     log.warning("%s is isolated only in part: not taken away are %s", name, "; ".join(self.lacks))
-            told = self._call("open", name, str(self.path), unlimited, tolerance, most=DESCRIPTION)
+            told = self._call("open", name, str(self.path), unlimited, tolerance, interface, dict(given or {}), most=DESCRIPTION)
             self.variables, self.units, self.can_roll_back, self.variable_step = self._sound(lambda: description(told))
         except BaseException:
             self.close()
@@ -259,6 +261,9 @@ class ProcessPart(Part):
         self._call("reset")
         self.untaken = {}
 
+    def suits(self, given: Mapping[str, Any]) -> bool:
+        return self._call("suits", dict(given)) is True
+
     def terminate(self) -> None:
         self._call("terminate")
 
@@ -323,12 +328,12 @@ class _Host:
 
     def call(self, method: str, arguments: tuple) -> Any:
         if method == "open":
+            from .anybody import part_of
             from .binary import open_fmu
-            from .fmu import FmuPart
 
-            name, path, unlimited, tolerance = arguments
+            name, path, unlimited, tolerance, interface, given = arguments
             open_fmu(path, unlimited)
-            self.part, self.opened = FmuPart(name, path, tolerance), True
+            self.part, self.opened = part_of(name, path, tolerance, interface, given), True
             return described(self.part)
         if method == "lacks":
             return self.lacks

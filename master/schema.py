@@ -6,7 +6,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from .algorithms import ALGORITHMS
-from .system import CONTROLS, FAULTS, Bond, Component, Connection, Fault, Run
+from .system import CONTROLS, FAULTS, INTERFACES, Bond, Component, Connection, Fault, Run
 
 DRAFT = "http://json-schema.org/draft-07/schema#"  # what editors for TOML know
 NUMBER, TEXT, TRUTH = {"type": "number"}, {"type": "string"}, {"type": "boolean"}
@@ -19,7 +19,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "list": {"type": "array", "items": TEXT},
     "dict": {"type": "object"},
 }
-CHOICES = {"algorithm": list(ALGORITHMS), "step_control": ["", *CONTROLS], "kind": list(FAULTS)}
+CHOICES = {"algorithm": list(ALGORITHMS), "step_control": ["", *CONTROLS], "kind": list(FAULTS), "interface": ["", *INTERFACES]}
 
 
 def table(properties: dict[str, Any], **more: Any) -> dict[str, Any]:

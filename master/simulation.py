@@ -41,6 +41,7 @@ def run(
     allow_code: bool = False,
     unlimited: bool = False,
     isolate: bool = False,
+    interface: str | None = None,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s]. A path may also be that of one FMU (master.single).
 
@@ -57,12 +58,17 @@ def run(
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
     inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
+    interface: of one FMU, "cs" co-simulation, "me" model exchange or "se" scheduled execution; co-simulation where it has that.
 
     A part that fails raises PartFailed, whose `result` holds what was computed until then.
     """
     call(system, settings, stop, out)
     if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
-        system = replace(single(system, unlimited, stop, step), isolate=isolate)
+        system = replace(single(system, unlimited, stop, step, interface or ""), isolate=isolate)
+    elif interface:
+        raise DescriptionError(
+            "interface is said of one FMU; a system says it of its components: interface = under [components.NAME]."
+        )
     elif not isinstance(system, System):
         system = system_of(system, allow_code, unlimited, isolate)
     else:

@@ -10,46 +10,64 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from fmpy.model_description import InterfaceType, ModelDescription
 
-from ..fmus.variable import BEYOND, INTEGERS
+from ..fmus.variable import INTEGERS, WHOLE
 from .binary import open_fmu
+from .described import number_of, places_of, variables_of
 from .errors import DescriptionError
 from .face import Part, Variable
-from .fmu import variables_of
 from .results import KINDS, read
 from .system import Component, Connection, Run, System, did_you_mean
 from .wiring import fmu_path
 
+SHOWN = 100  # variables of an FMU without outputs that are recorded
 POINTS = 1000  # steps of an experiment whose FMU names no step
 SLACK = 1e-9  # s: a time that is met but for its rounding
 
 
-def single(path: Path | str, unlimited: bool = False, stop: float | None = None, step: float | None = None) -> System:
+def single(
+    path: Path | str, unlimited: bool = False, stop: float | None = None, step: float | None = None, interface: str = ""
+) -> System:
     """The system of one FMU under the name of its model, in the FMU's default experiment. Raises DescriptionError.
 
-    stop, step: in place of the experiment's. An experiment without a stop lasts 1 s; without a step it has 1000, and one
+    interface: "cs", "me" or "se", where it has several. Without an output its continuous states are recorded, without those
+    its local numbers.
+    stop, step: in place of the experiment's. An experiment without a stop lasts 1 s; without a step it has 1000,
+    or fewer that are multiples of the step inside the FMU, and one
     that is no multiple of its step a shorter step.
     """
     path = Path(path).absolute()
-    description = open_fmu(path, unlimited).description
-    told = {key: _number(getattr(description.defaultExperiment, key, None)) for key in ("startTime", "stopTime", "stepSize")}
+    binary = open_fmu(path, unlimited)
+    description = binary.description
+    _, way = binary.interface(interface)
+    told = {key: number_of(getattr(description.defaultExperiment, key, None)) for key in ("startTime", "stopTime", "stepSize")}
     start = told["startTime"] or 0.0
     stop = stop if stop is not None else told["stopTime"] if told["stopTime"] is not None else start + 1.0
     length = stop - start
     if step is None:
-        step = told["stepSize"] or length / POINTS
+        step = told["stepSize"] or _internal(way, length / POINTS)
         step = length / max(1, math.ceil(length / step - 1e-6)) if length > 0.0 and step > 0.0 else 1e-3
-    name = description.coSimulation.modelIdentifier
-    run = Run(start=start, stop=stop, step=step, open_inputs=True)
-    return System(name, folder=path.parent, run=run, components={name: Component(fmu=str(path))}, unlimited=unlimited, alone=name)
+    name = way.modelIdentifier or path.stem
+    run = Run(start=start, stop=stop, step=step, open_inputs=True, record=[f"{name}.{one}" for one in _shown(description)])
+    components = {name: Component(fmu=str(path), interface=interface)}
+    return System(name, folder=path.parent, run=run, components=components, unlimited=unlimited, alone=name)
 
 
-def _number(text: str | float | None) -> float | None:
-    try:
-        number = math.nan if text is None else float(text)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) else None
+def _internal(way: InterfaceType, about: float) -> float:
+    """A step of about that length: a multiple of the FMU's own, where it says one."""
+    own = number_of(getattr(way, "fixedInternalStepSize", None)) or 0.0
+    return own * math.ceil(about / own - 1e-6) if own > 0.0 else about
+
+
+def _shown(description: ModelDescription) -> list[str]:
+    """What is recorded of an FMU without an output; nothing of others, whose outputs are."""
+    if any(v.causality == "output" for v in description.modelVariables):
+        return []
+    states = {u.variable.derivative.valueReference for u in description.derivatives if u.variable and u.variable.derivative}
+    places = places_of(description)
+    local = [v.name for v in variables_of(description) if v.causality == "local" and v.type != "String" and v.sized != "Clock"]
+    return [name for name in local if places[name].reference in states][:SHOWN] or local[:SHOWN]
 
 
 def driven(system: System, path: Path | str) -> System:
@@ -83,7 +101,8 @@ def driven(system: System, path: Path | str) -> System:
                     f"{path}: {component} has no variable {variable}{did_you_mean(variable, known[component])}"
                 )
             wanted = known[component][variable]
-            types[column] = wanted.type if wanted.type == "Real" and wanted.variability == "continuous" else f"held {wanted.type}"
+            smooth = wanted.type == "Real" and wanted.variability == "continuous"
+            types[column] = "Real" if smooth else f"held {wanted.sized if wanted.sized in WHOLE else wanted.type}"
     part = Component(part=f"{__name__}:Table", options={"path": str(Path(path).absolute()), "types": types})
     order = [name, *system.run.order] if system.run.order else []
     components = {name: part, **system.components}
@@ -113,11 +132,14 @@ class Table(Part):
                 values = np.array([math.nan])
             if not np.isfinite(values).all():
                 raise DescriptionError(f"{path}: column {column} holds what is no number.")
-            if self.types.get(column, "").endswith(("Integer", "Boolean")) and (values != np.trunc(values)).any():
+            kind = self.types.get(column, "").split()[-1:]
+            least, most = WHOLE.get(kind[0], INTEGERS) if kind else INTEGERS
+            if kind and kind[0] in ("Integer", "Boolean", *WHOLE) and (values != np.trunc(values)).any():
                 raise DescriptionError(f"{path}: column {column} holds numbers that are not whole; its input is of that type.")
-            if self.types.get(column, "").endswith("Integer"):
-                for value in values[(values < INTEGERS[0]) | (values > INTEGERS[1])][:1]:
-                    raise DescriptionError(f"{path}: column {column} holds {value:.0f}, which {BEYOND}.")
+            if kind and kind[0] in ("Integer", *WHOLE):
+                for value in values[(values < least) | (values > most)][:1]:
+                    beyond = Variable(column, type="Integer", sized=kind[0]).beyond
+                    raise DescriptionError(f"{path}: column {column} holds {value:.0f}, which {beyond}.")
             self._columns[column] = values
         self._time = self._columns.pop("time")
         if (np.diff(self._time) < 0.0).any():
@@ -125,7 +147,7 @@ class Table(Part):
         super().__init__(
             name,
             [
-                Variable(column, given.get(column, ""), causality="output", type=kind.split()[-1], depends_on=())
+                Variable(column, given.get(column, ""), causality="output", type=_plain(kind), depends_on=())
                 for column, kind in self.types.items()
             ],
         )
@@ -152,6 +174,11 @@ class Table(Part):
     def get(self, name: str) -> float:
         self._told(name)
         return float(self._columns[name][0])
+
+
+def _plain(kind: str) -> str:
+    """Real, Integer or Boolean, of a type as it is given."""
+    return "Integer" if kind.split()[-1] in WHOLE else kind.split()[-1]
 
 
 def _type(kind: np.dtype) -> str:

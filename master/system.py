@@ -17,6 +17,7 @@ from .algorithms import ALGORITHMS
 from .errors import DescriptionError
 
 CONTROLS = ("power", "doubling")
+INTERFACES = ("cs", "me", "se")  # of FMUs: co-simulation, model exchange, scheduled execution
 FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
 
 
@@ -58,6 +59,7 @@ class Component(Plain):
     step: float = 0.0  # its own step in s; 0: the communication step
     tolerance: float | None = None  # of its own solver, relative; 0: none is told; None: as [run] fmu_tolerance
     start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
+    interface: str = ""  # of its FMU: "cs", "me" or "se"; "": co-simulation where it has that, else model exchange
     process: bool = False  # in a process of its own
     isolate: bool = False  # in one with limits and without rights (docs/security.md)
     step_timeout: float = 0.0  # s of wall time for a step of a process; 0: 60 s where isolated, else for ever
@@ -193,6 +195,8 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
             raise DescriptionError(
                 f'{where} needs either fmu = "path/to.fmu", or part = "package.module:Class", or manoeuvre = "file.csv".'
             )
+        if component.interface:
+            check_choice(f"{where} interface", component.interface, INTERFACES)
         system.components[name] = component
     for target, source in _flat(data.get("connections", {}), "[connections]", leaf="from"):
         if target in system.connections:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Any
@@ -80,7 +80,11 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
     try:
         for name, component in system.components.items():
             kept = keep.pop(name, None) if keep else None
-            wiring.parts[name] = kept or make(name, component, system)
+            mine = {split[1]: value for key, value in settings.items() if (split := system.split(key, "settings"))[0] == name}
+            if kept and not kept.suits(component.start | mine):
+                kept.close()
+                kept = None
+            wiring.parts[name] = kept or make(name, replace(component, start=component.start | mine), system)
             if kept:
                 kept.reset()
         _values(wiring, settings)
@@ -108,8 +112,10 @@ def make(name: str, component: Component, system: System) -> Part:
     if component.part:
         if component.isolate or component.step_timeout:
             raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")
-        if component.tolerance is not None:
-            raise DescriptionError(f"{where}: tolerance is for FMUs, which have solvers of their own.")
+        if component.tolerance is not None or component.interface:
+            raise DescriptionError(
+                f"{where}: tolerance and interface are for FMUs, which have solvers and interfaces of their own."
+            )
         kind = load_part(component.part, where, system.allow_code)
         try:
             part = kind(name, **component.options)
@@ -121,20 +127,27 @@ def make(name: str, component: Component, system: System) -> Part:
                 "only what it does otherwise."
             )
         return part
+    from .anybody import part_of
     from .binary import open_fmu
-    from .fmu import FmuPart
 
     path = fmu_path(component, system)
     isolate, limit = component.isolate or system.isolate, component.step_timeout
     if not 0.0 <= limit < 1e9:
         raise DescriptionError(f"{where} step_timeout = {limit:g}: a time in s is wanted here.")
     tolerance = _tolerance(where, component, system)
-    apart = component.process or isolate or limit > 0.0
-    if apart or open_fmu(path, system.unlimited).description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+    apart = component.process or isolate or limit > 0.0  # then it is not even unpacked here
+    if not apart:
+        binary = open_fmu(path, system.unlimited)
+        try:
+            _, way = binary.interface(component.interface)
+        except DescriptionError as error:
+            raise DescriptionError(f"{where}: {error}") from None
+        apart = way.canBeInstantiatedOnlyOncePerProcess
+    if apart:
         from .process import ProcessPart
 
-        return ProcessPart(name, path, system.unlimited, isolate, limit, tolerance)
-    return FmuPart(name, path, tolerance)
+        return ProcessPart(name, path, system.unlimited, isolate, limit, tolerance, component.interface, component.start)
+    return part_of(name, path, tolerance, component.interface, component.start)
 
 
 def _tolerance(where: str, component: Component, system: System) -> float | None:
@@ -172,6 +185,8 @@ def _values(wiring: Wiring, settings: dict[str, Any]) -> None:
 
 def typed(variable: Variable, value: Any, where: str) -> Any:
     """`value`, which may be text, as the variable's type wants it, checked against its range."""
+    if variable.sized == "Clock" and variable.causality != "input":
+        raise DescriptionError(f"{where}: a clock that ticks by time, or that the FMU itself ticks, cannot be set.")
     computed = variable.causality in ("calculatedParameter", "independent") or variable.variability == "constant"
     if computed or (variable.causality == "output" and variable.initial not in STARTING):
         raise DescriptionError(f"{where}: an {variable.causality} is computed, it cannot be set.".replace("an calc", "a calc"))
@@ -194,8 +209,9 @@ def linked(wiring: Wiring, target: str, connection: Connection) -> Link:
         )
     if source.causality in ("input", "parameter"):
         raise DescriptionError(f"{where}: {connection.source} is an {source.causality}, not an output.".replace("an p", "a p"))
-    if source.type not in FITS[sink.type]:
-        raise DescriptionError(f"{where}: {source.type} does not fit into {sink.type}.")
+    if source.type not in FITS[sink.type] or (source.sized == "Binary") != (sink.sized == "Binary"):
+        kinds = ("Binary" if v.sized == "Binary" else v.type for v in (source, sink))
+        raise DescriptionError(f"{where}: {' does not fit into '.join(kinds)}.")
     changes = gain, shift = float(connection.factor), float(connection.offset)
     if sink.type in ("Boolean", "String") and changes != (1.0, 0.0):
         raise DescriptionError(f"{where}: {target} is a {sink.type}, factor and offset have no meaning there.")

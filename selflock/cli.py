@@ -105,6 +105,9 @@ def run(
     tolerance: Annotated[
         float | None, typer.Option(help="Relative, of the FMUs' own solvers; the system's or the FMUs' own when not given.")
     ] = None,
+    interface: Annotated[
+        str | None, typer.Option(help="Of one FMU: cs (co-simulation), me (model exchange) or se; cs where it has that.")
+    ] = None,
     allow_code: AllowCode = False,
     unlimited: Unlimited = False,
     isolate: Annotated[
@@ -130,6 +133,7 @@ def run(
         step=step,
         algorithm=algorithm,
         tolerance=tolerance,
+        interface=interface,
         allow_code=allow_code,
         unlimited=unlimited,
         isolate=isolate,

@@ -53,19 +53,25 @@ def _fmu(path: Path, limit: int | None) -> Iterator[str]:
     import fmpy
 
     from selflock.master.binary import open_fmu
-    from selflock.master.fmu import variables_of
+    from selflock.master.described import SAID, offered, variables_of
 
     binary = open_fmu(path)
-    d, cs = binary.description, binary.description.coSimulation
-    yield f"{path.name}: FMU {_short(d.modelName)}, FMI {d.fmiVersion} co-simulation, for {', '.join(fmpy.supported_platforms(str(binary.folder)))}"
+    d, ways = binary.description, offered(binary.description)
+    kinds = ", ".join(SAID[name] for name in ways)
+    yield f"{path.name}: FMU {_short(d.modelName)}, FMI {d.fmiVersion} {kinds}, for {', '.join(fmpy.supported_platforms(str(binary.folder)))}"
     yield from _words(d.description, f"made by {_short(d.generationTool)}" if d.generationTool else "")
     told = d.defaultExperiment
     names = {"startTime": "from {} s", "stopTime": "to {} s", "stepSize": "step {} s", "tolerance": "tolerance {}"}
     if said := [text.format(value) for name, text in names.items() if (value := getattr(told, name, None)) is not None]:
         yield f"  default experiment: {', '.join(map(_short, said))}"
     can = {"canGetAndSetFMUstate": "goes back", "canSerializeFMUstate": "saves its state", "canHandleVariableCommunicationStepSize": "takes steps of any size", "canBeInstantiatedOnlyOncePerProcess": "one instance in a process"}  # fmt: skip
-    if able := [text for name, text in can.items() if getattr(cs, name, False)]:
-        yield f"  {'; '.join(able)}"
+    can |= {"hasEventMode": "has event mode"}
+    for name, way in ways.items():
+        if able := [text for key, text in can.items() if getattr(way, key, False)]:
+            yield f"  {SAID[name] + ': ' if len(ways) > 1 else ''}{'; '.join(able)}"
+    if "me" in ways:
+        many = ((d.numberOfContinuousStates, "continuous state"), (d.numberOfEventIndicators, "event indicator"))
+        yield f"  {', '.join(f'{count} {what}' + 's' * (count != 1) for count, what in many)}"
     variables = list(variables_of(d))
     for causality in ("input", "output", "parameter", "calculatedParameter", "local", "independent"):
         mine = [v for v in variables if v.causality == causality]
@@ -77,7 +83,7 @@ def _fmu(path: Path, limit: int | None) -> Iterator[str]:
 def _variable(v: Variable) -> str:
     low, high = (None if end is None or isinf(end) else f"{end:g}" for end in (v.minimum, v.maximum))
     ends = f", {low} to {high}" if low and high else f", at least {low}" if low else f", at most {high}" if high else ""
-    kind = "" if v.type == "Real" else f"  {v.type}"
+    kind = f"  {v.sized}" if v.sized else "" if v.type == "Real" else f"  {v.type}"
     start = "" if v.start is None or (v.causality == "output" and not v.initial) else f" = {_short(v.start)}"
     return f"  {_short(v.name)}{start}{_unit(v.unit)}{ends}{kind}" + (f"  {_short(v.description)}" if v.description else "")
 
@@ -156,7 +162,7 @@ def _variables(system: System, name: str) -> dict[str, Variable]:
     """What a component says of its variables; no code of others is loaded."""
     from selflock.master.binary import open_fmu
     from selflock.master.code import load_part
-    from selflock.master.fmu import variables_of
+    from selflock.master.described import variables_of
     from selflock.master.manoeuvre import Manoeuvre
     from selflock.master.wiring import fmu_path
 

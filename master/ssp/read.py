@@ -8,7 +8,7 @@ act after the conversion of units, at connections and in mappings alike. Which e
 kinds of its connectors, not by start and end (SSP 1.0, Connections). Enumerations cross as their numbers.
 
 Not supported, and refused by name: signal dictionaries, mapping transformations other than linear, binary and inout
-connectors, arrays, clocks, model exchange, sources outside the archive. Slips are mended in mend.py.
+connectors, arrays, clocks, sources outside the archive. Slips are mended in mend.py.
 """
 
 from __future__ import annotations
@@ -19,17 +19,18 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-import fmpy
 from lxml import etree
 
 from ...fmus.units import Unit
+from ..described import number_of, units_of, variables_of
 from ..errors import DescriptionError
-from ..fmu import units_of
+from ..reading import read_description
 from .archive import ANNOTATION, inside, opened, parse, sound, tag, unpack
 from .flat import Affine, Flat, Joint, Named, Port, conversion_of
 from .values import Items, as_item, enumerations_in, is_number, items_of, transform, unit_of, units_in, value_of
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
+INTERFACES = {"CoSimulation": "cs", "ModelExchange": "me", "ScheduledExecution": "se"}  # by the words of SSP
 TABLE = "application/table"  # of OMSimulator: its ComponentTable.cpp
 
 NESTED = 100  # structures in a structure, on all levels together
@@ -142,24 +143,24 @@ class _Reader:
             return
         if kind != FMU:
             raise DescriptionError(f"{path}: components of type {kind} are not supported; only FMUs, .ssd, .ssp and tables are.")
-        if (wanted := node.get("implementation", "any")) not in ("any", "CoSimulation"):
-            called = "model exchange" if wanted == "ModelExchange" else wanted
-            raise DescriptionError(f"{path}: asks for {called}, which is not supported; only co-simulation is.")
+        if (wanted := node.get("implementation", "any")) in INTERFACES:
+            self.flat.interfaces[path] = INTERFACES[wanted]
         file = inside(source, base, self.root, path, self.notes)
         try:
-            description = fmpy.read_model_description(str(file), validate=False)
+            description, mended = read_description(file)
         except Exception as error:  # fmpy raises whatever its parser meets
             raise DescriptionError(f"{path}: {source} cannot be read as an FMU: {error}") from None
+        self.notes += [f"{path}: {note}" for note in mended]
         self.flat.fmus[path] = file
         self.flat.others.look(node, path)
         step = description.defaultExperiment.stepSize if description.defaultExperiment else None
-        if step:
-            self.flat.smallest_step = min(float(step), self.flat.smallest_step or float(step))
+        if (step := number_of(step) or 0.0) > 0.0:
+            self.flat.smallest_step = min(step, self.flat.smallest_step or step)
         own = units_of(description)
+        for told in variables_of(description):
+            self.units[path, told.name] = Named(told.unit, own) if told.unit else None
+            self.kinds[path, told.name] = told.causality
         for variable in description.modelVariables:
-            unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
-            self.units[path, variable.name] = Named(unit, own) if unit else None
-            self.kinds[path, variable.name] = variable.causality or "local"
             if items := items_of(variable):
                 self.items[path, variable.name] = items
         self._connectors(node, path, units)

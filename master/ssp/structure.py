@@ -60,6 +60,7 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
         if name in flat.tables:
             told["components"][name] = {"part": TABLE, "options": {"path": str(fmu), "types": flat.tables[name]}}
             continue
+        said = {"interface": flat.interfaces[name]} | said if name in flat.interfaces else said
         told["components"][name] = said | {"fmu": str(fmu), "start": start}
     if not flat.fmus:
         told["components"] = _still(flat)

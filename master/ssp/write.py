@@ -26,6 +26,7 @@ from ..system import Component, Run, System, check_choice
 from ..units import unit as known_unit
 from ..wiring import Wiring, fmu_path, wire
 from .archive import ANNOTATION, NAMESPACES, check, tag
+from .read import INTERFACES
 from .structure import system_of
 from .values import Items, items_of
 
@@ -143,7 +144,11 @@ def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]], enumerations
     elements = etree.SubElement(top, tag("ssd:Elements"))
     for place, (name, part) in enumerate(wiring.parts.items()):
         element = etree.SubElement(
-            elements, tag("ssd:Component"), name=name, source=f"resources/{files[name][0]}", implementation="CoSimulation"
+            elements,
+            tag("ssd:Component"),
+            name=name,
+            source=f"resources/{files[name][0]}",
+            implementation=_implementation(wiring, name),
         )
         connectors = etree.SubElement(element, tag("ssd:Connectors"))
         for variable in part.variables.values():
@@ -169,6 +174,15 @@ def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]], enumerations
     annotation = etree.SubElement(etree.SubElement(root, tag("ssd:Annotations")), tag("ssc:Annotation"), type=ANNOTATION)
     etree.SubElement(annotation, "run").text = json.dumps(_ours(system))
     return root
+
+
+def _implementation(wiring: Wiring, name: str) -> str:
+    """The interface of a component in SSP's word."""
+    component = wiring.system.components[name]
+    if not component.fmu:
+        return "CoSimulation"  # a part that is packed as one
+    way, _ = open_fmu(fmu_path(component, wiring.system), wiring.system.unlimited).interface(component.interface)
+    return next(word for word, mine in INTERFACES.items() if mine == way)
 
 
 def _ours(system: System) -> dict:

@@ -120,11 +120,9 @@ def test_files_that_are_no_fmu_for_us(tmp_path, native, refused):
         broken(tmp_path / "bare.fmu", good, without="binaries"): "no binary for this machine",
         broken(tmp_path / "xml.fmu", good, description=lambda text: text[:200]): "cannot be understood",
         broken(
-            tmp_path / "three.fmu", good, description=lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion="3.0"')
-        ): "is FMI 3.0",
-        broken(
-            tmp_path / "me.fmu", good, description=lambda t: t.replace("CoSimulation", "ModelExchange")
-        ): "model exchange only",
+            tmp_path / "three.fmu", good, description=lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion="3.1"')
+        ): "is FMI 3.1",
+        broken(tmp_path / "me.fmu", good, description=lambda t: t.replace("CoSimulation", "ModelExchange")): "lacks fmi2",
         broken(
             tmp_path / "lib.fmu", good, description=lambda t: t.replace('Identifier="relaxation"', 'Identifier="other"')
         ): "named after its modelIdentifier",
@@ -216,7 +214,7 @@ def test_log_lines_find_their_instance_with_or_without_its_environment(counter):
     from selflock.master import binary
 
     parts = [FmuPart(name, counter) for name in ("one", "two")]
-    binary._hear(parts[0]._callbacks.componentEnvironment, b"whoever", 1, b"", b"hot")
+    binary._hear(parts[0]._number, b"whoever", 1, b"", b"hot")
     binary._hear(None, b"two", 3, b"", "zu heiß".encode())
     binary._hear(None, b"three", 3, b"", b"nobody's")
     assert list(parts[0].log) == ["Warning: hot"] and list(parts[1].log) == ["Error: zu heiß"]

@@ -257,12 +257,6 @@ def test_a_packed_ssp_inside_an_ssp(tmp_path):
         (flat_pair(connection("A.y", "B.u"), bindings=binding(real("B.p", 1, "lightyear"))), "lightyear"),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("resources/sink.fmu", "../../sink.fmu")), "outside"),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace("resources/sink.fmu", "resources/none.fmu")), "not in the SSP"),
-        (
-            flat_pair(
-                connection("A.y", "B.u"), inner_b=B.replace("<ssd:Component ", '<ssd:Component implementation="ModelExchange" ')
-            ),
-            "model exchange",
-        ),
         (flat_pair(connection("A.y", "B.u"), inner_b=B.replace('"u" kind="input"', '"u" kind="inout"')), "'u' is of kind inout"),
         (
             flat_pair(

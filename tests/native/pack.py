@@ -16,11 +16,15 @@ def pack(name: str, out: Path | str) -> Path:
     out.mkdir(parents=True, exist_ok=True)
     library = out / f"{name}.so"
     flags = ["-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden"]
-    subprocess.run(["gcc", *flags, "-o", library, HERE / name / f"{name}.c", HERE / "rest.c", "-lm"], check=True)
+    described = (HERE / name / "modelDescription.xml").read_text()
+    third = 'fmiVersion="3.0"' in described
+    second = 'fmiVersion="2.0"' in described
+    rest = [HERE / "rest.c"] if second else []  # of others a small FMU lacks what it has no use for
+    subprocess.run(["gcc", *flags, "-o", library, HERE / name / f"{name}.c", *rest, "-lm"], check=True)
     path = out / f"{name}.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.write(HERE / name / "modelDescription.xml", "modelDescription.xml")
-        archive.write(library, f"binaries/linux64/{name}.so")
+        archive.writestr("modelDescription.xml", described)
+        archive.write(library, f"binaries/{'x86_64-linux' if third else 'linux64'}/{name}.so")
     return path
 
 

@@ -14,6 +14,7 @@ FMI fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
 
 #define REST(name) WEAK fmi2Status name(fmi2Component c) { return fmi2Error; }
 
+WEAK fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep) { return fmi2Error; }
 REST(fmi2GetInteger) REST(fmi2GetBoolean) REST(fmi2GetString) REST(fmi2SetInteger) REST(fmi2SetBoolean) REST(fmi2SetString)
 REST(fmi2GetFMUstate) REST(fmi2SetFMUstate) REST(fmi2FreeFMUstate)
 REST(fmi2SerializedFMUstateSize) REST(fmi2SerializeFMUstate) REST(fmi2DeSerializeFMUstate)

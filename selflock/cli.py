@@ -243,6 +243,22 @@ def name(
     raise typer.Exit(result.exit_code)
 
 
+rig_app = typer.Typer(no_args_is_help=True, help="Rig files: what the columns of a log are.")
+app.add_typer(rig_app, name="rig")
+
+
+@rig_app.command("init")
+def rig_init(
+    logs: Annotated[list[Path], typer.Argument(help="Raw logs of one drive: .csv and other text, .parquet, .mat, .json, .npy, .npz, .h5, .xlsx.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="The rig file to write; nothing is overwritten.")] = Path("rig.toml"),
+    only: Annotated[str, typer.Option(help="Of a log with several drives: what the names of one's columns hold.")] = "",
+) -> None:
+    """Guess what the columns of a raw log are, and write a commented rig to begin with."""
+    from selflock.diagnosis import rig_init as begin
+
+    console.print(visible(begin(logs, out, only).summary()), highlight=False, soft_wrap=True)
+
+
 @app.command()
 def chance(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],

@@ -21,7 +21,7 @@ EXTRAS = {
     "master": ["diagnosis"],  # compiled laws and loops, where numba is installed
     "vehicle": ["vehicle"],
     "study": ["vehicle"],
-    "diagnosis": ["diagnosis"],
+    "diagnosis": ["diagnosis", "files"],
     "sweep": ["sweep"],
 }
 

@@ -23,6 +23,8 @@ FACTORS = {
     "rad": 1.0, "mrad": 1e-3, "deg": DEG, "turn": TURN, "rad/s": 1.0, "rpm": RPM, "deg/s": DEG, "turn/s": TURN,
     "m": 1.0, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "mm/s": 1e-3,
 }  # fmt: skip
+SLIPS = (1.0, 1.0 / DEG, 1.0 / RPM, RPM / DEG, TURN, 60.0, 360.0, 1e3)
+"""Factors between units of one motion: what goes so much farther may be the same in another unit."""
 METRES = {"m", "mm", "um", "m/s", "mm/s"}
 ROUND = {n * k for n in (100, 125, 128, 250, 256, 360, 400, 500, 512, 600, 720, 1000, 1024, 1250, 1440, 2000, 2048, 2500, 3600, 4000, 4096, 5000, 8192, 16384, 32768, 65536, 131072, 262144) for k in (1, 2, 4, 10)}  # fmt: skip
 """Counts that encoders have to a turn."""
@@ -45,6 +47,7 @@ class Taken:
     nominal: float = 0.0
     wraps: float = 0.0
     commanded: bool = False
+    lacks: str = ""  # a number without which it is not in force: nominal, or factor
     sure: str = LIKELY
     why: list[str] = field(default_factory=list)
 
@@ -91,6 +94,7 @@ class _Placing:
         self.raw, self.columns, self.guess = raw, raw.columns, Guess(raw)
         self.words = dict(raw.words)
         self.ties: dict[tuple[str, str], Tie] = {}
+        self._alike_letters()
         self.varying = [name for name, x in raw.columns.values.items() if self._look(name, x)]
         self._one_drive(only)
         self._claims_by_numbers()
@@ -104,6 +108,14 @@ class _Placing:
         self._rest()
 
     # --- looks
+
+    def _alike_letters(self) -> None:
+        """x1, x2, x3 are no claims: a letter that many columns have says nothing of one."""
+        bare = {n: w for n, w in self.words.items() if w.strength == 1 and not w.side and not w.role and all(t.isdigit() for t in w.rest)}
+        letters = Counter(words.tokens(n)[0] for n in bare)
+        for name, word in bare.items():
+            if letters[words.tokens(name)[0]] >= 3:
+                self.words[name] = Word(name, rest=())
 
     def _look(self, name: str, x: np.ndarray) -> bool:
         """Whether a column may be a channel: it changes, and is more than a switch."""
@@ -209,6 +221,8 @@ class _Placing:
             if partner and not any(self.integral(a, s).holds(SAME) for a in partner for s in known[SPEED]):
                 self._claim(name, SPEED)
         free = [n for n in free if self.words[n].quantity == ""]
+        self._claim_same(free, known)
+        free = [n for n in free if self.words[n].quantity == ""]
         if known[ANGLE] or known[SPEED] or len(free) > 60:
             return
         pairs = [
@@ -220,6 +234,15 @@ class _Placing:
             if angle not in speeds:  # which would be the integral of an acceleration
                 self._claim(angle, ANGLE)
                 self._claim(speed, SPEED)
+        self._claim_same([n for n in free if self.words[n].quantity == ""], {ANGLE: self._of(ANGLE), SPEED: self._of(SPEED)})
+
+    def _claim_same(self, free: list[str], known: dict[str, list[str]]) -> None:
+        """Columns that go as a known motion does, in its own size or as the other shaft's."""
+        for name in free:
+            for quantity, mine in known.items():
+                if any(of.proportional(self.columns, name, other, quantity == ANGLE).holds(KINEMATIC) for other in mine):
+                    self._claim(name, quantity)
+                    break
 
     def _claim(self, name: str, quantity: str) -> None:
         word = self.words[name]
@@ -296,7 +319,9 @@ class _Placing:
         if not unknown:
             return doubts
         first = max(unknown, key=lambda n: float(np.nansum(abs(self._si_change(n, quantity[n])))))
-        others = [n for n in unknown if n != first and (f := relation(n, first)) is not None and f < 0.7 and self._scaled(n, quantity) and self._scaled(first, quantity)]
+        counted = lambda n: "counts" in (self._unit(n, quantity[n])[0], self._unit(first, quantity[first])[0])
+        apart = lambda n: (f := relation(n, first)) is not None and f < 0.7 and not counted(n) and (self._scaled(n, quantity, first) or not _slip(f))
+        others = [n for n in unknown if n != first and apart(n)]
         taken = set(side.values()) - {""}
         if others or LOAD in taken:
             side[first] = MOTOR
@@ -310,16 +335,16 @@ class _Placing:
             doubts[first] = f"which shaft is not told; taken for the {where}, by its speed (if it is the other: {word})"
         for name in unknown:
             if not side[name]:
-                factor = relation(name, first)
-                beside = factor is None or 0.7 <= factor <= 1.4 or not (self._scaled(name, quantity) and self._scaled(first, quantity))
-                side[name] = side[first] if beside else (LOAD if factor is not None and factor < 0.7 and side[first] == MOTOR else side[first])
-                if first in doubts and name != first:
+                side[name] = LOAD if name in others and side[first] == MOTOR else side[first]
+                if name in others:
+                    doubts[name] = f"it goes {1.0 / (relation(name, first) or 1.0):.4g} times less far than {first!r}: taken for the other shaft"
+                elif first in doubts and name != first:
                     doubts[name] = "of the same shaft as " + repr(first)
         return doubts
 
-    def _scaled(self, name: str, quantity: dict[str, str]) -> bool:
-        """Whether a unit is known, so that sizes can be compared."""
-        return bool(self._unit(name, quantity[name])[0])
+    def _scaled(self, name: str, quantity: dict[str, str], other: str) -> bool:
+        """Whether the units of both are known, so that their sizes can be compared."""
+        return all(self._unit(n, quantity[n])[0] for n in (name, other))
 
     def _relation(self, name: str, other: str, quantity: dict[str, str]) -> float | None:
         """How much farther a channel moves than another, in SI as far as units are known; None where they are two motions."""
@@ -357,9 +382,11 @@ class _Placing:
         if word.unit:
             return word.unit, SURE, f"unit {word.unit} by its name"
         x = self.columns.values[name]
+        if quantity == ANGLE and np.ptp(x[np.isfinite(x)]) >= 200.0 and bool(np.all(x[np.isfinite(x)] == np.round(x[np.isfinite(x)]))):
+            return "counts", UNSURE, "whole numbers"
         step = of.grain(x)
         if step:
-            return _by_grain(step, x, quantity, self._row_step())
+            return _by_grain(step, quantity, self._row_step())
         return "", UNSURE, ""
 
     def _row_step(self) -> float:
@@ -485,7 +512,7 @@ class _Placing:
             told[signal] = ("counts", SURE, "")
 
     def _counts(self, one: Taken, signal: str) -> None:
-        if one.factor != 1.0:
+        if one.factor not in (1.0, -1.0):
             return
         x = self.columns.values[one.column]
         low, high = float(np.nanmin(x)), float(np.nanmax(x))
@@ -494,17 +521,20 @@ class _Placing:
             one.factor = TURN / 4096.0
             one.doubt("whole numbers from 0 to 4095: taken for 4096 counts a turn", LIKELY)
         else:
-            one.doubt("in counts, and how many are a turn is not said: write factor = 2 pi / counts (of a linear drive m for each)")
-            one.factor = 0.0
+            one.doubt("in counts, and how many are a turn is not said: factor = 2 pi / counts (of a linear drive m for each)")
+            one.lacks = "factor"
 
     def _default(self, column: str, signal: str) -> str:
         """The unit where nobody says one."""
         if self.guess.linear:
             return "m" if signal.endswith("angle") else "m/s"
         size = float(np.nanquantile(abs(self.columns.values[column]), 0.98))
-        if signal.endswith("angle"):
+        kind = signal.rpartition("_")[2].rpartition(".")[2]  # angle or speed
+        both = [one for other, one in self.guess.taken.items() if other.endswith(kind) and not self.words[one.column].unit]
+        if kind == "angle":
             return "deg" if signal == "load.angle" and size > 25.0 else "rad"
-        return "rpm" if size > 1000.0 else "rad/s"
+        largest = max(float(np.nanquantile(abs(self.columns.values[one.column]), 0.98)) for one in both) if both else size
+        return "rpm" if largest > 1000.0 else "rad/s"
 
     def _mixed(self) -> None:
         """A shaft that turns, and a load that goes straight: metres become the screw's angle, by the log itself."""
@@ -608,7 +638,8 @@ class _Placing:
         if abs(tie.r) > SAME and not guess.taken[measured].sure == UNSURE:
             taken.sure = SURE if word.strength == 2 else LIKELY
         if side:
-            taken.doubt("a set-point is of the load's side, and the motion that goes with it is the motor's: divide by the ratio in factor")
+            taken.doubt("a set-point is of the load's side, and what goes with it is the motor's motion: factor over the gear's ratio")
+            taken.lacks = "factor"
         rows = of.lead(self.columns, name, one.column) if motion == quantity else 0.0
         if rows >= 1.0:
             taken.why.append(f"leads it by {rows:.0f} rows")
@@ -707,7 +738,7 @@ class _Placing:
         elif self._magnitude(name):
             self.guess.left[name] = "a current by its name, never negative while the drive goes both ways: it has lost its sign"
         elif self.words[name].unit == "%":
-            taken = self._take("motor.current", name, unit="%", nominal=1.0)
+            taken = self._take("motor.current", name, unit="%", lacks="nominal")
             taken.doubt("in % of a nominal current: nominal = A that are 100 %, of the data sheet", LIKELY)
         else:
             unit = self._electric_unit(name, ("A", "mA"))
@@ -730,7 +761,7 @@ class _Placing:
         taken = self._take(signal, name, commanded=word.role == SETPOINT)
         whole = bool(np.all(x[np.isfinite(x)] == np.round(x[np.isfinite(x)]))) and float(np.nanmax(abs(x))) > 20.0
         if word.unit in ("%", "‰") or (not word.unit and whole and "value" in words.tokens(name)):
-            taken.unit, taken.nominal = word.unit or "‰", 1.0
+            taken.unit, taken.lacks = word.unit or "‰", "nominal"
             doubt = "" if word.unit else "; taken for ‰, as drives of CiA 402 tell it"
             taken.doubt(f"in {taken.unit} of a nominal torque{doubt}: nominal = N.m that are 100 %, of the data sheet", LIKELY if word.unit else UNSURE)
         elif word.unit in ("N", "kN"):
@@ -817,7 +848,8 @@ class _Placing:
             y = self.columns.mean(name)
             (inertia, damping, coulomb, *_), left = of.fitted(y, *parts)
             along = abs(of.tie(y, w).r)
-            if left < FITS and along < 0.97 and inertia * coulomb > 0.0:
+            motion = any(of.proportional(self.columns, name, one.column, True).holds(0.8) for one in self.guess.taken.values())
+            if left < FITS and along < 0.97 and inertia * coulomb > 0.0 and not motion:
                 found.append((left, name, coulomb))
         if len(found) == 1 or (found and sorted(found)[1][0] > 2.0 * min(found)[0]):
             left, name, coulomb = min(found)
@@ -900,7 +932,7 @@ class _Placing:
             one.why.append("turned: as it stood friction would have driven")
         elif rubs > 0.2 * size and pulls > -0.2 * size:
             one.why.append("it goes against friction, as what drives does")
-            if one.sure == LIKELY and self.words[one.column].unit == one.unit:
+            if one.sure == LIKELY and self.words[one.column].unit == one.unit and not one.lacks:
                 one.sure = SURE
 
     # --- the rest
@@ -954,12 +986,17 @@ class _Placing:
             self.guess.left[name] = "; ".join(looks)
 
 
+def _slip(factor: float) -> bool:
+    """Whether a factor between two channels may be one between units."""
+    return any(abs(max(factor, 1.0 / factor) / slip - 1.0) < 0.03 for slip in SLIPS)
+
+
 def _counts_rows(x: np.ndarray) -> bool:
     steps = np.diff(x)
     return len(x) > 10 and bool(np.all(steps[:10000] == 1.0))
 
 
-def _by_grain(step: float, x: np.ndarray, quantity: str, row: float) -> tuple[str, str, str]:
+def _by_grain(step: float, quantity: str, row: float) -> tuple[str, str, str]:
     """The unit of a motion by the step in which it is told: whole counts of a turn, of a turn in a row's time, whole rpm."""
 
     def counts(turn: float) -> int | None:
@@ -969,9 +1006,6 @@ def _by_grain(step: float, x: np.ndarray, quantity: str, row: float) -> tuple[st
 
     decimal = abs(np.log10(step) - round(float(np.log10(step)))) < 1e-6
     if quantity == ANGLE:
-        whole = bool(np.all(x[np.isfinite(x)] == np.round(x[np.isfinite(x)])))
-        if whole and float(np.ptp(x)) >= 200.0:
-            return "counts", UNSURE, "whole numbers"
         if n := counts(TURN):
             return "rad", SURE, f"in steps of a turn's {n}th, in rad"
         if not decimal and (n := counts(360.0)):

@@ -180,13 +180,12 @@ def _unit(name: str, x: np.ndarray, word: Word, files: list[slice]) -> tuple[Clo
     for low, high, unit in EPOCHS:
         if low < abs(float(np.median(x))) < high and np.ptp(x) < 0.1 * low:
             return Clock(name, unit, SECONDS[unit], why=f"{unit} since 1970"), since * SECONDS[unit]
-    whole = bool(np.all(x[:10000] == np.round(x[:10000])))
+    whole = bool(np.all(abs(x[:10000] - np.round(x[:10000])) < 1e-6 * np.maximum(1.0, abs(x[:10000]))))
     if step < 0.5:
         return Clock(name, "s", 1.0, sure=LIKELY, why=f"steps of {step:.3g} are s, by their size"), since
-    if whole and step > 1.0:
-        unit = "ms" if step < 400.0 else "us" if step < 4e5 else "ns"
+    unit = "ms" if step < 400.0 else "us" if step < 4e5 else "ns"
+    if whole and step > 1.5:
         return Clock(name, unit, SECONDS[unit], sure=LIKELY, why=f"whole steps of {step:g}: {unit}, by their size"), since * SECONDS[unit]
-    unit = "ms"
     why = f"steps of {step:.3g}: {unit}, by their size; no s, for a drive is not recorded so slowly"
     return Clock(name, unit, SECONDS[unit], sure=UNSURE, why=why), since * SECONDS[unit]
 

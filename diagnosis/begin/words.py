@@ -142,6 +142,9 @@ def read(header: str) -> Word:
         known = UNITS.get(inside) or UNITS.get(inside.strip(". "))
         if known and not inside.isdigit():
             (unit, quantity_of_unit), said, name = known, True, found[1]
+    if not unit and (found := re.search(r"(pos|vel)_(estimate|setpoint)$|(input)_(pos|vel)$", name)):  # ODrive's, in turns
+        speed = "vel" in found[0]
+        return Word(header, SPEED if speed else ANGLE, "", ACTUAL if "estimate" in name else SETPOINT, "turn/s" if speed else "turn", False, 2)
     if not unit and (found := _END.fullmatch(name)):
         unit, quantity_of_unit = UNITS[found["unit"].lower().replace("_", "/") if "s" in found["unit"] else found["unit"].lower().replace("_", "")]
         name = found["name"]

@@ -48,7 +48,9 @@ def entry(one: Taken) -> str:
     parts = [f"column = {quoted(one.column)}"]
     if one.unit:
         parts.append(f"unit = {quoted(one.unit)}")
-    if one.factor != 1.0:
+    if one.lacks:
+        parts.append(f"{one.lacks} = ?")
+    if one.factor != 1.0 and one.lacks != "factor":
         parts.append(f"factor = {number(one.factor)}")
     if one.offset:
         parts.append(f"offset = {number(one.offset)}")
@@ -96,7 +98,7 @@ def _lines(guess: Guess, kind: str, why: str, path: Path) -> Iterator[str]:
     yield "[columns]"
     for one in guess.taken.values():
         line = entry(one)
-        if not one.factor:
+        if one.lacks:
             yield f"# {line}  # {one.sure}: {told('; '.join(one.why))}"
         else:
             yield f"{line}  # {one.sure}: {told('; '.join(one.why))}"
@@ -191,9 +193,9 @@ def table(guess: Guess) -> list[tuple[str, str, str, str]]:
     if guess.valid:
         rows.append((guess.valid, "valid", "likely", "a mark that is 0 and 1, by its name"))
     for one in guess.taken.values():
-        unit = f" [{one.unit}]" if one.unit else f" [× {one.factor:.4g}]" if one.factor not in (1.0, -1.0, 0.0) else ""
+        unit = f" [{one.unit}]" if one.unit else f" [× {one.factor:.4g}]" if one.factor not in (1.0, -1.0) else ""
         sign = "-" if one.factor < 0.0 else ""
-        placed = f"{sign}{one.signal}{unit}" if one.factor else f"({one.signal}, not yet)"
+        placed = f"{sign}{one.signal}{unit}" if not one.lacks else f"({one.signal}, give {one.lacks})"
         rows.append((one.column, placed, one.sure, "; ".join(one.why)))
     if guess.ratio:
         value, error, by = guess.ratio

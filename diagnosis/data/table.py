@@ -24,6 +24,7 @@ WIDEST = 1000  # columns made of one matrix or of lists
 DEEPEST = 6  # structures in structures
 MOST_NAMES = 5000
 TEXTS = {".csv", ".txt", ".tsv", ".dat", ".log", ".asc", ".lvm", ".tab", ".prn"}
+HDF = b"\x89HDF\r\n\x1a\n"
 BOOKS = {".xlsx", ".xlsm"}
 
 
@@ -109,10 +110,13 @@ def _listed(name: str, rows: list) -> dict[str, np.ndarray]:
 def _mat(path: Path) -> pd.DataFrame:
     from scipy.io import loadmat
 
+    with path.open("rb") as file:
+        if HDF in file.read(512 + len(HDF)):
+            return _hdf(path)  # version 7.3
     try:
         held = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
     except NotImplementedError:
-        return _hdf(path)  # version 7.3
+        return _hdf(path)
     return together(path, dict(_fields(held)), holds=", ".join(held))
 
 

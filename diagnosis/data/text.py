@@ -58,6 +58,10 @@ def read_text(path: Path) -> pd.DataFrame:
             f"{path}: its lines have more values than the header has names ({len(names)}). "
             f"Name every column, or remove what stands behind the last {separator!r} of each line."
         )
+    for name in names if comma else ():
+        if table[name].dtype.kind not in "fiub":  # a word among the numbers kept them from being read
+            cells = table[name].astype(str)
+            table[name] = cells.str.replace(",", ".").where(cells.str.fullmatch(_COMMA.pattern), table[name])
     empty = [name for name in names if not name or name.startswith("(unnamed")]
     table = table.drop(columns=[*spare, *(name for name in empty if table[name].isna().all())])
     table.attrs["first line"] = form.first + 1

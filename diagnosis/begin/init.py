@@ -52,6 +52,9 @@ class Begun:
             lines.append(f"A replay will compare {', '.join(self.compares)}.")
         if self.lacks:
             lines.append(f"It lacks: {self.lacks}")
+        if not self.kind:
+            lines.append(f"Written to {self.path}.")
+            return "\n".join(lines)
         log = self.guess.raw.paths[0]
         lines.append(f"Written to {self.path}: look at what is unsure and give what the data sheets say, then")
         lines.append(f"  selflock replay {self.path} {log}")
@@ -85,7 +88,7 @@ def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str
 def _kind(guess: Guess) -> tuple[str, str]:
     """Which kind of measurement it is, and by what."""
     seen = {signal for signal, one in guess.taken.items() if not one.lacks} or set(guess.taken)
-    seen |= {signal for signal, one in guess.taken.items() if one.lacks == "nominal"}
+    seen |= {signal for signal, one in guess.taken.items() if one.lacks and signal in TORQUES}
     if not seen & MOVES:
         return "", "no column is the motion of a drive; [columns] says what each looks like"
     driven = sorted(seen & TORQUES)
@@ -124,6 +127,9 @@ def _look(begun: Begun, log: Path) -> None:
     if not clock.column and not clock.step and begun.kind != "steady":
         begun.lacks = "the time: no column has it. Give step = ... (s between rows) under [time]."
         return
+    held = [f"{one.lacks} of column {one.column!r} ({signal})" for signal, one in begun.guess.taken.items() if one.lacks]
+    if held:
+        begun.lacks = f"{', '.join(held)}: give it under [columns], and take away the # before it."
     try:
         rig = load(begun.path)
         runs, _ = gathered(log, rig)
@@ -131,6 +137,6 @@ def _look(begun: Begun, log: Path) -> None:
         found, signals = box(rig, runs), {*runs[0].signals, "time"}
         begun.remarks = [f.sentence for f in found.findings if all(name in signals for name in f.about)]
     except DataError as error:
-        begun.lacks = str(error).removeprefix(f"{begun.path}: ")
-    if not begun.guess.ratio and begun.compares:
+        begun.lacks = begun.lacks or str(error).removeprefix(f"{begun.path}: ")
+    if not begun.guess.ratio and begun.compares and not held:
         begun.lacks = "reducer.gear_ratio, which this log does not tell: the data sheet does."

@@ -23,7 +23,7 @@ FACTORS = {
     "rad": 1.0, "mrad": 1e-3, "deg": DEG, "turn": TURN, "rad/s": 1.0, "rpm": RPM, "deg/s": DEG, "turn/s": TURN,
     "m": 1.0, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "mm/s": 1e-3,
 }  # fmt: skip
-SLIPS = (1.0, 1.0 / DEG, 1.0 / RPM, RPM / DEG, TURN, 60.0, 360.0, 1e3)
+SLIPS = (1.0, 1.0 / DEG, 1.0 / RPM, RPM / DEG, 1e3)
 """Factors between units of one motion: what goes so much farther may be the same in another unit."""
 METRES = {"m", "mm", "um", "m/s", "mm/s"}
 ROUND = {n * k for n in (100, 125, 128, 250, 256, 360, 400, 500, 512, 600, 720, 1000, 1024, 1250, 1440, 2000, 2048, 2500, 3600, 4000, 4096, 5000, 8192, 16384, 32768, 65536, 131072, 262144) for k in (1, 2, 4, 10)}  # fmt: skip
@@ -104,6 +104,7 @@ class _Placing:
         self._ratio()
         self.electric()
         self._signs()
+        self._lone_letters()
         self._beside()
         self._rest()
 
@@ -179,7 +180,7 @@ class _Placing:
         self.guess.drives = [names[chosen], *(names[rest] for rest in alike if rest != chosen)]
         for name in self.varying:
             rest = self.words[name].rest
-            if rest in slots and rest != chosen:
+            if rest in alike and rest != chosen:
                 self.guess.left[name] = f"of another drive ({names[rest]})"
         self.varying = [n for n in self.varying if n not in self.guess.left]
         self.guess.notes.append(
@@ -268,6 +269,8 @@ class _Placing:
                         tie = of.proportional(self.columns, other, best, quantity == ANGLE)
                         same = f"goes as {best!r} does (r = {tie.r:.3f}, factor {tie.factor:.4g})" if abs(tie.r) > SAME else f"claims the place of {best!r}"
                         self.guess.left[other] = same
+                        if abs(tie.r) < BORNE_OUT:
+                            taken.doubt(f"{other!r} claims the same place, and is another motion")
                 if best in base:
                     taken.doubt(base[best])
         self._units()
@@ -328,11 +331,12 @@ class _Placing:
         elif MOTOR in taken:
             side[first] = LOAD
         else:
-            fast = self._fastest(first, quantity[first])
+            scaled = [n for n in unknown if self._unit(n, quantity[n])[0]]
+            fast = max(self._fastest(n, quantity[n]) for n in scaled or [first])
             side[first] = MOTOR if fast > 30.0 or self.words[first].unit == "rpm" and fast > 15.0 else LOAD
             where = "motor's" if side[first] == MOTOR else "load's"
             word = "reducer.input_..." if side[first] == LOAD else "load...."
-            doubts[first] = f"which shaft is not told; taken for the {where}, by its speed (if it is the other: {word})"
+            doubts[first] = f"shaft not told, taken for the {where} (else {word})"
         for name in unknown:
             if not side[name]:
                 side[name] = LOAD if name in others and side[first] == MOTOR else side[first]
@@ -349,20 +353,29 @@ class _Placing:
     def _relation(self, name: str, other: str, quantity: dict[str, str]) -> float | None:
         """How much farther a channel moves than another, in SI as far as units are known; None where they are two motions."""
         a, b = quantity[name], quantity[other]
-        if a == b:
-            tie = of.proportional(self.columns, name, other, a == ANGLE)
-        elif a == ANGLE:
-            tie = self.integral(name, other)
-        else:
-            back = self.integral(other, name)
-            tie = Tie(1.0 / back.factor if back.factor else float("nan"), back.r, back.centred, back.pieces, back.spread)
+        tie = self._tie(name, other, a, b)
         if not tie.holds(BORNE_OUT):
             return None
+        if a != b and not self._clocked():
+            return 1.0  # without a time nothing is known of it
         return abs(tie.factor) * self._guessed(name, a) / self._guessed(other, b)
+
+    def _tie(self, name: str, other: str, a: str, b: str) -> Tie:
+        """How a motion follows another, of these quantities: angles by their changes, speeds by their means."""
+        if a == b:
+            return of.proportional(self.columns, name, other, a == ANGLE)
+        if a == ANGLE:
+            return self.integral(name, other)
+        back = self.integral(other, name)
+        return Tie(1.0 / back.factor if back.factor else float("nan"), back.r, back.centred, back.pieces, back.spread)
+
+    def _clocked(self) -> bool:
+        """Whether the time is told in s."""
+        return bool(self.raw.clock.factor) and bool(self.raw.clock.column or self.raw.clock.step)
 
     def _guessed(self, name: str, quantity: str) -> float:
         unit = self._unit(name, quantity)[0]
-        return FACTORS.get(unit, 1.0)
+        return TURN / 4096.0 if unit == "counts" else FACTORS.get(unit, 1.0)
 
     def _si_change(self, name: str, quantity: str) -> np.ndarray:
         x = self.columns.change(name) if quantity == ANGLE else self.columns.way(name)
@@ -419,6 +432,9 @@ class _Placing:
             if unit == "counts":
                 self._counts(one, signal)
                 continue
+            if unit == "own":  # a factor of its own
+                one.doubt(why, sure)
+                continue
             if not unit:
                 unit, why = self._default(one.column, signal), ""
                 one.doubt(f"no unit is said: {unit} was taken")
@@ -440,7 +456,7 @@ class _Placing:
         a, s = guess.taken[angle], guess.taken[speed]
         known_a, known_s = told[angle][0], told[speed][0]
         rate = abs(tie.factor)
-        clocked = bool(self.raw.clock.factor) and bool(self.raw.clock.column or self.raw.clock.step)
+        clocked = self._clocked()
         both = f"{a.column!r} is the integral of {s.column!r} (r = {tie.r:.4f})"
         if tie.factor < 0.0:
             both += ", turned"
@@ -451,8 +467,22 @@ class _Placing:
             elif abs(tie.r) > KINEMATIC and one.sure == UNSURE and len(one.why) <= 2:
                 one.sure = LIKELY
         if known_a == "counts":
-            if known_s in FACTORS:
+            if known_s in FACTORS and clocked:
                 self._counted(a, FACTORS[known_s] / rate, s)
+                return
+            self._counts(a, angle)
+            if not a.lacks and clocked and not known_s:
+                want = a.factor * rate
+                fits = [u for u in ("rad/s", "rpm", "deg/s", "turn/s") if abs(FACTORS[u] / want - 1.0) < 0.04]
+                s.factor = 1.0 if fits else float(f"{want:.4g}")
+                told[speed] = (fits[0] if fits else "own", LIKELY, f"{'unit ' + fits[0] if fits else f'{want:.4g} rad/s for each of its units'}, by {a.column!r}")
+            return
+        if known_a in FACTORS and known_s in FACTORS and not clocked:
+            step = abs(rate) * FACTORS[known_a] / FACTORS[known_s]
+            self.raw.clock.step, self.raw.clock.factor, self.raw.clock.sure = float(f"{step:.3g}"), 1.0, LIKELY
+            self.raw.clock.why = f"so {a.column!r} is the integral of {s.column!r}, by their units"
+            self.columns.time *= step
+            self._forget()
             return
         if known_a and known_s:
             ratio = rate * FACTORS.get(known_a, 1.0) / FACTORS.get(known_s, 1.0)
@@ -472,8 +502,8 @@ class _Placing:
             elif not known_a:
                 self._counted(a, want, s, told, angle)
             return
-        pairs = [(x, y) for x in ("rad", "deg", "turn") for y in ("rad/s", "rpm", "deg/s", "turn/s") if abs(FACTORS[y] / FACTORS[x] / rate - 1.0) < 0.02]
-        pairs = [pair for pair in pairs if pair not in (("deg", "deg/s"), ("turn", "turn/s"))]
+        pairs = [(x, y) for x in ("rad", "deg") for y in ("rad/s", "rpm", "deg/s") if abs(FACTORS[y] / FACTORS[x] / rate - 1.0) < 0.02]
+        pairs = [pair for pair in pairs if pair != ("deg", "deg/s")]
         if pairs and pairs[0] != ("rad", "rad/s"):
             for signal, unit in zip((angle, speed), pairs[0]):
                 told[signal] = (unit, LIKELY, f"units {pairs[0][0]} and {pairs[0][1]} by their ratio, {rate:.4g}")
@@ -489,12 +519,16 @@ class _Placing:
                 clock.unit, clock.sure = unit, LIKELY
                 clock.why = f"{a.column!r} and {s.column!r} say that it is {unit}"
                 self.columns.time *= 1.0 / factor
-                self.columns.__dict__.pop("lasting", None)
-                self.columns._memory.clear()
-                self.ties.clear()
+                self._forget()
                 return
         for one in (a, s):
             one.doubt(f"by their units {a.column!r} goes {ratio:.4g} times as far as {s.column!r} says: two shafts, or a unit is wrong")
+
+    def _forget(self) -> None:
+        """What was told by another time."""
+        self.columns.__dict__.pop("lasting", None)
+        self.columns._memory.clear()
+        self.ties.clear()
 
     def _counted(self, one: Taken, per_count: float, by: Taken, told: dict | None = None, signal: str = "") -> None:
         """An angle in counts: rad for each, by a speed whose unit is known."""
@@ -512,7 +546,7 @@ class _Placing:
             told[signal] = ("counts", SURE, "")
 
     def _counts(self, one: Taken, signal: str) -> None:
-        if one.factor not in (1.0, -1.0):
+        if one.factor not in (1.0, -1.0) or one.lacks:
             return
         x = self.columns.values[one.column]
         low, high = float(np.nanmin(x)), float(np.nanmax(x))
@@ -558,13 +592,9 @@ class _Placing:
         """SI of `other` for each unit of `signal`, where they are one motion."""
         a, b = self.guess.taken[signal].column, self.guess.taken[other].column
         first, second = signal.endswith("angle"), other.endswith("angle")
-        if first == second:
-            tie = of.proportional(self.columns, b, a, first)
-        elif first:
-            back = self.integral(a, b)
-            tie = Tie(1.0 / back.factor if back.factor else float("nan"), back.r, back.centred, back.pieces, back.spread)
-        else:
-            tie = self.integral(b, a)
+        tie = self._tie(b, a, ANGLE if second else SPEED, ANGLE if first else SPEED)
+        if first != second and not self._clocked():
+            return None
         return tie.factor * self.guess.scale(other) if tie.holds(SAME) else None
 
     # --- signs, set-points, ratio
@@ -606,11 +636,7 @@ class _Placing:
         guess, one = self.guess, self.guess.taken[measured]
         taken = self._take(signal, name)
         motion = ANGLE if measured.endswith("angle") else SPEED
-        if motion == quantity:
-            tie = of.proportional(self.columns, name, one.column, quantity == ANGLE)
-        else:
-            back = self.integral(one.column, name)
-            tie = Tie(1.0 / back.factor if back.factor else float("nan"), back.r, back.centred, back.pieces, back.spread)
+        tie = self._tie(name, one.column, quantity, motion)
         word = self.words[name]
         turning = {True: ("rad", "deg", "turn", "m", "mm"), False: ("rad/s", "rpm", "deg/s", "turn/s", "m/s", "mm/s")}[quantity == ANGLE]
         side = measured.startswith("reducer.") and word.side != MOTOR
@@ -718,7 +744,12 @@ class _Placing:
     def _magnitude(self, name: str) -> bool:
         """Whether a channel never changes its sign while the drive goes both ways by something that asks for both."""
         x = self.columns.values[name]
-        return bool(np.nanmin(x) >= 0.0) and self._both_ways() and float(np.nanmin(x)) < 0.05 * float(np.nanmax(x))
+        if float(np.nanmin(x)) < 0.0 or not self._both_ways():
+            return False
+        w, a, _ = self._motion_parts()
+        y = self.columns.mean(name)
+        left = of.fitted(y - np.nanmean(y), w, np.sign(w), a)[1] if w is not None else 1.0  # a weight keeps a sign, friction shows
+        return float(np.nanmin(x)) < 0.05 * float(np.nanmax(x)) or left > 0.9
 
     def _said(self, name: str, taken: Taken, unit: str) -> None:
         """How sure a unit is."""
@@ -754,11 +785,16 @@ class _Placing:
         if self._magnitude(name):
             self.guess.left[name] = "a torque by its name, never negative while the drive goes both ways: it has lost its sign"
             return
-        if word.strength < 2 and word.quantity == TORQUE and "load" in words.tokens(name) and "motor.current" in self.guess.taken:
-            self.guess.left[name] = "a load, by its name; of what is not told"
+        if word.strength < 2 and {"load", "last"} & set(words.tokens(name)):
+            self.guess.left[name] = "a load by its name, of what is not told (of servos the share of their torque or duty)"
+            return
+        if not word.side and self.guess.ratio and "motor.current" in self.guess.taken:
+            self.guess.left[name] = "a torque; of which shaft (motor.torque, reducer.output_torque) its name does not say"
             return
         x = self.columns.values[name]
         taken = self._take(signal, name, commanded=word.role == SETPOINT)
+        if not word.side and self.guess.ratio:
+            taken.doubt("of which shaft is not told: taken for the motor's (else reducer.output_torque)")
         whole = bool(np.all(x[np.isfinite(x)] == np.round(x[np.isfinite(x)]))) and float(np.nanmax(abs(x))) > 20.0
         if word.unit in ("%", "‰") or (not word.unit and whole and "value" in words.tokens(name)):
             taken.unit, taken.lacks = word.unit or "‰", "nominal"
@@ -854,8 +890,9 @@ class _Placing:
         if len(found) == 1 or (found and sorted(found)[1][0] > 2.0 * min(found)[0]):
             left, name, coulomb = min(found)
             taken = self._take("motor.torque", name, sure=UNSURE, why=[f"it goes with the acceleration and the friction of the motion ({100 * left:.0f} % is left)"])
-            taken.factor = float(np.sign(coulomb)) or 1.0
-            taken.doubt(f"a torque, a current, or the command that makes them: factor = {'N' if self.guess.linear else 'N.m'} for each of its units, of the data sheet")
+            sign = ", below 0" if coulomb < 0.0 else ""
+            taken.lacks = "factor"
+            taken.doubt(f"a torque, a current, or the command that makes them: factor = {'N' if self.guess.linear else 'N.m'} for each of its units{sign}, of the data sheet")
         elif found:
             for _, name, _ in found:
                 self.guess.left[name] = "it goes with the acceleration and the friction of the motion, as a torque, a current or a command does"
@@ -934,6 +971,20 @@ class _Placing:
             one.why.append("it goes against friction, as what drives does")
             if one.sure == LIKELY and self.words[one.column].unit == one.unit and not one.lacks:
                 one.sure = SURE
+
+    def _lone_letters(self) -> None:
+        """Motions that a letter of a name claims, and that nothing in the log bears out, are left open; with them what was told by them."""
+        taken = self.guess.taken
+        moves = [s for s in taken if s.startswith(("reducer.input_", "load."))]
+        weak = [s for s in moves if self.words[taken[s].column].strength < 2 and not self.words[taken[s].column].unit]
+        if not moves or weak != moves or len(moves) > 1 or "controller.angle_setpoint" in taken or "controller.speed_setpoint" in taken:
+            return
+        if any("holds" in why or "against friction" in why for one in taken.values() for why in one.why):
+            return
+        for signal, one in list(taken.items()):
+            if signal != "motor.supply_voltage":
+                self.guess.left[one.column] = f"{signal} by a letter of its name alone, which nothing bears out"
+                del taken[signal]
 
     # --- the rest
 

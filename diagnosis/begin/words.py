@@ -20,8 +20,8 @@ _QUANTITIES = {
     RUN: "run trial experiment versuch messung episode profile test lauf essai",
     INDEX: "index sample samples nr row frame idx seq sequence messpunkt line number",
     FLAG: "enable enabled valid status flag fault freigabe statusword controlword alarm warning richtung brake bremse",
-    ANGLE: "angle winkel position pos theta phi alpha angulo angolo lage posizione posicion hoek stellung encoder enc"
-    " weg drehwinkel rotorlage psi displacement way travel hub rotation",
+    ANGLE: "angle winkel position pos theta phi angulo angolo lage posizione posicion hoek stellung encoder enc"
+    " weg drehwinkel rotorlage displacement way travel hub rotation",
     SPEED: "speed velocity vel omega drehzahl geschwindigkeit vitesse velocidad velocita rpm snelheid winkelgeschwindigkeit"
     " drehgeschwindigkeit thetadot phidot qdot alphadot dtheta dphi dq vitesses tours upm",
     ACCELERATION: "acceleration accel acc beschleunigung qddot ddq qdd jerk",
@@ -38,7 +38,7 @@ _QUANTITIES = {
 _WEAK = {  # of one letter or two: half a claim
     "t": TIME, "n": SPEED, "w": SPEED, "om": SPEED, "q": ANGLE, "th": ANGLE, "x": ANGLE, "i": CURRENT, "u": VOLTAGE, "v": VOLTAGE,
     "m": TORQUE, "f": TORQUE, "tm": TORQUE, "trial": RUN, "id": RUN, "qd": SPEED, "dx": SPEED, "load": TORQUE, "last": TORQUE,
-    "control": DUTY, "duration": TIME, "y": ANGLE, "ts": TIME, "no": INDEX, "step": INDEX, "count": INDEX, "in": VOLTAGE,
+    "control": DUTY, "duration": TIME, "ts": TIME, "alpha": ANGLE, "psi": ANGLE, "no": INDEX, "step": INDEX, "count": INDEX, "in": VOLTAGE,
 }  # fmt: skip
 _SIDES = {
     MOTOR: "motor mot input rotor antrieb antriebs eingangs eingang moteur motore mtr worm schnecke hs an drive motors",

@@ -88,7 +88,9 @@ def _lines(guess: Guess, kind: str, why: str, path: Path) -> Iterator[str]:
         yield "linear = true  # m, m/s, N, kg stand for rad, rad/s, N.m, kg.m2"
     if guess.valid:
         yield f"valid = {quoted(guess.valid)}  # where it is 0 samples are left out"
-    if kind == "forward" and "controller.angle_setpoint" in guess.taken:
+    if closed(guess, kind):
+        yield 'simulate = "closed"  # the whole drive from its set-points, for no column says what drives it; the controller is described below'
+    elif kind == "forward" and "controller.angle_setpoint" in guess.taken:
         yield '# simulate = "closed"  # the whole drive from its set-points, where the controller is described below'
     if not kind:
         yield '# system = "model.fmu"  # of what is no drive: a system of FMUs, whose variables are named under [columns]'
@@ -111,6 +113,12 @@ def _lines(guess: Guess, kind: str, why: str, path: Path) -> Iterator[str]:
         yield "# single numbers in the file: " + told(", ".join(f"{name} = {value:.6g}" for name, value in raw.scalars.items()))
     yield ""
     yield from _parameters(guess, kind, path)
+
+
+def closed(guess: Guess, kind: str) -> bool:
+    """Whether a log has a loop's set-points and its motion, and nothing between."""
+    driven = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
+    return kind == "forward" and "controller.angle_setpoint" in guess.taken and not driven & set(guess.taken)
 
 
 def _clock(guess: Guess) -> Iterator[str]:
@@ -139,10 +147,11 @@ def _parameters(guess: Guess, kind: str, path: Path) -> Iterator[str]:
         yield f'"reducer.gear_ratio" = {number(near)}  # by the log: {told(by)}, {value:.6g} ± {max(error, 1e-6 * value):.1g}; the data sheet has it exactly'
     yield "# What the data sheets say: take away the # and give the value. What stays behind # is assumed as it stands."
     yield "# A value that no sheet tells goes under [uncertain], with its bounds."
-    rows = parameters(guess, kind, path)
+    rows, seldom = parameters(guess, kind, path), False
     for name in sorted(rows, key=lambda n: FIRST.index(n) if n in FIRST else len(FIRST)):
-        if name == FIRST[-1] and False:
-            yield ""
+        if name not in FIRST and not seldom:
+            seldom = True
+            yield "# Seldom on a sheet, and seldom missed:"
         value, unit, about = rows[name]
         hint = f"; {guess.hints[name]}" if name in guess.hints else ""
         yield f'# "{name}" = {number(value)}  # {unit + ", " if unit else ""}data sheet: {told(about)}{hint}'
@@ -153,7 +162,7 @@ def _parameters(guess: Guess, kind: str, path: Path) -> Iterator[str]:
 
 def parameters(guess: Guess, kind: str, path: Path) -> dict[str, tuple[float, str, str]]:
     """Value, unit and meaning of every parameter that would be assumed."""
-    rig = Rig(path, "", kind, (), {"reducer.gear_ratio": guess.ratio[0]} if guess.ratio else {}, linear=guess.linear)
+    rig = Rig(path, "", kind, (), {"reducer.gear_ratio": guess.ratio[0]} if guess.ratio else {}, linear=guess.linear, simulate="closed" if closed(guess, kind) else "")
     found = assumed(rig, set(guess.taken))
     seen = {"load.mass": ("load.arm", "load.arm_angle", "load.gravity")}
     rows = {}

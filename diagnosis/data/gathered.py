@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import DataError
 from ..rules import RULES
+from .clamped import refuse_clamped
 from .faults import DataFault, check
 from .log import VALID, MeasuredRun, read
 from .rig import Rig
@@ -18,6 +19,8 @@ def gathered(path: str | Path, rig: Rig) -> tuple[list[MeasuredRun], list[DataFa
     """The runs of a log, their faults masked, and these faults. Rows of faults are the file's, whatever becomes of them."""
     runs = read(path, rig)
     faults = check(runs, rig)
+    if rig.system is None:
+        refuse_clamped(runs, rig)
     return [fewer(smoothed(run, rig), rig) for run in runs], faults
 
 

@@ -15,7 +15,7 @@ from ..rules import RULES
 from .rig import SHARES, LogColumn, Rig, split, suggest
 from .signals import SIGNALS, canonical, unit
 from .table import table as read_table
-from .units import conversion, is_unit
+from .units import conversion, is_unit, without_angle
 
 VALID = "rig.valid"
 """The signal of the rig's `valid` column."""
@@ -85,7 +85,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     time = _time(path, table, rig)
     if rig.valid:
         data[VALID] = (_numbers(path, table, _find(path, table, rig.valid, rig)) != 0.0).astype(float)
-    names = table[_find(path, table, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
+    names = _run_names(path, table, rig)
     runs = []
     late = [
         column.signal
@@ -148,6 +148,19 @@ def _find(path: Path, table: pd.DataFrame, name: str, rig: Rig) -> str:
             f"{path}: {name!r} has {shorter[name]} samples where others have {len(table)}. Save vectors of one length."
         )
     raise DataError(f"{path}: there is no column {name!r}, which {rig.path.name} asks for.{suggest(name, headers)}")
+
+
+def _run_names(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
+    """The name of the run that each row is of; "" where there is one run."""
+    if not rig.run:
+        return np.full(len(table), "")
+    if rig.kind == "steady" and _bare(rig.run) not in [_bare(header) for header in table.columns]:
+        raise DataError(
+            f"{path}: there is no column {rig.run!r}, which tells the points of {rig.path.name} apart. If this log is a motion, points at constant "
+            f'speed cannot be judged by it: copy {rig.path.name} with kind = "inverse" and without run, with the parameters that were found, and '
+            f"selflock replay that on {path.name}."
+        )
+    return table[_find(path, table, rig.run, rig)].astype(str).to_numpy()
 
 
 def _line(table: pd.DataFrame, row: int) -> int:
@@ -218,7 +231,7 @@ def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Ri
         try:
             agree = conversion(said, wanted) == (factor, offset)
         except ValueError:
-            agree = False
+            agree = without_angle(said, wanted)
         if not agree:
             raise DataError(
                 f"{path}: the header {header!r} contradicts the unit {column.unit!r} in {rig.path.name}. Mend one of them."

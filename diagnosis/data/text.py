@@ -173,6 +173,11 @@ def _names(above: list[list[str]], width: int) -> list[str]:
         above = above[:-1]  # a line drawn, or a word between the header and the numbers
     if not above:
         return _different([str(k + 1) for k in range(width)])
+    labelled = {row[0].lower(): row for row in above if row[0].lower() in ("name", "unit") and wide(row)}
+    if "name" in labelled and len(above) > 1:  # attributes of each channel, a row for each, as of TwinCAT's scope
+        units = ["" if cell == "Unit" else cell for cell in labelled.get("unit", [""] * width)]
+        header = ["time" if cell == "Name" else cell for cell in labelled["name"]]
+        return _different(_with_units(header, units))
     header, units = above[-1], [""] * width
     if len(above) > 1 and wide(above[-2]) and _units(header):
         header, units = above[-2], header
@@ -181,10 +186,13 @@ def _names(above: list[list[str]], width: int) -> list[str]:
         header[0] = header[0].lstrip("#%/ ")
         if not header[0]:
             header = header[1:]
+    return _different(_with_units(header, units))
+
+
+def _with_units(header: list[str], units: list[str]) -> list[str]:
+    """Names with their units in brackets."""
     bare = [unit.strip("[]() ") for unit in units]
-    return _different(
-        [f"{name} [{unit}]" if unit and unit not in _UNITLESS else name for name, unit in zip(header, [*bare, *[""] * len(header)])]
-    )
+    return [f"{name} [{unit}]" if unit and unit not in _UNITLESS else name for name, unit in zip(header, [*bare, *[""] * len(header)])]
 
 
 def _units(row: list[str]) -> bool:

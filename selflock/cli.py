@@ -249,7 +249,10 @@ app.add_typer(rig_app, name="rig")
 
 @rig_app.command("init")
 def rig_init(
-    logs: Annotated[list[Path], typer.Argument(help="Raw logs of one drive: .csv and other text, .parquet, .mat, .json, .npy, .npz, .h5, .xlsx.")],
+    logs: Annotated[
+        list[Path],
+        typer.Argument(help="Raw logs of one drive: .csv and other text, .parquet, .mat, .json, .npy, .npz, .h5, .xlsx."),
+    ],
     out: Annotated[Path, typer.Option("--out", "-o", help="The rig file to write; nothing is overwritten.")] = Path("rig.toml"),
     only: Annotated[str, typer.Option(help="Of a log with several drives: what the names of one's columns hold.")] = "",
 ) -> None:

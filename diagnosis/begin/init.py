@@ -17,7 +17,8 @@ from ..errors import DataError
 from ..residuals.drive_experiment import DriveExperiment
 from ..rules import RULES
 from . import write
-from .place import Guess, place
+from .guess import Guess
+from .place import place
 from .raw import read
 
 GIVEN = {"motor.voltage", "motor.duty", "controller.voltage"}
@@ -114,14 +115,20 @@ def _steady(guess: Guess) -> bool:
         size = float(np.sqrt(np.nanmean(x * x)))
         within = [float(np.nanstd(x[part])) for part in raw.columns.parts if part.stop - part.start > 2]
         ends = [abs(float(np.nanmean(x[part]))) for part in raw.columns.parts]
-        return bool(within) and float(np.median(within)) < rules.unsteady * size and float(np.median(within)) < 0.5 * float(np.median(ends))
+        return (
+            bool(within)
+            and float(np.median(within)) < rules.unsteady * size
+            and float(np.median(within)) < 0.5 * float(np.median(ends))
+        )
     return not raw.clock.column and not raw.clock.step and len(x) <= 1000 and not raw.run
 
 
 def _look(begun: Begun, log: Path) -> None:
     """Load what was written and hold it against the log, as a replay will."""
     if not begun.kind:
-        begun.lacks = "the motion of a drive. For a system of FMUs give system = ..., and its variables under [columns] (docs/rig.md)."
+        begun.lacks = (
+            "the motion of a drive. For a system of FMUs give system = ..., and its variables under [columns] (docs/rig.md)."
+        )
         return
     clock = begun.guess.raw.clock
     if not clock.column and not clock.step and begun.kind != "steady":

@@ -53,23 +53,23 @@ class Raw:
     notes: list[str] = field(default_factory=list)
 
 
-def read(paths: Sequence[str | Path]) -> Raw:
+def read(logs: Sequence[str | Path]) -> Raw:
     """Logs of one drive. DataError where they have no column in common, or no numbers."""
-    paths = [Path(path) for path in paths]
-    tables = [table(path) for path in paths]
-    for path, one in zip(paths, tables):
+    files = [Path(path) for path in logs]
+    tables = [table(path) for path in files]
+    for path, one in zip(files, tables):
         if one.empty or not len(one.columns):
             raise DataError(f"{path}: is empty. Export the log again; it needs at least {RULES.data.shortest_log} samples.")
     common = [name for name in tables[0].columns if all(name in other.columns for other in tables[1:])]
     if not common:
-        raise DataError(f"{paths[0]} and {paths[-1]} have no column in common: give logs of one drive, exported alike.")
+        raise DataError(f"{files[0]} and {files[-1]} have no column in common: give logs of one drive, exported alike.")
     notes = []
     alone = {str(name) for one in tables for name in one.columns} - {str(name) for name in common}
     if alone:
         notes.append(f"only in some of the logs, and left out: {', '.join(sorted(alone)[:8])}")
     most = max(1000, MOST_ROWS // len(tables))
     tables = [one[common].head(most).reset_index(drop=True) for one in tables]
-    scalars = table(paths[0]).attrs.get("scalars", {}) if len(paths) == 1 else {}
+    scalars = dict(tables[0].attrs.get("scalars", {})) if len(files) == 1 else {}
     whole = pd.concat(tables, ignore_index=True)
     whole.columns = [str(name) for name in whole.columns]
     known = {name: words.read(name) for name in whole.columns}
@@ -84,12 +84,12 @@ def read(paths: Sequence[str | Path]) -> Raw:
             texts[name] = f"texts such as {str(whole[name].iloc[0])[:20]!r}"
     sizes = [len(one) for one in tables]
     ends = np.cumsum([0, *sizes])
-    files = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:])]
+    spans = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:])]
     for name, x in list(numbers.items()):  # one number for all, written in the first row
-        if np.isfinite(x).sum() == len(files) < 0.5 * len(x):
+        if np.isfinite(x).sum() == len(spans) < 0.5 * len(x):
             scalars = scalars | {name: float(x[np.isfinite(x)][0])}
-    clock, time = _clock(numbers, stamps, known, files, scalars)
-    run, parts = _runs(whole, numbers, time, files, known, clock)
+    clock, time = _clock(numbers, stamps, known, spans, scalars)
+    run, parts = _runs(whole, numbers, time, spans, known, clock)
     again = [part for part in parts if np.any(np.diff(time[part]) < 0.0)]
     if again:
         row = again[0].start + int(np.flatnonzero(np.diff(time[again[0]]) < 0.0)[0]) + 1
@@ -107,7 +107,7 @@ def read(paths: Sequence[str | Path]) -> Raw:
                 time[part] = spread_out(time[part])
     values = {name: x for name, x in numbers.items() if name not in (clock.column, run) and name not in scalars}
     texts.pop(run, None)
-    return Raw(paths, known, clock, run, Columns(time, values, parts), len(whole), scalars, texts, notes)
+    return Raw(files, known, clock, run, Columns(time, values, parts), len(whole), scalars, texts, notes)
 
 
 def _numeric(values: pd.Series) -> np.ndarray | None:
@@ -156,7 +156,10 @@ def _clock(numbers: dict, stamps: dict, known: dict[str, Word], files: list[slic
 def _step(name: str, value: float) -> tuple[float, str] | None:
     """Seconds between rows, where a single number's name says that it is that."""
     bare = "".join(words.tokens(name))
-    if bare.endswith(("ts", "dt", "tsamp", "sampletime", "samplingtime", "stepsize", "tstep", "abtastzeit")) and 0.0 < value < 1e4:
+    if (
+        bare.endswith(("ts", "dt", "tsamp", "sampletime", "samplingtime", "stepsize", "tstep", "abtastzeit"))
+        and 0.0 < value < 1e4
+    ):
         return value, f"{name} = {value:g}"
     if bare.endswith(("fs", "samplerate", "samplingrate", "samplingfrequency", "fsamp", "abtastrate")) and value > 0.0:
         return 1.0 / value, f"{name} = {value:g} Hz"
@@ -185,7 +188,9 @@ def _unit(name: str, x: np.ndarray, word: Word, files: list[slice]) -> tuple[Clo
         return Clock(name, "s", 1.0, sure=LIKELY, why=f"steps of {step:.3g} are s, by their size"), since
     unit = "ms" if step < 400.0 else "us" if step < 4e5 else "ns"
     if whole and step > 1.5:
-        return Clock(name, unit, SECONDS[unit], sure=LIKELY, why=f"whole steps of {step:g}: {unit}, by their size"), since * SECONDS[unit]
+        return Clock(
+            name, unit, SECONDS[unit], sure=LIKELY, why=f"whole steps of {step:g}: {unit}, by their size"
+        ), since * SECONDS[unit]
     why = f"steps of {step:.3g}: {unit}, by their size; no s, for a drive is not recorded so slowly"
     return Clock(name, unit, SECONDS[unit], sure=UNSURE, why=why), since * SECONDS[unit]
 

@@ -82,7 +82,9 @@ UNITS = {  # as people write them: as the rig writes them, and of what they are
     **dict.fromkeys(("rad/s2", "rad/s^2", "rad/s²", "m/s2", "m/s²", "m/s^2", "deg/s2", "deg/s²"), ("", ACCELERATION)),
 }  # fmt: skip
 
-_FILLERS = set("side shaft welle seite value values data signal sensor state states field msg of the control controller ch channel dc mode observation".split())
+_FILLERS = set(
+    "side shaft welle seite value values data signal sensor state states field msg of the control controller ch channel dc mode observation".split()
+)
 _END = re.compile(
     r"(?P<name>.*[^A-Za-z].*?|.*[a-z])[_ .-]*(?<![a-zA-Z])(?P<unit>mA|mV|mNm|mN_?m|N_?m|Nm|Ncm|kN|RPM|rpm|deg_?/?s|dps|rad_?/?s|rads|Deg|deg|rad|mm|ms|us|ns|µs|pct|percent|1/min|U/min)"
 )
@@ -94,7 +96,17 @@ for _kind, _table in (("quantity", _QUANTITIES), ("side", _SIDES), ("role", _ROL
             _TOKENS.setdefault(_word, []).append((_kind, _value))
 
 _GREEK = str.maketrans(
-    {"ω": " omega ", "Ω": " omega ", "θ": " theta ", "ϑ": " theta ", "φ": " phi ", "ϕ": " phi ", "τ": " tau ", "α": " alpha ", "ψ": " psi "}
+    {
+        "ω": " omega ",
+        "Ω": " omega ",
+        "θ": " theta ",
+        "ϑ": " theta ",
+        "φ": " phi ",
+        "ϕ": " phi ",
+        "τ": " tau ",
+        "α": " alpha ",
+        "ψ": " psi ",
+    }
 )
 
 
@@ -144,9 +156,19 @@ def read(header: str) -> Word:
             (unit, quantity_of_unit), said, name = known, True, found[1]
     if not unit and (found := re.search(r"(pos|vel)_(estimate|setpoint)$|(input)_(pos|vel)$", name)):  # ODrive's, in turns
         speed = "vel" in found[0]
-        return Word(header, SPEED if speed else ANGLE, "", ACTUAL if "estimate" in name else SETPOINT, "turn/s" if speed else "turn", False, 2)
+        return Word(
+            header,
+            SPEED if speed else ANGLE,
+            "",
+            ACTUAL if "estimate" in name else SETPOINT,
+            "turn/s" if speed else "turn",
+            False,
+            2,
+        )
     if not unit and (found := _END.fullmatch(name)):
-        unit, quantity_of_unit = UNITS[found["unit"].lower().replace("_", "/") if "s" in found["unit"] else found["unit"].lower().replace("_", "")]
+        unit, quantity_of_unit = UNITS[
+            found["unit"].lower().replace("_", "/") if "s" in found["unit"] else found["unit"].lower().replace("_", "")
+        ]
         name = found["name"]
     words = tokens(name)
     if not unit:
@@ -156,9 +178,11 @@ def read(header: str) -> Word:
         return Word(header, *whole, unit=unit, said=said, strength=2 if unit else 1)
     quantity, strength, side, role, rest = "", 0, "", "", []
     strong = [value for word in words for kind, value in _TOKENS.get(word, ()) if kind == "quantity"]
-    for place, word in enumerate(words):
+    for word in words:
         kinds = dict(_TOKENS.get(word, ()))
-        if "side" in kinds and not (kinds["side"] == LOAD and word in ("load", "last") and len(words) > 1 and not strong and not unit):
+        if "side" in kinds and not (
+            kinds["side"] == LOAD and word in ("load", "last") and len(words) > 1 and not strong and not unit
+        ):
             side = side or kinds["side"]
         if "role" in kinds:
             role = role or kinds["role"]
@@ -181,7 +205,7 @@ def read(header: str) -> Word:
     if not side and len(words) > 1 and quantity:
         side = MOTOR if single[-1:] == ["m"] and words[-1] == "m" else LOAD if words[-1:] == ["l"] else ""
     if quantity_of_unit and said and quantity_of_unit != quantity and not (quantity == SUPPLY and quantity_of_unit == VOLTAGE):
-        if not (quantity in (FLAG, ERROR, OTHER, RUN, INDEX)):
+        if quantity not in (FLAG, ERROR, OTHER, RUN, INDEX):
             quantity, strength = quantity_of_unit, 2
     elif quantity_of_unit and quantity_of_unit == quantity:
         strength = 2

@@ -13,7 +13,7 @@ from selflock.fmus.shown import visible
 
 from ..data.rig import Rig
 from ..data.sanity import assumed
-from .place import Guess, Taken
+from .guess import Guess, Taken
 from .raw import SURE, UNSURE
 
 WIDTH = 150  # characters of a comment about a column
@@ -162,7 +162,15 @@ def _parameters(guess: Guess, kind: str, path: Path) -> Iterator[str]:
 
 def parameters(guess: Guess, kind: str, path: Path) -> dict[str, tuple[float, str, str]]:
     """Value, unit and meaning of every parameter that would be assumed."""
-    rig = Rig(path, "", kind, (), {"reducer.gear_ratio": guess.ratio[0]} if guess.ratio else {}, linear=guess.linear, simulate="closed" if closed(guess, kind) else "")
+    rig = Rig(
+        path,
+        "",
+        kind,
+        (),
+        {"reducer.gear_ratio": guess.ratio[0]} if guess.ratio else {},
+        linear=guess.linear,
+        simulate="closed" if closed(guess, kind) else "",
+    )
     found = assumed(rig, set(guess.taken))
     seen = {"load.mass": ("load.arm", "load.arm_angle", "load.gravity")}
     rows = {}
@@ -208,7 +216,9 @@ def table(guess: Guess) -> list[tuple[str, str, str, str]]:
         rows.append((one.column, placed, one.sure, "; ".join(one.why)))
     if guess.ratio:
         value, error, by = guess.ratio
-        rows.append(("", f"gear ratio {value:.6g}", UNSURE if "as sure as" in by else SURE, f"{by}, ± {max(error, 1e-6 * value):.1g}"))
+        rows.append(
+            ("", f"gear ratio {value:.6g}", UNSURE if "as sure as" in by else SURE, f"{by}, ± {max(error, 1e-6 * value):.1g}")
+        )
     for name, looks in (guess.left | raw.texts).items():
         rows.append((name, "-", "", looks))
     return rows

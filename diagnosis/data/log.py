@@ -262,9 +262,15 @@ def stamps_of(values: pd.Series) -> np.ndarray | None:
     """Seconds since the first, of a clock, of a stopwatch, or of such written as texts; None where it is none of these."""
     if values.dtype.kind not in "mM":
         texts = values.astype(str).str.strip().str.replace(r"(?<=:\d\d),", ".", regex=True)
-        if values.dtype.kind in "fiub" or not len(texts) or not texts.iloc[: 1000].str.contains(r"\d:\d\d", regex=True).mean() > 0.5:
+        if (
+            values.dtype.kind in "fiub"
+            or not len(texts)
+            or not texts.iloc[:1000].str.contains(r"\d:\d\d", regex=True).mean() > 0.5
+        ):
             return None
-        only_time = not texts.iloc[0].split(":")[0].strip().rpartition(" ")[0] and not re.search(r"[-./T]", texts.iloc[0].split(":")[0])
+        only_time = not texts.iloc[0].split(":")[0].strip().rpartition(" ")[0] and not re.search(
+            r"[-./T]", texts.iloc[0].split(":")[0]
+        )
         if only_time:
             found = pd.to_timedelta(texts.where(texts.str.count(":") > 1, "00:" + texts), errors="coerce")
             past = found.dt.total_seconds().to_numpy(float)

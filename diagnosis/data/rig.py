@@ -26,7 +26,15 @@ HEAD: dict[str, type] = {"name": str, "kind": str, "description": str, "linear":
         "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float, "inputs": str}  # fmt: skip
 TIME: dict[str, type] = {"column": str, "unit": str, "factor": float, "step": float, "spread": bool,
         "skip": float, "from": float, "to": float, "lowpass": float, "every": float}  # fmt: skip
-COLUMN: dict[str, type] = {"column": str, "unit": str, "factor": float, "offset": float, "nominal": float, "commanded": bool, "wraps": float}
+COLUMN: dict[str, type] = {
+    "column": str,
+    "unit": str,
+    "factor": float,
+    "offset": float,
+    "nominal": float,
+    "commanded": bool,
+    "wraps": float,
+}
 WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
 CHOICES = {"hold_out": ("", EVERY_SECOND), "inputs": ("", SMOOTH, HELD), "simulate": ("", "open", "closed", "whole", "parts")}
@@ -216,7 +224,9 @@ def _rows(path: Path, clock: dict[str, Any]) -> Rows:
         if clock.get(key, least) < least:
             raise DataError(f"{path}: [time] {key} = {clock[key]:g}: write a number of at least {least:g}.")
     if clock.get("to", float("inf")) <= clock.get("from", 0.0):
-        raise DataError(f"{path}: [time] to = {clock['to']:g} s ends before from = {clock.get('from', 0.0):g} s, both after a run's begin.")
+        raise DataError(
+            f"{path}: [time] to = {clock['to']:g} s ends before from = {clock.get('from', 0.0):g} s, both after a run's begin."
+        )
     return Rows(
         clock.get("step", 0.0), clock.get("spread", False), int(clock.get("skip", 0)), clock.get("from", 0.0),
         clock.get("to", float("inf")), clock.get("lowpass", 0.0), int(clock.get("every", 1)),

@@ -155,7 +155,12 @@ def form_of(rows: list[list[str]], comma: bool = False) -> Form:
         row = rows[k]
         wanted = [cell for cell, number in zip(row, numeric) if number]
         told = [cell for cell in wanted if cell]
-        return bool(told) and len(told) >= 0.5 * len(wanted) and all(is_number(cell, comma) for cell in told) and len(row) >= width - 1
+        return (
+            bool(told)
+            and len(told) >= 0.5 * len(wanted)
+            and all(is_number(cell, comma) for cell in told)
+            and len(row) >= width - 1
+        )
 
     flags = [data(k) for k in filled]
     start = next((i for i, flag in enumerate(flags) if flag and all(flags[i : i + ALIKE])), len(filled))
@@ -192,7 +197,9 @@ def _names(above: list[list[str]], width: int) -> list[str]:
 def _with_units(header: list[str], units: list[str]) -> list[str]:
     """Names with their units in brackets."""
     bare = [unit.strip("[]() ") for unit in units]
-    return [f"{name} [{unit}]" if unit and unit not in _UNITLESS else name for name, unit in zip(header, [*bare, *[""] * len(header)])]
+    return [
+        f"{name} [{unit}]" if unit and unit not in _UNITLESS else name for name, unit in zip(header, [*bare, *[""] * len(header)])
+    ]
 
 
 def _units(row: list[str]) -> bool:

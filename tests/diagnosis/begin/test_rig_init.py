@@ -103,12 +103,21 @@ def test_numbers_alone_find_the_motions_and_leave_the_rest_open(tmp_path):
     guess = place(read([tmp_path / "log.mat"]))
     held_to(guess, {"data.1": ("time", 1), "data.3": ("motor_speed", 1), "data.5": ("motor_angle", 1), "data.6": ("angle", 1)})
     assert not {"motor.current", "motor.voltage"} & set(guess.taken)
-    assert (guess.taken["motor.torque"].column, guess.taken["motor.torque"].lacks) == ("data.2", "factor")  # a torque but for its scale
+    assert (guess.taken["motor.torque"].column, guess.taken["motor.torque"].lacks) == (
+        "data.2",
+        "factor",
+    )  # a torque but for its scale
 
 
 def test_counts_get_their_number_from_a_speed_that_has_a_unit(tmp_path):
-    columns = {"Zeit;ms": ("time", 1e3), "Position actual value [inc]": ("motor_angle", 4000 / (2 * pi)), "Velocity actual value [rpm]": ("motor_speed", RPM)}
-    table = pd.DataFrame({n: TRUTH[w] * f for n, (w, f) in columns.items()}).assign(**{"Torque actual value [%]": TRUTH["torque"] * 500})
+    columns = {
+        "Zeit;ms": ("time", 1e3),
+        "Position actual value [inc]": ("motor_angle", 4000 / (2 * pi)),
+        "Velocity actual value [rpm]": ("motor_speed", RPM),
+    }
+    table = pd.DataFrame({n: TRUTH[w] * f for n, (w, f) in columns.items()}).assign(
+        **{"Torque actual value [%]": TRUTH["torque"] * 500}
+    )
     table["Position actual value [inc]"] = table["Position actual value [inc]"].round()
     table.columns = ["Time [ms]", *table.columns[1:]]
     table.to_csv(tmp_path / "log.csv", index=False)
@@ -116,13 +125,18 @@ def test_counts_get_their_number_from_a_speed_that_has_a_unit(tmp_path):
     assert guess.taken["reducer.input_angle"].factor == pytest.approx(2 * pi / 4000, rel=1e-9)
     assert guess.taken["motor.torque"].lacks == "nominal"  # and no number is made up
     begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
-    assert "nominal" in begun.lacks and '# "motor.torque" = { column = "Torque actual value [%]", unit = "%", nominal = ? }' in begun.path.read_text()
+    assert (
+        "nominal" in begun.lacks
+        and '# "motor.torque" = { column = "Torque actual value [%]", unit = "%", nominal = ? }' in begun.path.read_text()
+    )
 
 
 def test_a_set_point_is_told_by_its_lead_where_no_name_says_it(tmp_path):
     rng = np.random.default_rng(5)
     angle = TRUTH["angle"] + 0.01 * rng.standard_normal(len(T))
-    pd.DataFrame({"t": T, "angle_a": angle, "angle_b": TRUTH["goal"], "torque_motor": TRUTH["torque"]}).to_csv(tmp_path / "log.csv", index=False)
+    pd.DataFrame({"t": T, "angle_a": angle, "angle_b": TRUTH["goal"], "torque_motor": TRUTH["torque"]}).to_csv(
+        tmp_path / "log.csv", index=False
+    )
     guess = place(read([tmp_path / "log.csv"]))
     assert guess.taken["controller.angle_setpoint"].column == "angle_b" and guess.taken["load.angle"].column == "angle_a"
 
@@ -135,7 +149,15 @@ def test_an_angles_zero_comes_from_its_set_point(tmp_path):
 
 def test_of_several_drives_one_is_taken_and_another_may_be_asked_for(tmp_path):
     other = np.roll(TRUTH["angle"], 700), np.roll(TRUTH["speed"], 700)
-    table = {"timestamp": T + 1.7e9, "q_0": TRUTH["angle"], "dq_0": TRUTH["speed"], "tau_0": TRUTH["torque"], "q_1": 0.5 * other[0], "dq_1": 0.5 * other[1], "tau_1": TRUTH["torque"]}
+    table = {
+        "timestamp": T + 1.7e9,
+        "q_0": TRUTH["angle"],
+        "dq_0": TRUTH["speed"],
+        "tau_0": TRUTH["torque"],
+        "q_1": 0.5 * other[0],
+        "dq_1": 0.5 * other[1],
+        "tau_1": TRUTH["torque"],
+    }
     pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
     raw = read([tmp_path / "log.csv"])
     guess = place(raw)
@@ -146,7 +168,13 @@ def test_of_several_drives_one_is_taken_and_another_may_be_asked_for(tmp_path):
 
 
 def test_what_has_lost_its_sign_or_its_name_stays_a_gap(tmp_path):
-    table = {"t": T, "speed_rpm": TRUTH["motor_speed"] * RPM, "current": abs(TRUTH["current"]), "pwm": abs(TRUTH["voltage"]) * 7.3, "load": TRUTH["torque"]}
+    table = {
+        "t": T,
+        "speed_rpm": TRUTH["motor_speed"] * RPM,
+        "current": abs(TRUTH["current"]),
+        "pwm": abs(TRUTH["voltage"]) * 7.3,
+        "load": TRUTH["torque"],
+    }
     pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
     guess = place(read([tmp_path / "log.csv"]))
     assert set(guess.taken) == {"reducer.input_speed"}
@@ -157,12 +185,15 @@ def test_what_has_lost_its_sign_or_its_name_stays_a_gap(tmp_path):
 
 
 def test_a_commanded_torque_is_said_to_be_one(tmp_path):
-    pd.DataFrame({"t": T, "speed_rpm": TRUTH["motor_speed"] * RPM, "torque_cmd_Nm": np.round(TRUTH["torque"], 2)}).to_csv(tmp_path / "log.csv", index=False)
+    pd.DataFrame({"t": T, "speed_rpm": TRUTH["motor_speed"] * RPM, "torque_cmd_Nm": np.round(TRUTH["torque"], 2)}).to_csv(
+        tmp_path / "log.csv", index=False
+    )
     assert place(read([tmp_path / "log.csv"])).taken["motor.torque"].commanded
 
 
 @pytest.mark.parametrize(
-    ("scale", "unit", "start"), [(1.0, "s", 0.0), (1e3, "ms", 0.0), (1e6, "us", 0.0), (1.0, "s", 1.7e9), (1e3, "ms", 1.7e12), (1e9, "ns", 1.7e18)]
+    ("scale", "unit", "start"),
+    [(1.0, "s", 0.0), (1e3, "ms", 0.0), (1e6, "us", 0.0), (1.0, "s", 1.7e9), (1e3, "ms", 1.7e12), (1e9, "ns", 1.7e18)],
 )
 def test_the_times_unit_is_told_by_its_steps_or_by_1970(scale, unit, start, tmp_path):
     pd.DataFrame({"time": start + T * scale, "motor_speed": TRUTH["motor_speed"]}).to_csv(tmp_path / "log.csv", index=False)
@@ -171,18 +202,26 @@ def test_the_times_unit_is_told_by_its_steps_or_by_1970(scale, unit, start, tmp_
 
 
 def test_coarse_times_and_a_missing_time_are_said_in_the_rig(tmp_path):
-    pd.DataFrame({"time": np.floor(T / 0.02) * 0.02, "motor_speed": TRUTH["motor_speed"], "motor_torque": TRUTH["torque"]}).to_csv(tmp_path / "coarse.csv", index=False)
+    pd.DataFrame(
+        {"time": np.floor(T / 0.02) * 0.02, "motor_speed": TRUTH["motor_speed"], "motor_torque": TRUTH["torque"]}
+    ).to_csv(tmp_path / "coarse.csv", index=False)
     begun = rig_init([tmp_path / "coarse.csv"], tmp_path / "coarse.toml")
     assert rigs.load(begun.path).rows.spread and begun.compares
     scipy.io.savemat(tmp_path / "ts.mat", {"motor_speed": TRUTH["motor_speed"], "motor_torque": TRUTH["torque"], "Ts": 0.002})
     assert rigs.load(rig_init([tmp_path / "ts.mat"], tmp_path / "ts.toml").path).rows.step == 0.002
-    pd.DataFrame({"motor_speed": TRUTH["motor_speed"], "motor_torque": TRUTH["torque"]}).to_csv(tmp_path / "none.csv", index=False)
+    pd.DataFrame({"motor_speed": TRUTH["motor_speed"], "motor_torque": TRUTH["torque"]}).to_csv(
+        tmp_path / "none.csv", index=False
+    )
     assert "step = ..." in rig_init([tmp_path / "none.csv"], tmp_path / "none.toml").lacks
 
 
 def test_points_at_constant_speed_are_a_steady_rig(tmp_path, rng):
     speeds = np.concatenate([np.linspace(-90.0, -10.0, 8), np.linspace(10.0, 90.0, 8)])
-    rows = [(f"p{k}", 0.01 * j, s + rng.normal(0, 0.1), 5e-3 * np.sign(s) + rng.normal(0, 1e-4)) for k, s in enumerate(speeds) for j in range(50)]
+    rows = [
+        (f"p{k}", 0.01 * j, s + rng.normal(0, 0.1), 5e-3 * np.sign(s) + rng.normal(0, 1e-4))
+        for k, s in enumerate(speeds)
+        for j in range(50)
+    ]
     pd.DataFrame(rows, columns=["run", "time", "motor_speed_rad_s", "motor_torque_Nm"]).to_csv(tmp_path / "log.csv", index=False)
     begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
     found = rigs.load(begun.path)
@@ -195,7 +234,12 @@ def test_the_rig_is_valid_says_what_is_assumed_and_is_never_overwritten(tmp_path
     begun = rig_init([log], tmp_path / "rig.toml")
     text, found = begun.path.read_text(), rigs.load(begun.path)
     assert found.kind == "forward" and found.parameters["reducer.gear_ratio"] == pytest.approx(RATIO, rel=2e-3)
-    for name, unit in (("motor.resistance", "Ohm"), ("load.inertia", "kg.m2"), ("reducer.friction_kinetic", ""), ("controller.angle_gain", "V/rad")):
+    for name, unit in (
+        ("motor.resistance", "Ohm"),
+        ("load.inertia", "kg.m2"),
+        ("reducer.friction_kinetic", ""),
+        ("controller.angle_gain", "V/rad"),
+    ):
         line = next(line for line in text.splitlines() if line.startswith(f'# "{name}" = '))
         assert "data sheet" in line and unit in line
     assert re.search(rf"R i \+ k w says about {R:.1f}", text)  # beside the resistance
@@ -240,7 +284,9 @@ def test_names_claim(name, quantity, side, role, unit):
 
 # --- the four measured drives, from their raw logs, with what their data sheets say
 
-pytestmark_data = pytest.mark.skipif(not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)")
+pytestmark_data = pytest.mark.skipif(
+    not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)"
+)
 MEASURED = {
     "emps": ("emps/DATA_EMPS.mat", {"load.angle": "qm", "controller.angle_setpoint": "qg", "motor.torque": "vir"}, "inverse"),
     "worm_drive": ("worm_drive/steady_state.csv", {"reducer.input_speed": "motor_speed", "motor.torque": "motor_torque"}, "steady"),
@@ -259,7 +305,9 @@ def test_a_measured_drive_needs_its_data_sheet_alone(name, tmp_path):
     begun = rig_init([DATA / log], tmp_path / "rig.toml")
     assert {signal: one.column for signal, one in begun.guess.taken.items()} == columns and begun.kind == kind
     text, sheet = begun.path.read_text(), rigs.load(RIGS / f"{name}.toml")
-    text = text.replace('# "motor.torque" = { column = "vir", factor = ? }', '"motor.torque" = { column = "vir", factor = 35.15 }')
+    text = text.replace(
+        '# "motor.torque" = { column = "vir", factor = ? }', '"motor.torque" = { column = "vir", factor = 35.15 }'
+    )
     for parameter, value in sheet.parameters.items():
         assert f'# "{parameter}" = ' in text, parameter
         text = re.sub(rf'# ("{re.escape(parameter)}" = )\S+', rf"\g<1>{value!r}", text, count=1)
@@ -281,13 +329,26 @@ def test_what_is_no_drive_is_taken_for_none(log, tmp_path):
 
 def test_public_forms_are_read(tmp_path):
     """A servo's JSON with a header of single numbers, and a bus recorder's attributes of each channel."""
-    rows = [{"timestamp": t, "position": a, "speed": s, "goal_position": g, "input_volts": 7.4, "torque_enable": True} for t, a, s, g in zip(T, TRUTH["angle"], TRUTH["speed"], TRUTH["goal"])]
+    rows = [
+        {"timestamp": t, "position": a, "speed": s, "goal_position": g, "input_volts": 7.4, "torque_enable": True}
+        for t, a, s, g in zip(T, TRUTH["angle"], TRUTH["speed"], TRUTH["goal"])
+    ]
     (tmp_path / "servo.json").write_text(json.dumps({"kp": 800, "dt": 0.002, "entries": rows}))
     begun = rig_init([tmp_path / "servo.json"], tmp_path / "servo.toml")
     assert begun.kind == "forward" and 'simulate = "closed"' in begun.path.read_text() and "kp = 800" in begun.path.read_text()
     assert [c.split(" ")[0] for c in begun.compares] == ["load.angle"]
-    head = ["Name\tTest", "Starttime\t133\t12.03.2026", "", "Name\tMain.fActPos\tName\tMain.fActVel\tName\tMain.fTrq", "Data-Type\tREAL64\tData-Type\tREAL64\tData-Type\tREAL64", "Unit\t°\tUnit\t°/s\tUnit\tNm"]
-    body = [f"{t:.3f}\t{a:.5f}\t{t:.3f}\t{s:.5f}\t{t:.3f}\t{m:.6f}" for t, a, s, m in zip(T * 1e3, TRUTH["angle"] * DEG, TRUTH["speed"] * DEG, TRUTH["torque"])]
+    head = [
+        "Name\tTest",
+        "Starttime\t133\t12.03.2026",
+        "",
+        "Name\tMain.fActPos\tName\tMain.fActVel\tName\tMain.fTrq",
+        "Data-Type\tREAL64\tData-Type\tREAL64\tData-Type\tREAL64",
+        "Unit\t°\tUnit\t°/s\tUnit\tNm",
+    ]
+    body = [
+        f"{t:.3f}\t{a:.5f}\t{t:.3f}\t{s:.5f}\t{t:.3f}\t{m:.6f}"
+        for t, a, s, m in zip(T * 1e3, TRUTH["angle"] * DEG, TRUTH["speed"] * DEG, TRUTH["torque"])
+    ]
     (tmp_path / "scope.csv").write_text("\n".join([*head, "", *body]), encoding="utf-8")
     guess = place(read([tmp_path / "scope.csv"]))
     assert {s: (one.column, one.unit) for s, one in guess.taken.items()} == {

@@ -42,7 +42,15 @@ def lines(separator=",", comma=False, digits=6):
 
 
 def preamble(count=13):
-    words = ["Motion Manager export;;", "Drive;MCBL 3006;V2.5", "Date;12.03.2026 14:05;", "Sample time;10;ms", "Node;1;", "", "Remark;none;"]
+    words = [
+        "Motion Manager export;;",
+        "Drive;MCBL 3006;V2.5",
+        "Date;12.03.2026 14:05;",
+        "Sample time;10;ms",
+        "Node;1;",
+        "",
+        "Remark;none;",
+    ]
     return [words[k % len(words)] for k in range(count)]
 
 
@@ -275,7 +283,11 @@ def test_an_angle_that_begins_anew_goes_on(tmp_path):
     frame(n=np.mod(angle, 360.0)).to_csv(tmp_path / "log.csv", index=False)
     path = tmp_path / "rig.toml"
     rig(tmp_path)
-    path.write_text(path.read_text().replace('"reducer.input_speed" = { column = "n" }', '"load.angle" = { column = "n", unit = "deg", wraps = 360.0 }'))
+    path.write_text(
+        path.read_text().replace(
+            '"reducer.input_speed" = { column = "n" }', '"load.angle" = { column = "n", unit = "deg", wraps = 360.0 }'
+        )
+    )
     (run,) = read(tmp_path / "log.csv", rigs.load(path))
     np.testing.assert_allclose(run.signals["load.angle"], np.radians(angle), atol=1e-9)
 

@@ -329,6 +329,9 @@ class Driving(Shafts):
             return
         if any("holds" in why or "against friction" in why for one in taken.values() for why in one.why):
             return
+        drivers = [one.column for signal, one in taken.items() if signal in ("motor.torque", "motor.current", "motor.voltage")]
+        if any(self.words[column].strength == 2 for column in drivers):
+            return
         for signal, one in list(taken.items()):
             if signal != "motor.supply_voltage":
                 self.guess.left[one.column] = f"{signal} by a letter of its name alone, which nothing bears out"

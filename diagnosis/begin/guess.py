@@ -38,6 +38,7 @@ class Taken:
     nominal: float = 0.0
     wraps: float = 0.0
     commanded: bool = False
+    unsaid: bool = False  # its unit was taken, for nobody says one
     lacks: str = ""  # a number without which it is not in force: nominal, or factor
     sure: str = LIKELY
     why: list[str] = field(default_factory=list)
@@ -59,6 +60,7 @@ class Guess:
     linear: bool = False
     valid: str = ""
     ratio: tuple[float, float, str] | None = None  # value, its error, by what
+    firm: bool = True  # the ratio does not hang on a unit that nobody says
     hints: dict[str, str] = field(default_factory=dict)  # parameter: what the log says of it
     notes: list[str] = field(default_factory=list)
     drives: list[str] = field(default_factory=list)  # of which one was taken

@@ -145,5 +145,6 @@ def _look(begun: Begun, log: Path) -> None:
         begun.remarks = [f.sentence for f in found.findings if all(name in signals for name in f.about)]
     except DataError as error:
         begun.lacks = begun.lacks or str(error).removeprefix(f"{begun.path}: ")
-    if not begun.guess.ratio and begun.compares and not held:
-        begun.lacks = "reducer.gear_ratio, which this log does not tell: the data sheet does."
+    if begun.compares and not held and not (begun.guess.ratio and begun.guess.firm):
+        why = "hangs on a unit that nobody says" if begun.guess.ratio else "this log does not tell"
+        begun.lacks = f"reducer.gear_ratio, which {why}: the data sheet has it."

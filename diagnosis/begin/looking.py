@@ -188,7 +188,8 @@ class Looking:
         """Columns that go as a known motion does, in its own size or as the other shaft's."""
         for name in free:
             for quantity, mine in known.items():
-                if any(of.proportional(self.columns, name, other, quantity == ANGLE).holds(KINEMATIC) for other in mine):
+                least = 0.9 if self.words[name].role == SETPOINT else KINEMATIC  # what was asked for is not followed at once
+                if any(of.proportional(self.columns, name, other, quantity == ANGLE).holds(least) for other in mine):
                     self._claim(name, quantity)
                     break
 

@@ -76,6 +76,7 @@ class Measures(Looking):
                 continue
             if not unit:
                 unit, why = self._default(one.column, signal), ""
+                one.unsaid = True
                 one.doubt(f"no unit is said: {unit} was taken")
             elif sure != SURE:
                 one.doubt(why, sure)
@@ -99,9 +100,11 @@ class Measures(Looking):
         both = f"{a.column!r} is the integral of {s.column!r} (r = {tie.r:.4f})"
         if tie.factor < 0.0:
             both += ", turned"
+        sides = {self.words[one.column].side for one in (a, s)}
+        firm = bool(self.words[a.column].unit and self.words[s.column].unit) or (len(sides) == 1 and "" not in sides)
         for one in (a, s):
             one.why.append(both)
-            if tie.r and abs(tie.r) > SAME and one.sure != UNSURE:
+            if firm and abs(tie.r) > SAME and one.sure != UNSURE:
                 one.sure = SURE
             elif abs(tie.r) > KINEMATIC and one.sure == UNSURE and len(one.why) <= 2:
                 one.sure = LIKELY
@@ -141,7 +144,7 @@ class Measures(Looking):
             fits = [u for u in units if (u in METRES) == metres and abs(FACTORS[u] / want - 1.0) < 0.04]
             other, partner = (speed, a) if known_a else (angle, s)
             if fits:
-                told[other] = (fits[0], SURE, f"unit {fits[0]} by {partner.column!r}")
+                told[other] = (fits[0], SURE if firm else LIKELY, f"unit {fits[0]} by {partner.column!r}")
             elif not known_a:
                 self._counted(a, want, s, told, angle)
             return

@@ -88,7 +88,7 @@ class Shafts(Measures):
             for name in names:
                 if side[name]:
                     continue
-                for other in names:
+                for other in sorted(names, key=lambda n: quantity[n] != quantity[name]):  # like with like first
                     factor = relation(name, other) if side[other] and other != name else None
                     if factor is None:
                         continue
@@ -204,6 +204,9 @@ class Shafts(Measures):
         turning = {True: ("rad", "deg", "turn", "m", "mm"), False: ("rad/s", "rpm", "deg/s", "turn/s", "m/s", "mm/s")}[
             quantity == ANGLE
         ]
+        if one.unsaid and not word.unit:
+            taken.unsaid = True
+            taken.doubt(f"its unit as that of {one.column!r}, which nobody says")
         side = measured.startswith("reducer.") and word.side != MOTOR
         if word.unit in FACTORS:
             taken.unit = word.unit
@@ -259,13 +262,17 @@ class Shafts(Measures):
             factor = self._si_factor(first, second)
             if factor is None:
                 continue
-            doubtful = [one.column for one in (a, b) if UNSURE == one.sure]
             error = max(_tie_error(self.columns, a.column, b.column, first, second), 1e-6) * abs(factor)
             by = f"{a.column!r} over {b.column!r}"
-            if "told as that turning" in " ".join((*a.why, *b.why)):
+            alike = first.rpartition("_")[2] == second.rpartition(".")[2]  # two angles without a unit have the same one
+            alike = alike and first.endswith("angle")  # speeds are rpm at one shaft and rad/s at the other
+            self.guess.firm = a.unsaid == b.unsaid if alike else not (a.unsaid or b.unsaid)
+            if self.guess.firm and a.unsaid:
+                by += ", if both are in one unit"
+            if not self.guess.firm:
+                by += f", if their units are {a.unit} and {b.unit}"
+            elif "told as that turning" in " ".join((*a.why, *b.why)):
                 by += ", by the making of that factor"
-            elif doubtful:
-                by += "; as sure as their units are"
             self.guess.ratio = (abs(factor), error, by)
             for one in (a, b):
                 one.why.append("both shafts go together")

@@ -14,7 +14,7 @@ from selflock.fmus.shown import visible
 from ..data.rig import Rig
 from ..data.sanity import assumed
 from .guess import Guess, Taken
-from .raw import SURE, UNSURE
+from .raw import LIKELY, SURE, UNSURE
 
 WIDTH = 150  # characters of a comment about a column
 FIRST = (
@@ -144,7 +144,8 @@ def _parameters(guess: Guess, kind: str, path: Path) -> Iterator[str]:
     if guess.ratio:
         value, error, by = guess.ratio
         near = round(value, max(0, 3 - int(math.floor(math.log10(max(value, 1e-9))))))
-        yield f'"reducer.gear_ratio" = {number(near)}  # by the log: {told(by)}, {value:.6g} ± {max(error, 1e-6 * value):.1g}; the data sheet has it exactly'
+        held = "" if guess.firm else "# "
+        yield f'{held}"reducer.gear_ratio" = {number(near)}  # by the log: {told(by)}, {value:.6g} ± {max(error, 1e-6 * value):.1g}; the data sheet has it exactly'
     yield "# What the data sheets say: take away the # and give the value. What stays behind # is assumed as it stands."
     yield "# A value that no sheet tells goes under [uncertain], with its bounds."
     rows, seldom = parameters(guess, kind, path), False
@@ -152,6 +153,8 @@ def _parameters(guess: Guess, kind: str, path: Path) -> Iterator[str]:
         if name not in FIRST and not seldom:
             seldom = True
             yield "# Seldom on a sheet, and seldom missed:"
+        if name == "reducer.gear_ratio" and guess.ratio:
+            continue
         value, unit, about = rows[name]
         hint = f"; {guess.hints[name]}" if name in guess.hints else ""
         yield f'# "{name}" = {number(value)}  # {unit + ", " if unit else ""}data sheet: {told(about)}{hint}'
@@ -167,7 +170,7 @@ def parameters(guess: Guess, kind: str, path: Path) -> dict[str, tuple[float, st
         "",
         kind,
         (),
-        {"reducer.gear_ratio": guess.ratio[0]} if guess.ratio else {},
+        {"reducer.gear_ratio": guess.ratio[0]} if guess.ratio and guess.firm else {},
         linear=guess.linear,
         simulate="closed" if closed(guess, kind) else "",
     )
@@ -217,7 +220,12 @@ def table(guess: Guess) -> list[tuple[str, str, str, str]]:
     if guess.ratio:
         value, error, by = guess.ratio
         rows.append(
-            ("", f"gear ratio {value:.6g}", UNSURE if "as sure as" in by else SURE, f"{by}, ± {max(error, 1e-6 * value):.1g}")
+            (
+                "",
+                f"gear ratio {value:.6g}",
+                UNSURE if not guess.firm else LIKELY if "one unit" in by else SURE,
+                f"{by}, ± {max(error, 1e-6 * value):.1g}",
+            )
         )
     for name, looks in (guess.left | raw.texts).items():
         rows.append((name, "-", "", looks))

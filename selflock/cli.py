@@ -145,7 +145,7 @@ def study(out: Out = Path("out/study")) -> None:
 @app.command()
 def replay(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml): what the columns of the log are.")],
-    log: Annotated[Path, typer.Argument(help="Measured log: .csv, .parquet or .mat.")],
+    log: Annotated[Path, typer.Argument(help="Measured log; docs/rig.md has the forms.")],
     out: Out = Path("out/replay"),
     allow_code: AllowCode = False,
     anyway: Anyway = False,
@@ -161,7 +161,7 @@ def diagnose(
     rig: Annotated[
         Path, typer.Argument(help="Rig file (.toml): what the columns of the logs are, and what is known of the drive.")
     ],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[
         list[Path] | None, typer.Option("--test", help="A log to hold out for measuring the gain; may be repeated.")
     ] = None,
@@ -185,7 +185,7 @@ def calibrate(
     rig: Annotated[
         Path, typer.Argument(help="Rig file (.toml): the system, what the columns are, and under [calibrate] what is fitted.")
     ],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[
         list[Path] | None, typer.Option("--test", help="A log to hold out for telling the error; may be repeated.")
     ] = None,
@@ -219,7 +219,7 @@ def name(
         Path,
         typer.Argument(help="Rig file (.toml): the system, what the columns are, and under [calibrate] what is fitted anyway."),
     ],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[list[Path] | None, typer.Option("--test", help="A log to hold out; may be repeated.")] = None,
     out: Out = Path("out/naming"),
     starts: Annotated[int, typer.Option(help="Fits of the base from so many places.")] = 2,
@@ -251,7 +251,7 @@ app.add_typer(rig_app, name="rig")
 def rig_init(
     logs: Annotated[
         list[Path],
-        typer.Argument(help="Raw logs of one drive: .csv and other text, .parquet, .mat, .json, .npy, .npz, .h5, .xlsx."),
+        typer.Argument(help="Raw logs of one drive: text, .parquet, .mat, .h5, .json, .npy, .npz, .xlsx."),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="The rig file to write; nothing is overwritten.")] = Path("rig.toml"),
     only: Annotated[str, typer.Option(help="Of a log with several drives: what the names of one's columns hold.")] = "",
@@ -265,7 +265,7 @@ def rig_init(
 @app.command()
 def chance(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[list[Path] | None, typer.Option("--test", help="A log that diagnose holds out; may be repeated.")] = None,
     draws: Annotated[int, typer.Option(help="Simulated logs; more may be asked for later.")] = 100,
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 0,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rules import RULES
 from . import numbers as of
 from . import words
-from .guess import FITS, Taken
+from .guess import Taken
 from .raw import LIKELY, SURE, UNSURE
 from .shafts import Shafts
 from .words import CURRENT, DUTY, LOAD, SETPOINT, SUPPLY, TORQUE, VOLTAGE
@@ -216,7 +217,7 @@ class Driving(Shafts):
             (inertia, damping, coulomb, *_), left = of.fitted(y, *parts)
             along = abs(of.tie(y, w).r)
             motion = any(of.proportional(self.columns, name, one.column, True).holds(0.8) for one in self.guess.taken.values())
-            if left < FITS and along < 0.97 and inertia * coulomb > 0.0 and not motion:
+            if left < RULES.begin.fits and along < 0.97 and inertia * coulomb > 0.0 and not motion:
                 found.append((left, name, coulomb))
         if len(found) == 1 or (found and sorted(found)[1][0] > 2.0 * min(found)[0]):
             left, name, coulomb = min(found)
@@ -254,7 +255,7 @@ class Driving(Shafts):
                 supply = guess.si("motor.supply_voltage") if "motor.supply_voltage" in taken else None
                 u = u * supply if supply is not None else u
             (r, k, _), left = of.fitted(u, i, w, ones)
-            if left < FITS and r and k:
+            if left < RULES.begin.fits and r and k:
                 volt = "V" if source != "motor.duty" or "motor.supply_voltage" in taken else "of the supply"
                 if k < 0.0:
                     taken[source].factor *= -1.0

@@ -20,11 +20,6 @@ METRES = {"m", "mm", "um", "m/s", "mm/s"}
 ROUND = {n * k for n in (100, 125, 128, 250, 256, 360, 400, 500, 512, 600, 720, 1000, 1024, 1250, 1440, 2000, 2048, 2500, 3600, 4000, 4096, 5000, 8192, 16384, 32768, 65536, 131072, 262144) for k in (1, 2, 4, 10)}  # fmt: skip
 """Counts that encoders have to a turn."""
 
-KINEMATIC = 0.995  # correlation from which on one channel is the integral of another, whatever they are called
-BORNE_OUT = 0.9  # the same, where their names say so
-SAME = 0.98  # correlation from which on two channels are one motion
-FITS = 0.4  # share of a torque, a current or a voltage that its law may leave to be told by it
-
 
 @dataclass
 class Taken:
@@ -51,7 +46,7 @@ class Taken:
 
 
 @dataclass
-class Guess:
+class LogGuess:
     """What a log's columns seem to be."""
 
     raw: Raw

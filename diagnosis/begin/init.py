@@ -17,7 +17,7 @@ from ..errors import DataError
 from ..residuals.drive_experiment import DriveExperiment
 from ..rules import RULES
 from . import write
-from .guess import Guess
+from .guess import LogGuess
 from .place import place
 from .raw import read
 
@@ -31,7 +31,7 @@ class Begun:
     """What `rig_init` returns."""
 
     path: Path
-    guess: Guess
+    guess: LogGuess
     kind: str  # inverse | forward | steady; "" of what is no drive
     why: str
     compares: list[str] = field(default_factory=list)  # what a replay will compare
@@ -63,7 +63,7 @@ class Begun:
 
 
 def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str = "") -> Begun:
-    """Guess what the columns of raw logs are, and write a rig to begin with. Nothing is asked, and nothing overwritten.
+    """LogGuess what the columns of raw logs are, and write a rig to begin with. Nothing is asked, and nothing overwritten.
 
     logs: of one drive, with the same columns. out: the rig file. only: of a log that holds several drives, the one whose
     columns have this in their names.
@@ -86,7 +86,7 @@ def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str
     return begun
 
 
-def _kind(guess: Guess) -> tuple[str, str]:
+def _kind(guess: LogGuess) -> tuple[str, str]:
     """Which kind of measurement it is, and by what."""
     seen = {signal for signal, one in guess.taken.items() if not one.lacks} or set(guess.taken)
     seen |= {signal for signal, one in guess.taken.items() if one.lacks and signal in TORQUES}
@@ -104,7 +104,7 @@ def _kind(guess: Guess) -> tuple[str, str]:
     return "inverse", "a motion; nothing that drives it is placed"
 
 
-def _steady(guess: Guess) -> bool:
+def _steady(guess: LogGuess) -> bool:
     """Whether each run has one speed, or each row is a point of its own."""
     raw, rules = guess.raw, RULES.data
     speed = next((guess.taken[s].column for s in ("reducer.input_speed", "load.speed") if s in guess.taken), "")

@@ -7,9 +7,10 @@ from collections import Counter
 import numpy as np
 
 from ..errors import DataError
+from ..rules import RULES
 from . import numbers as of
 from . import words
-from .guess import BORNE_OUT, KINEMATIC, SAME, Guess, Taken
+from .guess import LogGuess, Taken
 from .numbers import Tie
 from .raw import LIKELY, UNSURE, Raw
 from .words import ANGLE, CURRENT, DUTY, SETPOINT, SPEED, SUPPLY, TORQUE, VOLTAGE, Word
@@ -19,7 +20,7 @@ class Looking:
     """A log, its guess so far, and what its columns claim."""
 
     def __init__(self, raw: Raw):
-        self.raw, self.columns, self.guess = raw, raw.columns, Guess(raw)
+        self.raw, self.columns, self.guess = raw, raw.columns, LogGuess(raw)
         self.words = dict(raw.words)
         self.ties: dict[tuple[str, str], Tie] = {}
         self.varying: list[str] = []
@@ -46,7 +47,7 @@ class Looking:
     def _look(self, name: str, x: np.ndarray) -> bool:
         """Whether a column may be a channel: it changes, and is more than a switch."""
         good = x[np.isfinite(x)]
-        distinct = len(np.unique(good[: of.LOOKED_AT]))
+        distinct = len(np.unique(good[: RULES.begin.looked_at]))
         if distinct < 2:
             self.guess.left[name] = f"always {good[0]:.6g}" if len(good) else "no numbers"
         elif self.words[name].quantity in (words.FLAG, words.RUN, words.INDEX):
@@ -161,12 +162,12 @@ class Looking:
         known = {ANGLE: self._of(ANGLE), SPEED: self._of(SPEED)}
         free = [n for n in self.varying if self.words[n].strength == 0 and n not in self.guess.left]
         for name in free:
-            partner = [s for s in known[SPEED] if self.integral(name, s).holds(KINEMATIC)]
+            partner = [s for s in known[SPEED] if self.integral(name, s).holds(RULES.begin.kinematic)]
             if partner:
                 self._claim(name, ANGLE)
                 continue
-            partner = [a for a in known[ANGLE] if self.integral(a, name).holds(0.999)]
-            if partner and not any(self.integral(a, s).holds(SAME) for a in partner for s in known[SPEED]):
+            partner = [a for a in known[ANGLE] if self.integral(a, name).holds(RULES.begin.only_numbers)]
+            if partner and not any(self.integral(a, s).holds(RULES.begin.same) for a in partner for s in known[SPEED]):
                 self._claim(name, SPEED)
         free = [n for n in free if self.words[n].quantity == ""]
         self._claim_same(free, known)
@@ -175,7 +176,7 @@ class Looking:
             return
         pairs = [
             (a, s) for a in free for s in free
-            if a != s and self.integral(a, s).holds(0.999) and self.integral(a, s).pieces >= 30 and not abs(self.integral(s, a).r) > BORNE_OUT
+            if a != s and self.integral(a, s).holds(RULES.begin.only_numbers) and self.integral(a, s).pieces >= 30 and not abs(self.integral(s, a).r) > RULES.begin.borne_out
         ]  # fmt: skip
         speeds = {s for _, s in pairs}
         for angle, speed in pairs:
@@ -188,7 +189,9 @@ class Looking:
         """Columns that go as a known motion does, in its own size or as the other shaft's."""
         for name in free:
             for quantity, mine in known.items():
-                least = 0.9 if self.words[name].role == SETPOINT else KINEMATIC  # what was asked for is not followed at once
+                least = (
+                    0.9 if self.words[name].role == SETPOINT else RULES.begin.kinematic
+                )  # what was asked for is not followed at once
                 if any(of.proportional(self.columns, name, other, quantity == ANGLE).holds(least) for other in mine):
                     self._claim(name, quantity)
                     break

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rules import RULES
 from . import numbers as of
 from . import words
-from .guess import BORNE_OUT, FACTORS, KINEMATIC, METRES, ROUND, RPM, SAME, TURN, Taken
+from .guess import FACTORS, METRES, ROUND, RPM, TURN, Taken
 from .looking import Looking
 from .numbers import Tie
 from .raw import LIKELY, SURE, UNSURE
@@ -57,7 +58,7 @@ class Measures(Looking):
                 continue
             a, s = guess.taken[angle], guess.taken[speed]
             tie = self.integral(a.column, s.column)
-            if not tie.holds(BORNE_OUT):
+            if not tie.holds(RULES.begin.borne_out):
                 why = f"{a.column!r} is not the integral of {s.column!r} (r = {tie.r:.2f})"
                 a.doubt(why)
                 s.doubt(why)
@@ -104,9 +105,9 @@ class Measures(Looking):
         firm = bool(self.words[a.column].unit and self.words[s.column].unit) or (len(sides) == 1 and "" not in sides)
         for one in (a, s):
             one.why.append(both)
-            if firm and abs(tie.r) > SAME and one.sure != UNSURE:
+            if firm and abs(tie.r) > RULES.begin.same and one.sure != UNSURE:
                 one.sure = SURE
-            elif abs(tie.r) > KINEMATIC and one.sure == UNSURE and len(one.why) <= 2:
+            elif abs(tie.r) > RULES.begin.kinematic and one.sure == UNSURE and len(one.why) <= 2:
                 one.sure = LIKELY
         if known_a == "counts":
             if known_s in FACTORS and clocked:
@@ -246,7 +247,7 @@ class Measures(Looking):
         tie = self._tie(b, a, ANGLE if second else SPEED, ANGLE if first else SPEED)
         if first != second and not self._clocked():
             return None
-        return tie.factor * self.guess.scale(other) if tie.holds(SAME) else None
+        return tie.factor * self.guess.scale(other) if tie.holds(RULES.begin.same) else None
 
 
 def _by_grain(step: float, quantity: str, row: float) -> tuple[str, str, str]:

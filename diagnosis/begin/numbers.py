@@ -10,10 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-PIECES = 400  # of all runs
-SHORTEST = 5  # rows of a piece
-FEWEST = 12  # pieces
-LOOKED_AT = 1 << 17  # rows of a channel that are looked at for its steps and its lead
+from ..rules import RULES
 
 
 @dataclass
@@ -32,8 +29,10 @@ class Columns:
         found = []
         for part in self.parts:
             rows = part.stop - part.start
-            most = max(1, int(PIECES * rows / max(total, 1)))
-            found.append(np.linspace(part.start, part.stop - 1, max(1, min(most, (rows - 1) // SHORTEST)) + 1).astype(int))
+            most = max(1, int(RULES.begin.pieces * rows / max(total, 1)))
+            found.append(
+                np.linspace(part.start, part.stop - 1, max(1, min(most, (rows - 1) // RULES.begin.shortest)) + 1).astype(int)
+            )
         return found
 
     def change(self, name: str) -> np.ndarray:
@@ -93,7 +92,7 @@ class Tie:
 
     def holds(self, least: float) -> bool:
         """Whether the two go together this well, in what varies, too."""
-        return self.pieces >= FEWEST and abs(self.r) >= least and not self.centred < least * 2.0 - 1.0
+        return self.pieces >= RULES.begin.fewest and abs(self.r) >= least and not self.centred < least * 2.0 - 1.0
 
 
 NONE = Tie(float("nan"), 0.0, float("nan"), 0, float("inf"))
@@ -129,7 +128,7 @@ def proportional(columns: Columns, second: str, first: str, changes: bool) -> Ti
 def lead(columns: Columns, first: str, second: str) -> float:
     """By how many rows `first` comes before `second`, which goes as it does; 0 where that is not told."""
     part = max(columns.parts, key=lambda p: p.stop - p.start)
-    rows = slice(part.start, min(part.stop, part.start + LOOKED_AT))
+    rows = slice(part.start, min(part.stop, part.start + RULES.begin.looked_at))
     x, y = (np.diff(columns.values[name][rows]) for name in (first, second))
     x, y = (np.nan_to_num(z - np.nanmean(z)) for z in (x, y))
     if len(x) < 32 or not x.any() or not y.any():
@@ -144,7 +143,7 @@ def lead(columns: Columns, first: str, second: str) -> float:
 
 def roughness(x: np.ndarray) -> float:
     """Size of the second differences over that of the first: noise is rough, what somebody made up is not."""
-    x = x[np.isfinite(x)][:LOOKED_AT]
+    x = x[np.isfinite(x)][: RULES.begin.looked_at]
     first = np.diff(x)
     size = float(np.mean(abs(first))) if len(first) else 0.0
     return float(np.mean(abs(np.diff(first)))) / size if size else 0.0
@@ -152,7 +151,7 @@ def roughness(x: np.ndarray) -> float:
 
 def grain(x: np.ndarray) -> float:
     """The step in which a column is told; 0 where it has none."""
-    x = x[np.isfinite(x)][:LOOKED_AT]
+    x = x[np.isfinite(x)][: RULES.begin.looked_at]
     values = np.unique(x)
     if len(values) < 3 or len(values) > 0.5 * len(x):
         return 0.0
@@ -190,7 +189,7 @@ def fitted(y: np.ndarray, *parts: np.ndarray) -> tuple[list[float], float]:
     matrix = np.column_stack(parts)
     sound = np.isfinite(matrix).all(axis=1) & np.isfinite(y)
     matrix, y = matrix[sound], y[sound]
-    if len(y) < FEWEST + len(parts) or not y.any():
+    if len(y) < RULES.begin.fewest + len(parts) or not y.any():
         return [float("nan")] * len(parts), 1.0
     scale = np.sqrt(np.mean(matrix**2, axis=0))
     scale[scale == 0.0] = 1.0

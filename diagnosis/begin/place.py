@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rules import RULES
 from . import numbers as of
 from . import words
 from .driving import Driving
-from .guess import Guess
+from .guess import LogGuess
 from .raw import Raw
 from .words import TEMPERATURE
 
 
-def place(raw: Raw, only: str = "") -> Guess:
+def place(raw: Raw, only: str = "") -> LogGuess:
     """The guess. only: of columns that belong to one of several drives, those whose names hold this."""
     placing = Placing(raw)
     placing.look(only)
@@ -69,7 +70,7 @@ class Placing(Driving):
             else:
                 for what, part in motion.items():
                     tie = of.tie(self.columns.mean(name), part)
-                    if tie.pieces >= of.FEWEST and abs(tie.r) > 0.8 and base:
+                    if tie.pieces >= RULES.begin.fewest and abs(tie.r) > 0.8 and base:
                         looks.append(f"goes with {what} of {self.guess.taken[base].column!r} (r = {tie.r:.2f})")
                         break
             claim = self.words[name]

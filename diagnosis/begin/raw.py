@@ -17,8 +17,6 @@ from . import words
 from .numbers import Columns
 from .words import Word
 
-MOST_ROWS = 1 << 19  # of all logs together; the first ones are looked at
-MOST_COLUMNS = 400
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 EPOCHS = ((1e9, 4.2e9, "s"), (1e12, 4.2e12, "ms"), (1e15, 4.2e15, "us"), (1e18, 4.2e18, "ns"))  # seconds since 1970, after 2001
 
@@ -67,14 +65,14 @@ def read(logs: Sequence[str | Path]) -> Raw:
     alone = {str(name) for one in tables for name in one.columns} - {str(name) for name in common}
     if alone:
         notes.append(f"only in some of the logs, and left out: {', '.join(sorted(alone)[:8])}")
-    most = max(1000, MOST_ROWS // len(tables))
+    most = max(1000, RULES.begin.rows // len(tables))
     tables = [one[common].head(most).reset_index(drop=True) for one in tables]
     scalars = dict(tables[0].attrs.get("scalars", {})) if len(files) == 1 else {}
     whole = pd.concat(tables, ignore_index=True)
     whole.columns = [str(name) for name in whole.columns]
     known = {name: words.read(name) for name in whole.columns}
     numbers, stamps, texts = {}, {}, {}
-    for name in whole.columns[:MOST_COLUMNS]:
+    for name in whole.columns[: RULES.begin.columns]:
         found = _numeric(whole[name])
         if found is not None:
             numbers[name] = found

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rules import RULES
 from . import numbers as of
 from . import words
-from .guess import BORNE_OUT, FACTORS, SAME, SLIPS
+from .guess import FACTORS, SLIPS
 from .measures import Measures
 from .numbers import Columns
 from .raw import LIKELY, SURE, UNSURE
@@ -43,11 +44,11 @@ class Shafts(Measures):
                         tie = of.proportional(self.columns, other, best, quantity == ANGLE)
                         same = (
                             f"goes as {best!r} does (r = {tie.r:.3f}, factor {tie.factor:.4g})"
-                            if abs(tie.r) > SAME
+                            if abs(tie.r) > RULES.begin.same
                             else f"claims the place of {best!r}"
                         )
                         self.guess.left[other] = same
-                        if abs(tie.r) < BORNE_OUT:
+                        if abs(tie.r) < RULES.begin.borne_out:
                             taken.doubt(f"{other!r} claims the same place, and is another motion")
                 if best in base:
                     taken.doubt(base[best])
@@ -92,11 +93,11 @@ class Shafts(Measures):
                     factor = relation(name, other) if side[other] and other != name else None
                     if factor is None:
                         continue
-                    if 0.85 < factor < 1.18:
+                    if RULES.begin.one_shaft[0] < factor < RULES.begin.one_shaft[1]:
                         side[name] = side[other]
-                    elif factor < 0.7 and side[other] == MOTOR:
+                    elif factor < RULES.begin.other_shaft and side[other] == MOTOR:
                         side[name] = LOAD
-                    elif factor > 1.4 and side[other] == LOAD:
+                    elif factor > 1.0 / RULES.begin.other_shaft and side[other] == LOAD:
                         side[name] = MOTOR
                     else:
                         continue
@@ -108,7 +109,7 @@ class Shafts(Measures):
         counted = lambda n: "counts" in (self._unit(n, quantity[n])[0], self._unit(first, quantity[first])[0])
         apart = lambda n: (
             (f := relation(n, first)) is not None
-            and f < 0.7
+            and f < RULES.begin.other_shaft
             and not counted(n)
             and (self._scaled(n, quantity, first) or not _slip(f))
         )
@@ -121,7 +122,11 @@ class Shafts(Measures):
         else:
             scaled = [n for n in unknown if self._unit(n, quantity[n])[0]]
             fast = max(self._fastest(n, quantity[n]) for n in scaled or [first])
-            side[first] = MOTOR if fast > 30.0 or self.words[first].unit == "rpm" and fast > 15.0 else LOAD
+            side[first] = (
+                MOTOR
+                if fast > RULES.begin.motor_speed or self.words[first].unit == "rpm" and fast > 0.5 * RULES.begin.motor_speed
+                else LOAD
+            )
             where = "motor's" if side[first] == MOTOR else "load's"
             word = "reducer.input_..." if side[first] == LOAD else "load...."
             doubts[first] = f"shaft not told, taken for the {where} (else {word})"
@@ -144,7 +149,7 @@ class Shafts(Measures):
         """How much farther a channel moves than another, in SI as far as units are known; None where they are two motions."""
         a, b = quantity[name], quantity[other]
         tie = self._tie(name, other, a, b)
-        if not tie.holds(BORNE_OUT):
+        if not tie.holds(RULES.begin.borne_out):
             return None
         if a != b and not self._clocked():
             return 1.0  # without a time nothing is known of it
@@ -231,7 +236,7 @@ class Shafts(Measures):
         else:
             taken.factor = wanted
             taken.doubt(f"factor {wanted:.4g}, by {one.column!r}")
-        if abs(tie.r) > SAME and not guess.taken[measured].sure == UNSURE:
+        if abs(tie.r) > RULES.begin.same and not guess.taken[measured].sure == UNSURE:
             taken.sure = SURE if word.strength == 2 else LIKELY
         if side:
             taken.doubt(
@@ -276,6 +281,9 @@ class Shafts(Measures):
             self.guess.ratio = (abs(factor), error, by)
             for one in (a, b):
                 one.why.append("both shafts go together")
+                word = self.words[one.column]
+                if word.unit and word.side and one.sure == LIKELY:
+                    one.sure = SURE
             return
 
 

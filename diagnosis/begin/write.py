@@ -13,7 +13,7 @@ from selflock.fmus.shown import visible
 
 from ..data.rig import Rig
 from ..data.sanity import assumed
-from .guess import Guess, Taken
+from .guess import LogGuess, Taken
 from .raw import LIKELY, SURE, UNSURE
 
 WIDTH = 150  # characters of a comment about a column
@@ -63,12 +63,12 @@ def entry(one: Taken) -> str:
     return f"{quoted(one.signal)} = {{ {', '.join(parts)} }}"
 
 
-def text(guess: Guess, kind: str, why: str, path: Path) -> str:
+def text(guess: LogGuess, kind: str, why: str, path: Path) -> str:
     """The whole file."""
     return "\n".join(_lines(guess, kind, why, path)) + "\n"
 
 
-def _lines(guess: Guess, kind: str, why: str, path: Path) -> Iterator[str]:
+def _lines(guess: LogGuess, kind: str, why: str, path: Path) -> Iterator[str]:
     raw = guess.raw
     logs = ", ".join(told(p.name) for p in raw.paths[:4]) + (f" and {len(raw.paths) - 4} more" if len(raw.paths) > 4 else "")
     yield f"# A rig to begin with, read from {logs} ({raw.rows} rows) by `selflock rig init`."
@@ -115,13 +115,13 @@ def _lines(guess: Guess, kind: str, why: str, path: Path) -> Iterator[str]:
     yield from _parameters(guess, kind, path)
 
 
-def closed(guess: Guess, kind: str) -> bool:
+def closed(guess: LogGuess, kind: str) -> bool:
     """Whether a log has a loop's set-points and its motion, and nothing between."""
     driven = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
     return kind == "forward" and "controller.angle_setpoint" in guess.taken and not driven & set(guess.taken)
 
 
-def _clock(guess: Guess) -> Iterator[str]:
+def _clock(guess: LogGuess) -> Iterator[str]:
     clock = guess.raw.clock
     yield "[time]"
     if clock.column:
@@ -134,10 +134,10 @@ def _clock(guess: Guess) -> Iterator[str]:
         yield f"step = {number(clock.step)}  # s between rows: {told(clock.why)}"
     else:
         yield "# step = 0.001  # s between rows: no column has the time. The recorder's setting says it; without it nothing can be replayed"
-    yield "# from = 0.5, to = 20.0 (s) or skip = 100 (rows) leave a run's begin or end out; lowpass = 50.0 (Hz) and every = 5 (rows) make it smoother"
+    yield "# skip = 100 (rows), from = 0.5 and to = 20.0 (s) leave a run's begin and end out; lowpass = 50.0 (Hz), every = 5 (rows) smooth it"
 
 
-def _parameters(guess: Guess, kind: str, path: Path) -> Iterator[str]:
+def _parameters(guess: LogGuess, kind: str, path: Path) -> Iterator[str]:
     yield "[parameters]"
     if not kind:
         return
@@ -163,7 +163,7 @@ def _parameters(guess: Guess, kind: str, path: Path) -> Iterator[str]:
     yield '# "reducer.friction_kinetic" = [0.0, 0.5]'
 
 
-def parameters(guess: Guess, kind: str, path: Path) -> dict[str, tuple[float, str, str]]:
+def parameters(guess: LogGuess, kind: str, path: Path) -> dict[str, tuple[float, str, str]]:
     """Value, unit and meaning of every parameter that would be assumed."""
     rig = Rig(
         path,
@@ -200,7 +200,7 @@ def _unit(unit: str, linear: bool) -> str:
     return unit.replace("N.m", "N").replace("kg.m2", "kg").replace("rad", "m") if linear else unit
 
 
-def table(guess: Guess) -> list[tuple[str, str, str, str]]:
+def table(guess: LogGuess) -> list[tuple[str, str, str, str]]:
     """Rows of what is printed: column, taken as, how sure, why."""
     raw, rows = guess.raw, []
     clock = raw.clock

@@ -296,10 +296,11 @@ def _ordered(path: Path, run: MeasuredRun, rig: Rig, first: int) -> MeasuredRun:
     if rig.rows.spread and finite.all() and rig.kind != "steady" and len(steps) and not np.any(steps < 0.0):
         run = replace(run, time=spread_out(run.time))
         steps = np.diff(run.time)
-    again = _written_again(run) if np.any(steps == 0.0) and finite.all() else np.zeros(len(run), bool)
-    if again.any():  # rows that say nothing new: a recorder that was faster than what it read
-        run = _of_rows(run, ~again)
-        finite, steps = finite[~again], np.diff(run.time)
+    if len(steps) and np.mean(steps == 0.0) > RULES.data.same_times and finite.all():
+        again = _written_again(run)  # of a recorder that was faster than what it read
+        if np.mean(again) > RULES.data.same_times:
+            run = _of_rows(run, ~again)
+            finite, steps = finite[~again], np.diff(run.time)
     if rig.kind != "steady" and len(steps) and np.mean(steps == 0.0) > RULES.data.same_times:
         raise DataError(
             f"{where}column {rig.time.column!r} has only {len(np.unique(run.time[finite]))} different times in "

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from .begin import BeginRules
 from .calibrate import CalibrateRules
 from .data import DataRules
 from .judge import JudgeRules
@@ -32,6 +33,7 @@ class Rules:
     pipeline: PipelineRules = field(default_factory=PipelineRules)
     calibrate: CalibrateRules = field(default_factory=CalibrateRules)
     naming: NamingRules = field(default_factory=NamingRules)
+    begin: BeginRules = field(default_factory=BeginRules)
 
     def listed(self) -> list[Rule]:
         """All of them, room by room."""

@@ -63,7 +63,7 @@ class Begun:
 
 
 def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str = "") -> Begun:
-    """LogGuess what the columns of raw logs are, and write a rig to begin with. Nothing is asked, and nothing overwritten.
+    """Guess what the columns of raw logs are, and write a rig to begin with. Nothing is asked, and nothing overwritten.
 
     logs: of one drive, with the same columns. out: the rig file. only: of a log that holds several drives, the one whose
     columns have this in their names.

@@ -20,10 +20,11 @@ from .words import TEMPERATURE
 def place(raw: Raw, only: str = "") -> LogGuess:
     """The guess. only: of columns that belong to one of several drives, those whose names hold this."""
     placing = Placing(raw)
-    placing.look(only)
-    placing.motions()
-    placing.electric()
-    placing.beside()
+    with np.errstate(all="ignore"):  # what is not finite holds for nothing
+        placing.look(only)
+        placing.motions()
+        placing.electric()
+        placing.beside()
     return placing.guess
 
 

@@ -20,6 +20,8 @@ from .words import Word
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 EPOCHS = ((1e9, 4.2e9, "s"), (1e12, 4.2e12, "ms"), (1e15, 4.2e15, "us"), (1e18, 4.2e18, "ns"))  # seconds since 1970, after 2001
 
+BEYOND = 1e60  # what no sensor says
+
 SURE, LIKELY, UNSURE = "sure", "likely", "unsure"
 
 
@@ -103,14 +105,37 @@ def read(logs: Sequence[str | Path]) -> Raw:
             clock.why += f"; {100 * np.mean(coarse):.0f} % of its values repeat while others change: rows are spread evenly"
             for part in parts:
                 time[part] = spread_out(time[part])
-    values = {name: x for name, x in numbers.items() if name not in (clock.column, run) and name not in scalars}
+    values = {}
+    for name, x in numbers.items():
+        if name not in (clock.column, run) and name not in scalars:
+            whole_x = _filled(x, parts)
+            if whole_x is None:
+                texts[name] = f"numbers in {int(np.isfinite(x).sum())} of {len(x)} rows"
+            else:
+                values[name] = whole_x
     texts.pop(run, None)
     return Raw(files, known, clock, run, Columns(time, values, parts), len(whole), scalars, texts, notes)
 
 
+def _filled(x: np.ndarray, parts: list[slice]) -> np.ndarray | None:
+    """A column with lines across what is no number, within runs; None where little of it is one."""
+    x = np.where(np.isfinite(x) & (abs(np.nan_to_num(x, posinf=0.0, neginf=0.0)) < BEYOND), x, np.nan)
+    good = np.isfinite(x)
+    if np.mean(good) < 0.05:
+        return None
+    if good.all():
+        return x
+    found, middle = x.copy(), float(np.median(x[good]))
+    for part in parts:
+        rows, here = np.arange(part.stop - part.start), good[part]
+        found[part] = np.interp(rows, rows[here], x[part][here]) if here.any() else middle
+    return found
+
+
 def _numeric(values: pd.Series) -> np.ndarray | None:
     if values.dtype.kind in "fiub":
-        return values.to_numpy(float)
+        found = values.to_numpy(float)
+        return np.where(np.isfinite(found), found, np.nan)
     if values.dtype.kind in "mM":
         return None
     found = pd.to_numeric(values, errors="coerce").to_numpy(float)
@@ -130,8 +155,9 @@ def _clock(numbers: dict, stamps: dict, known: dict[str, Word], files: list[slic
     for name in sorted(named, key=lambda n: (-known[n].strength, n not in stamps)):
         if name in stamps:
             return Clock(name, "", 1.0, why="dates and times"), stamps[name]
-        if _forward(numbers[name], files) > 0.9:
-            return _unit(name, numbers[name], known[name], files)
+        filled = _filled(numbers[name], files)
+        if filled is not None and _forward(filled, files) > 0.9:
+            return _unit(name, filled, known[name], files)
     if stamps:
         name = next(iter(stamps))
         return Clock(name, "", 1.0, why="dates and times"), stamps[name]

@@ -55,6 +55,15 @@ def test_what_was_set_is_what_runs(typed, tmp_path, ending):
     assert len(table) == 11 and table["motor.torque"].iloc[0] == 0.0 and units["gear.output_torque"] == "N.m"
 
 
+def test_a_rig_begins_with_a_log_and_is_not_overwritten(typed, tmp_path):
+    rows = "\n".join(f"{0.01 * k:.2f};{k % 7};{(k * k) % 11}" for k in range(60))
+    (tmp_path / "log.csv").write_text("Time [s];motor speed [rpm];motor torque [mNm]\n" + rows.replace(".", ","))
+    code, told, _ = typed("rig", "init", tmp_path / "log.csv", "-o", tmp_path / "rig.toml")
+    assert code == 0 and "reducer.input_speed [rpm]" in told and (tmp_path / "rig.toml").exists()
+    code, _, told = typed("rig", "init", tmp_path / "log.csv", "-o", tmp_path / "rig.toml")
+    assert code == 2 and "is not overwritten" in " ".join(told.split()) and "Traceback" not in told
+
+
 def test_one_fmu_runs_by_itself(typed, tmp_path, monkeypatch):
     from selflock.fmus.build import built
 

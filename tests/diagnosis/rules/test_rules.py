@@ -41,7 +41,7 @@ ELSEWHERE = {  # what decides nothing
     "data/text.py": {"LOOKED_AT", "LINES", "ALIKE", "MOST_COLUMNS"},
     "begin/guess.py": {"RPM", "DEG", "TURN", "FACTORS", "SLIPS", "ROUND"},  # units, and the counts that encoders have
     "begin/numbers.py": {"NONE"},
-    "begin/raw.py": {"SECONDS", "EPOCHS"},
+    "begin/raw.py": {"SECONDS", "EPOCHS", "BEYOND"},
     "begin/write.py": {"WIDTH"},
     "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
     "naming/page.py": {"ROWS", "POINTS"},

@@ -33,7 +33,7 @@ class Driving(Shafts):
             x = self.columns.values[name]
             steady = float(np.nanmin(x)) > 0.4 * float(np.nanmax(x)) > 0.0 and float(np.nanstd(x)) < 0.15 * float(np.nanmean(x))
             said = self.words[name].quantity == SUPPLY
-            if not (said or (steady and self._both_ways())):
+            if not (said or (steady and self._pace_changes())):
                 continue
             if "motor.supply_voltage" in self.guess.taken:
                 self.guess.left[name] = "another supply, by its name"
@@ -41,6 +41,11 @@ class Driving(Shafts):
             taken = self._take("motor.supply_voltage", name, unit=self._electric_unit(name, ("V", "mV")))
             taken.why.append("positive and steady" if steady else "not steady")
             taken.sure = SURE if said and steady else UNSURE if not said else LIKELY
+
+    def _pace_changes(self) -> bool:
+        """Whether the speed changes by much: the voltage on a motor would, too."""
+        w = self._motion_parts()[0]
+        return w is not None and bool(np.nanstd(w) > 0.3 * np.sqrt(np.nanmean(w * w)))
 
     def _both_ways(self) -> bool:
         """Whether the drive moves both ways."""
@@ -77,7 +82,9 @@ class Driving(Shafts):
         if self.words[name].unit == unit:
             taken.why.append(f"unit {unit} by its name")
         else:
-            taken.doubt(f"no unit is said: {unit} was taken", LIKELY if unit in ("A", "V") else UNSURE)
+            x = self.columns.values[name]
+            whole = bool(np.all(x == np.round(x))) and float(np.ptp(x)) > 20.0
+            taken.doubt(f"no unit is said: {unit} was taken", LIKELY if unit in ("A", "V") and not whole else UNSURE)
 
     def _current(self, name: str) -> None:
         tokens = set(words.tokens(name))

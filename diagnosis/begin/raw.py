@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +20,12 @@ from .words import Word
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 EPOCHS = ((1e9, 4.2e9, "s"), (1e12, 4.2e12, "ms"), (1e15, 4.2e15, "us"), (1e18, 4.2e18, "ns"))  # seconds since 1970, after 2001
+
+TELLS = re.compile(
+    r"sampl|interval|abtast|takt|period|rate\b|freq|ratio|gear|getriebe|untersetz|nominal|nenn|rated|count|resol|encoder|inc\b|kt\b|inertia",
+    re.IGNORECASE,
+)
+"""Lines before a table that may have a number of the data sheet, or the time between rows."""
 
 BEYOND = 1e60  # what no sensor says
 
@@ -67,6 +74,7 @@ def read(logs: Sequence[str | Path]) -> Raw:
     alone = {str(name) for one in tables for name in one.columns} - {str(name) for name in common}
     if alone:
         notes.append(f"only in some of the logs, and left out: {', '.join(sorted(alone)[:8])}")
+    preamble = tables[0].attrs.get("preamble", [])
     most = max(1000, RULES.begin.rows // len(tables))
     tables = [one[common].head(most).reset_index(drop=True) for one in tables]
     scalars = dict(tables[0].attrs.get("scalars", {})) if len(files) == 1 else {}
@@ -90,6 +98,9 @@ def read(logs: Sequence[str | Path]) -> Raw:
             scalars = scalars | {name: float(x[np.isfinite(x)][0])}
     clock, time = _clock(numbers, stamps, known, spans, scalars)
     run, parts = _runs(whole, numbers, time, spans, known, clock)
+    told = [line for line in preamble if TELLS.search(line)]
+    if told:
+        notes.append(f"before its table the file says: {' | '.join(line[:60] for line in told[:6])}")
     again = [part for part in parts if np.any(np.diff(time[part]) < 0.0)]
     if again:
         row = again[0].start + int(np.flatnonzero(np.diff(time[again[0]]) < 0.0)[0]) + 1

@@ -39,7 +39,7 @@ class Form:
 
 
 def read_text(path: Path) -> pd.DataFrame:
-    """A text file as a table; attrs["first line"] is the number of the line in the file that its first row was."""
+    """A text file as a table. attrs["first line"]: the line of the file that its first row was; "preamble": lines before it."""
     encoding, lines = _begin(path)
     separator, comma = _dialect(lines)
     rows = _cells(lines, separator)
@@ -65,6 +65,9 @@ def read_text(path: Path) -> pd.DataFrame:
     empty = [name for name in names if not name or name.startswith("(unnamed")]
     table = table.drop(columns=[*spare, *(name for name in empty if table[name].isna().all())])
     table.attrs["first line"] = form.first + 1
+    table.attrs["preamble"] = [
+        "; ".join(filter(None, row)) for row in rows[: form.first] if 1 < sum(map(bool, row)) < max(3, width)
+    ]
     return table
 
 

@@ -109,6 +109,7 @@ def test_numbers_alone_find_the_motions_and_leave_the_rest_open(tmp_path):
     )  # a torque but for its scale
 
 
+@pytest.mark.slow
 def test_counts_get_their_number_from_a_speed_that_has_a_unit(tmp_path):
     columns = {
         "Zeit;ms": ("time", 1e3),
@@ -201,6 +202,7 @@ def test_the_times_unit_is_told_by_its_steps_or_by_1970(scale, unit, start, tmp_
     assert (clock.column, clock.unit) == ("time", unit) and clock.factor == pytest.approx(1.0 / scale)
 
 
+@pytest.mark.slow
 def test_coarse_times_and_a_missing_time_are_said_in_the_rig(tmp_path):
     pd.DataFrame(
         {"time": np.floor(T / 0.02) * 0.02, "motor_speed": TRUTH["motor_speed"], "motor_torque": TRUTH["torque"]}
@@ -228,6 +230,7 @@ def test_points_at_constant_speed_are_a_steady_rig(tmp_path, rng):
     assert found.kind == "steady" and found.run == "run" and begun.compares
 
 
+@pytest.mark.slow
 def test_the_rig_is_valid_says_what_is_assumed_and_is_never_overwritten(tmp_path, hostile):
     columns = LOGS["German"] | {hostile: ("torque", 1.0)}
     log = logged(tmp_path / "log.csv", columns)
@@ -327,6 +330,7 @@ def test_what_is_no_drive_is_taken_for_none(log, tmp_path):
     assert not begun.kind and not begun.guess.taken and 'system = "model.fmu"' in begun.path.read_text()
 
 
+@pytest.mark.slow
 def test_public_forms_are_read(tmp_path):
     """A servo's JSON with a header of single numbers, and a bus recorder's attributes of each channel."""
     rows = [
@@ -349,8 +353,10 @@ def test_public_forms_are_read(tmp_path):
         f"{t:.3f}\t{a:.5f}\t{t:.3f}\t{s:.5f}\t{t:.3f}\t{m:.6f}"
         for t, a, s, m in zip(T * 1e3, TRUTH["angle"] * DEG, TRUTH["speed"] * DEG, TRUTH["torque"])
     ]
+    head.insert(2, "SampleTime[ms]\t2\tGear ratio\t60")
     (tmp_path / "scope.csv").write_text("\n".join([*head, "", *body]), encoding="utf-8")
     guess = place(read([tmp_path / "scope.csv"]))
+    assert any("Gear ratio; 60" in note for note in guess.raw.notes)
     assert {s: (one.column, one.unit) for s, one in guess.taken.items()} == {
         "load.angle": ("Main.fActPos [°]", "deg"), "load.speed": ("Main.fActVel [°/s]", "deg/s"), "motor.torque": ("Main.fTrq [Nm]", "N.m"),
     }  # fmt: skip

@@ -154,6 +154,10 @@ def read(header: str) -> Word:
         known = UNITS.get(inside) or UNITS.get(inside.strip(". "))
         if known and not inside.isdigit():
             (unit, quantity_of_unit), said, name = known, True, found[1]
+    if not unit and (found := re.fullmatch(r"(.+?)(?:\s*/\s*|\s+in\s+|,\s*)(\S+)", name)):  # U / V, n in 1/min, as DIN has it
+        known = UNITS.get(found[2].lower().replace("⁻¹", "-1"))
+        if known and not re.search(r"(?<![a-z])(rad|deg|m|mm|rev|turns?|u|tr|°)$", found[1].lower()):
+            (unit, quantity_of_unit), said, name = known, True, found[1]
     if not unit and (found := re.search(r"(pos|vel)_(estimate|setpoint)$|(input)_(pos|vel)$", name)):  # ODrive's, in turns
         speed = "vel" in found[0]
         return Word(
@@ -204,6 +208,8 @@ def read(header: str) -> Word:
     single = [w for w in words if len(w) == 1]
     if not side and len(words) > 1 and quantity:
         side = MOTOR if single[-1:] == ["m"] and words[-1] == "m" else LOAD if words[-1:] == ["l"] else ""
+        if side and rest[-1:] == words[-1:]:
+            rest.pop()
     if quantity_of_unit and said and quantity_of_unit != quantity and not (quantity == SUPPLY and quantity_of_unit == VOLTAGE):
         if quantity not in (FLAG, ERROR, OTHER, RUN, INDEX):
             quantity, strength = quantity_of_unit, 2

@@ -274,7 +274,11 @@ class Driving(Shafts):
                     r = -r
                 for signal in (source, "motor.current"):
                     taken[signal].why.append(f"u = R i + k w holds ({100 * left:.0f} % is left)")
-                    taken[signal].sure = SURE if taken[signal].sure == LIKELY else LIKELY if left < 0.2 else taken[signal].sure
+                    said = bool(self.words[taken[signal].column].unit)  # the law holds in any unit
+                    if taken[signal].sure == LIKELY and said:
+                        taken[signal].sure = SURE
+                    elif taken[signal].sure == UNSURE and left < 0.2:
+                        taken[signal].sure = LIKELY
                 if volt == "V":
                     guess.hints["motor.resistance"] = f"u = R i + k w says about {r:.3g}, with the units taken"
                     guess.hints["motor.voltage_constant"] = f"u = R i + k w says about {k * ratio:.3g}" + (

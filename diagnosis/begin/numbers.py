@@ -102,6 +102,7 @@ def tie(y: np.ndarray, x: np.ndarray) -> Tie:
     """How y follows x through zero, of pieces in which both are numbers."""
     both = np.isfinite(x) & np.isfinite(y)
     x, y = x[both], y[both]
+    x, y = _agreeing(x, y)
     xx, yy, xy = float(x @ x), float(y @ y), float(x @ y)
     if len(x) < 3 or xx <= 0.0 or yy <= 0.0:
         return NONE
@@ -112,6 +113,16 @@ def tie(y: np.ndarray, x: np.ndarray) -> Tie:
     steady = deviation[0] < 0.02 * np.sqrt(xx / len(x))
     centred = float("nan") if steady or 0.0 in deviation else abs(float(np.corrcoef(x, y)[0, 1]))
     return Tie(factor, xy / np.sqrt(xx * yy), centred, len(x), spread)
+
+
+def _agreeing(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Without the few pieces that are far from what most say: an encoder that was set anew, runs that were joined."""
+    large = abs(x) > np.median(abs(x))
+    if large.sum() < RULES.begin.fewest:
+        return x, y
+    left = abs(y - np.median(y[large] / x[large]) * x)
+    keep = left <= RULES.begin.astray * np.median(left)
+    return (x[keep], y[keep]) if np.mean(keep) > 1.0 - RULES.begin.few_astray else (x, y)
 
 
 def integral(columns: Columns, angle: str, speed: str) -> Tie:

@@ -20,6 +20,10 @@ class BeginRules:
     fewest: int = rule(
         12, "pieces without which nothing is said of two columns", "theory: a chance of 2 in 2^12 that signs agree by accident"
     )
+    astray: float = rule(
+        10.0, "median distances from what most pieces say beyond which a piece is left out", "theory: of normal noise one in 1e10"
+    )
+    few_astray: float = rule(0.2, "share of the pieces that may be left out so", "theory: a fifth; more is no slip of an encoder")
     kinematic: float = rule(
         0.995, "correlation from which on one column is the integral of another, whatever they are called", DRAWN
     )

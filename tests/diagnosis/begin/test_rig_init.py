@@ -363,3 +363,16 @@ def test_public_forms_are_read(tmp_path):
     assert {s: (one.column, one.unit) for s, one in guess.taken.items()} == {
         "load.angle": ("Main.fActPos [°]", "deg"), "load.speed": ("Main.fActVel [°/s]", "deg/s"), "motor.torque": ("Main.fTrq [Nm]", "N.m"),
     }  # fmt: skip
+
+
+def test_an_encoder_that_is_set_anew_still_tells_its_speed_and_the_ratio(tmp_path):
+    jumps = 3.0 * (T > 2.0) - 7.0 * (T > 7.0) + 0.5 * (T > 9.0)
+    table = {
+        "t [s]": T,
+        "motor speed [rpm]": TRUTH["motor_speed"] * RPM,
+        "load angle [rad]": TRUTH["angle"] + jumps,
+        "load speed [rad/s]": TRUTH["speed"],
+    }
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    guess = place(read([tmp_path / "log.csv"]))
+    assert guess.ratio and guess.ratio[0] == pytest.approx(RATIO, rel=2e-3) and guess.taken["load.angle"].sure == "sure"

@@ -4,9 +4,10 @@
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 
-Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, planning, calibration, naming; calls joins them.
+Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, planning, calibration, naming, begin; calls joins them.
 """
 
+from .begin.init import Begun, rig_init
 from .calibration.result import Calibration
 from .calls import calibrate, diagnose, name, plan, replay
 from .errors import DataError
@@ -16,6 +17,7 @@ from .naming.outcome import Naming
 from .pipeline.replay import Comparison, Replay
 
 __all__ = [
+    "Begun",
     "Calibration",
     "Cause",
     "Comparison",
@@ -28,4 +30,5 @@ __all__ = [
     "name",
     "plan",
     "replay",
+    "rig_init",
 ]

@@ -184,7 +184,7 @@ def study(out: Out = Path("out/study")) -> None:
 @app.command()
 def replay(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml): what the columns of the log are.")],
-    log: Annotated[Path, typer.Argument(help="Measured log: .csv, .parquet or .mat.")],
+    log: Annotated[Path, typer.Argument(help="Measured log; docs/rig.md has the forms.")],
     out: Out = Path("out/replay"),
     allow_code: AllowCode = False,
     anyway: Anyway = False,
@@ -200,7 +200,7 @@ def diagnose(
     rig: Annotated[
         Path, typer.Argument(help="Rig file (.toml): what the columns of the logs are, and what is known of the drive.")
     ],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[
         list[Path] | None, typer.Option("--test", help="A log to hold out for measuring the gain; may be repeated.")
     ] = None,
@@ -224,7 +224,7 @@ def calibrate(
     rig: Annotated[
         Path, typer.Argument(help="Rig file (.toml): the system, what the columns are, and under [calibrate] what is fitted.")
     ],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[
         list[Path] | None, typer.Option("--test", help="A log to hold out for telling the error; may be repeated.")
     ] = None,
@@ -258,7 +258,7 @@ def name(
         Path,
         typer.Argument(help="Rig file (.toml): the system, what the columns are, and under [calibrate] what is fitted anyway."),
     ],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[list[Path] | None, typer.Option("--test", help="A log to hold out; may be repeated.")] = None,
     out: Out = Path("out/naming"),
     starts: Annotated[int, typer.Option(help="Fits of the base from so many places.")] = 2,
@@ -280,6 +280,25 @@ def name(
     )
     say(result.summary(), highlight=False)
     raise typer.Exit(result.exit_code)
+
+
+rig_app = typer.Typer(no_args_is_help=True, help="Rig files: what the columns of a log are.")
+app.add_typer(rig_app, name="rig")
+
+
+@rig_app.command("init")
+def rig_init(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(help="Raw logs of one drive: text, .parquet, .mat, .h5, .json, .npy, .npz, .xlsx."),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="The rig file to write; nothing is overwritten.")] = Path("rig.toml"),
+    only: Annotated[str, typer.Option(help="Of a log with several drives: what the names of one's columns hold.")] = "",
+) -> None:
+    """Guess what the columns of a raw log are, and write a commented rig to begin with."""
+    from selflock.diagnosis import rig_init as begin
+
+    console.print(visible(begin(logs, out, only).summary()), highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -313,7 +332,7 @@ def plan(
 @app.command()
 def chance(
     rig: Annotated[Path, typer.Argument(help="Rig file (.toml), as for diagnose.")],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs: .csv, .parquet or .mat.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
     test: Annotated[list[Path] | None, typer.Option("--test", help="A log that diagnose holds out; may be repeated.")] = None,
     draws: Annotated[int, typer.Option(help="Simulated logs; more may be asked for later.")] = 100,
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 0,

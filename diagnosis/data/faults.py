@@ -69,7 +69,7 @@ def _stuck(run: MeasuredRun, rig: Rig) -> list[DataFault]:
     """Clipped and frozen channels; clipped ones first, for at its limit a channel stands still as well."""
     faults: list[DataFault] = []
     stills = Stills(run, rig.drives)
-    names = stills.asked()
+    names = [name for name in stills.asked() if name not in rig.commanded]
     for name in names:
         stills.clipped[name] = clipped(stills, name)
         faults += _masked(run, name, stills.clipped[name], "clipped")
@@ -126,7 +126,7 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     An angle or a speed has no such: nothing is elsewhere for a few samples and back.
     """
     bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
-    spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS}
+    spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
     places: dict[str, list[np.ndarray]] = {}
     for name, bare in bares.items():
         if bare in _FEELS:

@@ -1,4 +1,4 @@
-"""Logs: CSV, Parquet or MATLAB files read into runs of signals in SI units. Faults are marked elsewhere (check)."""
+"""Logs: tables (table.py) read into runs of signals in SI units. Faults are marked elsewhere (check)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from pyarrow import Table, csv
 
 from ..errors import DataError
 from ..rules import RULES
-from .rig import LogColumn, Rig, split, suggest
+from .rig import SHARES, LogColumn, Rig, split, suggest
 from .signals import SIGNALS, canonical, unit
-from .units import conversion, is_unit
+from .table import table as read_table
+from .units import conversion, is_unit, without_angle
 
 VALID = "rig.valid"
 """The signal of the rig's `valid` column."""
@@ -70,7 +71,7 @@ class MeasuredRun:
 def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     """The runs of a log. DataError names file, line or column, and what to do."""
     path = Path(path)
-    table = _table(path)
+    table = read_table(path)
     if table.empty or not len(table.columns):
         raise DataError(
             f"{path}: is empty. Export the log again; it needs a header line and at least {RULES.data.shortest_log} samples."
@@ -84,7 +85,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     time = _time(path, table, rig)
     if rig.valid:
         data[VALID] = (_numbers(path, table, _find(path, table, rig.valid, rig)) != 0.0).astype(float)
-    names = table[_find(path, table, rig.run, rig)].astype(str).to_numpy() if rig.run else np.full(len(table), "")
+    names = _run_names(path, table, rig)
     runs = []
     late = [
         column.signal
@@ -96,73 +97,13 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
         signals = {k: v[rows] for k, v in data.items()}
-        runs.append(_ordered(path, MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve())), rig))
+        run = MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve()))
+        runs.append(_trimmed(path, _ordered(path, run, rig, _line(table, 0)), rig))
     if sum(len(run) for run in runs) < RULES.data.shortest_log:
         raise DataError(
             f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {RULES.data.shortest_log}, better some seconds."
         )
     return runs
-
-
-def _table(path: Path) -> pd.DataFrame:
-    if not path.exists():
-        raise DataError(f"{path}: there is no such log.")
-    if path.stat().st_size == 0:
-        raise DataError(f"{path}: is empty (0 bytes). Export the log again.")
-    ending = path.suffix.lower()
-    try:
-        if ending == ".csv":
-            return _csv(path)
-        if ending in {".parquet", ".pq"}:
-            table = pd.read_parquet(path)
-            return table if table.index.names == [None] else table.reset_index()
-        if ending == ".mat":
-            return _mat(path)
-    except DataError:
-        raise
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: is not UTF-8 text. Save it as CSV in UTF-8.") from None
-    except pd.errors.ParserError as error:
-        raise DataError(f"{path}: {str(error).strip()}. Is the file cut off, or is that line damaged?") from None
-    except pd.errors.EmptyDataError:
-        raise DataError(f"{path}: has no columns. Export the log again, with a header line.") from None
-    except Exception as error:
-        raise DataError(f"{path}: cannot be read as {ending}: {error}. The file may be cut off; export it again.") from None
-    raise DataError(f"{path}: logs are .csv, .parquet or .mat, not {ending or 'without ending'}.")
-
-
-def _csv(path: Path) -> pd.DataFrame:
-    """Separated by commas, semicolons or tabs, whichever the header has; a decimal comma where these are no commas."""
-    with path.open(encoding="utf-8-sig") as text:
-        header, first = text.readline(), text.readline()
-    separator = max(",;\t", key=header.count)
-    decimal = "," if separator != "," and re.search(r"\d,\d", first) else "."
-    table = pd.read_csv(path, sep=separator, decimal=decimal, skipinitialspace=True)
-    if not isinstance(table.index, pd.RangeIndex):  # pandas then takes the first column for names of the rows
-        raise DataError(
-            f"{path}: its lines have more values than the header has names ({len(table.columns)}). "
-            f"Name every column, or remove what stands behind the last {separator!r} of each line."
-        )
-    return table
-
-
-def _mat(path: Path) -> pd.DataFrame:
-    """The longest vectors; attrs["left out"] tells of the shorter ones, and their lengths."""
-    from scipy.io import loadmat
-
-    try:
-        held = {name: np.asarray(value) for name, value in loadmat(path).items() if not name.startswith("__")}
-    except NotImplementedError:
-        raise DataError(f"{path}: is a MATLAB file of version 7.3. Save it as version 7: save(..., '-v7').") from None
-    found = {name: np.squeeze(value) for name, value in held.items() if value.dtype.kind in "fiub"}
-    vectors = {name: value for name, value in found.items() if value.ndim == 1}
-    if not vectors:
-        holds = f" It holds {', '.join(held)}." if held else ""
-        raise DataError(f"{path}: holds no vectors.{holds} Save each channel as a vector of its own, all of the same length.")
-    longest = max(len(value) for value in vectors.values())
-    table = pd.DataFrame({name: value.astype(float) for name, value in vectors.items() if len(value) == longest})
-    table.attrs["left out"] = {name: len(value) for name, value in vectors.items() if len(value) < longest}
-    return table
 
 
 def _parts(header: str) -> tuple[str, str]:
@@ -209,6 +150,24 @@ def _find(path: Path, table: pd.DataFrame, name: str, rig: Rig) -> str:
     raise DataError(f"{path}: there is no column {name!r}, which {rig.path.name} asks for.{suggest(name, headers)}")
 
 
+def _run_names(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
+    """The name of the run that each row is of; "" where there is one run."""
+    if not rig.run:
+        return np.full(len(table), "")
+    if rig.kind == "steady" and _bare(rig.run) not in [_bare(header) for header in table.columns]:
+        raise DataError(
+            f"{path}: there is no column {rig.run!r}, which tells the points of {rig.path.name} apart. If this log is a motion, points at constant "
+            f'speed cannot be judged by it: copy {rig.path.name} with kind = "inverse" and without run, with the parameters that were found, and '
+            f"selflock replay that on {path.name}."
+        )
+    return table[_find(path, table, rig.run, rig)].astype(str).to_numpy()
+
+
+def _line(table: pd.DataFrame, row: int) -> int:
+    """The line of the file that a row was, below a header of one line where nothing else is known."""
+    return table.attrs.get("first line", 2) + row
+
+
 def _numbers(path: Path, table: pd.DataFrame, header: str) -> np.ndarray:
     values = table[header]
     if values.dtype.kind in "fiub":
@@ -220,7 +179,7 @@ def _numbers(path: Path, table: pd.DataFrame, header: str) -> np.ndarray:
     if wrong.any():
         row = int(np.flatnonzero(wrong.to_numpy())[0])
         raise DataError(
-            f"{path}: line {row + 2}, column {header!r}: {values.iloc[row]!r} is not a number. "
+            f"{path}: line {_line(table, row)}, column {header!r}: {values.iloc[row]!r} is not a number. "
             "Mend or remove that line; a decimal point is '.'."
         )
     return numbers.to_numpy(float)
@@ -229,13 +188,41 @@ def _numbers(path: Path, table: pd.DataFrame, header: str) -> np.ndarray:
 def _si(path: Path, values: np.ndarray, header: str, column: LogColumn, rig: Rig) -> np.ndarray:
     _, bare = split(column.signal, rig.drives)
     wanted = rig.units.get(column.signal, "") if rig.system else unit(bare, rig.linear)
+    if column.wraps:
+        values = _unwrapped(values, column.wraps)
+    if column.nominal:
+        return column.factor * column.nominal * values * _share(path, header, column, rig) + column.offset
     factor, offset = _conversion(path, header, column, wanted, rig)
     return column.factor * (factor * values + offset) + column.offset
+
+
+def _unwrapped(values: np.ndarray, period: float) -> np.ndarray:
+    """An angle that begins anew at its period, as one that goes on."""
+    good = np.isfinite(values)
+    found = values.copy()
+    found[good] = np.unwrap(values[good], period=period)
+    return found
+
+
+def _share(path: Path, header: str, column: LogColumn, rig: Rig) -> float:
+    """What 1 of a column is of its nominal value: its unit says whether it is in %, in per mille or a number."""
+    said = column.unit or _parts(header)[1] or "1"
+    if said not in SHARES:
+        raise DataError(
+            f"{path}: column {column.column!r} is in {said}, and nominal = {column.nominal:g} in {rig.path.name} says what 100 % is: "
+            f"leave nominal out, or write unit = {' or '.join(map(repr, SHARES))}."
+        )
+    return SHARES[said]
 
 
 def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Rig) -> tuple[float, float]:
     """To the wanted unit from the rig's or the header's, which must not contradict each other."""
     said = _parts(header)[1]
+    if (column.unit or said) in SHARES and wanted not in ("", "1"):
+        raise DataError(
+            f"{path}: column {column.column!r} is in {column.unit or said}: say in {rig.path.name} what 100 % is, "
+            f"as nominal = ... in {wanted} (of a motor its nominal torque or current)."
+        )
     try:
         factor, offset = conversion(column.unit or said, wanted)
     except ValueError as error:
@@ -244,7 +231,7 @@ def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Ri
         try:
             agree = conversion(said, wanted) == (factor, offset)
         except ValueError:
-            agree = False
+            agree = without_angle(said, wanted)
         if not agree:
             raise DataError(
                 f"{path}: the header {header!r} contradicts the unit {column.unit!r} in {rig.path.name}. Mend one of them."
@@ -253,19 +240,51 @@ def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Ri
 
 
 def _time(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
-    clock = rig.time
-    if rig.kind == "steady" and _bare(clock.column) not in map(_bare, table.columns):
+    clock, headers = rig.time, [_bare(header) for header in table.columns]
+    if rig.rows.step and (not clock.column or _bare(clock.column) not in headers):
+        return rig.rows.step * np.arange(len(table))
+    if rig.kind == "steady" and _bare(clock.column) not in headers:
         return np.arange(len(table), dtype=float)
+    if clock.column == "time" and "time" not in headers:
+        raise DataError(
+            f"{path}: there is no column 'time'. Name the one that has it, [time] column = \"...\", or say how far rows are apart, "
+            f"[time] step = 0.001 (s), in {rig.path.name}.{suggest('time', [str(h) for h in table.columns])}"
+        )
     header = _find(path, table, clock.column, rig)
-    stamps = table[header]
-    if stamps.dtype.kind in "mM":  # of a clock or of a stopwatch
-        return (stamps - stamps.iloc[0]).dt.total_seconds().to_numpy(float)
+    stamps = stamps_of(table[header])
+    if stamps is not None:
+        return stamps
     factor, _ = _conversion(path, header, clock, "s", rig)
     return factor * clock.factor * _numbers(path, table, header)
 
 
-def _ordered(path: Path, run: MeasuredRun, rig: Rig) -> MeasuredRun:
-    """Refuse time that runs backward; drop samples without a time or at the same time again (check reports them)."""
+def stamps_of(values: pd.Series) -> np.ndarray | None:
+    """Seconds since the first, of a clock, of a stopwatch, or of such written as texts; None where it is none of these."""
+    if values.dtype.kind not in "mM":
+        texts = values.astype(str).str.strip().str.replace(r"(?<=:\d\d),", ".", regex=True)
+        if (
+            values.dtype.kind in "fiub"
+            or not len(texts)
+            or not texts.iloc[:1000].str.contains(r"\d:\d\d", regex=True).mean() > 0.5
+        ):
+            return None
+        only_time = not texts.iloc[0].split(":")[0].strip().rpartition(" ")[0] and not re.search(
+            r"[-./T]", texts.iloc[0].split(":")[0]
+        )
+        if only_time:
+            found = pd.to_timedelta(texts.where(texts.str.count(":") > 1, "00:" + texts), errors="coerce")
+            past = found.dt.total_seconds().to_numpy(float)
+            return past - past[0] + 86400.0 * np.cumsum(np.append(0.0, np.diff(past) < -43200.0))  # past midnight
+        dotted = bool(re.match(r"\d{1,2}\.\d{1,2}\.\d", texts.iloc[0]))
+        values = pd.to_datetime(texts, format="mixed", dayfirst=dotted, errors="coerce", utc=True)
+    return (values - values.iloc[0]).dt.total_seconds().to_numpy(float)
+
+
+def _ordered(path: Path, run: MeasuredRun, rig: Rig, first: int) -> MeasuredRun:
+    """Refuse time that runs backward; drop samples without a time or at the same time again (check reports them).
+
+    first: the line of the file that row 0 was.
+    """
     where = f"{path}: run {run.name!r}, " if run.name else f"{path}: "
     finite = np.isfinite(run.time)
     if finite.sum() < 2 and rig.kind != "steady":
@@ -274,21 +293,69 @@ def _ordered(path: Path, run: MeasuredRun, rig: Rig) -> MeasuredRun:
             'Rows that are points of steady state belong to a rig of kind = "steady".'
         )
     steps = np.diff(run.time[finite])
-    if rig.kind != "steady" and np.mean(steps == 0.0) > RULES.data.same_times:
+    if rig.rows.spread and finite.all() and rig.kind != "steady" and len(steps) and not np.any(steps < 0.0):
+        run = replace(run, time=spread_out(run.time))
+        steps = np.diff(run.time)
+    if len(steps) and np.mean(steps == 0.0) > RULES.data.same_times and finite.all():
+        again = _written_again(run)  # of a recorder that was faster than what it read
+        if np.mean(again) > RULES.data.same_times:
+            run = _of_rows(run, ~again)
+            finite, steps = finite[~again], np.diff(run.time)
+    if rig.kind != "steady" and len(steps) and np.mean(steps == 0.0) > RULES.data.same_times:
         raise DataError(
             f"{where}column {rig.time.column!r} has only {len(np.unique(run.time[finite]))} different times in "
-            f"{len(run)} rows. Export it with more digits."
+            f"{len(run)} rows. Export it with more digits; or, if rows are evenly apart, write spread = true under [time] in {rig.path.name}."
         )
     if np.any(steps < 0):
         row = int(run.rows[finite][np.flatnonzero(steps < 0)[0] + 1])
         hint = "" if rig.run else ' If the file holds several runs, name the column that tells them apart: [rig] run = "...".'
-        raise DataError(f"{where}line {row + 2}: time runs backward in column {rig.time.column!r}.{hint}")
+        raise DataError(f"{where}line {first + row}: time runs backward in column {rig.time.column!r}.{hint}")
     keep = finite.copy()
     keep[np.flatnonzero(finite)[1:][steps == 0]] = False
     if keep.all():
         return run
-    signals = {k: v[keep] for k, v in run.signals.items()}
-    return replace(run, rows=run.rows[keep], time=run.time[keep], signals=signals, repeated=run.rows[~keep])
+    return replace(_of_rows(run, keep), repeated=run.rows[~keep])
+
+
+def spread_out(time: np.ndarray) -> np.ndarray:
+    """Times that were written too coarsely, evenly between the first and the last of them."""
+    firsts = np.flatnonzero(np.append(True, np.diff(time) > 0.0))
+    if len(firsts) < 2:
+        return time
+    place = np.arange(len(time), dtype=float)
+    step = (time[firsts[-1]] - time[firsts[0]]) / (firsts[-1] - firsts[0])
+    even = time[0] + step * place
+    coarse = float(np.median(np.diff(time[firsts])))
+    if np.max(abs(even - time)) <= 2.0 * coarse:
+        return even
+    return np.interp(place, firsts, time[firsts], right=time[firsts[-1]]) + np.maximum(place - firsts[-1], 0.0) * step
+
+
+def _written_again(run: MeasuredRun) -> np.ndarray:
+    """Rows that repeat the time and every value of the row before."""
+    same = np.append(False, np.diff(run.time) == 0.0)
+    for x in run.signals.values():
+        same[1:] &= (x[1:] == x[:-1]) | (np.isnan(x[1:]) & np.isnan(x[:-1]))
+    return same
+
+
+def _of_rows(run: MeasuredRun, keep: np.ndarray) -> MeasuredRun:
+    return replace(run, rows=run.rows[keep], time=run.time[keep], signals={k: v[keep] for k, v in run.signals.items()})
+
+
+def _trimmed(path: Path, run: MeasuredRun, rig: Rig) -> MeasuredRun:
+    """The part of a run that the rig takes: [time] skip, from and to."""
+    rows = rig.rows
+    since = run.time - run.time[0] if len(run) else run.time
+    keep = (np.arange(len(run)) >= rows.skip) & (since >= rows.first) & (since <= rows.last)
+    if keep.all():
+        return run
+    if not keep.any():
+        raise DataError(
+            f"{path}: nothing is left of {f'run {run.name!r}' if run.name else 'it'} by skip, from and to under [time] in {rig.path.name}: "
+            f"it has {len(run)} rows and lasts {np.ptp(run.time):.4g} s."
+        )
+    return _of_rows(run, keep)
 
 
 def write_csv(table: pd.DataFrame, path: Path) -> None:

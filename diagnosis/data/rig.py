@@ -16,14 +16,25 @@ from .signals import ALIASES, SIGNALS, canonical, unit
 from .units import conversion
 
 KINDS = ("inverse", "forward", "steady")
+SHARES = {"%": 1e-2, "‰": 1e-3, "permille": 1e-3, "1": 1.0}
+"""Units of what is told as a share of a nominal value."""
 EVERY_SECOND = "every second run"
 SMOOTH, HELD = "smooth", "held"
 
 TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
 HEAD: dict[str, type] = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
         "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float, "inputs": str}  # fmt: skip
-TIME: dict[str, type] = {"column": str, "unit": str, "factor": float}
-COLUMN: dict[str, type] = {"column": str, "unit": str, "factor": float, "offset": float}
+TIME: dict[str, type] = {"column": str, "unit": str, "factor": float, "step": float, "spread": bool,
+        "skip": float, "from": float, "to": float, "lowpass": float, "every": float}  # fmt: skip
+COLUMN: dict[str, type] = {
+    "column": str,
+    "unit": str,
+    "factor": float,
+    "offset": float,
+    "nominal": float,
+    "commanded": bool,
+    "wraps": float,
+}
 WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
 CHOICES = {"hold_out": ("", EVERY_SECOND), "inputs": ("", SMOOTH, HELD), "simulate": ("", "open", "closed", "whole", "parts")}
@@ -39,6 +50,22 @@ class LogColumn:
     factor: float = 1.0
     offset: float = 0.0
     late: bool = False  # a row has the command of the step that ends there
+    nominal: float = 0.0  # SI: what 100 % is, of a column that is a share of it
+    commanded: bool = False  # somebody gave it as a number: it may rest and jump
+    wraps: float = 0.0  # in the unit of the log: an angle that begins anew there; 0: it does not
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Which rows of a log are used, at which times, and how they are made fewer."""
+
+    step: float = 0.0  # s between rows, of a log without a column of time
+    spread: bool = False  # the times are too coarse: rows are evenly apart
+    skip: int = 0  # rows at the begin of each run that are left out
+    first: float = 0.0  # s after a run's begin, from which on it is used
+    last: float = float("inf")  # s after a run's begin, until which
+    lowpass: float = 0.0  # Hz: all channels are filtered alike, forward and backward; 0: not at all
+    every: int = 1  # rows that become one, their mean
 
 
 @dataclass(frozen=True)
@@ -64,6 +91,7 @@ class Rig:
     wanted: dict[str, Wanted] = field(default_factory=dict)  # what `calibrate` fits beside what is uncertain
     known: frozenset[str] = frozenset()  # never questioned
     time: LogColumn = LogColumn("time", "time")
+    rows: Rows = Rows()
     run: str = ""  # column that tells runs apart
     linear: bool = False
     drives: tuple[str, ...] = ("",)  # prefixes of the drives, such as "front_", "rear_"
@@ -92,6 +120,11 @@ class Rig:
             if fnmatch(name, pattern):
                 found |= values
         return found
+
+    @property
+    def commanded(self) -> frozenset[str]:
+        """Signals that somebody gave as numbers, as the rig says."""
+        return frozenset(column.signal for column in self.columns if column.commanded)
 
     def questioned(self, parameter: str) -> bool:
         """Whether a diagnosis may doubt this nominal value."""
@@ -161,6 +194,7 @@ def _rig(path: Path, data: dict) -> Rig:
         kind=kind,
         columns=columns,
         time=LogColumn(clock.get("column", "time"), "time", clock.get("unit", ""), clock.get("factor", 1.0)),
+        rows=_rows(path, clock),
         parameters=_numbers(path, "parameters", data.get("parameters", {})),
         uncertain=_ranges(path, data.get("uncertain", {})),
         wanted={name: _wanted(path, name, entry) for name, entry in data.get("calibrate", {}).items()},
@@ -179,6 +213,24 @@ def _rig(path: Path, data: dict) -> Rig:
         system=(path.parent / system) if system else None,
         effects=(path.parent / head["effects"]) if head.get("effects") else None,
     )
+
+
+def _rows(path: Path, clock: dict[str, Any]) -> Rows:
+    """What [time] says of the rows, each number in its range."""
+    for key in ("skip", "every"):
+        if clock.get(key, 1.0) != int(clock.get(key, 1.0)):
+            raise DataError(f"{path}: [time] {key} = {clock[key]:g} counts rows: write a whole number.")
+    for key, least in (("step", 0.0), ("skip", 0.0), ("from", 0.0), ("lowpass", 0.0), ("every", 1.0)):
+        if clock.get(key, least) < least:
+            raise DataError(f"{path}: [time] {key} = {clock[key]:g}: write a number of at least {least:g}.")
+    if clock.get("to", float("inf")) <= clock.get("from", 0.0):
+        raise DataError(
+            f"{path}: [time] to = {clock['to']:g} s ends before from = {clock.get('from', 0.0):g} s, both after a run's begin."
+        )
+    return Rows(
+        clock.get("step", 0.0), clock.get("spread", False), int(clock.get("skip", 0)), clock.get("from", 0.0),
+        clock.get("to", float("inf")), clock.get("lowpass", 0.0), int(clock.get("every", 1)),
+    )  # fmt: skip
 
 
 def _typed(path: Path, where: str, given: dict, types: dict[str, type]) -> dict[str, Any]:
@@ -229,15 +281,23 @@ def _column(path: Path, name: str, entry: Any, drives: tuple[str, ...], linear: 
         quotes = " A name with a dot stands in quotes." if "." not in name else ""
         raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.{quotes}')
     entry = _typed(path, f'[columns] "{name}"', entry, COLUMN)
-    given, signal = entry.get("unit", ""), name
+    given, signal, nominal = entry.get("unit", ""), name, entry.get("nominal", 0.0)
+    if "nominal" in entry and not (nominal > 0.0 and given in ("", *SHARES)):
+        raise DataError(
+            f"{path}: [columns] {name!r}: nominal = {nominal:g} is what 100 % is, above 0, of a column with unit = "
+            f"{' or '.join(map(repr, SHARES))}. A sign belongs in factor."
+        )
+    if given in SHARES and not nominal and not plain and given != "1" and unit(canonical(split(name, drives)[1]), linear) != "1":
+        wanted = unit(canonical(split(name, drives)[1]), linear)
+        raise DataError(f"{path}: [columns] {name!r} is in {given}: say what 100 % is, as nominal = ... in {wanted}.")
     if not plain:  # else a variable of an FMU system, whatever its name
         prefix, bare = split(name, drives)
         signal = prefix + _signal(path, name, bare)
         try:
-            conversion(given, unit(canonical(bare), linear))
+            conversion("" if nominal else given, unit(canonical(bare), linear))
         except ValueError as error:
             raise DataError(f"{path}: [columns] {name!r}: {error}.") from None
-    return LogColumn(entry["column"], signal, given, entry.get("factor", 1.0), entry.get("offset", 0.0))
+    return LogColumn(entry["column"], signal, given, entry.get("factor", 1.0), entry.get("offset", 0.0), False, nominal, entry.get("commanded", False), entry.get("wraps", 0.0))  # fmt: skip
 
 
 def _signal(path: Path, name: str, bare: str) -> str:

@@ -85,7 +85,7 @@ def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) ->
     own = {name: value for table in rig.logs.values() for name, value in table.items()} if own is None else own
     for prefix in rig.drives:
         seen = {name.removeprefix(prefix) for name in signals if name.startswith(prefix)}
-        found |= Said(rig, prefix, {**rig.parameters, **own}).assumed(_components(seen))
+        found |= Said(rig, prefix, {**rig.parameters, **own}).assumed(_components(seen, rig.simulate in ("closed", "whole")))
     return found
 
 
@@ -125,10 +125,10 @@ def _relation(relation: motions.Relation, ratio: float, prefix: str) -> str:
     return f"{first} = {relation.factor:.3g} {of}{second}"
 
 
-def _components(seen: set[str]) -> tuple[str, ...]:
-    """Whose parameters matter to what is simulated, or which."""
-    controller = ("controller",) if seen & SETPOINTS and seen & ELECTRIC else ()
-    motor = ("motor",) if seen & ELECTRIC else ("motor.torque_constant",) if "motor.current" in seen else ()
+def _components(seen: set[str], closed: bool) -> tuple[str, ...]:
+    """Whose parameters matter to what is simulated, or which. closed: the loop is simulated, whatever of it was measured."""
+    controller = ("controller",) if closed or (seen & SETPOINTS and seen & ELECTRIC) else ()
+    motor = ("motor",) if closed or seen & ELECTRIC else ("motor.torque_constant",) if "motor.current" in seen else ()
     return (*controller, *motor, "reducer", "load")
 
 

@@ -35,6 +35,14 @@ def conversion(given: str, wanted: str) -> tuple[float, float]:
         raise ValueError(f"unit {given!r} cannot be {wanted!r}") from None
 
 
+def without_angle(given: str, wanted: str) -> bool:
+    """Whether a unit is that of a rate, as 1/min or Hz, and does not say of what: it contradicts no speed."""
+    known, target = unit(_spelt(given)), unit(wanted)
+    if known is None or target is None or not target.exponents.get("rad"):
+        return False
+    return {**known.exponents, "rad": 0} == {**target.exponents, "rad": 0} and not known.exponents.get("rad")
+
+
 def is_unit(text: str) -> bool:
     """Whether somebody knows a unit of this name."""
     return bool(text) and unit(_spelt(text)) is not None

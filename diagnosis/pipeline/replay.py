@@ -15,8 +15,8 @@ import pandas as pd
 
 from selflock.fmus.build import build
 
-from ..data.faults import check
-from ..data.log import read, write_csv
+from ..data.gathered import gathered
+from ..data.log import write_csv
 from ..data.rig import Rig
 from ..data.sanity import Box, box
 from ..errors import DataError
@@ -82,8 +82,7 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool
     anyway: also where log and rig contradict each other.
     """
     check_names(rig)
-    runs = read(log, rig)
-    faults = check(runs, rig)
+    runs, faults = gathered(log, rig)
     if not any(run.usable(*run.signals).any() for run in runs):
         raise DataError(
             f"{log}: no sample has all its channels sound. The faults: " + "; ".join(f"{f.kind} {f.channel}" for f in faults[:5])

@@ -11,8 +11,9 @@ import numpy as np
 
 from selflock.fmus.errors import BuildError
 
-from ..data.faults import DataFault, check
-from ..data.log import MeasuredRun, read
+from ..data.faults import DataFault
+from ..data.gathered import gathered
+from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..data.sanity import Box
 from ..data.signals import ANGLE_OF
@@ -57,8 +58,8 @@ def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[MeasuredRun],
     faults: list[DataFault] = []
     held: list[bool] = []
     for path, is_test in [*((p, False) for p in logs), *((p, True) for p in test)]:
-        found = read(path, rig)
-        faults += check(found, rig)
+        found, told = gathered(path, rig)
+        faults += told
         runs += found
         held += [is_test] * len(found)
     _refuse_unlike(runs)

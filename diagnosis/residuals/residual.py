@@ -97,7 +97,7 @@ def residuals(probe: Channels) -> list[Residual]:
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]
     delivered = ("reducer.output_torque",) if has("reducer.output_torque") else ()
-    if rig.kind == "forward" and rig.simulate in ("open", "closed") and electric and moves:
+    if rig.kind == "forward" and rig.simulate in ("open", "closed") and (electric or rig.simulate == "closed") and moves:
         closed = rig.simulate == "closed"
         if closed and not has("controller.angle_setpoint"):
             raise DataError(f'{rig.path}: simulate = "closed" needs a column "controller.angle_setpoint".')

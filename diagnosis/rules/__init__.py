@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from .begin import BeginRules
 from .calibrate import CalibrateRules
 from .data import DataRules
 from .judge import JudgeRules
@@ -34,6 +35,7 @@ class Rules:
     calibrate: CalibrateRules = field(default_factory=CalibrateRules)
     naming: NamingRules = field(default_factory=NamingRules)
     planning: PlanningRules = field(default_factory=PlanningRules)
+    begin: BeginRules = field(default_factory=BeginRules)
 
     def listed(self) -> list[Rule]:
         """All of them, room by room."""

@@ -194,6 +194,11 @@ class DataRules:
     zero_mends: float = rule(
         2.0, "times by which that other angle must lessen what is left of the torque", "a remark alone, which decides nothing"
     )
+    clamped: float = rule(
+        0.2,
+        "share of what its input shaft turns to and fro, over the ratio, that an output may move and still be clamped",
+        "theory: through a gear it follows all of it; a clamp gives less than the shaft that winds up",
+    )
     slow_rows: float = rule(
         0.5,
         "s between rows of a moving drive from which on the time's unit is remarked on",

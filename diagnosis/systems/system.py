@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..data.faults import check
-from ..data.log import MeasuredRun, read
+from ..data.gathered import gathered
+from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..errors import DataError
 from ..judge.depends import depends
@@ -106,8 +106,7 @@ def prepare(rig: Rig) -> tuple[Rig, Parts]:
 def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     """The whole system from its set-points and each component alone on its measured inputs, over what was measured."""
     rig, parts = prepare(rig)
-    runs = read(log, rig)
-    faults = check(runs, rig)
+    runs, faults = gathered(log, rig)
     folder = Path(out) if out else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)

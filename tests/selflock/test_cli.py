@@ -67,6 +67,15 @@ def test_a_run_names_the_command_that_shows_it_and_a_page_is_written(typed, tmp_
     assert code == 2 and "the page is an .html file" in told and not (tmp_path / "no.csv").exists()
 
 
+def test_a_rig_begins_with_a_log_and_is_not_overwritten(typed, tmp_path):
+    rows = "\n".join(f"{0.01 * k:.2f};{k % 7};{(k * k) % 11}" for k in range(60))
+    (tmp_path / "log.csv").write_text("Time [s];motor speed [rpm];motor torque [mNm]\n" + rows.replace(".", ","))
+    code, told, _ = typed("rig", "init", tmp_path / "log.csv", "-o", tmp_path / "rig.toml")
+    assert code == 0 and "reducer.input_speed [rpm]" in told and (tmp_path / "rig.toml").exists()
+    code, _, told = typed("rig", "init", tmp_path / "log.csv", "-o", tmp_path / "rig.toml")
+    assert code == 2 and "is not overwritten" in " ".join(told.split()) and "Traceback" not in told
+
+
 def test_one_fmu_runs_by_itself(typed, tmp_path, monkeypatch):
     from selflock.fmus.build import built
 

@@ -22,7 +22,7 @@ EXTRAS = {
     "vehicle": ["vehicle"],
     "view": [],
     "study": ["vehicle"],
-    "diagnosis": ["diagnosis"],
+    "diagnosis": ["diagnosis", "files"],
     "sweep": ["sweep"],
 }
 

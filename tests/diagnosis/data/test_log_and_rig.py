@@ -182,9 +182,9 @@ def test_the_same_numbers_however_they_are_written(tmp_path):
 
 def _written(data: pd.DataFrame, how: str, path):
     if how == "trailing":
-        path.write_text("\n".join(line + "," * (i > 0) for i, line in enumerate(data.to_csv(index=False).splitlines())) + "\n")
-    elif how == "latin":
-        path.write_bytes(data.rename(columns={"n": "n [°/s]"}).to_csv(index=False).encode("latin-1"))
+        path.write_text("\n".join(line + ",7" * (i > 0) for i, line in enumerate(data.to_csv(index=False).splitlines())) + "\n")
+    elif how == "binary":
+        path.write_bytes(data.to_csv(index=False).encode() + bytes(8))
     elif how == "coarse":
         data.assign(time=data.time.round(1)).to_csv(path, index=False)
     elif how == "twice":
@@ -194,14 +194,14 @@ def _written(data: pd.DataFrame, how: str, path):
     elif how == "short.mat":
         scipy.io.savemat(path, {"time": data.time.to_numpy(), "n": data.n.to_numpy(), "m": data.m.to_numpy()[:-1]})
     elif how == "struct.mat":
-        scipy.io.savemat(path, {"s": {k: v.to_numpy() for k, v in data.items()}})
+        scipy.io.savemat(path, {"s": np.array([[{"a": 1}]], object)})
 
 
 @pytest.mark.parametrize(
     ("how", "says"),
     [
         ("trailing", "more values than the header has names"),
-        ("latin", "UTF-8"),
+        ("binary", "not a text file"),
         ("coarse", "different times in 100 rows. Export it with more digits"),
         ("twice", "'m .mN.m.' and 'm .N.m.' are both 'm'"),
         ("contradicts", "contradicts the unit 'mN.m'"),

@@ -36,6 +36,13 @@ ELSEWHERE = {  # what decides nothing
     "pipeline/chance.py": {"LEVELS"},  # quantiles that are told
     "output/figures.py": {"STYLE"},
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
+    "data/rig.py": {"SHARES"},
+    "data/table.py": {"LARGEST", "LARGEST_JSON", "WIDEST", "DEEPEST", "MOST_NAMES"},  # how much of a stranger's file is read
+    "data/text.py": {"LOOKED_AT", "LINES", "ALIKE", "MOST_COLUMNS"},
+    "begin/guess.py": {"RPM", "DEG", "TURN", "FACTORS", "SLIPS", "ROUND"},  # units, and the counts that encoders have
+    "begin/numbers.py": {"NONE"},
+    "begin/raw.py": {"SECONDS", "EPOCHS", "BEYOND"},
+    "begin/write.py": {"WIDTH"},
     "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
     "naming/page.py": {"ROWS", "POINTS"},
     "naming/outcome.py": {"EXIT"},

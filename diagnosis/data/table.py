@@ -1,0 +1,300 @@
+"""Files as tables: one column for each channel, whatever they were written with. Nothing in them is run, and sizes end.
+
+attrs["first line"]: the line of a text file that the first row was. attrs["left out"]: vectors of another length, with it.
+attrs["scalars"]: single numbers beside the columns, such as a sampling time.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..errors import DataError
+from .text import LOGS, form_of, read_text
+
+LARGEST = 4 << 30  # bytes of a file, and of what is unpacked of it
+LARGEST_JSON = 512 << 20  # which is in memory several times over
+WIDEST = 1000  # columns made of one matrix or of lists
+DEEPEST = 6  # structures in structures
+MOST_NAMES = 5000
+TEXTS = {".csv", ".txt", ".tsv", ".dat", ".log", ".asc", ".lvm", ".tab", ".prn"}
+HDF = b"\x89HDF\r\n\x1a\n"
+BOOKS = {".xlsx", ".xlsm"}
+
+
+def table(path: str | Path) -> pd.DataFrame:
+    """The table in a file. DataError says what is wrong with it, and what to do."""
+    path = Path(path)
+    if not path.exists():
+        raise DataError(f"{path}: there is no such log.")
+    if path.is_dir():
+        raise DataError(f"{path}: is a folder. Give the log in it: {LOGS}.")
+    size = path.stat().st_size
+    if size == 0:
+        raise DataError(f"{path}: is empty (0 bytes). Export the log again.")
+    ending = path.suffix.lower()
+    most = LARGEST_JSON if ending in {".json", ".jsonl", ".ndjson"} else LARGEST
+    if size > most:
+        raise DataError(f"{path}: has {size / 2**20:.0f} MiB; {most >> 20} at most are read. Cut the log into parts.")
+    try:
+        return _read(path, ending)
+    except DataError:
+        raise
+    except UnicodeDecodeError:
+        raise DataError(f"{path}: is not UTF-8 text. Save it as CSV in UTF-8.") from None
+    except pd.errors.ParserError as error:
+        raise DataError(f"{path}: {str(error).strip()}. Is the file cut off, or is that line damaged?") from None
+    except pd.errors.EmptyDataError:
+        raise DataError(f"{path}: has no columns. Export the log again, with a header line.") from None
+    except ModuleNotFoundError:
+        raise  # an extra is missing: the command line says which
+    except Exception as error:
+        raise DataError(f"{path}: cannot be read as {ending}: {error}. The file may be cut off; export it again.") from None
+
+
+def _read(path: Path, ending: str) -> pd.DataFrame:
+    if ending in TEXTS:
+        return read_text(path)
+    if ending in {".parquet", ".pq"}:
+        return _parquet(path)
+    if ending == ".mat":
+        return _mat(path)
+    if ending in {".h5", ".hdf5"}:
+        return _hdf(path)
+    if ending in {".json", ".jsonl", ".ndjson"}:
+        return _json(path)
+    if ending in {".npy", ".npz"}:
+        return _numpy(path, ending)
+    if ending in BOOKS:
+        return _book(path)
+    if ending == ".xls":
+        raise DataError(f"{path}: is a workbook of Excel before 2007. Save it as .xlsx or .csv.")
+    raise DataError(f"{path}: logs are {LOGS}, not {ending or 'without ending'}.")
+
+
+def _parquet(path: Path) -> pd.DataFrame:
+    found = pd.read_parquet(path)
+    found = found if found.index.names == [None] else found.reset_index()
+    lists = [name for name in found.columns if found[name].dtype == object and _is_list(found[name])]
+    if not lists:
+        return found
+    arrays = {str(name): found[name].to_numpy() for name in found.columns if name not in lists}
+    for name in lists:
+        arrays |= _listed(str(name), found[name].to_list())
+    return pd.DataFrame(arrays)
+
+
+def _is_list(values: pd.Series) -> bool:
+    return len(values) > 0 and isinstance(values.iloc[0], (list, tuple, np.ndarray))
+
+
+def _listed(name: str, rows: list) -> dict[str, np.ndarray]:
+    """Rows that hold lists of one length, as columns name.1, name.2; nothing where they do not."""
+    lengths = {len(row) for row in rows if row is not None}
+    if len(lengths) != 1 or not 0 < (width := lengths.pop()) <= WIDEST:
+        return {}
+    none = [np.nan] * width
+    try:
+        matrix = np.array([none if row is None else row for row in rows], float)
+    except (TypeError, ValueError):
+        return {}
+    return {f"{name}.{k + 1}": matrix[:, k] for k in range(width)} if matrix.ndim == 2 else {}
+
+
+def _mat(path: Path) -> pd.DataFrame:
+    from scipy.io import loadmat
+
+    with path.open("rb") as file:
+        if HDF in file.read(512 + len(HDF)):
+            return _hdf(path)  # version 7.3
+    try:
+        held = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
+    except NotImplementedError:
+        return _hdf(path)
+    return together(path, dict(_fields(held)), holds=", ".join(held))
+
+
+def _fields(held: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+    """The arrays in structures of one element each, by name."""
+    for name, value in held.items():
+        value = np.asarray(value)
+        if value.dtype.names and value.size == 1 and depth < DEEPEST:
+            only = value.reshape(-1)[0]
+            yield from _fields({field: only[field] for field in value.dtype.names}, f"{prefix}{name}.", depth + 1)
+        elif value.dtype.kind in "fiubUS":
+            yield prefix + name, value
+
+
+def _hdf(path: Path) -> pd.DataFrame:
+    """HDF5, as which MATLAB writes its version 7.3; what lies in other files is not followed."""
+    import h5py
+
+    found: dict[str, np.ndarray] = {}
+    total = 0
+
+    def look(group: Any, prefix: str, depth: int) -> None:
+        nonlocal total
+        for name in group:
+            link = group.get(name, getlink=True)
+            if name.startswith("#") or not isinstance(link, h5py.HardLink) or len(found) > MOST_NAMES:
+                continue
+            value = group[name]
+            if isinstance(value, h5py.Group):
+                if depth < DEEPEST:
+                    look(value, f"{prefix}{name}.", depth + 1)
+            elif isinstance(value, h5py.Dataset) and value.dtype.kind in "fiub" and value.ndim <= 2:
+                if value.is_virtual or value.external or value.attrs.get("MATLAB_empty", 0):
+                    continue
+                if value.attrs.get("MATLAB_class") == b"char":
+                    continue
+                total += value.nbytes
+                if total > LARGEST:
+                    raise DataError(f"{path}: holds more than {LARGEST >> 30} GiB. Save the channels that matter.")
+                found[prefix + name] = np.asarray(value[()])
+
+    try:
+        file = h5py.File(path, "r")
+    except OSError:
+        raise DataError(f"{path}: is neither a MATLAB file of version 7 or 7.3 nor HDF5. Export it again.") from None
+    with file:
+        look(file, "", 0)
+    return together(path, found)
+
+
+def _numpy(path: Path, ending: str) -> pd.DataFrame:
+    if ending == ".npz":
+        with zipfile.ZipFile(path) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > LARGEST:
+                raise DataError(f"{path}: holds more than {LARGEST >> 30} GiB. Save the channels that matter.")
+        with np.load(path, allow_pickle=False) as held:
+            return together(path, {name: held[name] for name in list(held)[:MOST_NAMES]})
+    values = np.load(path, mmap_mode="r", allow_pickle=False)
+    if values.dtype.names:
+        return together(path, {name: np.asarray(values[name]) for name in values.dtype.names})
+    return together(path, {"": np.asarray(values)})
+
+
+def _json(path: Path) -> pd.DataFrame:
+    """Columns, records, or records below a name; with a line for each record, too."""
+    text = path.read_text(encoding="utf-8-sig")
+    try:
+        data = json.loads(text)
+    except RecursionError:
+        raise DataError(f"{path}: its brackets are nested too deep.") from None
+    except json.JSONDecodeError as error:
+        lines = [line for line in text.splitlines() if line.strip()]
+        if len(lines) < 2 or not lines[0].lstrip().startswith(("{", "[")):
+            raise DataError(f"{path}: is not JSON: {error}. Export it again.") from None
+        try:
+            data = [json.loads(line) for line in lines]
+        except json.JSONDecodeError as bad:
+            raise DataError(f"{path}: a line of it is not JSON: {bad}. Is the file cut off?") from None
+    arrays, beside = _from_json(data)
+    if not arrays:
+        raise DataError(
+            f'{path}: holds no table. Write columns, {{"time": [0, 0.1], "speed": [0, 1]}}, or records, [{{"time": 0, "speed": 0}}, ...].'
+        )
+    return together(path, arrays | beside)
+
+
+def _from_json(data: Any, depth: int = 0) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Columns, and what stands beside them."""
+    if isinstance(data, list):
+        if data and all(isinstance(row, dict) for row in data):
+            rows = [dict(_flat(row)) for row in data]
+            names = dict.fromkeys(name for row in rows for name in row)
+            found: dict[str, Any] = {}
+            for name in list(names)[:MOST_NAMES]:
+                values = [row.get(name) for row in rows]
+                found |= _listed(name, values) if any(isinstance(v, list) for v in values) else {name: _column(values)}
+            return found, {}
+        if data and all(isinstance(row, list) for row in data):
+            return _listed("", data), {}
+        return {}, {}
+    if not isinstance(data, dict) or depth > DEEPEST:
+        return {}, {}
+    if isinstance(data.get("columns"), list) and isinstance(data.get("data"), list):
+        rows = [dict(zip(map(str, data["columns"]), row)) for row in data["data"] if isinstance(row, list)]
+        return _from_json(rows)
+    if data and all(isinstance(v, dict) and v and all(k.isdigit() for k in v) for v in data.values()):  # as pandas writes it
+        return {name: _column(list(values.values())) for name, values in data.items()}, {}
+    lists = {name: value for name, value in _flat(data) if isinstance(value, list)}
+    beside = {name: value for name, value in _flat(data) if isinstance(value, (int, float))}
+    records = {name: v for name, v in lists.items() if v and all(isinstance(row, dict) for row in v)}
+    if records:
+        return _from_json(max(records.values(), key=len))[0], beside
+    arrays: dict[str, Any] = {}
+    for name, value in lists.items():
+        arrays |= _listed(name, value) if value and isinstance(value[0], list) else {name: _column(value)}
+    return arrays, beside
+
+
+def _flat(row: dict, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+    for name, value in row.items():
+        if isinstance(value, dict) and depth < DEEPEST:
+            yield from _flat(value, f"{prefix}{name}.", depth + 1)
+        else:
+            yield f"{prefix}{name}", value
+
+
+def _column(values: list) -> np.ndarray:
+    if all(v is None or isinstance(v, (int, float)) for v in values):
+        return np.array([np.nan if v is None else float(v) for v in values])
+    return np.array([str(v) if isinstance(v, (str, int, float)) else None for v in values], object)
+
+
+def _book(path: Path) -> pd.DataFrame:
+    """The longest sheet of a workbook, by its values; formulas and macros are not run."""
+    from openpyxl import load_workbook
+
+    with zipfile.ZipFile(path) as archive:
+        if sum(entry.file_size for entry in archive.infolist()) > LARGEST_JSON:
+            raise DataError(f"{path}: holds more than {LARGEST_JSON >> 20} MiB unpacked. Save the sheet as .csv.")
+    book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
+    try:
+        sheets = [list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets]
+    finally:
+        book.close()
+    rows = max(sheets, key=len, default=[])
+    width = max((k + 1 for row in rows for k, cell in enumerate(row) if cell is not None), default=0)
+    if not width:
+        raise DataError(f"{path}: its sheets are empty. Export the log again.")
+    rows = [row[:width] for row in rows]
+    form = form_of([["" if cell is None else str(cell).strip() for cell in row] for row in rows[:400]])
+    names = [*form.names, *(f"(unnamed {k + 1})" for k in range(len(form.names), width))]
+    found = pd.DataFrame(rows[form.first :], columns=names[:width])
+    found = found.dropna(axis="columns", how="all").dropna(axis="index", how="all").infer_objects().reset_index(drop=True)
+    found.attrs["first line"] = form.first + 1
+    return found
+
+
+def together(path: Path, held: Mapping[str, Any], holds: str = "") -> pd.DataFrame:
+    """Arrays as one table: vectors of the most common great length, and matrices that have it as one of their sides."""
+    arrays = {name: np.squeeze(np.asarray(value)) for name, value in held.items()}
+    arrays = {name: value for name, value in arrays.items() if value.dtype.kind in "fiubUSO"}
+    numbers = {name: value for name, value in arrays.items() if value.dtype.kind in "fiub"}
+    sides = [max(value.shape) for value in numbers.values() if value.ndim in (1, 2)]
+    if not sides:
+        said = f" It holds {holds or ', '.join(map(str, held))}." if holds or held else ""
+        raise DataError(f"{path}: holds no vectors.{said} Save each channel as a vector of its own, all of the same length.")
+    length = max(sides)
+    columns: dict[str, np.ndarray] = {}
+    left: dict[str, int] = {}
+    for name, value in arrays.items():
+        if value.ndim == 1 and len(value) == length:
+            columns[name] = value.astype(float) if value.dtype.kind in "fiub" else value
+        elif value.ndim == 2 and length in value.shape and min(value.shape) <= WIDEST:
+            rows = value if value.shape[0] == length else value.T
+            columns |= {f"{name}.{k + 1}".lstrip("."): rows[:, k].astype(float) for k in range(rows.shape[1])}
+        elif value.ndim in (1, 2):
+            left[name] = max(value.shape)
+    found = pd.DataFrame(columns)
+    found.attrs["left out"] = left
+    found.attrs["scalars"] = {name: float(value) for name, value in numbers.items() if value.ndim == 0}
+    return found

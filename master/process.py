@@ -110,7 +110,8 @@ class ProcessPart(Part):
             )
         code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({end})"
         environment = {**os.environ, "TMPDIR": self._home}
-        return subprocess.Popen([sys.executable, "-c", code], pass_fds=[end], stderr=self._errors, env=environment)
+        command = [sys.executable, "-c", code]  # in a session of its own: Ctrl-C is the master's to answer
+        return subprocess.Popen(command, pass_fds=[end], stderr=self._errors, env=environment, start_new_session=True)
 
     # --- talking -------------------------------------------------------------------------------------------------
 

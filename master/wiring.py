@@ -87,7 +87,7 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
         for target, connection in system.connections.items():
             wiring.links.append(_link(wiring, target, connection))
         if not system.run.open_inputs:
-            _all_given(wiring)
+            all_given(wiring)
         _record(wiring)
         _order(wiring)
         _bind(wiring)
@@ -213,7 +213,7 @@ def _link(wiring: Wiring, target: str, connection: Connection) -> Link:
     return Link(of, source.name, to, sink.name, gain * factor, gain * offset + shift)
 
 
-def _all_given(wiring: Wiring) -> None:
+def all_given(wiring: Wiring) -> None:
     connected = {(link.target, link.input) for link in wiring.links}
     open_ = [
         f"{name}.{v.name}"

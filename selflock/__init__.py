@@ -22,14 +22,27 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import errors
     from .diagnosis import calibrate, diagnose, name, replay
-    from .master import load, run
+    from .master import load, run, session
     from .packing import build
     from .study import study
     from .sweep import sweep
 
     __version__: str
 
-__all__ = ["__version__", "build", "calibrate", "diagnose", "errors", "load", "name", "replay", "run", "study", "sweep"]
+__all__ = [
+    "__version__",
+    "build",
+    "calibrate",
+    "diagnose",
+    "errors",
+    "load",
+    "name",
+    "replay",
+    "run",
+    "session",
+    "study",
+    "sweep",
+]
 
 _FROM = {
     "build": ("selflock.packing", "build"),
@@ -39,6 +52,7 @@ _FROM = {
     "name": ("selflock.diagnosis", "name"),
     "replay": ("selflock.diagnosis", "replay"),
     "run": ("selflock.master", "run"),
+    "session": ("selflock.master", "session"),
 }
 _ROOMS = ("diagnosis", "errors", "examples", "fmus", "master", "study", "sweep", "vehicle")
 

@@ -7,6 +7,7 @@ print(result.summary())
 
 from .errors import DescriptionError, Interrupted, PartFailed, ResultError, SessionError
 from .face import Part, Variable
+from .function import part
 from .live import Session, session
 from .results import Result, read
 from .simulation import run
@@ -15,5 +16,5 @@ from .system import Bond, Component, Connection, Fault, Run, System, from_dict
 
 __all__ = [
     "Bond", "Component", "Connection", "DescriptionError", "Fault", "Interrupted", "Part", "PartFailed", "Result", "ResultError",
-    "Run", "Session", "SessionError", "System", "Variable", "from_dict", "load", "read", "run", "session",
+    "Run", "Session", "SessionError", "System", "Variable", "from_dict", "load", "part", "read", "run", "session",
 ]  # fmt: skip

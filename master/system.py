@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from .algorithms import ALGORITHMS
 from .errors import DescriptionError
+from .face import Part
 
 CONTROLS = ("power", "doubling")
 FAULTS = ("stuck", "offset", "drop-out", "delay", "noise")
@@ -52,7 +53,7 @@ class Component(Plain):
     """An FMU or an in-process part, under the name it has in this system."""
 
     fmu: str = ""  # path relative to the system file, or "selflock:Reducer" for one of this package
-    part: str = ""  # "package.module:Class" instead of an FMU
+    part: str | type[Part] = ""  # "package.module:Class" instead of an FMU; in Python the class itself
     manoeuvre: str = ""  # instead: a file of set-points over time, relative to the system file
     options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
     step: float = 0.0  # its own step in s; 0: the communication step
@@ -289,10 +290,12 @@ def fits(value: Any, wanted: str) -> bool:
     """Whether a value is of a field's kind, as its annotation says it."""
     if wanted == "float | str" and formula(value):
         return True
+    if wanted.startswith("str |") and isinstance(value, type):
+        return issubclass(value, Part)
     if wanted.startswith("float"):
         return isinstance(value, Real) and not isinstance(value, bool)
     if wanted.startswith("int"):
         return isinstance(value, Integral) and not isinstance(value, bool)
     if wanted.startswith("list"):
         return isinstance(value, list) and all(isinstance(item, str) for item in value)
-    return isinstance(value, {"str": str, "bool": bool, "dict": dict}[wanted.split("[")[0]])
+    return isinstance(value, {"str": str, "bool": bool, "dict": dict}[wanted.split("[")[0].split(" ")[0]])

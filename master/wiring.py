@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from .algorithms import ALGORITHMS, Algorithm
-from .code import load_part
+from .code import load_part, named
 from .errors import DescriptionError
 from .face import Part, Variable
 from .manoeuvre import Manoeuvre
@@ -110,14 +110,15 @@ def make(name: str, component: Component, system: System) -> Part:
             raise DescriptionError(f"{where}: isolate and step_timeout are for FMUs; a part runs in this process.")
         if component.tolerance is not None:
             raise DescriptionError(f"{where}: tolerance is for FMUs, which have solvers of their own.")
-        kind = load_part(component.part, where, system.allow_code)
+        given = component.part  # a class is there already: it is its user's own code
+        kind = load_part(given, where, system.allow_code) if isinstance(given, str) else given
         try:
             part = kind(name, **component.options)
         except TypeError as error:
             raise DescriptionError(f"{where} options: {error}.") from None
         if not isinstance(part, Part):
             raise DescriptionError(
-                f'{where} part = "{component.part}" is no selflock.master.Part. Derive its class from that; it needs to define '
+                f'{where} part = "{named(component.part)}" is no selflock.master.Part. Derive its class from that; it needs to define '
                 "only what it does otherwise."
             )
         return part

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import errors
     from .diagnosis import calibrate, diagnose, name, replay
-    from .master import load, run, session
+    from .master import load, part, run, session
     from .packing import build
     from .study import study
     from .sweep import sweep
@@ -37,6 +37,7 @@ __all__ = [
     "errors",
     "load",
     "name",
+    "part",
     "replay",
     "run",
     "session",
@@ -50,6 +51,7 @@ _FROM = {
     "diagnose": ("selflock.diagnosis", "diagnose"),
     "load": ("selflock.master", "load"),
     "name": ("selflock.diagnosis", "name"),
+    "part": ("selflock.master", "part"),
     "replay": ("selflock.diagnosis", "replay"),
     "run": ("selflock.master", "run"),
     "session": ("selflock.master", "session"),

@@ -248,6 +248,21 @@ class Result:
             written.close()
         return Path(path)
 
+    def plot(self, *names: str, ax: Any = None) -> list[Any]:
+        """Draw columns over time with matplotlib: names or patterns such as "motor.*", all where none is given.
+
+        Those of one unit share an axes, or all the given one, `ax`. Returns the axes. Raises ResultError.
+        """
+        from .glance import plot
+
+        return plot(self, names, ax)
+
+    def _repr_html_(self) -> str:
+        """A small table with curves, for a notebook."""
+        from .glance import page
+
+        return page(self)
+
     def summary(self) -> str:
         """Times, what was seen of each component, limits reached, and what the coupling lost, as text."""
         speed = f", {self.time / self.duration:.3g} x real time" if self.duration > 0 else ""

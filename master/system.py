@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .algorithms import ALGORITHMS
-from .errors import DescriptionError
+from .errors import DescriptionError, ResultError
 from .face import Part
 
 CONTROLS = ("power", "doubling")
@@ -124,6 +124,27 @@ class System(Plain):
     def order(self) -> list[str]:
         """The components in the order of stepping."""
         return self.run.order or list(self.components)
+
+    def save(self, path: Path | str, about: str = "") -> Path:
+        """Write it as a system file (.toml), which `load` reads as the same, or as an SSP with its FMUs (.ssp).
+
+        about: first lines of the file, as comments. Raises ResultError, DescriptionError.
+        """
+        if Path(path).suffix.lower() == ".ssp":
+            from .ssp.write import export
+
+            return Path(export(self, path))
+        if Path(path).suffix.lower() != ".toml":
+            raise ResultError(f"{path}: a system is written as .toml or .ssp; choose one of these endings.")
+        from .dump import save
+
+        return save(self, path, about)
+
+    def _repr_html_(self) -> str:
+        """A picture of its wiring, for a notebook."""
+        from .diagram import page
+
+        return page(self)
 
     def split(self, name: str, where: str) -> tuple[str, str]:
         """component and variable of "component.variable"; either may contain dots."""

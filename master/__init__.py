@@ -5,7 +5,7 @@ result = master.run("robot.toml", settings={"rear_reducer.friction_kinetic": 0.0
 print(result.summary())
 """
 
-from .errors import DescriptionError, Interrupted, PartFailed, ResultError, SessionError
+from .errors import DescriptionError, PartFailed, ResultError, RunInterrupted, SessionError
 from .face import Part, Variable
 from .function import part
 from .live import Session, session
@@ -15,6 +15,6 @@ from .ssp.structure import system_of as load
 from .system import Bond, Component, Connection, Fault, Run, System, from_dict
 
 __all__ = [
-    "Bond", "Component", "Connection", "DescriptionError", "Fault", "Interrupted", "Part", "PartFailed", "Result", "ResultError",
+    "Bond", "Component", "Connection", "DescriptionError", "Fault", "RunInterrupted", "Part", "PartFailed", "Result", "ResultError",
     "Run", "Session", "SessionError", "System", "Variable", "from_dict", "load", "part", "read", "run", "session",
 ]  # fmt: skip

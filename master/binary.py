@@ -10,6 +10,7 @@ import atexit
 import ctypes
 import hashlib
 import itertools
+import logging
 import re
 import shutil
 import tempfile
@@ -25,6 +26,8 @@ from fmpy.model_description import ModelDescription
 
 from . import archive
 from .errors import DescriptionError
+
+log = logging.getLogger(__name__)
 
 LINES_KEPT = 50
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
@@ -144,6 +147,7 @@ _opened: dict[str, Binary] = {}
 def _open(digest: str, path: Path, unlimited: bool) -> Binary:
     if digest not in _opened:
         folder = root() / digest[:16]
+        log.info("unpacking %s", path)
         archive.unpack(path, folder, "FMU", unlimited)
         try:
             _opened[digest] = Binary(path, folder, describe(folder, path, unlimited))

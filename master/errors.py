@@ -27,7 +27,7 @@ class SessionError(SelflockError):
     """A session cannot do what it was asked for: write what a connection feeds, go back where a part cannot, go beyond its stop."""
 
 
-class Interrupted(KeyboardInterrupt):
+class RunInterrupted(KeyboardInterrupt):
     """A person ended a run by Ctrl-C. `result` is the Result of what was computed until then."""
 
     def __init__(self, result: Any):

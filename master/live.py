@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,8 @@ from .stepping import Stepping
 from .system import System
 from .values import given, numbers
 from .wiring import all_given, typed
+
+log = logging.getLogger(__name__)
 
 
 def session(
@@ -228,6 +231,7 @@ class Session:
             )
         self._sound()
         self._begun = True
+        log.debug("snapshot at t = %g s", running.time)
         counts = running.time, running.index, running.rejected, dict(running.ended)
         return Instant(self, Snapshot(steps.seats), running.sink.save(), steps.save(), counts)
 
@@ -239,6 +243,7 @@ class Session:
         assert steps is not None and isinstance(running.sink, Memory)
         if self._failure is not None and not self._failure.status.startswith("Discard"):
             self._sound()
+        log.debug("back from t = %g s to %g s", running.time, instant.time)
         self._failure = None
         instant.parts.restore()
         running.sink.restore(instant.rows)

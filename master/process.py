@@ -108,6 +108,7 @@ class ProcessPart(Part):
                 cwd=self._home,
                 start_new_session=True,
             )
+        log.info("%s runs in a process of its own", self.name)
         code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({end})"
         environment = {**os.environ, "TMPDIR": self._home}
         command = [sys.executable, "-c", code]  # in a session of its own: Ctrl-C is the master's to answer

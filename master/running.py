@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ from .seat import Seat, seats
 from .seen import watch
 from .system import System
 from .wiring import Wiring, wire
+
+log = logging.getLogger(__name__)
 
 Observer = Callable[[float, dict[str, Part]], None]
 
@@ -60,7 +63,12 @@ class Running:
     def start(self) -> None:
         """Initialize the parts, and bring all to the first communication point."""
         wiring, start = self.wiring, self.system.run.start
+        log.info("%s: %d components, %d connections, from %g s on", self.system.name, len(wiring.parts), len(wiring.links), start)
+        for link in wiring.links:
+            log.debug("%s · %g + %g", link, link.factor, link.offset)
         self.loops = initialize(wiring, self.stop if isfinite(self.stop) else None)
+        for loop in self.loops:
+            log.info("algebraic loop: %s", loop)
         self.notes += untaken(wiring)
         for note in self.notes:
             warn(note)

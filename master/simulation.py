@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import signal
 import sys
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from .algorithms import ALGORITHMS
-from .errors import DescriptionError, Interrupted, PartFailed
+from .errors import DescriptionError, PartFailed, RunInterrupted
 from .face import Part
 from .results import Result
 from .running import Observer, Running
@@ -23,6 +24,8 @@ from .slips import call, checked
 from .ssp.structure import system_of
 from .stepping import Controlled, Fixed, Stepping
 from .system import System, check_choice
+
+log = logging.getLogger(__name__)
 
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
 LOADED = 0.05  # share of that where it is loaded already
@@ -60,7 +63,7 @@ def run(
     inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
 
-    A part that fails raises PartFailed, and Ctrl-C Interrupted, a KeyboardInterrupt: their `result` holds what was computed
+    A part that fails raises PartFailed, and Ctrl-C RunInterrupted, a KeyboardInterrupt: their `result` holds what was computed
     until then.
     """
     call(system, settings, stop, out)
@@ -114,6 +117,7 @@ def _simulate(running: Running) -> Result:
             for part in running.wiring.parts.values():
                 part.terminate()
         result = running.result()
+        log.info("%s: %d steps to %g s in %.2f s", result.system, result.steps, running.time, result.duration)
         if running.keep is not None:
             running.keep |= running.wiring.parts
             running.wiring.parts = {}
@@ -141,8 +145,10 @@ def _go(running: Running) -> None:
             one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
             if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not running.faults.parameters:
                 if one.clocks() is not None:
+                    log.debug("all %d FMUs are stepped in one compiled loop", len(steps.seats))
                     return convoy.sail(running, one, round(steps.count), steps.every)
             steps.stepped = formed
+            log.debug("%d FMUs and parts are stepped as %d", len(steps.seats), len(formed))
     while not steps.over:
         steps.step()
 
@@ -192,13 +198,13 @@ class failing:
             error.result = result = running.result()
             where = f"in {result.path}" if result.path else "in the `result` of this exception"
             error.args = (f"{error}\n  the results until t = {running.time:.9g} s are {where}",)
-        elif isinstance(error, KeyboardInterrupt) and not isinstance(error, Interrupted):
+        elif isinstance(error, KeyboardInterrupt) and not isinstance(error, RunInterrupted):
             running = self.running
             running.interrupted = False
             running.sink.flush()
             result = running.result()
             result.notes = [*result.notes, f"interrupted at t = {running.time:.9g} s"]
-            raise Interrupted(result) from None
+            raise RunInterrupted(result) from None
         return False
 
 

@@ -10,7 +10,7 @@
     ├── DataError             a rig or a log cannot be used           (selflock.diagnosis.errors)
     └── SweepError            a sweep cannot be run or gone on with   (selflock.sweep.errors)
 
-A run that a person ends by Ctrl-C raises selflock.master.Interrupted, a KeyboardInterrupt and no SelflockError, with the result so far.
+A run that a person ends by Ctrl-C raises selflock.master.RunInterrupted, a KeyboardInterrupt and no SelflockError, with the result so far.
 
 Each names the thing and says what to do, in one message.
 """

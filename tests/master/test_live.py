@@ -292,7 +292,7 @@ def test_ctrl_c_leaves_what_was_computed(pressed, tmp_path):
         result.table["i.y"].to_numpy() == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
         and "interrupted at t = 0.4 s" in result.summary()
     )
-    with pytest.raises(master.Interrupted, match="x.csv"):
+    with pytest.raises(master.RunInterrupted, match="x.csv"):
         master.run(pressed, out=tmp_path / "x.csv")
     assert len(master.read(tmp_path / "x.csv")[0]) == 5
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -312,6 +312,6 @@ def test_ctrl_c_in_an_observer_is_one_too(system):
         if time > 0.25:
             raise KeyboardInterrupt
 
-    with pytest.raises(master.Interrupted) as stopped:
+    with pytest.raises(master.RunInterrupted) as stopped:
         master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=0.1), observe=observe)
     assert len(stopped.value.result.table) == 4

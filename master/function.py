@@ -92,17 +92,22 @@ class Written(Part):
 
     def _begin(self) -> Callable[..., Any]:
         """What is called from now on, with t and the inputs."""
-        v, function = self.values, type(self).function
+        function = type(self).function
+
+        def ask(t: float, *given: float) -> Any:
+            values = self.values  # another dictionary after each return to a snapshot
+            return function(t, **dict(zip(self.takes, given)), **{name: values[name] for name in self.tells})
+
         if self.lasts:
-            return function(**{name: v[name] for name in self.tells})
+            return function(**{name: self.values[name] for name in self.tells})
         if not inspect.isgeneratorfunction(function):
-            return lambda t, *given: function(t, **dict(zip(self.takes, given)), **{name: v[name] for name in self.tells})
+            return ask
         generator = None
 
         def go_on(t: float, *given: float) -> Any:
             nonlocal generator
             if generator is None:
-                generator = function(t, **dict(zip(self.takes, given)), **{name: v[name] for name in self.tells})
+                generator = ask(t, *given)
                 return next(generator)
             return generator.send((t, *given) if given else t)
 

@@ -108,7 +108,13 @@ def test_a_gain_is_turned_while_it_runs():
         s["c.gain"] = 8.0
         s.step()
         s.step()
-    assert s.table["c.u"].tolist() == [0.0, 0.0, 8.0, 0.0]
+        assert s.table["c.u"].tolist() == [0.0, 0.0, 8.0, 0.0]
+        here = s.snapshot()
+        for gain in (4.0, 2.0):
+            s.restore(here)
+            s["c.gain"], s["c.target"] = gain, 3.0
+            s.step()
+            assert s["c.u"] == gain * (3.0 - s["i.y"]) == 2.0 * gain
 
 
 def test_a_generator_that_returns_ends_the_run():

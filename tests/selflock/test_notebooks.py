@@ -52,7 +52,8 @@ def test_design_study(played, tmp_path):
     names, shown = played("design_study")
     table = shown[1]
     assert table["locks itself"].tolist() == [False, False, True]
-    assert table["loss in the gear [J]"].idxmin() == 0.0 and table["highest speed backwards [rad/s]"].idxmax() == 0.0
+    assert table["loss in the gear [J]"].astype(float).idxmin() == 0.0
+    assert abs(table["speed at the end [rad/s]"][0.03]) < 0.5 < table["speed at the end [rad/s]"][[0.0, 0.01]].min()
     tried = shown[-1]
     assert tried["highest [rad]"].is_monotonic_decreasing and tried["highest [rad]"].iloc[0] > 0.2
     assert (tmp_path / "last.parquet").is_file() and names["s"].time == pytest.approx(0.4)

@@ -2,6 +2,8 @@
 
 import ast
 import json
+import re
+from pathlib import Path
 
 import pytest
 
@@ -76,3 +78,22 @@ def test_from_log_to_model(played):
     assert "reducer viscous" in [cause.label for cause in names["found"].causes]
     torque = shown[-1]
     assert abs(torque["extended"] / torque["the drive"] - 1.0) < 0.02 < abs(torque["data sheet"] / torque["the drive"] - 1.0)
+
+
+@pytest.mark.slow
+def test_what_docs_show_of_python_runs(tmp_path, monkeypatch):
+    """docs/python.md from its first block to its last; what its class and its generator do by hand."""
+    import matplotlib
+    from matplotlib import pyplot
+
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("agg")
+    text = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
+    names = {"__name__": "__main__"}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "docs/python.md", "exec"), names)
+    pyplot.close("all")
+    assert len(names["heat"]) == 401 and (tmp_path / "run.parquet").is_file()
+    wheel, adding = names["Flywheel"].function(), names["integrating"].function(0.0, 1.0)
+    assert [wheel(t, 0.01)[0] for t in (0.0, 0.5, 1.0)] == [0.0, 0.5, 1.0]
+    assert [next(adding), adding.send((0.5, 2.0)), adding.send((1.0, -1.0))] == [0.0, 50.0, 25.0]

@@ -6,6 +6,7 @@ times whatever the work does, and hold no codes for colours.
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,13 +22,30 @@ from .rules import RULES
 if TYPE_CHECKING:
     from rich.console import Console
 
+log = logging.getLogger(__name__)
+
 Tell = Callable[[str, float], None]
 """Called with what is being done, what is known so far in brackets behind it, and how much of it is done, 0 to 1."""
 
 
 @contextmanager
 def shown(progress: bool | Tell) -> Iterator[Tell]:
-    """What tells progress: nothing, a function of the caller's, a bar, or lines."""
+    """What tells progress: nothing, a function of the caller's, a bar, or lines. Each stage is logged as it begins."""
+    with _shown(progress) as tell:
+        stage = ""
+
+        def told(what: str, share: float) -> None:
+            nonlocal stage
+            if (name := what.partition(" (")[0]) != stage:
+                stage = name
+                log.info("%s", what)
+            tell(what, share)
+
+        yield told
+
+
+@contextmanager
+def _shown(progress: bool | Tell) -> Iterator[Tell]:
     if callable(progress):
         yield progress
     elif not progress:

@@ -6,6 +6,7 @@ examples.copy("bench", "here")      # here/bench.toml
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -21,15 +22,20 @@ TABLE = re.compile(r'"(\w+\.csv)"')
 
 
 def files() -> dict[str, Path]:
-    """Every example by its name: systems, sweeps, rigs ("rigs/emps"), scripts, and the robot of the study."""
-    own = [path for path in sorted(HERE.rglob("*")) if path.suffix in (".toml", ".py") and not path.name.startswith("_")]
+    """Every example by its name: systems, sweeps, rigs ("rigs/emps"), notebooks, scripts, and the robot of the study."""
+    own = [
+        path for path in sorted(HERE.rglob("*")) if path.suffix in (".toml", ".py", ".ipynb") and not path.name.startswith("_")
+    ]
     found = {path.relative_to(HERE).with_suffix("").as_posix(): path for path in own}
     return found | {path.stem: path for path in sorted((HERE.parent / "study").glob("*.toml"))}
 
 
 def about(path: Path) -> str:
-    """What an example is, from its first comment or docstring."""
-    first = path.read_text(encoding="utf-8").lstrip().splitlines()[0]
+    """What an example is, from its first comment, docstring or cell."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".ipynb":
+        text = "".join(json.loads(text)["cells"][0]["source"])
+    first = text.lstrip().splitlines()[0]
     return first.strip("#\" '")
 
 

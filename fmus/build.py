@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
 import os
 import zipfile
 from collections.abc import Iterable
@@ -32,6 +33,8 @@ from . import cache, documentation, laws, loader, shown
 from .description import describe
 from .errors import BuildError
 from .slave import Slave
+
+log = logging.getLogger(__name__)
 
 ROOT = Path(__file__).resolve().parent.parent
 LICENSE = ROOT / "fmus" / "license.txt"
@@ -85,7 +88,12 @@ def built(name: str, **starts: Any) -> Path:
         *sorted(Path(loader.__file__).parent.glob("*.[chp]*")),
     ]
     key = _hash(sources, starts, *(file.read_bytes() for file in recipe if file.is_file()), (loader.compiler() or "").encode())
-    return cache.kept(f"{name}_{key}/{name}.fmu", lambda path: pack(face, sources, path, starts))
+
+    def make(path: Path) -> None:
+        log.info("building %s.fmu", name)
+        pack(face, sources, path, starts)
+
+    return cache.kept(f"{name}_{key}/{name}.fmu", make)
 
 
 def face_of(name: str) -> type[Slave]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from html import escape
 from typing import Any
 
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -16,6 +17,11 @@ def policy(*scripts: str) -> str:
     allowed = "".join(f"; script-src 'sha256-{one}'" if k == 0 else f" 'sha256-{one}'" for k, one in enumerate(hashes))
     rules = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'{allowed}"
     return f'<meta http-equiv="Content-Security-Policy" content="{rules}">'
+
+
+def printed(text: Any) -> str:
+    """Text as an element of a page or a notebook, its lines as they are."""
+    return f'<pre style="white-space: pre-wrap">{escape(visible(text))}</pre>'
 
 
 def literal(figure: Any) -> Any:

@@ -5,14 +5,16 @@ result = master.run("robot.toml", settings={"rear_reducer.friction_kinetic": 0.0
 print(result.summary())
 """
 
-from .errors import DescriptionError, PartFailed, ResultError
+from .errors import DescriptionError, PartFailed, ResultError, RunInterrupted, SessionError
 from .face import Part, Variable
+from .function import part
+from .live import Session, session
 from .results import Result, read
 from .simulation import run
 from .ssp.structure import system_of as load
 from .system import Bond, Component, Connection, Fault, Run, System, from_dict
 
 __all__ = [
-    "Bond", "Component", "Connection", "DescriptionError", "Fault", "Part", "PartFailed", "Result", "ResultError", "Run",
-    "System", "Variable", "from_dict", "load", "read", "run",
+    "Bond", "Component", "Connection", "DescriptionError", "Fault", "RunInterrupted", "Part", "PartFailed", "Result", "ResultError",
+    "Run", "Session", "SessionError", "System", "Variable", "from_dict", "load", "part", "read", "run", "session",
 ]  # fmt: skip

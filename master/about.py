@@ -34,9 +34,9 @@ import numpy as np
 
 from ..fmus.errors import SelflockError
 from .binary import open_fmu
+from .described import units_of, variables_of
 from .errors import DescriptionError
 from .face import Part, Variable
-from .fmu import units_of, variables_of
 from .seen import Seen, Watch, number, watch
 from .slips import checked
 from .system import System

@@ -10,6 +10,7 @@ import atexit
 import ctypes
 import hashlib
 import itertools
+import logging
 import re
 import shutil
 import tempfile
@@ -27,6 +28,8 @@ from . import archive
 from .described import chosen, offered
 from .errors import DescriptionError, warn
 from .reading import read_description
+
+log = logging.getLogger(__name__)
 
 LINES_KEPT = 50
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
@@ -177,6 +180,7 @@ _opened: dict[str, Binary] = {}
 def _open(digest: str, path: Path, unlimited: bool) -> Binary:
     if digest not in _opened:
         folder = root() / digest[:16]
+        log.info("unpacking %s", path)
         archive.unpack(path, folder, "FMU", unlimited)
         try:
             _opened[digest] = Binary(path, folder, describe(folder, path, unlimited))

@@ -60,6 +60,17 @@ def load_part(part: str, where: str, allow_code: bool) -> Callable[..., Any]:
     return kind
 
 
+def named(part: str | type[Part]) -> str:
+    """A part as a system file names it: "package.module:Class"."""
+    return part if isinstance(part, str) else f"{part.__module__}:{part.__qualname__}"
+
+
+def importable(part: type[Part]) -> bool:
+    """Whether another Python finds the class by its name: it is in a module, and no script's or notebook's own."""
+    module, _, name = named(part).partition(":")
+    return module != "__main__" and getattr(sys.modules.get(module), name, None) is part
+
+
 def allowed_effects(folder: Path | None, where: str, allow_code: bool) -> Path | None:
     """The folder of effects that a rig names, where its files may run; they are told first. Raises DescriptionError.
 

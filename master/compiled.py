@@ -15,6 +15,7 @@ their package, are kept in the same way.
 from __future__ import annotations
 
 import hashlib
+import logging
 import re
 import sys
 from importlib import import_module
@@ -30,6 +31,8 @@ from selflock.fmus import cache, laws
 from selflock.fmus.effect_file import LAWS as OF_COMPONENTS
 from selflock.fmus.effect_file import EffectFile
 from selflock.fmus.errors import EffectError
+
+log = logging.getLogger(__name__)
 
 LAWS = laws.OURS
 PREFIX = "_compiled_"
@@ -81,6 +84,7 @@ def _second() -> ModuleType:
     package = laws.in_force()
     second = PREFIX + package.removeprefix(LAWS.partition(".")[0] + ".").replace(".", "_")
     if second not in sys.modules:
+        log.info("loading the laws to be compiled by numba; the first time on a machine that takes a minute or two")
         folder = _folder(import_module(package))
         sources = {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*.py"))}
         # what numba keeps of them names their modules: two packages of the same laws must not share it

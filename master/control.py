@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from array import array
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,8 @@ class Snapshot:
     def __init__(self, seats: list[Seat]):
         self.seats = [(seat, seat.part.save(), seat.part.u.copy(), seat.part.y.copy()) for seat in seats]
         self.ports = [(port, array("d", port.state)) for seat in seats for port in seat.ports]
+        own = [seat for seat in seats if not seat.even or seat.keep]  # these remember more than their part
+        self.shown = [(values, array("d", values)) for seat in own for values in (seat.shown, seat.before, seat.origin)]
 
     def restore(self) -> None:
         for seat, state, u, y in self.seats:
@@ -55,6 +58,8 @@ class Snapshot:
             seat.part.u[:], seat.part.y[:] = u, y
         for port, state in self.ports:
             port.state[:] = state
+        for values, old in self.shown:
+            values[:] = old
 
 
 class Control(ABC):
@@ -62,6 +67,7 @@ class Control(ABC):
 
     grow: float  # below this error, in tolerances, the step may double
     goes_back: bool  # whether a step can be made again
+    largest: list[Any]  # what was seen so far, by which errors are judged
 
     def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
         self.tolerance, self.stepped = wiring.system.run.tolerance, stepped
@@ -84,7 +90,7 @@ class Power(Control):
 
     def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
         super().__init__(wiring, balances, stepped)
-        self.largest = [0.0] * len(balances)  # power seen at each bond, W
+        self.largest = [0.0] * len(balances)  # power at each bond, W
         self.goes_back = all(seat.part.can_roll_back for seat in stepped) and not wiring.system.faults
 
     @staticmethod
@@ -111,7 +117,7 @@ class Doubling(Control):
 
     def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
         super().__init__(wiring, balances, stepped)
-        self.scales = [np.array([_nominal(seat, name) for name in seat.outputs]) for seat in stepped]
+        self.largest = [np.array([_nominal(seat, name) for name in seat.outputs]) for seat in stepped]
 
     @staticmethod
     def check(where: str, wiring: Wiring, pairs: list[Pair]) -> None:
@@ -129,7 +135,7 @@ class Doubling(Control):
         self.algorithm.step(self.stepped, index, time, size / 2)
         self.algorithm.step(self.stepped, index, time + size / 2, size / 2)
         worst = 0.0
-        for seat, rough, scale in zip(self.stepped, coarse, self.scales):
+        for seat, rough, scale in zip(self.stepped, coarse, self.largest):
             fine = seat.part.y
             np.maximum(scale, np.abs(fine), out=scale)
             error = np.abs(fine - rough) / (self.tolerance * np.where(scale > 0.0, scale, 1.0))

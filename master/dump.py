@@ -7,10 +7,15 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from .code import importable, named
 from .errors import ResultError
+from .face import Part
 from .system import Connection, Run, System
 
 
@@ -30,6 +35,8 @@ def save(system: System, path: Path | str, about: str = "") -> Path:
     for name, component in system.components.items():
         text += ["", f"[components.{_key(name)}]"]
         for key, value in _other(component):
+            if key == "part":
+                value = _found(name, value)
             text.append(f"{key} = {toml(_moved(value, system, path) if key in ('fmu', 'manoeuvre') else value)}")
     text += ["", "[connections]"]
     for target, connection in system.connections.items():
@@ -39,6 +46,16 @@ def save(system: System, path: Path | str, about: str = "") -> Path:
             text += ["", f"[[{table}]]", *(f"{key} = {toml(value)}" for key, value in _other(entry))]
     path.write_text("\n".join(text).lstrip("\n") + "\n", encoding="utf-8")
     return path
+
+
+def _found(name: str, part: str | type[Part]) -> str:
+    """A part as its file names it."""
+    if isinstance(part, str) or importable(part):
+        return named(part)
+    raise ResultError(
+        f"{name} is {named(part)}, which a file cannot name. Put it into a module of its own, import it from there, and read the "
+        "file with allow_code=True."
+    )
 
 
 def _other(entry: Any) -> Iterator[tuple[str, Any]]:
@@ -80,10 +97,12 @@ def toml(value: Any) -> str:
     """A value as TOML has it."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
+    if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
-    if isinstance(value, (int, float)):
-        return repr(value)
+    if isinstance(value, Integral):
+        return repr(int(value))
+    if isinstance(value, Real):
+        return repr(float(value))
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(toml, value))}]"
     if isinstance(value, dict):

@@ -23,6 +23,22 @@ class ResultError(SelflockError):
     """A result file cannot be read or written."""
 
 
+class SessionError(SelflockError):
+    """A session cannot do what it was asked for: write what a connection feeds, go back where a part cannot, go beyond its stop."""
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """A person ended a run by Ctrl-C. `result` is the Result of what was computed until then."""
+
+    def __init__(self, result: Any):
+        self.result = result
+        where = f"in {result.path}" if result.path else "in the `result` of this exception"
+        super().__init__(f"{result.notes[-1]}; the results until there are {where}")
+
+    def __reduce__(self):  # across processes, without the results
+        return KeyboardInterrupt, self.args
+
+
 class PartFailed(SelflockError):
     """A part failed. Carries what a person needs to find out why; the run keeps its results so far."""
 

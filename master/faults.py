@@ -37,11 +37,14 @@ class Faults:
                 self.parameters.append(_Parameter(wiring, component, variable, fault))
 
     def install(self, seats: dict[str, Seat]) -> None:
+        fed = {(link.target, link.input) for link in self._wiring.links}
         for component, name, is_input, fault in self._signals:
             seat = seats[component]
             position = (seat.inputs if is_input else seat.outputs).index(name)
             change, integer = change_of(fault), seat.part.variables[name].type != "Real"
             (seat.input_faults if is_input else seat.output_faults).append(_at(position, change, integer))
+            if is_input and (component, name) not in fed:
+                seat.held[position] = seat.u[position]
         for seat in seats.values():
             for wrong in seat.output_faults:
                 wrong(self._wiring.system.run.start, seat.out)

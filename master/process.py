@@ -78,6 +78,7 @@ class ProcessPart(Part):
         self.lacks: list[str] = []  # what isolation could not take away
         self._time = self._size = 0.0
         self._begun = False  # a step is under way
+        self._gone: list[int] = []  # states that nobody will come back to
         self._errors = tempfile.TemporaryFile()
         self._home = tempfile.mkdtemp(prefix="part_", dir=binary.root())  # for all that it unpacks; gone with it
         ours, theirs = socket.socketpair()
@@ -110,9 +111,11 @@ class ProcessPart(Part):
                 cwd=self._home,
                 start_new_session=True,
             )
+        log.info("%s runs in a process of its own", self.name)
         code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({end})"
         environment = {**os.environ, "TMPDIR": self._home}
-        return subprocess.Popen([sys.executable, "-c", code], pass_fds=[end], stderr=self._errors, env=environment)
+        command = [sys.executable, "-c", code]  # in a session of its own: Ctrl-C is the master's to answer
+        return subprocess.Popen(command, pass_fds=[end], stderr=self._errors, env=environment, start_new_session=True)
 
     # --- talking -------------------------------------------------------------------------------------------------
 
@@ -248,14 +251,16 @@ class ProcessPart(Part):
         told = self._call("exit_initialization")
         self.untaken = self._sound(lambda: values(self.variables, told))
 
-    def save(self) -> int:
-        told = self._call("save")
+    def save(self) -> _Saved:
+        gone = self._gone.copy()
+        del self._gone[: len(gone)]
+        told = self._call("save", gone)
         if type(told) is not int:
             self._garbled("no number of a state")
-        return told
+        return _Saved(told, self._gone)
 
-    def restore(self, state: int) -> None:
-        self._call("restore", state)
+    def restore(self, state: _Saved) -> None:
+        self._call("restore", state.number)
 
     def reset(self) -> None:
         self._call("reset")
@@ -285,6 +290,16 @@ class ProcessPart(Part):
 def _signal(number: int) -> str:
     """Its name; those for real time have none."""
     return signal.Signals(number).name if number in list(signal.Signals) else f"signal {number}"
+
+
+class _Saved:
+    """A state that the process keeps, by its number, until nobody here does."""
+
+    def __init__(self, number: int, gone: list[int]):
+        self.number, self.gone = number, gone
+
+    def __del__(self):
+        self.gone.append(self.number)  # told with the next state that is saved
 
 
 # --- the other side ----------------------------------------------------------------------------------------------
@@ -319,7 +334,7 @@ class _Host:
 
     def __init__(self, lacks: Sequence[str]):
         self.lacks, self.opened = list(lacks), False
-        self.states: list[Any] = []
+        self.states: dict[int, Any] = {}
         self.saved = 0
         self.error: SelflockError | None = None
 
@@ -345,11 +360,13 @@ class _Host:
         if method == "failure":
             raise self.error or SelflockError("nothing failed")
         if method == "save":
-            self.states = [*self.states[-7:], self.part.save()]  # the master comes back to a recent one, if at all
+            for gone in arguments[0]:
+                self.states.pop(gone, None)
             self.saved += 1
+            self.states[self.saved] = self.part.save()
             return self.saved
         if method == "restore":
-            return self.part.restore(self.states[arguments[0] - self.saved - 1])
+            return self.part.restore(self.states[arguments[0]])
         return getattr(self.part, method)(*arguments)
 
     def bind(self, inputs: list[str], outputs: list[str]) -> list[float]:

@@ -103,6 +103,16 @@ class Memory(Sink):
             self._frames = [pd.concat(self._frames, ignore_index=True)]
         return self._frames[0]
 
+    def save(self) -> Any:
+        """All rows as they are now, for `restore`."""
+        return list(self._frames), self.block[: self.fill].copy(), self._good, list(self.words), self.seen.copied()
+
+    def restore(self, state: Any) -> None:
+        frames, rows, self._good, words, seen = state
+        self._frames, self.words, self.seen = list(frames), list(words), seen.copied()
+        self.fill = len(rows)
+        self.block[: self.fill] = rows
+
 
 class File(Sink):
     path: Path
@@ -248,6 +258,33 @@ class Result:
     def reached(self) -> list[str]:
         """Limits that were reached: outputs at theirs, motors at their stall current, gears that lock themselves; a sentence each."""
         return self.sink.seen.reached()
+
+    def save(self, path: Path | str) -> Path:
+        """Write the table to a .csv or .parquet file, as `run` does with `out`. Raises ResultError."""
+        if self.path is not None and Path(path).resolve() == self.path.resolve():
+            return self.path  # it is there
+        table, written = self.table, sink(self.sink.columns, path, self.about)
+        try:
+            for first in range(0, len(table), ROWS):
+                written.put(table.iloc[first : first + ROWS])
+        finally:
+            written.close()
+        return Path(path)
+
+    def plot(self, *names: str, ax: Any = None) -> list[Any]:
+        """Draw columns over time with matplotlib: names or patterns such as "motor.*", all where none is given.
+
+        Those of one unit share an axes, or all the given one, `ax`. Returns the axes. Raises ResultError.
+        """
+        from .glance import plot
+
+        return plot(self, names, ax)
+
+    def _repr_html_(self) -> str:
+        """A small table with curves, for a notebook."""
+        from .glance import page
+
+        return page(self)
 
     def summary(self) -> str:
         """Times, what was seen of each component, limits reached, and what the coupling lost, as text."""

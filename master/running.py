@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 import pandas as pd
@@ -21,6 +23,8 @@ from .seat import Seat, seats
 from .seen import watch
 from .system import System
 from .wiring import Wiring, wire
+
+log = logging.getLogger(__name__)
 
 Observer = Callable[[float, dict[str, Part]], None]
 
@@ -51,6 +55,7 @@ class Running:
         self.notes = [*system.notes, *contrary(self.wiring)]
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
         self.ended: dict[str, float] = {}  # the first of them
+        self.interrupted = False  # a person wants it to end
         for part in self.wiring.parts.values():
             part.ends = self.ends
         self.lacks = {name: part.lacks for name, part in self.wiring.parts.items() if part.lacks}
@@ -60,7 +65,12 @@ class Running:
     def start(self) -> None:
         """Initialize the parts, and bring all to the first communication point."""
         wiring, start = self.wiring, self.system.run.start
-        self.loops = initialize(wiring, self.stop)
+        log.info("%s: %d components, %d connections, from %g s on", self.system.name, len(wiring.parts), len(wiring.links), start)
+        for link in wiring.links:
+            log.debug("%s · %g + %g", link, link.factor, link.offset)
+        self.loops = initialize(wiring, self.stop if isfinite(self.stop) else None)
+        for loop in self.loops:
+            log.info("algebraic loop: %s", loop)
         self.notes += untaken(wiring)
         for note in self.notes:
             warn(note)
@@ -87,6 +97,14 @@ class Running:
             self.observe(time, self.wiring.parts)
         if self.tell is not None:
             self.tell(time)
+        if self.interrupted:
+            self.heed()
+
+    def heed(self) -> None:
+        """End where a person wants that."""
+        if self.interrupted:
+            self.interrupted = False
+            raise KeyboardInterrupt
 
     def over(self, time: float) -> bool:
         """Whether, at this communication point, a part has ended the run. The last row then is of the time that it tells.

@@ -56,6 +56,9 @@ class Seat:
         self.texts: list[tuple[str, Part, str]] = []
         self.rates = {v.derivative_of: j for j, v in enumerate(variables) if v.derivative_of}
         self.ports: list[Port] = []
+        self.held: dict[
+            int, float
+        ] = {}  # inputs that nothing feeds and a fault makes wrong: their place, and what they truly are
         self.input_faults: list[Wrong] = []
         self.output_faults: list[Wrong] = []
 
@@ -113,6 +116,8 @@ class Seat:
     def go(self, time: float, size: float) -> None:
         """One step with the inputs gathered."""
         if self.input_faults:
+            for place, value in self.held.items():
+                self.u[place] = value
             for fault in self.input_faults:
                 fault(time, self.u)
         self.cycle(time, size)

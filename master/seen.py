@@ -5,7 +5,8 @@ It is gathered row block by row block, so that a long run costs no more memory t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from math import isclose, isfinite, tan
 from typing import TYPE_CHECKING, Any
 
@@ -106,6 +107,12 @@ class Seen:
         for watch in self.watches:
             watch.look(rows, spans)
         self.last, self._before = rows[-1].copy(), rows[-1:].copy()
+
+    def copied(self) -> Seen:
+        """As it is now, whatever is added later."""
+        other = copy(self)
+        other.integral, other.watches = self.integral.copy(), [replace(watch) for watch in self.watches]
+        return other
 
     @property
     def table(self) -> pd.DataFrame:

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import signal
 import sys
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from . import control
-from .algorithms import ALGORITHMS, Stepped
-from .errors import DescriptionError, PartFailed
+from .algorithms import ALGORITHMS
+from .errors import DescriptionError, PartFailed, RunInterrupted
 from .face import Part
 from .results import Result
 from .running import Observer, Running
 from .single import driven, single
 from .slips import call, checked
 from .ssp.structure import system_of
+from .stepping import Controlled, Fixed, Stepping
 from .system import System, check_choice
 
-LEVELS = 10  # step_min = step / 2**LEVELS unless told
+log = logging.getLogger(__name__)
+
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
 LOADED = 0.05  # share of that where it is loaded already
 
@@ -60,11 +65,31 @@ def run(
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
     interface: of one FMU, "cs" co-simulation, "me" model exchange or "se" scheduled execution; co-simulation where it has that.
 
-    A part that fails raises PartFailed, whose `result` holds what was computed until then.
+    A part that fails raises PartFailed, and Ctrl-C RunInterrupted, a KeyboardInterrupt: their `result` holds what was computed
+    until then.
     """
     call(system, settings, stop, out)
+    system, end = prepared(system, stop, step, algorithm, tolerance, inputs, allow_code, unlimited, isolate, interface)
+    check_times(system, end)
+    with _Progress(progress, system.run.start, end) as tell:
+        return _simulate(Running(system, settings, end, out, tell, observe, keep))
+
+
+def prepared(
+    system: System | Path | str,
+    stop: float | None,
+    step: float | None,
+    algorithm: str | None,
+    tolerance: float | None,
+    inputs: Path | str | None,
+    allow_code: bool,
+    unlimited: bool,
+    isolate: bool,
+    interface: str | None = None,
+) -> tuple[System, float]:
+    """The system that `run` is asked for by these arguments of it, and its stop, s."""
     if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
-        system = replace(single(system, unlimited, stop, step, interface or ""), isolate=isolate)
+        system = replace(single(system, unlimited, None if stop == math.inf else stop, step, interface or ""), isolate=isolate)
     elif interface:
         raise DescriptionError(
             "interface is said of one FMU; a system says it of its components: interface = under [components.NAME]."
@@ -84,23 +109,22 @@ def run(
     check_choice("algorithm", system.run.algorithm, ALGORITHMS)
     if inputs is not None:
         system = driven(system, inputs)
-    end = system.run.stop if stop is None else float(stop)
-    _check_times(system, end)
-    with _Progress(progress, system.run.start, end) as tell:
-        return _simulate(Running(system, settings, end, out, tell, observe, keep))
+    return system, system.run.stop if stop is None else float(stop)
 
 
 def _simulate(running: Running) -> Result:
     """Run, close everything whatever happens, and give the result, or raise the failure with the result in it."""
     try:
         running.start()
-        with _failing(running):
+        with failing(running), ready(running):
             _go(running)
+        with failing(running):
             running.recorder.check()
             running.sink.flush()
             for part in running.wiring.parts.values():
                 part.terminate()
         result = running.result()
+        log.info("%s: %d steps to %g s in %.2f s", result.system, result.steps, running.time, result.duration)
         if running.keep is not None:
             running.keep |= running.wiring.parts
             running.wiring.parts = {}
@@ -110,80 +134,57 @@ def _simulate(running: Running) -> Result:
         running.wiring.close()
 
 
+def stepping(running: Running) -> Stepping:
+    """The steps of a run that has been started, one by one; brings it to its start."""
+    running.arrive(running.system.run.start)
+    return Controlled(running) if running.system.run.step_control else Fixed(running)
+
+
 def _go(running: Running) -> None:
     """All steps from the start to the stop."""
-    run = running.system.run
-    running.arrive(run.start)
-    if run.step_control:
-        _controlled(running)
+    steps = stepping(running)
+    if isinstance(steps, Fixed):
+        worth = LOADED * WORTH if f"{__package__}.convoy" in sys.modules else WORTH
+        if steps.seats and steps.count * len(steps.seats) >= worth and find_spec("numba"):  # which the master alone does without
+            from . import convoy
+
+            formed = convoy.form(steps.seats)
+            one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
+            if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not running.faults.parameters:
+                if one.clocks() is not None:
+                    log.debug("all %d FMUs are stepped in one compiled loop", len(steps.seats))
+                    return convoy.sail(running, one, round(steps.count), steps.every)
+            steps.stepped = formed
+            log.debug("%d FMUs and parts are stepped as %d", len(steps.seats), len(formed))
+    while not steps.over:
+        steps.step()
+
+
+@contextmanager
+def ready(running: Running) -> Iterator[None]:
+    """Steps between: the first Ctrl-C takes effect at the next communication point, where all parts are sound; another one at once.
+
+    Inside a step it would hit whatever Python is at, such as an FMU's own, which tells of it as of a failure.
+    """
+    ours = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not ours:
+        yield
         return
-    seats = [seat for seat in running.seats if not seat.timed]
-    stepped: Sequence[Stepped] = seats
-    advance, windows, arrive = running.wiring.algorithm.step, running.faults, running.arrive
-    start, step = run.start, run.step
-    count = round((running.stop - start) / step)
-    every = max(1, round(run.interval / step)) if run.interval else 1
-    worth = LOADED * WORTH if f"{__package__}.convoy" in sys.modules else WORTH
-    if stepped and count * len(stepped) >= worth and find_spec("numba"):  # which the master alone does without
-        from . import convoy
 
-        stepped = formed = convoy.form(seats)
-        one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
-        if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not windows.parameters:
-            if one.clocks() is not None:
-                return convoy.sail(running, one, count, every)
-    ends, time = running.ends, start
-    for index in range(count):
-        if windows.parameters:
-            windows.switch(time)
-        advance(stepped, index, time, step)
-        time = start + (index + 1) * step
-        running.index = index + 1
-        if ends and running.over(time):
-            return
-        arrive(time, (index + 1) % every == 0)
+    def later(number: int, frame: Any) -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        running.interrupted = True
+
+    signal.signal(signal.SIGINT, later)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    running.heed()
 
 
-def _controlled(running: Running) -> None:
-    """Step from start to stop with a step that follows the error."""
-    description = running.system.run
-    stepped = [seat for seat in running.seats if not seat.timed]
-    levels = LEVELS if not description.step_min else max(0, math.ceil(math.log2(description.step / description.step_min) - 1e-9))
-    tick = description.step / 2**levels
-    total = round((running.stop - description.start) / description.step) * 2**levels
-    estimate = control.CONTROLS[description.step_control](running.wiring, running.balances, stepped)
-    position, size = 0, 1
-    while position < total:
-        time = description.start + position * tick
-        if running.faults.parameters:
-            running.faults.switch(time)
-        snapshot = control.Snapshot(stepped) if estimate.goes_back else None
-        try:
-            error = estimate.step(running.index, time, size * tick, snapshot)
-        except PartFailed as failure:
-            if snapshot is None or size == 1 or not failure.status.startswith("Discard"):
-                raise
-            error = math.inf
-        if running.ends:
-            running.index += 1
-            running.over(time + size * tick)
-            return
-        if error > 1.0 and size > 1 and snapshot is not None:
-            snapshot.restore()
-            running.rejected += 1
-            size //= 2
-            continue
-        position += size
-        if error > 1.0 and size > 1:
-            size //= 2
-        elif error < estimate.grow and size < 2**levels and position % (2 * size) == 0:
-            size *= 2
-        running.index += 1
-        running.arrive(description.start + position * tick)
-
-
-class _failing:
-    """Hands the results so far to whatever failure ends a run, and says where they are."""
+class failing:
+    """Hands the results so far to whatever ends a run before its time, a failure or a person, and says where they are."""
 
     def __init__(self, running: Running):
         self.running = running
@@ -204,13 +205,23 @@ class _failing:
             error.result = result = running.result()
             where = f"in {result.path}" if result.path else "in the `result` of this exception"
             error.args = (f"{error}\n  the results until t = {running.time:.9g} s are {where}",)
+        elif isinstance(error, KeyboardInterrupt) and not isinstance(error, RunInterrupted):
+            running = self.running
+            running.interrupted = False
+            running.sink.flush()
+            result = running.result()
+            result.notes = [*result.notes, f"interrupted at t = {running.time:.9g} s"]
+            raise RunInterrupted(result) from None
         return False
 
 
-def _check_times(system: System, stop: float) -> None:
+def check_times(system: System, stop: float, endless: bool = False) -> None:
+    """Refuse times and steps that do not go together. endless: the stop may be infinite. Raises DescriptionError."""
     run = system.run
     if not run.step > 0.0 or not math.isfinite(run.step):
         raise DescriptionError(f"[run] step = {run.step:g}: a step above zero is wanted here.")
+    if endless and stop == math.inf:
+        stop = run.start + run.step
     if not stop > run.start or not math.isfinite(stop):
         raise DescriptionError(f"The stop time {stop:g} s must be after the start {run.start:g} s.")
     for what, length in (("The time from start to stop", stop - run.start), ("[run] interval", run.interval)):

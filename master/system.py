@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .algorithms import ALGORITHMS
-from .errors import DescriptionError
+from .errors import DescriptionError, ResultError
+from .face import Part
 
 CONTROLS = ("power", "doubling")
 INTERFACES = ("cs", "me", "se")  # of FMUs: co-simulation, model exchange, scheduled execution
@@ -53,7 +54,7 @@ class Component(Plain):
     """An FMU or an in-process part, under the name it has in this system."""
 
     fmu: str = ""  # path relative to the system file, or "selflock:Reducer" for one of this package
-    part: str = ""  # "package.module:Class" instead of an FMU
+    part: str | type[Part] = ""  # "package.module:Class" instead of an FMU; in Python the class itself
     manoeuvre: str = ""  # instead: a file of set-points over time, relative to the system file
     options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
     step: float = 0.0  # its own step in s; 0: the communication step
@@ -125,6 +126,27 @@ class System(Plain):
     def order(self) -> list[str]:
         """The components in the order of stepping."""
         return self.run.order or list(self.components)
+
+    def save(self, path: Path | str, about: str = "") -> Path:
+        """Write it as a system file (.toml), which `load` reads as the same, or as an SSP with its FMUs (.ssp).
+
+        about: first lines of the file, as comments. Raises ResultError, DescriptionError.
+        """
+        if Path(path).suffix.lower() == ".ssp":
+            from .ssp.write import export
+
+            return Path(export(self, path))
+        if Path(path).suffix.lower() != ".toml":
+            raise ResultError(f"{path}: a system is written as .toml or .ssp; choose one of these endings.")
+        from .dump import save
+
+        return save(self, path, about)
+
+    def _repr_html_(self) -> str:
+        """A picture of its wiring, for a notebook."""
+        from .diagram import page
+
+        return page(self)
 
     def split(self, name: str, where: str) -> tuple[str, str]:
         """component and variable of "component.variable"; either may contain dots."""
@@ -293,10 +315,12 @@ def fits(value: Any, wanted: str) -> bool:
     """Whether a value is of a field's kind, as its annotation says it."""
     if wanted == "float | str" and formula(value):
         return True
+    if wanted.startswith("str |") and isinstance(value, type):
+        return issubclass(value, Part)
     if wanted.startswith("float"):
         return isinstance(value, Real) and not isinstance(value, bool)
     if wanted.startswith("int"):
         return isinstance(value, Integral) and not isinstance(value, bool)
     if wanted.startswith("list"):
         return isinstance(value, list) and all(isinstance(item, str) for item in value)
-    return isinstance(value, {"str": str, "bool": bool, "dict": dict}[wanted.split("[")[0]])
+    return isinstance(value, {"str": str, "bool": bool, "dict": dict}[wanted.split("[")[0].split(" ")[0]])

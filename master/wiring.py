@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from .algorithms import ALGORITHMS, Algorithm
-from .code import load_part
+from .code import load_part, named
 from .errors import DescriptionError
 from .face import Part, Variable
 from .manoeuvre import Manoeuvre
@@ -91,7 +91,7 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
         for target, connection in system.connections.items():
             wiring.links.append(linked(wiring, target, connection))
         if not system.run.open_inputs:
-            _all_given(wiring)
+            all_given(wiring)
         _record(wiring)
         _order(wiring)
         _bind(wiring)
@@ -116,14 +116,15 @@ def make(name: str, component: Component, system: System) -> Part:
             raise DescriptionError(
                 f"{where}: tolerance and interface are for FMUs, which have solvers and interfaces of their own."
             )
-        kind = load_part(component.part, where, system.allow_code)
+        given = component.part  # a class is there already: it is its user's own code
+        kind = load_part(given, where, system.allow_code) if isinstance(given, str) else given
         try:
             part = kind(name, **component.options)
         except TypeError as error:
             raise DescriptionError(f"{where} options: {error}.") from None
         if not isinstance(part, Part):
             raise DescriptionError(
-                f'{where} part = "{component.part}" is no selflock.master.Part. Derive its class from that; it needs to define '
+                f'{where} part = "{named(component.part)}" is no selflock.master.Part. Derive its class from that; it needs to define '
                 "only what it does otherwise."
             )
         return part
@@ -229,7 +230,7 @@ def linked(wiring: Wiring, target: str, connection: Connection) -> Link:
     return Link(of, source.name, to, sink.name, gain * factor, gain * offset + shift)
 
 
-def _all_given(wiring: Wiring) -> None:
+def all_given(wiring: Wiring) -> None:
     connected = {(link.target, link.input) for link in wiring.links}
     open_ = [
         f"{name}.{v.name}"

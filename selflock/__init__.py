@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import errors
     from .diagnosis import calibrate, diagnose, name, replay
-    from .master import load, run
+    from .master import load, part, run, session
     from .packing import build
     from .study import study
     from .sweep import sweep
@@ -30,7 +30,22 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["__version__", "build", "calibrate", "diagnose", "errors", "load", "name", "replay", "run", "study", "sweep", "view"]
+__all__ = [
+    "__version__",
+    "build",
+    "calibrate",
+    "diagnose",
+    "errors",
+    "load",
+    "name",
+    "part",
+    "replay",
+    "run",
+    "session",
+    "study",
+    "sweep",
+    "view",
+]
 
 _FROM = {
     "build": ("selflock.packing", "build"),
@@ -38,8 +53,10 @@ _FROM = {
     "diagnose": ("selflock.diagnosis", "diagnose"),
     "load": ("selflock.master", "load"),
     "name": ("selflock.diagnosis", "name"),
+    "part": ("selflock.master", "part"),
     "replay": ("selflock.diagnosis", "replay"),
     "run": ("selflock.master", "run"),
+    "session": ("selflock.master", "session"),
 }
 _ROOMS = ("diagnosis", "errors", "examples", "fmus", "master", "study", "sweep", "vehicle", "view")
 

@@ -12,9 +12,11 @@ from rich.console import Console
 from selflock import extras
 from selflock.fmus.errors import SelflockError
 from selflock.fmus.shown import visible
+from selflock.verbose import Anywhere, listen
 
 app = typer.Typer(
     name="selflock",
+    cls=Anywhere,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -63,8 +65,12 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def selflock(
     version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+    verbose: Annotated[
+        int, typer.Option("--verbose", "-v", count=True, help="Tell what is done, on stderr; -vv: all of it.")
+    ] = 0,
 ) -> None:
     """FMI 2.0 co-simulation of robot drives with self-locking gears, and the diagnosis of measured ones."""
+    listen(verbose)
 
 
 @app.command()
@@ -116,6 +122,7 @@ def run(
     page: Annotated[Path | None, typer.Option("--view", help="Write a page to look at the run, too, such as run.html.")] = None,
 ) -> None:
     """Run a coupled system, or one FMU, and write the table of results."""
+    from selflock.master import RunInterrupted
     from selflock.master import run as run_system
 
     if page is not None:
@@ -123,21 +130,25 @@ def run(
 
         checked(page)
     settings = _overrides(set_ or [])
-    result = run_system(
-        system,
-        settings,
-        stop,
-        out or Path(f"{system.stem}_result.csv"),
-        progress=True,
-        inputs=input_,
-        step=step,
-        algorithm=algorithm,
-        tolerance=tolerance,
-        interface=interface,
-        allow_code=allow_code,
-        unlimited=unlimited,
-        isolate=isolate,
-    )
+    try:
+        result = run_system(
+            system,
+            settings,
+            stop,
+            out or Path(f"{system.stem}_result.csv"),
+            progress=True,
+            inputs=input_,
+            step=step,
+            algorithm=algorithm,
+            tolerance=tolerance,
+            interface=interface,
+            allow_code=allow_code,
+            unlimited=unlimited,
+            isolate=isolate,
+        )
+    except RunInterrupted as stopped:
+        say(stopped.result.summary())
+        raise typer.Exit(130) from None
     say(result.summary())
     if page is not None:
         from selflock.view import view as write_page

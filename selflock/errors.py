@@ -6,8 +6,11 @@
     ├── DescriptionError      a system description is wrong           (selflock.master.errors)
     ├── PartFailed            a coupled part failed while it ran      (selflock.master.errors)
     ├── ResultError           a result file cannot be read or written (selflock.master.errors)
+    ├── SessionError          a session cannot do what it is asked    (selflock.master.errors)
     ├── DataError             a rig or a log cannot be used           (selflock.diagnosis.errors)
     └── SweepError            a sweep cannot be run or gone on with   (selflock.sweep.errors)
+
+A run that a person ends by Ctrl-C raises selflock.master.RunInterrupted, a KeyboardInterrupt and no SelflockError, with the result so far.
 
 Each names the thing and says what to do, in one message.
 """
@@ -21,7 +24,7 @@ from selflock.fmus.errors import BuildError, EffectError, SelflockError
 
 if TYPE_CHECKING:
     from selflock.diagnosis.errors import DataError
-    from selflock.master.errors import DescriptionError, PartFailed, ResultError
+    from selflock.master.errors import DescriptionError, PartFailed, ResultError, SessionError
     from selflock.sweep.errors import SweepError
 
 __all__ = [
@@ -32,6 +35,7 @@ __all__ = [
     "PartFailed",
     "ResultError",
     "SelflockError",
+    "SessionError",
     "SweepError",
 ]
 
@@ -40,6 +44,7 @@ _FROM = {
     "DescriptionError": "master",
     "PartFailed": "master",
     "ResultError": "master",
+    "SessionError": "master",
     "SweepError": "sweep",
 }
 

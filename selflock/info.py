@@ -110,8 +110,10 @@ def _system(path: Path, limit: int | None) -> Iterator[str]:
 
 
 def _component(system: System, name: str, limit: int | None) -> Iterator[str]:
+    from selflock.master.code import named
+
     component = system.components[name]
-    yield f"{_short(name)}: {_short(component.fmu or component.part or component.manoeuvre)}" + (
+    yield f"{_short(name)}: {_short(component.fmu or component.manoeuvre or named(component.part))}" + (
         f", own step {component.step:g} s" if component.step else ""
     )
     try:
@@ -161,7 +163,7 @@ def _component(system: System, name: str, limit: int | None) -> Iterator[str]:
 def _variables(system: System, name: str) -> dict[str, Variable]:
     """What a component says of its variables; no code of others is loaded."""
     from selflock.master.binary import open_fmu
-    from selflock.master.code import load_part
+    from selflock.master.code import load_part, named
     from selflock.master.described import variables_of
     from selflock.master.manoeuvre import Manoeuvre
     from selflock.master.wiring import fmu_path
@@ -171,7 +173,7 @@ def _variables(system: System, name: str) -> dict[str, Variable]:
         return dict(Manoeuvre(name, system.folder / component.manoeuvre).variables)
     if component.fmu:
         return {v.name: v for v in variables_of(open_fmu(fmu_path(component, system)).description)}
-    kind: Any = load_part(component.part, f"[components.{name}]", False)
+    kind: Any = load_part(named(component.part), f"[components.{name}]", False)
     return {v.name: v for v in kind.described}
 
 

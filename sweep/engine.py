@@ -8,6 +8,7 @@ a seed in the item. Then the rows do not depend on the number of workers, on the
 
 from __future__ import annotations
 
+import logging
 import os
 import queue
 import shutil
@@ -24,6 +25,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from .errors import Interrupted, SweepError
 from .store import Row, Store, digest
 from .work import Outcome, Parcel, fingerprint, work
+
+log = logging.getLogger(__name__)
 
 BATCH_SECONDS = 1.0  # a batch of short runs: what an interruption may cost, and what hides the cost of a message
 TASKS_PER_SECOND = 200  # what the scheduler is to be burdened with at most: with more workers, batches grow
@@ -73,6 +76,7 @@ def map_runs(
         item_of = dict(zip(keys, items))
         todo = deque(number for number, key in enumerate(order) if key not in rows)
 
+        log.info("%s: %d of %d are to be done", title, len(todo), len(order))
         shown = stack.enter_context(_progress(progress))
         failed = sum(row["status"] == "failed" for row in rows.values())
         bar = shown.add_task(title, total=len(order), completed=len(order) - len(todo), failed=failed)
@@ -81,6 +85,8 @@ def map_runs(
             new, files = [], {}
             for number, outcome in zip(numbers, outcomes):
                 key = order[number]
+                if outcome.reason is not None:
+                    log.info("%s: number %d failed: %s", title, number, outcome.reason)
                 status = {"status": "ok" if outcome.reason is None else "failed", "reason": outcome.reason}
                 new.append({"key": key, **columns(item_of[key]), **status, **outcome.figures})
                 files.update(outcome.files)

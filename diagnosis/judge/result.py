@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, field
+from html import escape
 from math import isfinite
 from pathlib import Path
 from typing import Any
+
+from selflock.fmus.shown import printed, visible
 
 from ..data.sanity import Box
 from ..rules import RULES
@@ -153,6 +156,29 @@ class Diagnosis:
         if self.report:
             lines.append(f"  open {self.report}")
         return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        """Verdict, causes with their numbers and the gain as tables, for a notebook; the whole summary below."""
+        rows = "".join(
+            f"<tr><td>{_text(cause.label)}</td><td>{_text(cause.mark)}</td><td>{_text(name)}</td>"
+            + "".join(f'<td style="text-align: right">{p[key]:.4g}</td>' for key in ("value", "low", "high"))
+            + f"<td>{_text(p['unit'])}</td></tr>"
+            for cause in self.causes
+            for name, p in cause.parameters.items()
+        )
+        head = "".join(f"<th>{word}</th>" for word in ("cause", "", "number", "value", "95 % from", "to", "unit"))
+        table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>" if rows else ""
+        g = self.gain
+        gain = f"{g.metric}, held out: {g.before:.4g} → {g.after:.4g} {g.unit}, noise {g.noise_floor:.3g}"
+        more = f"<details><summary>all of it</summary>{printed(self.summary())}</details>"
+        return f"<div><b>{_text(self.verdict)}</b>: {_text(gain)}{table}{more}</div>"
+
+
+def _text(words: object) -> str:
+    return escape(visible(words))
 
 
 def _finite(value):

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from selflock.fmus.shown import visible
+from selflock.fmus.shown import printed, visible
 
 from ..calibration.result import finite
 from ..rules import RULES
@@ -173,3 +173,6 @@ class Naming:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def _repr_html_(self) -> str:
+        return printed(self.summary())

@@ -6,6 +6,7 @@ shaft the angle at which its spring carries the known load. What it computes is 
 
 from __future__ import annotations
 
+import base64
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -14,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from selflock.fmus.build import build
+from selflock.fmus.shown import printed
 
 from ..data.gathered import gathered
 from ..data.log import write_csv
@@ -74,6 +76,17 @@ class Replay:
         if self.folder:
             lines.append(f"Open {self.folder / self.figures[0]}" if self.figures else f"Written to {self.folder}")
         return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        """The summary and the first picture, for a notebook."""
+        picture = self.folder / self.figures[0] if self.folder and self.figures else None
+        if picture is None or not picture.is_file():
+            return printed(self.summary())
+        data = base64.b64encode(picture.read_bytes()).decode()
+        return f'{printed(self.summary())}<img style="max-width: 100%" alt="" src="data:image/png;base64,{data}">'
 
 
 def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool = False) -> Replay:

@@ -20,6 +20,7 @@ from selflock.fmus.shown import policy
 
 from ...fmus.units import Unit, of
 from ..binary import open_fmu
+from ..code import named
 from ..errors import DescriptionError
 from ..face import Part, Variable
 from ..system import Component, Run, System, check_choice
@@ -105,7 +106,7 @@ def _fmus(wiring: Wiring) -> dict[str, tuple[str, bytes]]:
                 path = wiring.parts[name].pack(Path(folder), **component.options)
                 if path is None:
                     raise DescriptionError(
-                        f"{name}: {component.part} runs inside our master only; it cannot be packed as an FMU."
+                        f"{name}: {named(component.part)} runs inside our master only; it cannot be packed as an FMU."
                     )
             else:
                 path = fmu_path(component, wiring.system)

@@ -1,6 +1,7 @@
 """The compiled loop does what the algorithms in Python do, to the last bit."""
 
 import math
+import signal
 
 import numpy as np
 import pytest
@@ -150,3 +151,38 @@ def test_a_discarded_step_takes_its_own_row_of_what_is_fed(monkeypatch, native, 
     described["run"]["record"].append("ball.height")
     described["run"] |= {"stop": 3.0, "step": 0.05}
     same(*both_ways(monkeypatch, described))
+
+
+@pytest.mark.slow
+def test_a_session_is_what_the_compiled_loop_does(monkeypatch, native, algorithm):
+    """Stepped in Python, looked at, gone back: the compiled run to the bit."""
+    monkeypatch.setattr(simulation, "WORTH", 0)
+    description = master.from_dict(ring(native, algorithm))
+    whole = master.run(description)
+    with master.session(description) as s:
+        s.step(until=0.5)
+        here = s.snapshot()
+        s.step(until=1.0)
+        s.restore(here)
+        while s.time < 2.0 - 1e-9:
+            s.step()
+            assert s["i0.x"] == s["i0.x"]
+    same(s.result, whole)
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_the_compiled_loop_between_stretches(monkeypatch, native, tmp_path):
+    monkeypatch.setattr(simulation, "WORTH", 0)
+    description = master.from_dict(ring(native, "jacobi", stop=30.0))
+    told = []
+
+    def pressed(fraction):
+        told.append(fraction)
+        if fraction > 0.1:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(master.RunInterrupted) as stopped:
+        master.run(description, progress=pressed, out=tmp_path / "x.parquet")
+    result = stopped.value.result
+    assert 1 <= len(told) < 5 and len(master.read(tmp_path / "x.parquet")[0]) == result.steps + 1 < 3001
+    assert result.table["i0.x"].tolist() == master.run(description, stop=result.time).table["i0.x"].tolist()

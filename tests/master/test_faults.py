@@ -31,6 +31,21 @@ def test_a_fault_on_an_input_is_seen_by_that_part_alone(system):
     assert at(got, "g.y", 0.2, 0.5, 0.8) == pytest.approx([0.2, 2.5, 0.8])
 
 
+def test_a_fault_on_an_input_that_is_held_goes_by(system):
+    """An offset grew with every step, and stayed behind its window."""
+    description = system({"g": ("Gain", {"u": 1.0})}, stop=0.5, step=0.1, record=["g.*"])
+    description.faults = [master.Fault("g.u", "offset", 0.1, stop=0.3, value=1.0)]
+    assert master.run(description).table["g.y"].tolist() == [1.0, 1.0, 2.0, 2.0, 1.0, 1.0]
+    description.components["g"].step = 0.05
+    assert master.run(description).table["g.y"].tolist() == [1.0, 1.0, 2.0, 2.0, 1.0, 1.0]
+    with master.session(description) as s:
+        s.step(until=0.2)
+        s["g.u"] = 3.0
+        assert s["g.u"] == 3.0
+        s.step(until=0.5)
+    assert s.table["g.y"].tolist() == [1.0, 1.0, 2.0, 4.0, 3.0, 3.0]
+
+
 def test_drop_out(system):
     got = table(system, dict(variable="i.y", kind="drop-out", start=0.3, stop=0.6))
     assert at(got, "g.y", 0.2, 0.5, 0.8) == pytest.approx([0.2, 0.0, 0.8])

@@ -1,5 +1,6 @@
 """FMUs in a process of their own."""
 
+import gc
 import os
 
 import pytest
@@ -78,3 +79,28 @@ def test_errors_come_over_as_they_are(tmp_path, refused, native):
     part.close()
     with pytest.raises(ProcessLookupError):
         os.kill(number, 0)
+
+
+@pytest.mark.slow
+def test_a_session_comes_back_to_an_early_snapshot_of_a_process(native):
+    """The process keeps what somebody may come back to, and no more."""
+    one = {"fmu": native("relaxation"), "start": {"rate": 1.0, "x": 1.0, "u": 0.0}, "process": True}
+    with master.session(master.from_dict({"run": {"step": 0.01, "stop": 1.0}, "components": {"p": one}})) as s:
+        kept, seen = [], []
+        for _ in range(12):
+            kept.append(s.snapshot())
+            seen.append(s["p.x"])
+            s.step()
+        for k in (0, 5, 11):
+            s.restore(kept[k])
+            assert s["p.x"] == seen[k]
+            s.step()
+            assert k == 11 or s["p.x"] == seen[k + 1]
+        part = s._running.wiring.parts["p"]
+        del kept[1:]
+        gc.collect()
+        assert sorted(part._gone) == list(range(2, 13))
+        s.snapshot()
+        assert not [number for number in part._gone if number < 13]
+        s.restore(kept[0])
+        assert s["p.x"] == seen[0]

@@ -1,5 +1,6 @@
 """The commands as a user types them: a mistake is one sentence on stderr and exit code 2, never a traceback."""
 
+import logging
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -8,6 +9,8 @@ import pytest
 
 from selflock import cli
 from selflock.master import read
+from selflock.master.running import Running
+from selflock.verbose import listen
 
 BENCH = str(Path(__file__).parents[2] / "examples" / "bench.toml")
 
@@ -129,3 +132,42 @@ def test_a_missing_extra_is_told_in_one_message(typed, tmp_path, monkeypatch):
 
 def test_the_version_is_the_package_s(typed):
     assert typed("--version") == (0, f"selflock {version('selflock')}\n", "")
+
+
+@pytest.fixture
+def unheard():
+    """The library's log as it was, after a test in which somebody listened."""
+    log = logging.getLogger("selflock")
+    before = log.handlers[:], log.level, log.propagate
+    yield log
+    log.handlers[:], log.propagate = before[0], before[2]
+    log.setLevel(before[1])
+
+
+@pytest.mark.parametrize("words", [("-v", "run", BENCH), ("run", BENCH, "-v"), ("run", BENCH, "-vv")])
+def test_v_tells_what_is_done(typed, tmp_path, unheard, words):
+    code, told, heard = typed(*words, "--stop", "0.002", "-o", tmp_path / "x.csv")
+    assert code == 0 and "in 2 steps" in " ".join(told.split())
+    assert heard.count("INFO selflock.master.running: bench: 3 components, 5 connections") == 1
+    assert ("DEBUG selflock.master.running: motor.torque -> gear.motor_torque" in heard) == (words[-1] == "-vv")
+    assert "INFO selflock.master.simulation: bench: 2 steps to 0.002 s" in heard
+
+
+def test_what_is_told_moves_no_cursor(capsys, unheard):
+    listen(1)
+    listen(1)
+    logging.getLogger("selflock.master").info("a name %s", "\x1b[2Jx\r")
+    assert capsys.readouterr().err.count("a name \\x1b[2Jx\\r") == 1
+    listen(0)
+
+
+def test_ctrl_c_leaves_rows_and_their_summary(typed, tmp_path, monkeypatch):
+    def pressed(self, time, record=True, of=Running.arrive):
+        of(self, time, record)
+        if time > 0.0095:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Running, "arrive", pressed)
+    code, told, _ = typed("run", BENCH, "-o", tmp_path / "x.csv")
+    assert code == 130 and "interrupted at t = 0.01 s" in " ".join(told.split())
+    assert len(read(tmp_path / "x.csv")[0]) == 11

@@ -113,7 +113,7 @@ def test_lower_floors_do_not_name_upper_ones():
 
 def test_the_packages_told_are_those_there():
     there = {name for name, path in MODULES.items() if path.name == "__init__.py"}
-    of_data = {"selflock.examples.rigs"}  # no Python in it
+    of_data = {"selflock.examples.rigs", "selflock.examples.notebooks"}  # no Python in it
     assert set(PROJECT["packages"]) == there | of_data
 
 

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from lxml import html
 
 from selflock.diagnosis.judge.cause import Cause, doubts, weakening
 from selflock.diagnosis.judge.gain import Gain
@@ -66,6 +67,17 @@ def test_marks_stand_in_the_summary():
     lines = Diagnosis("explained", [], [], causes, gain, {"significant": False}).summary().splitlines()
     assert lines[1].startswith("  cause, certain: motor brush_drop") and lines[2].startswith("  cause, weak: load tilt")
     assert lines[3] == "    weak: load.tilt lies at the end"
+
+
+def test_a_notebook_shows_causes_and_numbers(hostile):
+    number = {"value": 0.5, "low": 0.25, "high": 0.75, "unit": hostile, "determined": True, "doubt": ""}
+    gain = Gain("error", "N.m", 2.0, 1.0, 1.0, 1.0, 0.5, 1.0, [])
+    told = Diagnosis(hostile, [], [], [Cause("motor", hostile, {hostile: number}, 0.99)], gain, {"significant": False})
+    tree = html.fragment_fromstring(told._repr_html_())
+    assert tree.xpath("//tbody/tr/td/text()") == [f"motor {hostile}", "certain", hostile, "0.5", "0.25", "0.75", hostile]
+    assert (
+        "2 → 1 N.m" in tree.xpath("string(.)") and str(told) in tree.xpath("string(//pre)") and not tree.xpath("//script|//img")
+    )
 
 
 @pytest.mark.parametrize("size, weak", [(1.0, False), (1e-3, True)])

@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from lxml import html
 
 from selflock.diagnosis import replay
 from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.output import extend
+from selflock.diagnosis.pipeline.replay import Comparison, Replay
 
 ROOT = Path(__file__).parents[3]
 WORM = ROOT.parent / "shared" / "data" / "worm_drive" / "steady_state.csv"
@@ -111,3 +113,13 @@ def test_the_measured_worm_drive(tmp_path):
     slow = points[points["speed"].between(-0.5, 0.0)]["measured"].min()
     assert slow < points[points["speed"].between(-3.0, -1.0)]["measured"].min()
     assert (tmp_path / "gear.png").exists() and (tmp_path / "reducer.fmu").exists()
+
+
+def test_a_notebook_shows_the_numbers_and_the_first_picture(tmp_path, hostile):
+    told = Replay([Comparison(hostile, hostile, "N.m", 0.5, 0.1, 0.0, [])], [], None)
+    tree = html.fragments_fromstring(told._repr_html_())
+    assert [one.tag for one in tree] == ["pre"] and tree[0].xpath("string(.)") == str(told) and not tree[0].xpath("*")
+    (tmp_path / "gear.png").write_bytes(b"a picture")
+    told.folder, told.figures = tmp_path, ["gear.png", "other.png"]
+    tree = html.fragments_fromstring(told._repr_html_())
+    assert tree[1].get("src") == "data:image/png;base64,YSBwaWN0dXJl"

@@ -7,7 +7,8 @@ print(result.summary())
 
 from .errors import DescriptionError, PartFailed, ResultError
 from .face import Part, Variable
-from .results import Result, read
+from .files import read
+from .results import Result
 from .simulation import run
 from .ssp.structure import system_of as load
 from .system import Bond, Component, Connection, Fault, Run, System, from_dict

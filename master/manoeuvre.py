@@ -25,7 +25,7 @@ from typing import Any
 from ..fmus.turn import Turn
 from .errors import DescriptionError
 from .face import Part, Variable
-from .results import read
+from .files import read
 from .system import did_you_mean
 
 MOVES = ("rad", "deg", "turn", "m", "mm")  # units whose derivative is a set-point, too

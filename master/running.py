@@ -15,9 +15,11 @@ from .face import Part, Variable
 from .faults import Faults
 from .initial import initialize, untaken
 from .ratios import contrary
-from .results import Result, Sink, sink
+from .files import sink
+from .results import Result, Sink
 from .seat import Seat, seats
 from .seen import watch
+from .stops import Stops
 from .system import System
 from .wiring import Wiring, wire
 
@@ -28,11 +30,20 @@ class Running:
     """A run while it goes on: its parts wired and seated, what it records, and how far it is."""
 
     def __init__(
-        self, system: System, settings, stop: float, out, tell, observe: Observer | None, keep: dict[str, Part] | None = None
+        self,
+        system: System,
+        settings,
+        stop: float,
+        out,
+        tell,
+        observe: Observer | None,
+        keep: dict[str, Part] | None = None,
+        stops: Stops | None = None,
     ):
         self.began = clock.perf_counter()
         self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
         self.keep = keep
+        self.stops = stops or Stops()
         self.index, self.rejected = 0, 0
         self.time = system.run.start
         self.wiring = wire(system, settings, keep)
@@ -85,6 +96,8 @@ class Running:
             self.observe(time, self.wiring.parts)
         if self.tell is not None:
             self.tell(time)
+        if self.stops.asked:
+            self.stops.obey()
 
     def over(self, time: float) -> bool:
         """Whether, at this communication point, a part has ended the run. The last row then is of the time that it tells.

@@ -18,6 +18,7 @@ from .results import Result
 from .running import Observer, Running
 from .single import driven, single
 from .slips import call, checked
+from .stops import Stops
 from .ssp.structure import system_of
 from .system import System, check_choice
 
@@ -80,8 +81,8 @@ def run(
         system = driven(system, inputs)
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
-    with _Progress(progress, system.run.start, end) as tell:
-        return _simulate(Running(system, settings, end, out, tell, observe, keep))
+    with Stops() as stops, _Progress(progress, system.run.start, end) as tell:
+        return _simulate(Running(system, settings, end, out, tell, observe, keep, stops))
 
 
 def _simulate(running: Running) -> Result:
@@ -100,8 +101,10 @@ def _simulate(running: Running) -> Result:
             running.wiring.parts = {}
         return result
     finally:
-        running.sink.close()
-        running.wiring.close()
+        try:
+            running.sink.close()
+        finally:
+            running.wiring.close()
 
 
 def _go(running: Running) -> None:
@@ -186,8 +189,16 @@ class _failing:
         return self
 
     def __exit__(self, kind, error, trace):
+        running = self.running
+        if isinstance(error, KeyboardInterrupt) or (isinstance(error, PartFailed) and running.stops.asked):
+            running.sink.flush()
+            where = f"the results until then are in {running.sink.path}" if running.sink.path else "its results are gone"
+            said = f"The run was stopped at t = {running.time:.9g} s; {where}."
+            if isinstance(error, KeyboardInterrupt):
+                error.args = (said,)
+            else:  # a part that met the exception within its step
+                raise KeyboardInterrupt(said) from None
         if isinstance(error, PartFailed):
-            running = self.running
             try:
                 running.recorder.check()
             except PartFailed as earlier:  # what ended the run began with nonsense

@@ -5,7 +5,7 @@ result = master.run("robot.toml", settings={"rear_reducer.friction_kinetic": 0.0
 print(result.summary())
 """
 
-from .errors import DescriptionError, PartFailed, ResultError
+from .errors import DescriptionError, PartFailed, ResultError, TimeUp
 from .face import Part, Variable
 from .files import read
 from .results import Result
@@ -15,5 +15,5 @@ from .system import Bond, Component, Connection, Fault, Run, System, from_dict
 
 __all__ = [
     "Bond", "Component", "Connection", "DescriptionError", "Fault", "Part", "PartFailed", "Result", "ResultError", "Run",
-    "System", "Variable", "from_dict", "load", "read", "run",
+    "System", "TimeUp", "Variable", "from_dict", "load", "read", "run",
 ]  # fmt: skip

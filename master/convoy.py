@@ -325,4 +325,4 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
                 recorder.row(now)
         if running.tell is not None:
             running.tell(running.time)
-        running.stops.obey()
+        running.look()

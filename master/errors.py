@@ -23,6 +23,12 @@ class ResultError(SelflockError):
     """A result file cannot be read or written."""
 
 
+class TimeUp(SelflockError):
+    """Work took longer than the time that it was given. Of a run, what was computed is kept."""
+
+    result: Any = None  # of a run, the Result of what was computed until then
+
+
 class PartFailed(SelflockError):
     """A part failed. Carries what a person needs to find out why; the run keeps its results so far."""
 

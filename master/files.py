@@ -17,7 +17,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
-from typing import IO
+from typing import IO, NamedTuple
 
 import pandas as pd
 import pyarrow as pa
@@ -39,19 +39,56 @@ def header(column: Variable) -> str:
     return f"{column.name} [{column.unit}]" if column.unit else column.name
 
 
+class Mark(NamedTuple):
+    """How far a file is."""
+
+    rows: int
+    size: int  # bytes
+    until: float  # time of the last row, s
+
+
 class File(Sink):
     """Rows that are in a file half a second after they came, also while a step takes for ever: another thread sees to it."""
 
     path: Path
     _file: IO[bytes]
 
-    def __init__(self, columns: list[Variable], path: Path):
+    def __init__(self, columns: list[Variable], path: Path, mark: Mark | None = None):
+        """mark: go on with the file from there."""
         super().__init__(columns)
         self.path = path
-        self._size = self._written = 0  # of the file, in bytes, and in rows
-        self._until = 0.0  # time of the last of these rows, s
+        self._written, self._size, self._until = mark or Mark(0, 0, 0.0)
         self._broken: ResultError | None = None
         self._over = Event()
+        self.whole = True  # False: another process goes on with it
+
+    @property
+    def mark(self) -> Mark:
+        """How far the file is."""
+        return Mark(self._written, self._size, self._until)
+
+    def resumed(self, fill: int) -> None:
+        super().resumed(fill)
+        self.rows = self._written - fill
+
+    def _open(self, path: Path, begin: bytes) -> IO[bytes]:
+        """The file, cut off where it goes on, or begun."""
+        if not self._size:
+            self._file = path.open("wb", buffering=0)
+            self._append(begin)
+            return self._file
+        try:
+            file = path.open("r+b", buffering=0)
+        except FileNotFoundError:
+            raise ResultError(
+                f"{path} is gone, with which the saved state goes on. Remove {self.path.name}.state to begin anew."
+            ) from None
+        if file.seek(0, os.SEEK_END) < self._size:
+            file.close()
+            raise ResultError(f"{path} is shorter than its saved state says. Remove {self.path.name}.state to begin anew.")
+        file.truncate(self._size)
+        file.seek(self._size)
+        return file
 
     def begin(self) -> None:
         """From now on rows are kept as they come."""
@@ -116,7 +153,7 @@ class File(Sink):
         self._over.set()
         try:
             super().close()
-            if not self._broken:
+            if not self._broken and self.whole:
                 self._end()
         except (OSError, pa.ArrowException) as error:
             raise self._failed(error) from None
@@ -131,34 +168,40 @@ class File(Sink):
 
 
 class Csv(File):
-    def __init__(self, columns: list[Variable], path: Path):
-        super().__init__(columns, path)
-        self._file = path.open("wb", buffering=0)
-        self._append(pd.DataFrame(columns=[header(c) for c in columns]).to_csv(index=False).encode())
+    def __init__(self, columns: list[Variable], path: Path, mark: Mark | None = None):
+        super().__init__(columns, path, mark)
+        first = pd.DataFrame(columns=[header(c) for c in columns]).to_csv(index=False)
+        self._file = self._open(path, first.encode())
 
     def _put(self, frame: pd.DataFrame) -> None:
         self._append(frame.to_csv(index=False, header=False, na_rep="nan").encode())
 
 
 class Parquet(File):
-    def __init__(self, columns: list[Variable], path: Path):
-        super().__init__(columns, path)
+    def __init__(self, columns: list[Variable], path: Path, mark: Mark | None = None):
+        super().__init__(columns, path, mark)
         arrow = {"Real": pa.float64(), "Integer": pa.int64(), "Boolean": pa.bool_(), "String": pa.string()}
         units = json.dumps({c.name: c.unit for c in columns})
         self._schema = pa.schema(
             [pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata={"units": units}
         )
         path.unlink(missing_ok=True)  # it would be read in place of what is written now
-        self._file = _stream(path).open("wb", buffering=0)
-        self._append(self._schema.serialize())
+        self._file = self._open(_stream(path), self._schema.serialize())
         self._new = path.with_name(path.name + ".new")
         self._writer = pq.ParquetWriter(self._new, self._schema)
         self._pieces: list[pa.Table] = []
+        if mark:
+            with pa.OSFile(str(_stream(path))) as file, pa.ipc.open_stream(file) as stream:
+                for batch in stream:
+                    self._take(pa.Table.from_batches([batch]))
 
     def _put(self, frame: pd.DataFrame) -> None:
         table = pa.Table.from_pandas(frame, schema=self._schema, preserve_index=False).cast(self._schema)
         for batch in table.to_batches():
             self._append(batch.serialize())
+        self._take(table)
+
+    def _take(self, table: pa.Table) -> None:
         self._pieces.append(table)
         rows = sum(map(len, self._pieces))
         if rows >= PIECES * ROWS:
@@ -178,7 +221,7 @@ class Parquet(File):
         try:
             super().close()
         finally:
-            if self._broken:
+            if self._broken or not self.whole:
                 self._forget()
 
     def _end(self) -> None:
@@ -188,7 +231,7 @@ class Parquet(File):
         _stream(self.path).unlink()
 
     def _forget(self) -> None:
-        """What is left of a Parquet file whose disk is full."""
+        """What is left of a Parquet file whose disk is full, or which another process goes on with."""
         try:
             self._writer.close()
         except (OSError, pa.ArrowException):
@@ -200,11 +243,11 @@ def _stream(path: Path) -> Path:
     return path.with_name(path.name + ".arrows")
 
 
-FILES: dict[str, Callable[[list[Variable], Path], File]] = {".csv": Csv, ".parquet": Parquet}
+FILES: dict[str, Callable[[list[Variable], Path, Mark | None], File]] = {".csv": Csv, ".parquet": Parquet}
 
 
-def sink(columns: list[Variable], path: Path | str | None) -> Sink:
-    """Where rows go: into memory, or into a file by the ending of its name."""
+def sink(columns: list[Variable], path: Path | str | None, mark: Mark | None = None) -> Sink:
+    """Where rows go: into memory, or into a file by the ending of its name; from `mark` on where one is given."""
     if path is None:
         return Memory(columns)
     path = Path(path)
@@ -213,7 +256,7 @@ def sink(columns: list[Variable], path: Path | str | None) -> Sink:
         raise ResultError(f"{path}: results are written as .csv or .parquet; choose one of these endings.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        made = kind(columns, path)
+        made = kind(columns, path, mark)
     except OSError as error:
         raise ResultError(f"{path} cannot be written: {error.strerror or error}.") from None
     except ValueError as error:  # a zero byte in its name
@@ -253,7 +296,7 @@ def _read_parquet(path: Path) -> tuple[pd.DataFrame, dict[str, str]]:
 def _of_stream(path: Path) -> pa.Table:
     """The rows of a run that is not at its end, or has none."""
     with pa.OSFile(str(_stream(path))) as file, pa.ipc.open_stream(file) as stream:
-        batches = []
+        batches: list[pa.RecordBatch] = []
         try:
             batches += iter(stream.read_next_batch, None)
         except (StopIteration, OSError, pa.ArrowInvalid):  # its end, or a torn piece

@@ -32,6 +32,7 @@ KIND: dict[str, type[c_double] | type[c_int] | type[ctypes.c_char_p]] = {
     "String": ctypes.c_char_p,
 }
 SINGLE = 2.0**-23  # relative: numbers that a parameter's float cannot tell apart
+FROZEN = 128 << 20  # bytes of the largest state that is saved
 PARTIAL_STEPS = 1000  # how often an FMU may discard the rest of one step
 
 HINTS = {
@@ -59,6 +60,7 @@ class FmuPart(Part):
         slave = described.coSimulation
         self.variable_step = slave.canHandleVariableCommunicationStepSize
         self.can_roll_back = slave.canGetAndSetFMUstate
+        self.frozen = slave.canSerializeFMUstate
         self._known = {v.name: v for v in described.modelVariables}
         self.units = units_of(described)
         self._writes: list[_Block] = []
@@ -357,6 +359,28 @@ class FmuPart(Part):
     def restore(self, state: _State) -> None:
         self.ends.clear()
         self._call("fmi2SetFMUstate", state.pointer)
+
+    def freeze(self) -> bytes:
+        state, size = self.save(), c_size_t(0)
+        self._call("fmi2SerializedFMUstateSize", state.pointer, byref(size))
+        if size.value > FROZEN:
+            raise DescriptionError(f"The state of {self.name} has {size.value >> 20} MiB; at most {FROZEN >> 20} are saved.")
+        content = ctypes.create_string_buffer(max(size.value, 1))
+        self._call("fmi2SerializeFMUstate", state.pointer, content, size)
+        return content.raw[: size.value]
+
+    def thaw(self, frozen: bytes) -> None:
+        state = self.save()  # a pointer to one, which is freed like it
+        if state.pointer:
+            self._call("fmi2FreeFMUstate", byref(state.pointer))
+            state.pointer = c_void_p()
+        self._call(
+            "fmi2DeSerializeFMUstate",
+            ctypes.create_string_buffer(frozen, max(len(frozen), 1)),
+            c_size_t(len(frozen)),
+            byref(state.pointer),
+        )
+        self.restore(state)
 
 
 class _State:

@@ -6,6 +6,7 @@ data on the way back (master.line). Under Jacobi such FMUs step at the same time
 
 from __future__ import annotations
 
+import base64
 import json
 import logging
 import os
@@ -66,16 +67,17 @@ class ProcessPart(Part):
         step_timeout: float = 0.0,
         tolerance: float | None = None,
     ):
-        """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step, 0 for ever.
+        """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step; 0: 60 s.
 
         tolerance: as of an FmuPart.
         """
         super().__init__(name)
         self.path = Path(path).absolute()
-        self.isolate, self.step_timeout = isolate, step_timeout or (isolation.TIMEOUT if isolate else 0.0)
+        self.isolate, self.step_timeout = isolate, step_timeout or isolation.TIMEOUT
         self.lacks: list[str] = []  # what isolation could not take away
         self._time = self._size = 0.0
         self._begun = False  # a step is under way
+        self._asked = False  # an answer is due
         self._errors = tempfile.TemporaryFile()
         self._home = tempfile.mkdtemp(prefix="part_", dir=binary.root())  # for all that it unpacks; gone with it
         ours, theirs = socket.socketpair()
@@ -88,7 +90,9 @@ class ProcessPart(Part):
                 if self.lacks:
                     log.warning("%s is isolated only in part: not taken away are %s", name, "; ".join(self.lacks))
             told = self._call("open", name, str(self.path), unlimited, tolerance, most=DESCRIPTION)
-            self.variables, self.units, self.can_roll_back, self.variable_step = self._sound(lambda: description(told))
+            self.variables, self.units, self.can_roll_back, self.variable_step, self.frozen = self._sound(
+                lambda: description(told)
+            )
         except BaseException:
             self.close()
             raise
@@ -110,14 +114,18 @@ class ProcessPart(Part):
             )
         code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({end})"
         environment = {**os.environ, "TMPDIR": self._home}
-        return subprocess.Popen([sys.executable, "-c", code], pass_fds=[end], stderr=self._errors, env=environment)
+        command = [sys.executable, "-c", code]
+        # in a session of its own, where Ctrl-C is not sent to: it is the master's to end it
+        return subprocess.Popen(command, pass_fds=[end], stderr=self._errors, env=environment, start_new_session=True)
 
     # --- talking -------------------------------------------------------------------------------------------------
 
     def _call(self, method: str, *arguments, most: int = VALUE) -> Any:
-        self._line.wait(max(self.step_timeout, isolation.TIMEOUT) if self.step_timeout else 0.0)
+        self._line.wait(max(self.step_timeout, isolation.TIMEOUT))
+        self._asked = True
         self._tell(pickle.dumps((method, arguments)))
         value, said, error = self._sound(lambda: understood(self._line.receive(most), self.name))
+        self._asked = False
         self.log = said or self.log
         if error is not None:
             raise error
@@ -212,12 +220,14 @@ class ProcessPart(Part):
 
     def _send(self, what: bytes, times: bytes = b"") -> None:
         self._line.wait(self.step_timeout)
+        self._asked = True
         self._sound(lambda: self._line.send(what + times + (b"" if what == _READ else self.u.tobytes())))
 
     def _receive(self, what: bytes) -> None:
         """The numbers of a step: as many as were asked for, or a failure that is then asked for."""
         wanted = 0 if what == _WRITE else self.y.nbytes
         answered = self._sound(lambda: self._line.receive(max(wanted, 1) + _ENDED.size))
+        self._asked = False
         if answered == _FAILED:
             self._call("failure")
         if what == _STEP and len(answered) == wanted + _ENDED.size:
@@ -255,6 +265,16 @@ class ProcessPart(Part):
     def restore(self, state: int) -> None:
         self._call("restore", state)
 
+    def freeze(self) -> bytes:
+        told = self._call("freeze", most=DESCRIPTION)
+        try:
+            return base64.b64decode(told, validate=True)
+        except (TypeError, ValueError):
+            self._garbled("no bytes of a state")
+
+    def thaw(self, frozen: bytes) -> None:
+        self._call("thaw", frozen)
+
     def reset(self) -> None:
         self._call("reset")
         self.untaken = {}
@@ -263,11 +283,15 @@ class ProcessPart(Part):
         self._call("terminate")
 
     def close(self) -> None:
+        patience = PATIENCE
         try:
-            self._line.send(pickle.dumps(("close", ())))
+            if self._asked:  # and nobody waits for it any more, as after Ctrl-C
+                patience = 0.0
+            else:
+                self._line.send(pickle.dumps(("close", ())))
         except OSError:
             pass
-        self._end(PATIENCE)
+        self._end(patience)
         self._line.close()
         self._errors.close()
         for folder, inner, _ in os.walk(self._home):
@@ -287,6 +311,7 @@ def _signal(number: int) -> str:
 
 def serve(descriptor: int, lacks: Sequence[str] = ()) -> None:
     """The life of the process: one FMU, asked through `descriptor`. lacks: what isolation could not take away."""
+    isolation.with_parent()
     line = Line(socket.socket(fileno=descriptor))
     host = _Host(lacks)
     while True:
@@ -339,6 +364,8 @@ class _Host:
             return self.part.untaken
         if method == "failure":
             raise self.error or SelflockError("nothing failed")
+        if method == "freeze":
+            return base64.b64encode(self.part.freeze()).decode()
         if method == "save":
             self.states = [*self.states[-7:], self.part.save()]  # the master comes back to a recent one, if at all
             self.saved += 1

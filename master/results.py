@@ -25,6 +25,7 @@ class Sink(ABC):
     """Takes rows of numbers and strings, keeps or writes them in pieces."""
 
     path: Path | None = None  # of the file, where it is one
+    whole = True  # at its end, once it is closed
 
     def __init__(self, columns: list[Variable]):
         self.columns = columns
@@ -63,6 +64,10 @@ class Sink(ABC):
         """Keep the rows that there are so far; from any thread."""
         with self._lock:
             self._save()
+
+    def resumed(self, fill: int) -> None:
+        """The block holds so many rows, which are kept already."""
+        self.fill = self._good = self._saved = fill
 
     def _save(self) -> None:
         if (first := self._saved) < (last := self.fill):

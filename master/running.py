@@ -5,21 +5,23 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from . import control, energy
-from .errors import PartFailed, warn
+from .errors import DescriptionError, PartFailed, TimeUp, warn
 from .face import Part, Variable
 from .faults import Faults
+from .files import sink
 from .initial import initialize, untaken
 from .ratios import contrary
-from .files import sink
 from .results import Result, Sink
 from .seat import Seat, seats
 from .seen import watch
-from .stops import Stops
+from .state import States, check, identity
+from .stops import Stops, rescues
 from .system import System
 from .wiring import Wiring, wire
 
@@ -39,24 +41,33 @@ class Running:
         observe: Observer | None,
         keep: dict[str, Part] | None = None,
         stops: Stops | None = None,
+        resume: bool = False,
     ):
         self.began = clock.perf_counter()
         self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
         self.keep = keep
         self.stops = stops or Stops()
         self.index, self.rejected = 0, 0
+        self.resumed = False
         self.time = system.run.start
         self.wiring = wire(system, settings, keep)
         try:
             self.faults = Faults(self.wiring)
             self.pairs = energy.bonds(self.wiring)
             control.check(self.wiring, self.pairs)
-            self.sink = sink(_columns(self.wiring), out)
+            self.states: States | None = None
+            if resume:
+                if out is None:
+                    raise DescriptionError("A run goes on with a file of results: name one.")
+                check(self)
+                self.states = States(Path(out), identity(self, settings, stop))
+            self.sink = sink(_columns(self.wiring), out, self.states.mark if self.states else None)
             watch(self.sink.seen, self.wiring)
         except BaseException:
             self.wiring.close()
             raise
         self.loops: list[str] = []
+        rescues.add(self)
         self.notes = [*system.notes, *contrary(self.wiring)]
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
         self.ended: dict[str, float] = {}  # the first of them
@@ -75,6 +86,8 @@ class Running:
             warn(note)
         for part in wiring.parts.values():
             part.at(start)
+            if self.states:
+                part.freeze()  # from now on it may be gone back to: said to it before its first step, or resumed runs differ
         self.seats = seats(wiring)
         by_name = {seat.name: seat for seat in self.seats}
         for pair in self.pairs:
@@ -86,6 +99,9 @@ class Running:
         for seat in self.seats:
             seat.settle()
         self.recorder = Recorder(wiring, by_name, self.sink)
+        if self.states and self.states.found:
+            self.states.restore(self)
+            self.resumed = True
 
     def arrive(self, time: float, record: bool = True) -> None:
         """At a communication point: write a row, let others look."""
@@ -96,8 +112,14 @@ class Running:
             self.observe(time, self.wiring.parts)
         if self.tell is not None:
             self.tell(time)
-        if self.stops.asked:
-            self.stops.obey()
+        if self.stops.asked or self.states:
+            self.look()
+
+    def look(self) -> None:
+        """End here where that is asked for; save the state where it is time to."""
+        self.stops.obey()
+        if self.states and self.states.due():
+            self.states.write(self)
 
     def over(self, time: float) -> bool:
         """Whether, at this communication point, a part has ended the run. The last row then is of the time that it tells.
@@ -118,6 +140,30 @@ class Running:
                 self.arrive(at)
         self.ended = {name: at}
         return True
+
+    def stopped(self, error: BaseException) -> BaseException | None:
+        """What to raise where it was not the run that failed, but somebody who ended it; with what is kept."""
+        if not (self.stops.asked or isinstance(error, KeyboardInterrupt)):
+            return None
+        self.sink.flush()
+        result = self.result()
+        where = f"in {result.path}" if result.path else "in memory alone, and not kept"
+        if self.states and self.states.time is not None:
+            where += f"; the same command goes on from t = {self.states.time:.9g} s"
+        stopped = self.stops.error("The run", f"the results until t = {self.time:.9g} s are {where}")
+        if isinstance(stopped, TimeUp):
+            stopped.result = result
+        return stopped
+
+    def rescue(self) -> str:
+        """Keep what there is, while a step does not come to an end, and say where; from any thread."""
+        if self.sink.path is None:
+            return f"A step from t = {self.time:.9g} s on did not come to its end; what was computed before is lost with the process."
+        self.sink.close()
+        return (
+            f"A step from t = {self.time:.9g} s on did not come to its end; the results until then are in {self.sink.path}. "
+            "`process = true` for its component, or --isolate, lets it be ended alone."
+        )
 
     def result(self) -> Result:
         """What there is so far."""

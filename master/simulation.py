@@ -18,8 +18,8 @@ from .results import Result
 from .running import Observer, Running
 from .single import driven, single
 from .slips import call, checked
-from .stops import Stops
 from .ssp.structure import system_of
+from .stops import Stops
 from .system import System, check_choice
 
 LEVELS = 10  # step_min = step / 2**LEVELS unless told
@@ -42,6 +42,8 @@ def run(
     allow_code: bool = False,
     unlimited: bool = False,
     isolate: bool = False,
+    max_time: float | None = None,
+    resume: bool = False,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s]. A path may also be that of one FMU (master.single).
 
@@ -55,11 +57,15 @@ def run(
     allow_code: parts of other packages may be loaded (docs/security.md).
     unlimited: FMUs and SSPs may be of any size.
     isolate: every FMU runs in a process of its own with limits and without rights.
+    max_time: of wall time for all of it, s; then TimeUp is raised, whose `result` holds what was computed until then.
+    resume: go on from the state that the same call saved beside `out` before it was ended, to the same bits; where there is
+        none, begin. Now and then a state is saved. Only where all parts can put their state into bytes.
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
     inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
 
-    A part that fails raises PartFailed, whose `result` holds what was computed until then.
+    A part that fails raises PartFailed, whose `result` holds what was computed until then. Ctrl-C is a KeyboardInterrupt that
+    says what is kept.
     """
     call(system, settings, stop, out)
     if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
@@ -81,14 +87,20 @@ def run(
         system = driven(system, inputs)
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
-    with Stops() as stops, _Progress(progress, system.run.start, end) as tell:
-        return _simulate(Running(system, settings, end, out, tell, observe, keep, stops))
+    with Stops(max_time) as stops, _Progress(progress, system.run.start, end) as tell:
+        return _simulate(Running(system, settings, end, out, tell, observe, keep, stops, resume))
 
 
 def _simulate(running: Running) -> Result:
     """Run, close everything whatever happens, and give the result, or raise the failure with the result in it."""
+    done = False
     try:
-        running.start()
+        try:
+            running.start()
+        except (KeyboardInterrupt, PartFailed) as error:
+            if stopped := running.stopped(error):
+                raise stopped from None
+            raise
         with _failing(running):
             _go(running)
             running.recorder.check()
@@ -96,13 +108,18 @@ def _simulate(running: Running) -> Result:
             for part in running.wiring.parts.values():
                 part.terminate()
         result = running.result()
+        done = True
         if running.keep is not None:
             running.keep |= running.wiring.parts
             running.wiring.parts = {}
         return result
     finally:
         try:
+            if running.states:
+                running.sink.whole = done or running.states.time is None
             running.sink.close()
+            if running.states and done:
+                running.states.forget()
         finally:
             running.wiring.close()
 
@@ -110,7 +127,8 @@ def _simulate(running: Running) -> Result:
 def _go(running: Running) -> None:
     """All steps from the start to the stop."""
     run = running.system.run
-    running.arrive(run.start)
+    if not running.resumed:
+        running.arrive(run.start)
     if run.step_control:
         _controlled(running)
         return
@@ -129,8 +147,8 @@ def _go(running: Running) -> None:
         if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not windows.parameters:
             if one.clocks() is not None:
                 return convoy.sail(running, one, count, every)
-    ends, time = running.ends, start
-    for index in range(count):
+    ends, time = running.ends, running.time
+    for index in range(running.index, count):
         if windows.parameters:
             windows.switch(time)
         advance(stepped, index, time, step)
@@ -190,14 +208,8 @@ class _failing:
 
     def __exit__(self, kind, error, trace):
         running = self.running
-        if isinstance(error, KeyboardInterrupt) or (isinstance(error, PartFailed) and running.stops.asked):
-            running.sink.flush()
-            where = f"the results until then are in {running.sink.path}" if running.sink.path else "its results are gone"
-            said = f"The run was stopped at t = {running.time:.9g} s; {where}."
-            if isinstance(error, KeyboardInterrupt):
-                error.args = (said,)
-            else:  # a part that met the exception within its step
-                raise KeyboardInterrupt(said) from None
+        if isinstance(error, (KeyboardInterrupt, PartFailed)) and (stopped := running.stopped(error)):
+            raise stopped from None
         if isinstance(error, PartFailed):
             try:
                 running.recorder.check()

@@ -15,8 +15,8 @@ from ..fmus.variable import BEYOND, INTEGERS
 from .binary import open_fmu
 from .errors import DescriptionError
 from .face import Part, Variable
-from .fmu import variables_of
 from .files import read
+from .fmu import variables_of
 from .results import KINDS
 from .system import Component, Connection, Run, System, did_you_mean
 from .wiring import fmu_path

@@ -1,32 +1,44 @@
-"""Ctrl-C and SIGTERM while a run goes on.
+"""What ends work before its end: Ctrl-C, SIGTERM, a time limit.
 
-Whoever sends them means the run, not the FMU that happens to be at work: one written in Python meets the exception inside
-its step and answers Error, which would then be told of it. And what must not be torn, such as a piece of a result file, is
-done first.
+Whoever sends a signal means the run, not the FMU that happens to be at work: one written in Python meets the exception
+inside its step and answers Error, which would then be told of it. And what must not be torn, such as a piece of a result
+file, is done first.
 """
 
 from __future__ import annotations
 
 import signal
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+from .errors import DescriptionError, TimeUp
+
 HEARD = (signal.SIGINT, signal.SIGTERM)
+
+rescues: weakref.WeakSet[Any] = weakref.WeakSet()
+"""Whose `rescue()` keeps what it has and says where, from any thread, in a process that is about to be ended."""
 
 _depth = 0  # of `held`, in the main thread, which alone hears signals
 _late: list[Callable[[], Any]] = []  # what was asked for meanwhile
 
 
 class Stops:
-    """Hears what stops a run while it is entered; `asked` from then on, whatever became of the exception that it raised.
+    """Hears what stops some work while it is entered, and knows it from then on, whatever became of the exception.
 
-    What a signal does otherwise, it does here: one that ends the process at once still does.
+    A signal does what it did before: one that ends the process at once still does. After `seconds` of wall time the work is
+    interrupted as by Ctrl-C, in the main thread; elsewhere it is up to `obey`.
     """
 
-    asked = False
+    def __init__(self, seconds: float | None = None):
+        if seconds is not None and not seconds > 0.0:
+            raise DescriptionError(f"A time limit of {seconds:g} s is none: give seconds above zero.")
+        self.seconds = seconds
+        self.asked = self.time_up = False
+        self._timer: threading.Timer | None = None
 
     def __enter__(self) -> Stops:
         self._before: dict[int, Callable[[int, FrameType | None], Any]] = {}
@@ -36,7 +48,18 @@ class Stops:
                 if callable(before):
                     self._before[number] = before
                     signal.signal(number, self._hear)
+        if self.seconds is not None:
+            self._timer = threading.Timer(min(self.seconds, threading.TIMEOUT_MAX), self._ring)
+            self._timer.daemon = True
+            self._timer.start()
         return self
+
+    def _ring(self) -> None:
+        self.time_up = self.asked = True
+        if signal.SIGINT in self._before and hasattr(signal, "pthread_kill"):
+            ident = threading.main_thread().ident
+            if ident is not None:
+                signal.pthread_kill(ident, signal.SIGINT)
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
         self.asked = True
@@ -46,13 +69,21 @@ class Stops:
             self._before[number](number, frame)
 
     def __exit__(self, *_: object) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
         for number, before in self._before.items():
             signal.signal(number, before)
 
     def obey(self) -> None:
-        """End the run where an exception that should have ended it got lost on its way."""
+        """End the work where an exception that should have ended it got lost on its way, or none comes here."""
         if self.asked:
             raise KeyboardInterrupt
+
+    def error(self, what: str, kept: str) -> BaseException:
+        """What is raised for it: `what` was stopped, and what was `kept`."""
+        if self.time_up:
+            return TimeUp(f"{what} took more than its time limit, {self.seconds:g} s of wall time, and was stopped; {kept}.")
+        return KeyboardInterrupt(f"{what} was stopped; {kept}.")
 
 
 @contextmanager

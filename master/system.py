@@ -60,7 +60,7 @@ class Component(Plain):
     start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
     process: bool = False  # in a process of its own
     isolate: bool = False  # in one with limits and without rights (docs/security.md)
-    step_timeout: float = 0.0  # s of wall time for a step of a process; 0: 60 s where isolated, else for ever
+    step_timeout: float = 0.0  # s of wall time for a step of a process; 0: 60 s; 1e8, three years, is no limit
 
 
 @dataclass

@@ -2,10 +2,12 @@
 
     SelflockError
     ├── BuildError            an FMU cannot be packed                 (selflock.fmus.errors)
+    ├── Interrupted           somebody stopped the work               (selflock.fmus.errors)
     ├── EffectError           an effect file cannot be used           (selflock.fmus.errors)
     ├── DescriptionError      a system description is wrong           (selflock.master.errors)
     ├── PartFailed            a coupled part failed while it ran      (selflock.master.errors)
     ├── ResultError           a result file cannot be read or written (selflock.master.errors)
+    ├── TimeUp                work took longer than it was given      (selflock.master.errors)
     ├── DataError             a rig or a log cannot be used           (selflock.diagnosis.errors)
     └── SweepError            a sweep cannot be run or gone on with   (selflock.sweep.errors)
 
@@ -17,11 +19,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from selflock.fmus.errors import BuildError, EffectError, SelflockError
+from selflock.fmus.errors import BuildError, EffectError, Interrupted, SelflockError
 
 if TYPE_CHECKING:
     from selflock.diagnosis.errors import DataError
-    from selflock.master.errors import DescriptionError, PartFailed, ResultError
+    from selflock.master.errors import DescriptionError, PartFailed, ResultError, TimeUp
     from selflock.sweep.errors import SweepError
 
 __all__ = [
@@ -29,10 +31,12 @@ __all__ = [
     "DataError",
     "DescriptionError",
     "EffectError",
+    "Interrupted",
     "PartFailed",
     "ResultError",
     "SelflockError",
     "SweepError",
+    "TimeUp",
 ]
 
 _FROM = {
@@ -41,6 +45,7 @@ _FROM = {
     "PartFailed": "master",
     "ResultError": "master",
     "SweepError": "sweep",
+    "TimeUp": "master",
 }
 
 

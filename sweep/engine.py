@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import queue
 import shutil
-import tempfile
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
@@ -20,6 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from selflock.fmus import temporary
 
 from .errors import Interrupted, SweepError
 from .store import Row, Store, digest
@@ -107,7 +108,8 @@ def _run(function, context, items, todo: deque, take: Take, folder, workers, sch
     parcel = Parcel(context)
     with ExitStack() as stack:
         if folder is None:
-            place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="selflock-")))
+            place = temporary.folder()
+            stack.callback(temporary.remove, place)
         else:
             place = Path(folder) / "work"
             place.mkdir()

@@ -132,7 +132,36 @@ def test_ctrl_c_is_the_user_whoever_meets_it(system, tmp_path, heard, ending, mo
     with pytest.raises(KeyboardInterrupt) as caught:
         master.run(description, out=path)
     at = 0.4 if heard == "lost" else 0.3  # then the step was made
-    assert f"stopped at t = {at} s" in str(caught.value)
+    assert f"The run was stopped; the results until t = {at} s" in str(caught.value)
     if path:
         assert str(path) in str(caught.value)
         assert master.read(path)[0]["w.t"].to_numpy() == pytest.approx(0.1 * np.arange(round(at / 0.1) + 1))
+
+
+@pytest.mark.parametrize("inside", ["main thread", "another thread"])
+def test_a_run_has_a_time_limit(system, tmp_path, inside, monkeypatch):
+    monkeypatch.setattr(small_parts.Waits, "go", threading.Event(), raising=False)
+    path = tmp_path / "t.csv"
+    if inside == "main thread":  # a step that would wait for ever
+        description = system({"w": ("Waits", {"from_": 0.3})}, stop=1.0, step=0.1)
+    else:  # many steps, each of which comes to its end
+        description = system({"w": "Waits"}, stop=1e6, step=0.1)
+    raised = []
+
+    def run():
+        try:
+            master.run(description, out=path, max_time=0.05)
+        except master.TimeUp as error:
+            raised.append(error)
+
+    if inside == "main thread":
+        run()
+    else:
+        thread = threading.Thread(target=run)
+        thread.start()
+        thread.join()
+    error = raised[0]
+    assert "time limit, 0.05 s" in str(error) and str(path) in str(error)
+    assert len(master.read(path)[0]) == error.result.steps + 1 and error.result.steps >= (3 if inside == "main thread" else 1)
+    with pytest.raises(master.DescriptionError, match="seconds above zero"):
+        master.run(description, max_time=0.0)

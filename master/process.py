@@ -182,6 +182,11 @@ class ProcessPart(Part):
         code = process.wait()
         return code if ended else None
 
+    @property
+    def ended(self) -> bool:
+        """Whether its process is gone."""
+        return self._process.returncode is not None
+
     # --- the face ------------------------------------------------------------------------------------------------
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:

@@ -87,8 +87,14 @@ def run(
         system = driven(system, inputs)
     end = system.run.stop if stop is None else float(stop)
     _check_times(system, end)
-    with Stops(max_time) as stops, _Progress(progress, system.run.start, end) as tell:
-        return _simulate(Running(system, settings, end, out, tell, observe, keep, stops, resume))
+    stops = Stops(max_time)
+    try:
+        with stops, _Progress(progress, system.run.start, end) as tell:
+            return _simulate(Running(system, settings, end, out, tell, observe, keep, stops, resume))
+    except KeyboardInterrupt as error:
+        if error.args:
+            raise
+        raise stops.error("The run", "it had not begun") from None
 
 
 def _simulate(running: Running) -> Result:

@@ -16,6 +16,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -49,12 +50,12 @@ class States:
 
     def _found(self, results: Path) -> dict[str, np.ndarray] | None:
         try:
-            with np.load(self.path, allow_pickle=False) as file:
+            with np.load(io.BytesIO(self.path.read_bytes()), allow_pickle=False) as file:
                 found = dict(file)
             head = json.loads(bytes(found["head"]))
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, KeyError, EOFError) as error:
+        except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
             raise ResultError(f"{self.path} is no saved state of a run ({error}). Remove it to begin anew.") from None
         if head["identity"] != self.identity:
             raise ResultError(

@@ -39,6 +39,7 @@ class Stops:
         self.seconds = seconds
         self.asked = self.time_up = False
         self._timer: threading.Timer | None = None
+        self._over, self._lock = False, threading.Lock()
 
     def __enter__(self) -> Stops:
         self._before: dict[int, Callable[[int, FrameType | None], Any]] = {}
@@ -55,10 +56,12 @@ class Stops:
         return self
 
     def _ring(self) -> None:
-        self.time_up = self.asked = True
-        if signal.SIGINT in self._before and hasattr(signal, "pthread_kill"):
+        with self._lock:
             ident = threading.main_thread().ident
-            if ident is not None:
+            if self._over or ident is None:
+                return
+            self.time_up = self.asked = True
+            if signal.SIGINT in self._before and hasattr(signal, "pthread_kill"):
                 signal.pthread_kill(ident, signal.SIGINT)
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
@@ -69,6 +72,8 @@ class Stops:
             self._before[number](number, frame)
 
     def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._over = True
         if self._timer is not None:
             self._timer.cancel()
         for number, before in self._before.items():

@@ -191,6 +191,7 @@ def diagnose(
     out: Out = Path("out/diagnosis"),
     allow_code: AllowCode = False,
     anyway: Anyway = False,
+    max_time: MaxTime = None,
 ) -> None:
     """Name what the simulation gets wrong, extend the model, measure the gain.
 
@@ -198,7 +199,9 @@ def diagnose(
     """
     from selflock.diagnosis import diagnose as run_diagnosis
 
-    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code, anyway=anyway)
+    result = run_diagnosis(
+        rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code, anyway=anyway, max_time=max_time
+    )
     say(result.summary())
     raise typer.Exit(result.exit_code)
 

@@ -274,14 +274,22 @@ def read(path: Path | str, whole: bool = False) -> tuple[pd.DataFrame, dict[str,
     path = Path(path)
     try:
         if path.suffix.lower() == ".parquet":
-            return _read_parquet(path)
+            return _once(_read_parquet(path))
         if path.suffix.lower() == ".csv":
-            return _read_csv(path, whole)
+            return _once(_read_csv(path, whole))
     except FileNotFoundError:
         raise ResultError(f"There is no result file {path}.") from None
     except (OSError, ValueError, pa.ArrowException) as error:
         raise ResultError(f"{path} is no table of results: {error}") from None
     raise ResultError(f"{path}: results are read from .csv or .parquet files.")
+
+
+def _once(found: tuple[pd.DataFrame, dict[str, str]]) -> tuple[pd.DataFrame, dict[str, str]]:
+    """What was read, where it has no column twice. Raises ValueError."""
+    columns = found[0].columns
+    if not columns.is_unique:
+        raise ValueError(f"its column {columns[columns.duplicated()][0]!r} is there twice")
+    return found
 
 
 def _read_parquet(path: Path) -> tuple[pd.DataFrame, dict[str, str]]:

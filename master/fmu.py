@@ -471,7 +471,13 @@ def variables_of(described: ModelDescription) -> Iterator[Variable]:
     for unknown in described.outputs:
         if unknown.variable is not None and unknown.dependencies is not None:
             depends[unknown.variable.name] = tuple(v.name for v in unknown.dependencies if v.causality == "input")
-    return (_face(v, depends.get(v.name)) for v in described.modelVariables)
+    for v in described.modelVariables:
+        try:
+            yield _face(v, depends.get(v.name))
+        except (ValueError, OverflowError) as error:
+            raise DescriptionError(
+                f"The modelDescription.xml of {described.modelName} is wrong in its variable {v.name}: {error}"
+            ) from None
 
 
 def _face(v: ModelVariable, depends_on: tuple[str, ...] | None) -> Variable:

@@ -294,7 +294,9 @@ def test_an_fmu_that_crashes_at_initialization_is_a_row(tmp_path):
     from pack import pack
 
     pack("teller", tmp_path / "in")
-    system = '[run]\nstop = 0.3\nstep = 0.1\nopen_inputs = true\n[components.t]\nfmu = "teller.fmu"\n[components.t.start]\nend = 5\n'
+    system = (
+        '[run]\nstop = 0.3\nstep = 0.1\nopen_inputs = true\n[components.t]\nfmu = "teller.fmu"\n[components.t.start]\nend = 5\n'
+    )
     study = (
         'system = "system.toml"\n[vary.at]\nset = "t.ends_at"\nvalues = [9.0, -1.0, 8.0, -2.0]\n'
         '[record]\nlast = { final = "t.count_out" }\n'

@@ -27,6 +27,9 @@ from rich.table import Table
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "tests" / "fuzz"), str(ROOT / "tests" / "hosts")]
+import inputs
+import sequences
+
 BATCH = 200  # draws of one seed
 
 
@@ -34,7 +37,7 @@ class Over(KeyboardInterrupt):
     """The time is up; hypothesis lets it pass."""
 
 
-def place(error: Exception) -> str:
+def place(error: BaseException) -> str:
     """Where in our sources an exception came from, and what it is."""
     frames = traceback.extract_tb(error.__traceback__)
     ours = [
@@ -63,7 +66,7 @@ def campaign(ask, number: int, until: float, room: Path, told: Counter, found: d
                 raise Over
             try:
                 told[ask(data, room)] += 1
-            except Exception as error:
+            except (Exception, inputs.Hung) as error:
                 told["found"] += 1
                 text = f"seed {now}\n" + "".join(traceback.format_exception(error))
                 found.setdefault(place(error), text)
@@ -77,9 +80,6 @@ def campaign(ask, number: int, until: float, room: Path, told: Counter, found: d
 
 
 def main() -> None:
-    import inputs
-    import sequences
-
     kinds = {kind: lambda data, room, kind=kind: inputs.ask(kind, data, room) for kind in inputs.KINDS} | sequences.kinds()
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--minutes", type=float, default=1.0)

@@ -160,7 +160,7 @@ class Sweep(Area):
 
 class Study(Area):
     name = "study"
-    python = SHORT + "from pathlib import Path\ntry: runs.run_all(Path(sys.argv[1]))\nexcept KeyboardInterrupt: sys.exit(130)"
+    python = SHORT + "from pathlib import Path; runs.run_all(Path(sys.argv[1]))"
 
     def compare(self, out, reference):
         names = sorted(path.name for path in reference.glob("*.parquet"))
@@ -195,9 +195,8 @@ class Diagnose(Area):
     @property
     def python(self) -> str:  # type: ignore[override]
         return (
-            "from selflock.diagnosis import diagnose\n"
-            f"try: diagnose(r'{self.room}/rig.toml', [r'{self.room}/log.csv'], out=sys.argv[1], seed=3)\n"
-            "except KeyboardInterrupt: sys.exit(130)"
+            "from selflock.diagnosis import diagnose; "
+            f"diagnose(r'{self.room}/rig.toml', [r'{self.room}/log.csv'], out=sys.argv[1], seed=3)"
         )
 
     def compare(self, out, reference):
@@ -213,11 +212,13 @@ AREAS = {area.name: area for area in (Run, RunParquet, Sweep, Study, Diagnose)}
 
 
 def begin(area: Area, out: Path, scratch: Path) -> subprocess.Popen:
-    code = "import sys; from selflock import cli; from selflock.ending import Signals; " + (
-        area.python
-        if "cli.main" in area.python
-        else f"guard = Signals(cli.errors); guard.__enter__()\n{area.python.replace('; ', chr(10))}"
-    )
+    lines = area.python.replace("; ", "\n").splitlines()
+    code = "import sys\nfrom selflock import cli\nfrom selflock.ending import Signals\n"
+    if "cli.main" in area.python:
+        code += "\n".join(lines)
+    else:
+        body = "\n".join(f"        {line}" for line in lines)
+        code += f"with Signals(cli.errors) as ending:\n    try:\n{body}\n    except KeyboardInterrupt as error:\n        sys.exit(str(error))\n"
     environment = {**os.environ, "TMPDIR": str(scratch), "COLUMNS": "200"}
     return subprocess.Popen(
         [sys.executable, "-c", code, str(out)],
@@ -258,9 +259,9 @@ def campaign(area: Area, kills: int, rng: random.Random, told: Counter, failures
         out = area.room / f"case_{case}"
         if area.name.startswith("run"):
             out.mkdir()
-        had = 0
+        had = times = 0
         while True:
-            last = told["kills"] >= kills or (had and rng.random() > AGAIN)
+            last = told["kills"] >= kills or (times > 0 and rng.random() > AGAIN)
             number = rng.choice(SIGNALS)
             hit, said = killed(area, out, scratch, PATIENCE if last else rng.uniform(0.0, 1.1 * length), number)
             try:
@@ -274,7 +275,7 @@ def campaign(area: Area, kills: int, rng: random.Random, told: Counter, failures
                 there = area.look(out, reference)
                 assert there >= had or area.name.startswith("run"), f"{had} were there, now {there}"
                 told["with something kept"] += there > 0
-                had = there or 1
+                had, times = there, times + 1
                 assert number == signal.SIGKILL or not list(scratch.iterdir()), f"left: {list(scratch.iterdir())}"
             except AssertionError as error:
                 told["failed"] += 1

@@ -91,6 +91,11 @@ class Stops:
         return KeyboardInterrupt(f"{what} was stopped; {kept}.")
 
 
+def deferred() -> bool:
+    """Whether somebody is heard, once what must not be torn is done."""
+    return bool(_late)
+
+
 @contextmanager
 def held() -> Iterator[None]:
     """What is done in here is done whole: signals wait for its end."""

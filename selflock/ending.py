@@ -53,8 +53,10 @@ class Signals:
     def _wait(self) -> None:
         with self._ours:
             while got := self._ours.recv(1):
-                if got[0] in self._before and not self._heard.wait(GRACE):
-                    self._end(128 + got[0])
+                while got[0] in self._before and not self._heard.wait(GRACE):
+                    stops = sys.modules.get("selflock.master.stops")  # else nothing of it was loaded, and nothing runs
+                    if not (stops and stops.deferred()):
+                        self._end(128 + got[0])
                 self._heard.clear()
 
     def _end(self, code: int) -> None:
@@ -62,7 +64,7 @@ class Signals:
         from selflock.fmus import temporary
 
         kept = []
-        stops = sys.modules.get("selflock.master.stops")  # else nothing of it was loaded, and nothing runs
+        stops = sys.modules.get("selflock.master.stops")
         for one in list(stops.rescues) if stops else []:
             try:
                 kept.append(one.rescue())

@@ -21,6 +21,7 @@ from typing import Any
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from selflock.fmus import temporary
+from selflock.master.stops import Stops
 
 from .errors import Interrupted, SweepError
 from .store import Row, Store, digest
@@ -93,7 +94,8 @@ def map_runs(
 
         try:
             if todo:
-                _run(function, context, [item_of[key] for key in order], todo, take, folder, workers, scheduler)
+                with Stops():
+                    _run(function, context, [item_of[key] for key in order], todo, take, folder, workers, scheduler)
         except KeyboardInterrupt:
             kept = f"{len(rows)} of {len(order)} runs are finished" + (
                 " and kept; give the same command to go on." if store else "."

@@ -28,6 +28,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite, prod
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,7 @@ def from_dict(data: dict[str, Any], file: Path) -> Study:
     for key in data:
         if key not in KEYS:
             raise SweepError(f"the key {key} is unknown; there is: {', '.join(KEYS)}.")
+    _check_kinds(data)
     if not isinstance(data.get("system"), str):
         raise SweepError('name the system to run: system = "path/to/system.toml".')
     vary = data.get("vary", {})
@@ -120,6 +122,37 @@ def from_dict(data: dict[str, Any], file: Path) -> Study:
         list(vary),
         data.get("report", {}),
     )
+
+
+def _check_kinds(data: dict[str, Any]) -> None:
+    """What is no table, text or number where one is wanted."""
+    _kind(data, "", {"set vary sample record report": dict, "name description": str, "table": bool, "stop": float, "list": list})
+    for part in ("vary", "record"):
+        for name, table in data.get(part, {}).items():
+            where = f"[{part}.{name}] "
+            _kind({where: table}, "", {where: dict})
+            _kind(table, where, {"unit label": str, "values": list, "choices grid": dict, "from to": Real})
+    for row in data.get("list", []):
+        _kind({"an entry of list": row}, "", {"an entry of list": dict})
+    for name, table in data.get("vary", {}).items():
+        targets = table.get("set", [])
+        if not isinstance(targets, str) and not (isinstance(targets, list) and all(isinstance(t, str) for t in targets)):
+            raise SweepError(f"[vary.{name}] set: name a variable, or a list of variables.")
+        for label, choice in table.get("choices", {}).items():
+            _kind({label: choice}, f"[vary.{name}] choices ", {label: dict})
+    seed = data.get("sample", {}).get("seed", 0)
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        raise SweepError("[sample] seed: a whole number from 0 on is wanted here.")
+
+
+def _kind(table: dict[str, Any], where: str, wanted: dict[str, type]) -> None:
+    told = {dict: "a table", str: "a text", bool: "true or false", float: "a finite number", Real: "a number", list: "a list"}
+    for names, kind in wanted.items():
+        for name in [names] if names in table else names.split():
+            value = table.get(name)
+            good = _numbers(value) if kind is float else isinstance(value, kind) and value == value
+            if value is not None and not good:
+                raise SweepError(f"{where}{name}: {told[kind]} is wanted here.")
 
 
 def _check_vary(name: str, table: Any) -> None:

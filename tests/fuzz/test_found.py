@@ -72,7 +72,9 @@ def test_more_samples_than_anybody_waits_for(tmp_path):
         read_study(tmp_path / "x.toml")
 
 
-@pytest.mark.parametrize("text", [log(run=""), log("1.0,1e300,0.1,0"), log(f"1.0,{DIGITS},0.1,0"), log(f"{DIGITS},1,0.1,0"), log("1.0")])
+@pytest.mark.parametrize(
+    "text", [log(run=""), log("1.0,1e300,0.1,0"), log(f"1.0,{DIGITS},0.1,0"), log(f"{DIGITS},1,0.1,0"), log("1.0")]
+)
 def test_cells_of_a_log(tmp_path, text):
     (tmp_path / "rig.toml").write_text(inputs.RIG)
     (tmp_path / "log.csv").write_text(text)

@@ -6,10 +6,12 @@ from dataclasses import asdict
 import pytest
 
 from selflock import diagnosis
+from selflock.diagnosis import calls
 from selflock.diagnosis.search import problem as ground
 from selflock.diagnosis.search.kept import Kept
 from selflock.fmus.errors import SelflockError
 from selflock.master import TimeUp
+from selflock.master.stops import Stops
 
 from ..residuals.test_experiment import inverse
 
@@ -61,10 +63,18 @@ def test_the_same_diagnosis_alone_goes_on(tmp_path):
     assert not (again.folder / "x.npz").exists()
 
 
-def test_a_diagnosis_has_a_time_limit(tmp_path, rng):
+def test_a_diagnosis_has_a_time_limit(tmp_path, rng, monkeypatch):
     inverse(tmp_path, rng, friction=0.04, noise=2e-3)
-    with pytest.raises(TimeUp, match="The diagnosis took more than its time limit, 1e-06 s"):
-        diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out", max_time=1e-6)
+    made = []
+    monkeypatch.setattr(calls, "Stops", lambda seconds: made.append(Stops(seconds)) or made[0])
+
+    def over(what, share):  # the clock strikes here, where no file is open
+        made[0]._ring()
+        for _ in range(1000):
+            pass
+
+    with pytest.raises(TimeUp, match="The diagnosis took more than its time limit, 500 s.*goes on with them"):
+        diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out", progress=over, max_time=500.0)
 
 
 def test_a_folder_with_others_content_is_refused_before_anything_is_written(tmp_path, rng):

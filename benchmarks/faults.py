@@ -213,12 +213,12 @@ AREAS = {area.name: area for area in (Run, RunParquet, Sweep, Study, Diagnose)}
 
 def begin(area: Area, out: Path, scratch: Path) -> subprocess.Popen:
     lines = area.python.replace("; ", "\n").splitlines()
-    code = "import sys\nfrom selflock import cli\nfrom selflock.ending import Signals\n"
+    code = "import sys\nfrom selflock import cli\nfrom selflock.ending import Watched\n"
     if "cli.main" in area.python:
         code += "\n".join(lines)
     else:
         body = "\n".join(f"        {line}" for line in lines)
-        code += f"with Signals(cli.errors) as ending:\n    try:\n{body}\n    except KeyboardInterrupt as error:\n        sys.exit(str(error))\n"
+        code += f"with Watched(cli.errors) as ending:\n    try:\n{body}\n    except KeyboardInterrupt as error:\n        sys.exit(str(error))\n"
     environment = {**os.environ, "TMPDIR": str(scratch), "COLUMNS": "200"}
     return subprocess.Popen(
         [sys.executable, "-c", code, str(out)],

@@ -11,7 +11,7 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from selflock import extras
-from selflock.ending import Signals
+from selflock.ending import Watched
 from selflock.fmus.errors import Interrupted, SelflockError
 from selflock.fmus.shown import visible
 
@@ -379,11 +379,11 @@ def sweep_report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="The
 def main() -> None:
     """Entry of the `selflock` command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM."""
     try:
-        with Signals(errors) as signals:
+        with Watched(errors) as watched:
             app()
     except Interrupted as stopped:
         errors.print(visible(str(stopped)), highlight=False)
-        sys.exit(signals.code)
+        sys.exit(watched.code)
     except (SelflockError, OSError, ModuleNotFoundError) as error:
         missing = extras.told(error)
         if isinstance(error, BrokenPipeError) or (isinstance(error, ModuleNotFoundError) and not missing):

@@ -22,7 +22,7 @@ GRACE = 5.0  # s that the command has to hear a signal by itself
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
-class Signals:
+class Watched:
     """Watches over a command while it is entered. `code`: the exit code by the signal that came last."""
 
     code = 130
@@ -31,7 +31,7 @@ class Signals:
         self._errors = errors
         self._heard = threading.Event()
 
-    def __enter__(self) -> Signals:
+    def __enter__(self) -> Watched:
         self._before: dict[int, Any] = {}
         if threading.current_thread() is not threading.main_thread() or sys.platform == "win32":
             return self

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import signal
+import tempfile
 import time as clock
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -17,6 +19,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from selflock.fmus import temporary
 from selflock.fmus.build import built
 from selflock.fmus.cache import write
 from selflock.master import PartFailed, load, read, run
@@ -173,8 +176,9 @@ def identity() -> str:
     return whole.hexdigest()
 
 
-def _alone() -> None:
-    """In each process of the study: who stops it is heard by the first, which ends the others."""
+def _alone(room: str) -> None:
+    """In each process of the study: who stops it is heard by the first, which ends the others and takes `room` away."""
+    tempfile.tempdir = room
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -189,7 +193,10 @@ def run_all(folder: Path, progress: Callable[[str, int, int], None] | None = Non
         built(name)  # once, before the processes ask for them
     done = []
     mine = identity()
-    with ProcessPoolExecutor(workers, initializer=_alone) as pool:
+    with ExitStack() as stack:
+        room = temporary.folder("study_")
+        stack.callback(temporary.remove, room)
+        pool = stack.enter_context(ProcessPoolExecutor(workers, initializer=_alone, initargs=(str(room),)))
         futures = [pool.submit(run_case, case, folder, mine) for case in todo]
         try:
             for future in as_completed(futures):

@@ -5,13 +5,15 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
 from selflock.fmus.laws import joined
+from selflock.fmus.place import claim
 from selflock.master.code import allowed_effects
+from selflock.master.stops import Stops
 
 from .calibration.result import Calibration
 from .calibration.run import Spread, calibrate_system, here
@@ -25,8 +27,9 @@ from .pipeline.replay import Replay, replay_drive
 from .pipeline.run import diagnose_runs, gather
 from .planning.page import write as write_plan
 from .planning.run import NextRun, opened, plan_run
-from .progress import shown
+from .progress import Tell, shown
 from .residuals.laws import check_names
+from .search.kept import Kept
 from .systems.system import diagnose_system, replay_system
 
 
@@ -44,6 +47,7 @@ def replay(
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     with _laws(rig):
+        out = claim(Path(out), "replay", "replay.json") if out else None
         return replay_drive(rig, log, out, anyway) if rig.system is None else replay_system(rig, log, out)
 
 
@@ -57,6 +61,7 @@ def diagnose(
     seed: int | None = None,
     allow_code: bool = False,
     anyway: bool = False,
+    max_time: float | None = None,
 ) -> Diagnosis:
     """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or held-out blocks.
 
@@ -66,19 +71,43 @@ def diagnose(
     seed: of the draws that measure chance; drawn when not given, and kept in the result.
     allow_code: parts of other packages may be loaded, where the rig has a system, and the rig's own effects (docs/security.md).
     anyway: go on where the logs of a drive and its rig contradict each other (docs/rig.md); else that is a DataError.
+    max_time: of wall time for all of it, s; then it ends with TimeUp. What was fitted until then, or until Ctrl-C, is kept in
+    `out`, and the same call goes on with it, to the same bits.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
-    out = Path(out) if out else None
-    seed = secrets.randbits(32) if seed is None else seed
-    with _laws(rig), shown(progress) as tell:
-        if rig.system is not None:
-            return diagnose_system(rig, logs, test, out, tell, seed)
-        check_names(rig)
-        tell("reading", 0.0)
-        runs, faults, held = gather(rig, logs, test)
-        sanity = box(rig, runs)
-        sanity.refuse(rig, anyway)
-        return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity)
+    folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
+    kept = None if folder is None else Kept.of(folder, asdict(rig), _files(rig, logs, test), seed)
+    seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
+    stops = Stops(max_time)
+    try:
+        with stops, _laws(rig), shown(progress) as tell:
+            found = _diagnose(rig, logs, test, folder, tell, seed, anyway, kept)
+    except KeyboardInterrupt:
+        why = "nothing is kept"
+        if kept:
+            why = f"{kept.count} fits are kept in {kept.folder}, and the same command goes on with them"
+        raise stops.error("The diagnosis", why) from None
+    if kept:
+        kept.forget()
+    return found
+
+
+def _diagnose(rig: Rig, logs, test, out: Path | None, tell: Tell, seed: int, anyway: bool, kept: Kept | None) -> Diagnosis:
+    if rig.system is not None:
+        return diagnose_system(rig, logs, test, out, tell, seed, kept)
+    check_names(rig)
+    tell("reading", 0.0)
+    runs, faults, held = gather(rig, logs, test)
+    sanity = box(rig, runs)
+    sanity.refuse(rig, anyway)
+    return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity, kept=kept)
+
+
+def _files(rig: Rig, logs: Sequence[str | Path], test: Sequence[str | Path]) -> list[Path]:
+    """What a diagnosis reads, those that there are."""
+    files = [*map(Path, logs), *map(Path, test), *([rig.system] if rig.system else [])]
+    files += sorted(rig.effects.glob("*.py")) if rig.effects and rig.effects.is_dir() else []
+    return [path for path in files if path.is_file()]
 
 
 @threadpool_limits.wrap(limits=1)
@@ -135,8 +164,9 @@ def calibrate(
     Raises DataError where rig or logs cannot carry a calibration, DescriptionError where the system is wrong.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
+    folder = claim(Path(out), "calibration", "calibration.json") if out else None
     with shown(progress) as tell:
-        return calibrate_system(rig, logs, test, Path(out) if out else None, tell, starts, seed, spread)
+        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread)
 
 
 @threadpool_limits.wrap(limits=1)
@@ -163,8 +193,9 @@ def name(
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
+    folder = claim(Path(out), "naming", "naming.json") if out else None
     with shown(progress) as tell:
-        return name_system(rig, logs, test, Path(out) if out else None, tell, starts, seed, tuple(kinds))
+        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds))
 
 
 def _laws(rig: Rig) -> AbstractContextManager[None]:

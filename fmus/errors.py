@@ -8,6 +8,10 @@ class SelflockError(Exception):
     """A mistake in what the user gave, told in one message that names the thing and says what to do."""
 
 
+class Interrupted(SelflockError):
+    """Somebody stopped the work; the message says what is kept."""
+
+
 class BuildError(SelflockError):
     """An FMU cannot be packed."""
 

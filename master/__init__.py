@@ -5,16 +5,17 @@ result = master.run("robot.toml", settings={"rear_reducer.friction_kinetic": 0.0
 print(result.summary())
 """
 
-from .errors import DescriptionError, PartFailed, ResultError, RunInterrupted, SessionError
+from .errors import DescriptionError, PartFailed, ResultError, RunInterrupted, SessionError, TimeUp
 from .face import Part, Variable
+from .files import read
 from .function import part
 from .live import Session, session
-from .results import Result, read
+from .results import Result
 from .simulation import run
 from .ssp.structure import system_of as load
 from .system import Bond, Component, Connection, Fault, Run, System, from_dict
 
 __all__ = [
     "Bond", "Component", "Connection", "DescriptionError", "Fault", "RunInterrupted", "Part", "PartFailed", "Result", "ResultError",
-    "Run", "Session", "SessionError", "System", "Variable", "from_dict", "load", "part", "read", "run", "session",
+    "Run", "Session", "SessionError", "System", "TimeUp", "Variable", "from_dict", "load", "part", "read", "run", "session",
 ]  # fmt: skip

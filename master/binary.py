@@ -6,7 +6,6 @@ instances of the same content and removed at exit. Logging is always on; the las
 
 from __future__ import annotations
 
-import atexit
 import ctypes
 import hashlib
 import itertools
@@ -24,6 +23,7 @@ import pythonfmu  # noqa: F401  ours first: FMUs made with it put the folder wit
 from fmpy import fmi1, fmi2, fmi3
 from fmpy.model_description import InterfaceType, ModelDescription
 
+from ..fmus import temporary
 from . import archive
 from .described import chosen, offered
 from .errors import DescriptionError, warn
@@ -169,9 +169,7 @@ def root() -> Path:
     """The folder under which FMUs are unpacked in this process."""
     base = tempfile.gettempdir()
     plain = base.isascii() and not set(base) & set(" #%()[]+")
-    root = Path(tempfile.mkdtemp(prefix="selflock_", dir=base if plain else "/tmp"))
-    atexit.register(shutil.rmtree, root, ignore_errors=True)
-    return root
+    return temporary.folder(base=base if plain else "/tmp")
 
 
 _opened: dict[str, Binary] = {}

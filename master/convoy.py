@@ -89,7 +89,7 @@ _load, _store = _memory(ir.DoubleType(), types.float64)
 _load_int, _store_int = _memory(ir.IntType(32), types.int32)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)  # rows are written, and Ctrl-C is heard, while an FMU takes its time
 def _carry_out(kinds, where, numbers, first, row, time, size):
     """Carry out the operations from `first` on: (the operation that failed, its status), or (-1, 0).
 
@@ -132,7 +132,7 @@ def _carry_out(kinds, where, numbers, first, row, time, size):
     return -1, 0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)  # rows are written, and Ctrl-C is heard, while an FMU takes its time
 def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill):
     """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status)."""
     for index in range(first, first + count):
@@ -326,3 +326,4 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         if running.tell is not None:
             running.tell(running.time)
         running.heed()
+        running.look()

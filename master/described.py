@@ -91,7 +91,13 @@ def variables_of(described: ModelDescription, sizes: Mapping[str, int] | None = 
         if unknown.variable is not None and unknown.dependencies is not None:
             inputs = [v for v in unknown.dependencies if v.causality == "input"]
             depends[unknown.variable.name] = tuple(name for v in inputs for name, _ in _elements(v, shapes))
-    return (variable for v in described.modelVariables for variable in _face(v, depends.get(v.name), shapes))
+    for v in described.modelVariables:
+        try:
+            yield from _face(v, depends.get(v.name), shapes)
+        except (ValueError, OverflowError) as error:
+            raise DescriptionError(
+                f"The modelDescription.xml of {described.modelName} is wrong in its variable {v.name}: {error}"
+            ) from None
 
 
 def places_of(described: ModelDescription, sizes: Mapping[str, int] | None = None) -> dict[str, Slot]:

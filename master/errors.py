@@ -28,15 +28,20 @@ class SessionError(SelflockError):
 
 
 class RunInterrupted(KeyboardInterrupt):
-    """A person ended a run by Ctrl-C. `result` is the Result of what was computed until then."""
+    """Somebody ended a run. `result` is the Result of what was computed until then; the message says where that is."""
 
-    def __init__(self, result: Any):
+    def __init__(self, result: Any, message: str):
         self.result = result
-        where = f"in {result.path}" if result.path else "in the `result` of this exception"
-        super().__init__(f"{result.notes[-1]}; the results until there are {where}")
+        super().__init__(message)
 
     def __reduce__(self):  # across processes, without the results
         return KeyboardInterrupt, self.args
+
+
+class TimeUp(SelflockError):
+    """Work took longer than the time that it was given. Of a run, what was computed is kept."""
+
+    result: Any = None  # of a run, the Result of what was computed until then
 
 
 class PartFailed(SelflockError):

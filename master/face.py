@@ -9,6 +9,7 @@ given an angle together with its speed carries the angle on with the speed insid
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -50,6 +51,7 @@ class Part:
 
     can_roll_back: bool = False  # `restore` brings all back to where `save` was called
     variable_step: bool = True  # False: steps of one size only
+    frozen: bool = True  # False: what `save` gives cannot be put into bytes
     timed: bool = False  # outputs are functions of time alone: `at` tells them, it is never stepped; a class with an `at` is
     tells_ahead: bool = False  # of a part that is `timed`: `ahead` tells a stretch of time at once, of Reals
     parallel: bool = False  # `begin` starts a step that others need not wait for
@@ -180,6 +182,20 @@ class Part:
         Asked for after parameters are set, before the start.
         """
         return None
+
+    @property
+    def can_freeze(self) -> bool:
+        """Whether `freeze` and `thaw` carry the state into another process."""
+        return self.timed or (self.can_roll_back and self.frozen)
+
+    def freeze(self) -> bytes:
+        """The state in bytes, for `thaw`; asked for only where `can_freeze`, of a part that is initialized."""
+        return b"" if self.timed else json.dumps(self.save(), default=lambda array: array.tolist()).encode()  # floats are exact
+
+    def thaw(self, frozen: bytes) -> None:
+        """Go on from the state of another process, in a part that is initialized as that was. Raises PartFailed."""
+        if not self.timed:
+            self.restore(json.loads(frozen))
 
     # --- elsewhere -----------------------------------------------------------------------------------------------
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable
-from ctypes import byref, c_char_p, c_double, c_int, c_void_p
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_void_p, create_string_buffer
 from typing import Any, NoReturn
 
 import numpy as np
 from fmpy import fmi2
 
 from . import binary
+from .errors import DescriptionError
 from .instance import DISCARD, ERROR, FATAL, PENDING, WARNING, Fmu, address
 from .native import BEYOND, Native
 
+FROZEN = 128 << 20  # bytes of the largest state that is saved
 PARTIAL_STEPS = 1000  # how often an FMU may discard the rest of one step
 CO_SIMULATION, MODEL_EXCHANGE = 1, 0  # fmi2Type
 
@@ -55,6 +57,7 @@ class FmuPart(Fmi2):
 
     def _instantiate(self) -> None:
         self._do_step = self._function("fmi2DoStep")
+        self.frozen = self._binary.description.coSimulation.canSerializeFMUstate
         super()._instantiate()
 
     # --- the path of every step ----------------------------------------------------------------------------------
@@ -170,3 +173,23 @@ class FmuPart(Fmi2):
     def _fail_native(self, status: int, function: str, time: float, size: float) -> NoReturn:
         self._time.value, self._size.value = time, size
         self._fail(status, function)
+
+    # --- into another process --------------------------------------------------------------------------------------
+
+    def freeze(self) -> bytes:
+        state, size = self.save(), c_size_t(0)
+        self._call("SerializedFMUstateSize", state.pointer, byref(size))
+        if size.value > FROZEN:
+            raise DescriptionError(f"The state of {self.name} has {size.value >> 20} MiB; at most {FROZEN >> 20} are saved.")
+        content = create_string_buffer(max(size.value, 1))
+        self._call("SerializeFMUstate", state.pointer, content, size)
+        return content.raw[: size.value]
+
+    def thaw(self, frozen: bytes) -> None:
+        state = self.save()  # a pointer to one, which is freed like it
+        if state.pointer:
+            self._call("FreeFMUstate", byref(state.pointer))
+            state.pointer = c_void_p()
+        given = create_string_buffer(frozen, max(len(frozen), 1))
+        self._call("DeSerializeFMUstate", given, c_size_t(len(frozen)), byref(state.pointer))
+        self.restore(state)

@@ -42,6 +42,7 @@ class Fmu(Part):
     """
 
     standard: ClassVar[str]  # in front of the names of its functions
+    frozen = False  # its state stays in this process, but for what says otherwise
     events = False  # once it runs, what is discrete is set in event mode
     kinds: ClassVar[Mapping[str, tuple[Any, Any]]]  # by the names of types there: the C type, and numpy's for exchange
 

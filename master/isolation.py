@@ -13,7 +13,7 @@ import signal
 import sys
 from importlib import import_module
 
-TIMEOUT = 60.0  # s of wall time for a step of an isolated FMU, unless its component says otherwise
+TIMEOUT = 60.0  # s of wall time for a step of an FMU in a process of its own, unless its component says otherwise
 LIMITS = {
     "AS": 4 << 30,  # bytes of address space: Python with its libraries takes 1 GiB of it
     "CPU": 3600,  # s of processor time for the whole run
@@ -49,7 +49,7 @@ def _c() -> ctypes.CDLL:
     return ctypes.CDLL(None, use_errno=True)
 
 
-def _with_parent() -> None:
+def with_parent() -> None:
     """End when the thread that started this process ends: PR_SET_PDEATHSIG."""
     if sys.platform == "linux":
         _c().prctl(1, signal.SIGKILL, 0, 0, 0)
@@ -57,7 +57,7 @@ def _with_parent() -> None:
 
 def _apart() -> bool:
     """Go on as the first process of namespaces without network, whose end is the end of all that it started."""
-    _with_parent()
+    with_parent()
     if sys.platform != "linux" or not _tried():
         return False
     _leave()
@@ -69,7 +69,7 @@ def _apart() -> bool:
                 signal.signal(-code, signal.SIG_DFL)
             os.kill(os.getpid(), -code)
         os._exit(code)
-    _with_parent()
+    with_parent()
     return True
 
 

@@ -132,15 +132,17 @@ def described(part: Any) -> dict[str, Any]:
         "units": {name: list(unit) for name, unit in part.units.items()},
         "can_roll_back": part.can_roll_back,
         "variable_step": part.variable_step,
+        "frozen": part.frozen,
     }
 
 
-def description(told: Any) -> tuple[dict[str, Variable], dict[str, Unit], bool, bool]:
+def description(told: Any) -> tuple[dict[str, Variable], dict[str, Unit], bool, bool, bool]:
     """The same on the other side. Raises Garbled."""
     try:
         variables = [_variable(v) for v in told["variables"]]
         units = {_text(name): _unit(*unit) for name, unit in told["units"].items()}
-        return {v.name: v for v in variables}, units, bool(told["can_roll_back"]), bool(told["variable_step"])
+        can, varies, frozen = (bool(told[what]) for what in ("can_roll_back", "variable_step", "frozen"))
+        return {v.name: v for v in variables}, units, can, varies, frozen
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
         raise Garbled(f"a description that is none ({type(error).__name__})") from None
 

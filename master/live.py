@@ -236,7 +236,7 @@ class Session:
         self._begun = True
         log.debug("snapshot at t = %g s", running.time)
         counts = running.time, running.index, running.rejected, dict(running.ended)
-        return Instant(self, Snapshot(steps.seats), running.sink.save(), steps.save(), counts)
+        return Instant(self, Snapshot(steps.seats), running.sink.copied(), steps.save(), counts)
 
     def restore(self, instant: Instant) -> None:
         """Back to a snapshot; it may be restored again. Raises SessionError."""
@@ -249,7 +249,7 @@ class Session:
         log.debug("back from t = %g s to %g s", running.time, instant.time)
         self._failure = None
         instant.parts.restore()
-        running.sink.restore(instant.rows)
+        running.sink.back(instant.rows)
         steps.restore(instant.steps)
         running.time, running.index, running.rejected, running.ended = *instant.counts[:3], dict(instant.counts[3])
         running.ends.clear()

@@ -15,7 +15,6 @@ their speed rising and falling for so long (fmus/turn.py); without one, or with 
 from __future__ import annotations
 
 import math
-import tomllib
 from bisect import bisect_right
 from collections.abc import Iterable
 from itertools import accumulate
@@ -23,9 +22,10 @@ from pathlib import Path
 from typing import Any
 
 from ..fmus.turn import Turn
+from . import toml
 from .errors import DescriptionError
 from .face import Part, Variable
-from .results import read
+from .files import read
 from .system import did_you_mean
 
 MOVES = ("rad", "deg", "turn", "m", "mm")  # units whose derivative is a set-point, too
@@ -156,10 +156,10 @@ def _table(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
 def _turns(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     """Of a .toml file with a table for each set-point."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = toml.parse(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise DescriptionError(f"There is no manoeuvre {path}.") from None
-    except (OSError, UnicodeDecodeError, RecursionError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise DescriptionError(f"{path} is not valid TOML: {error}.") from None
     courses, units = {}, {}
     for name, table in data.items():

@@ -6,6 +6,7 @@ data on the way back (master.line). Under Jacobi such FMUs step at the same time
 
 from __future__ import annotations
 
+import base64
 import json
 import logging
 import os
@@ -68,17 +69,18 @@ class ProcessPart(Part):
         interface: str = "",
         given: Mapping[str, Any] | None = None,
     ):
-        """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step, 0 for ever.
+        """isolate: with limits and without rights (master.isolation). step_timeout: s of wall time for a step; 0: 60 s.
 
         tolerance, interface, given: as of master.anybody.part_of.
         """
         super().__init__(name)
         self.path = Path(path).absolute()
-        self.isolate, self.step_timeout = isolate, step_timeout or (isolation.TIMEOUT if isolate else 0.0)
+        self.isolate, self.step_timeout = isolate, step_timeout or isolation.TIMEOUT
         self.lacks: list[str] = []  # what isolation could not take away
         self._time = self._size = 0.0
         self._begun = False  # a step is under way
         self._gone: list[int] = []  # states that nobody will come back to
+        self._asked = False  # an answer is due
         self._errors = tempfile.TemporaryFile()
         self._home = tempfile.mkdtemp(prefix="part_", dir=binary.root())  # for all that it unpacks; gone with it
         ours, theirs = socket.socketpair()
@@ -91,7 +93,9 @@ class ProcessPart(Part):
                 if self.lacks:
                     log.warning("%s is isolated only in part: not taken away are %s", name, "; ".join(self.lacks))
             told = self._call("open", name, str(self.path), unlimited, tolerance, interface, dict(given or {}), most=DESCRIPTION)
-            self.variables, self.units, self.can_roll_back, self.variable_step = self._sound(lambda: description(told))
+            self.variables, self.units, self.can_roll_back, self.variable_step, self.frozen = self._sound(
+                lambda: description(told)
+            )
         except BaseException:
             self.close()
             raise
@@ -120,9 +124,11 @@ class ProcessPart(Part):
     # --- talking -------------------------------------------------------------------------------------------------
 
     def _call(self, method: str, *arguments, most: int = VALUE) -> Any:
-        self._line.wait(max(self.step_timeout, isolation.TIMEOUT) if self.step_timeout else 0.0)
+        self._line.wait(max(self.step_timeout, isolation.TIMEOUT))
+        self._asked = True
         self._tell(pickle.dumps((method, arguments)))
         value, said, error = self._sound(lambda: understood(self._line.receive(most), self.name))
+        self._asked = False
         self.log = said or self.log
         if error is not None:
             raise error
@@ -179,6 +185,11 @@ class ProcessPart(Part):
         code = process.wait()
         return code if ended else None
 
+    @property
+    def ended(self) -> bool:
+        """Whether its process is gone."""
+        return self._process.returncode is not None
+
     # --- the face ------------------------------------------------------------------------------------------------
 
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
@@ -217,12 +228,14 @@ class ProcessPart(Part):
 
     def _send(self, what: bytes, times: bytes = b"") -> None:
         self._line.wait(self.step_timeout)
+        self._asked = True
         self._sound(lambda: self._line.send(what + times + (b"" if what == _READ else self.u.tobytes())))
 
     def _receive(self, what: bytes) -> None:
         """The numbers of a step: as many as were asked for, or a failure that is then asked for."""
         wanted = 0 if what == _WRITE else self.y.nbytes
         answered = self._sound(lambda: self._line.receive(max(wanted, 1) + _ENDED.size))
+        self._asked = False
         if answered == _FAILED:
             self._call("failure")
         if what == _STEP and len(answered) == wanted + _ENDED.size:
@@ -262,6 +275,16 @@ class ProcessPart(Part):
     def restore(self, state: _Saved) -> None:
         self._call("restore", state.number)
 
+    def freeze(self) -> bytes:
+        told = self._call("freeze", most=DESCRIPTION)
+        try:
+            return base64.b64decode(told, validate=True)
+        except (TypeError, ValueError):
+            self._garbled("no bytes of a state")
+
+    def thaw(self, frozen: bytes) -> None:
+        self._call("thaw", frozen)
+
     def reset(self) -> None:
         self._call("reset")
         self.untaken = {}
@@ -273,11 +296,15 @@ class ProcessPart(Part):
         self._call("terminate")
 
     def close(self) -> None:
+        patience = PATIENCE
         try:
-            self._line.send(pickle.dumps(("close", ())))
+            if self._asked:  # and nobody waits for it any more, as after Ctrl-C
+                patience = 0.0
+            else:
+                self._line.send(pickle.dumps(("close", ())))
         except OSError:
             pass
-        self._end(PATIENCE)
+        self._end(patience)
         self._line.close()
         self._errors.close()
         for folder, inner, _ in os.walk(self._home):
@@ -307,6 +334,7 @@ class _Saved:
 
 def serve(descriptor: int, lacks: Sequence[str] = ()) -> None:
     """The life of the process: one FMU, asked through `descriptor`. lacks: what isolation could not take away."""
+    isolation.with_parent()
     line = Line(socket.socket(fileno=descriptor))
     host = _Host(lacks)
     while True:
@@ -359,6 +387,8 @@ class _Host:
             return self.part.untaken
         if method == "failure":
             raise self.error or SelflockError("nothing failed")
+        if method == "freeze":
+            return base64.b64encode(self.part.freeze()).decode()
         if method == "save":
             for gone in arguments[0]:
                 self.states.pop(gone, None)

@@ -1,45 +1,31 @@
-"""Tables of results: one column "time" and one per "component.variable", units kept.
-
-CSV for people: the unit stands in the header, `rear_motor.torque [N.m]`. Parquet for long runs: the unit is in the
-field's metadata. A run that writes to a file does so in pieces: its memory does not grow with the log.
-"""
+"""What a run gives: its rows while they come, and the Result at its end. Files are in master.files."""
 
 from __future__ import annotations
 
-import json
 import math
-import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.csv as csv
-import pyarrow.parquet as pq
 
-from .errors import ResultError
 from .face import Variable, view
 from .seen import Seen
+from .stops import held
 
 ROWS = 4096  # in memory before they are written; a multiple of 16
-ABOUT = "selflock"  # the key in a Parquet file's metadata of what the run was of
-PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
 KINDS = {"Real": np.dtype(float), "Integer": np.dtype("int64"), "Boolean": np.dtype(bool), "String": np.dtype(object)}
-
-
-def header(column: Variable) -> str:
-    """A column's name and unit as they stand in the first line of a CSV file."""
-    return f"{column.name} [{column.unit}]" if column.unit else column.name
 
 
 class Sink(ABC):
     """Takes rows of numbers and strings, keeps or writes them in pieces."""
 
     path: Path | None = None  # of the file, where it is one
+    whole = True  # at its end, once it is closed
 
     def __init__(self, columns: list[Variable], about: dict[str, Any] | None = None):
         self.columns = columns
@@ -50,8 +36,10 @@ class Sink(ABC):
         self.block = np.empty((ROWS, self.width))
         self.flat = view(self.block.reshape(-1))  # row r starts at r · width
         self.words: list[list[str]] = []
-        self.fill = self._good = 0  # rows in the block, and how many of them were looked at
+        self.fill = self._good = self._saved = 0  # rows in the block; how many of them were looked at; and are kept
+        self.rows = 0  # in all blocks before this one
         self.seen = Seen(columns)
+        self._lock = Lock()
 
     def unchecked(self) -> np.ndarray:
         """The numbers of all rows since `checked` was called last."""
@@ -64,16 +52,33 @@ class Sink(ABC):
             self.flush()
 
     def flush(self) -> None:
-        if self.fill:
-            self.seen.add(self.block[: self.fill])
-            self.put(self._frame())
-            self.fill = self._good = 0
-            self.words.clear()
+        """Keep all rows of the block, and begin another."""
+        with held(), self._lock:
+            if self.fill:
+                self._save()
+                self.seen.add(self.block[: self.fill])
+                self.rows += self.fill
+                self.fill = self._good = self._saved = 0
+                self.words.clear()
 
-    def _frame(self) -> pd.DataFrame:
-        block = self.block[: self.fill]
+    def save(self) -> None:
+        """Keep the rows that there are so far; from any thread."""
+        with self._lock:
+            self._save()
+
+    def resumed(self, fill: int) -> None:
+        """The block holds so many rows, which are kept already."""
+        self.fill = self._good = self._saved = fill
+
+    def _save(self) -> None:
+        if (first := self._saved) < (last := self.fill):
+            self.put(self._frame(first, last))
+            self._saved = last
+
+    def _frame(self, first: int, last: int) -> pd.DataFrame:
+        block = self.block[first:last]
         data: dict[str, Any] = {c.name: block[:, k].astype(KINDS[c.type]) for k, c in enumerate(self._numbers)}
-        data |= {name: [row[k] for row in self.words] for k, name in enumerate(self._texts)}
+        data |= {name: [row[k] for row in self.words[first:last]] for k, name in enumerate(self._texts)}
         return pd.DataFrame({c.name: data[c.name] for c in self.columns})
 
     @abstractmethod
@@ -103,122 +108,17 @@ class Memory(Sink):
             self._frames = [pd.concat(self._frames, ignore_index=True)]
         return self._frames[0]
 
-    def save(self) -> Any:
-        """All rows as they are now, for `restore`."""
-        return list(self._frames), self.block[: self.fill].copy(), self._good, list(self.words), self.seen.copied()
+    def copied(self) -> Any:
+        """All rows as they are now, for `back`."""
+        state = self.block[: self.fill].copy(), self._good, self._saved, self.rows, list(self.words), self.seen.copied()
+        return list(self._frames), *state
 
-    def restore(self, state: Any) -> None:
-        frames, rows, self._good, words, seen = state
+    def back(self, state: Any) -> None:
+        """To the rows that there were."""
+        frames, rows, self._good, self._saved, self.rows, words, seen = state
         self._frames, self.words, self.seen = list(frames), list(words), seen.copied()
         self.fill = len(rows)
         self.block[: self.fill] = rows
-
-
-class File(Sink):
-    path: Path
-
-    def __init__(self, columns: list[Variable], path: Path, about: dict[str, Any] | None = None):
-        super().__init__(columns, about)
-        self.path = path
-
-    def table(self) -> pd.DataFrame:
-        return read(self.path)[0]
-
-
-class Csv(File):
-    def __init__(self, columns: list[Variable], path: Path, about: dict[str, Any] | None = None):
-        super().__init__(columns, path, about)
-        self._file = path.open("w", encoding="utf-8", newline="")
-        pd.DataFrame(columns=[header(c) for c in columns]).to_csv(self._file, index=False)
-
-    def put(self, frame: pd.DataFrame) -> None:
-        frame.to_csv(self._file, index=False, header=False, na_rep="nan")
-
-    def close(self) -> None:
-        super().close()
-        self._file.close()
-
-
-class Parquet(File):
-    def __init__(self, columns: list[Variable], path: Path, about: dict[str, Any] | None = None):
-        super().__init__(columns, path, about)
-        arrow = {"Real": pa.float64(), "Integer": pa.int64(), "Boolean": pa.bool_(), "String": pa.string()}
-        units = json.dumps({c.name: c.unit for c in columns})
-        told = {"units": units} | ({ABOUT: json.dumps(about)} if about else {})
-        self._schema = pa.schema([pa.field(c.name, arrow[c.type], metadata={"unit": c.unit}) for c in columns], metadata=told)
-        self._writer = pq.ParquetWriter(path, self._schema)
-        self._pieces: list[pa.Table] = []
-
-    def put(self, frame: pd.DataFrame) -> None:
-        self._pieces.append(pa.Table.from_pandas(frame, schema=self._schema, preserve_index=False).cast(self._schema))
-        if len(self._pieces) == PIECES:
-            self._write()
-
-    def _write(self) -> None:
-        if self._pieces:
-            self._writer.write_table(pa.concat_tables(self._pieces))
-            self._pieces.clear()
-
-    def close(self) -> None:
-        super().close()
-        self._write()
-        self._writer.close()
-
-
-FILES: dict[str, Callable[[list[Variable], Path, dict[str, Any] | None], File]] = {".csv": Csv, ".parquet": Parquet}
-
-
-def sink(columns: list[Variable], path: Path | str | None, about: dict[str, Any] | None = None) -> Sink:
-    """Where rows go: into memory, or into a file by the ending of its name. `about`: what the run is of (master.about)."""
-    if path is None:
-        return Memory(columns, about)
-    path = Path(path)
-    kind = FILES.get(path.suffix.lower())
-    if kind is None:
-        raise ResultError(f"{path}: results are written as .csv or .parquet; choose one of these endings.")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return kind(columns, path, about)
-    except OSError as error:
-        raise ResultError(f"{path} cannot be written: {error.strerror or error}.") from None
-
-
-def read(path: Path | str) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A table of results and the units of its columns, from a .csv or .parquet file."""
-    path = Path(path)
-    try:
-        if path.suffix.lower() == ".parquet":
-            table = pq.read_table(path)
-            units = {f.name: ((f.metadata or {}).get(b"unit") or b"").decode() for f in table.schema}
-            return table.replace_schema_metadata(None).to_pandas(), units
-        if path.suffix.lower() == ".csv":
-            return of_csv(path)
-    except FileNotFoundError:
-        raise ResultError(f"There is no result file {path}.") from None
-    except (OSError, ValueError, pa.ArrowException) as error:
-        raise ResultError(f"{path} is no table of results: {str(error)[:160]}") from None
-    raise ResultError(f"{path}: results are read from .csv or .parquet files.")
-
-
-def of_csv(source: Any) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A table of results and the units of its columns, of a path or a file object. Raises what pyarrow does."""
-    frame = csv.read_csv(source, convert_options=csv.ConvertOptions(null_values=[], strings_can_be_null=False)).to_pandas()
-    split = [re.sub(r" \[.*\]$", "", header) for header in frame.columns]
-    units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
-    frame.columns = pd.Index(split)
-    return frame, units
-
-
-def told(path: Path | str) -> dict[str, Any]:
-    """What a result file says of its run (master.about); {} where it says nothing that can be read."""
-    if Path(path).suffix.lower() != ".parquet":
-        return {}
-    try:
-        said = (pq.read_schema(path).metadata or {}).get(ABOUT.encode(), b"{}")
-        data = json.loads(said)
-    except (OSError, ValueError, RecursionError, pa.ArrowException):
-        return {}
-    return data if isinstance(data, dict) else {}
 
 
 @dataclass
@@ -263,7 +163,9 @@ class Result:
         """Write the table to a .csv or .parquet file, as `run` does with `out`. Raises ResultError."""
         if self.path is not None and Path(path).resolve() == self.path.resolve():
             return self.path  # it is there
-        table, written = self.table, sink(self.sink.columns, path, self.about)
+        from .files import sink
+
+        table, written = self.table, sink(self.sink.columns, path, about=self.about)
         try:
             for first in range(0, len(table), ROWS):
                 written.put(table.iloc[first : first + ROWS])

@@ -7,20 +7,24 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from . import control, energy
 from .about import about
-from .errors import PartFailed, warn
+from .errors import DescriptionError, PartFailed, RunInterrupted, TimeUp, warn
 from .face import Part, Variable
 from .faults import Faults
+from .files import sink
 from .initial import initialize, untaken
 from .ratios import contrary
-from .results import Result, Sink, sink
+from .results import Result, Sink
 from .seat import Seat, seats
 from .seen import watch
+from .state import States, check, identity
+from .stops import Stops, rescues
 from .system import System
 from .wiring import Wiring, wire
 
@@ -33,25 +37,44 @@ class Running:
     """A run while it goes on: its parts wired and seated, what it records, and how far it is."""
 
     def __init__(
-        self, system: System, settings, stop: float, out, tell, observe: Observer | None, keep: dict[str, Part] | None = None
+        self,
+        system: System,
+        settings,
+        stop: float,
+        out,
+        tell,
+        observe: Observer | None,
+        keep: dict[str, Part] | None = None,
+        stops: Stops | None = None,
+        resume: bool = False,
     ):
         self.began = clock.perf_counter()
         self.system, self.stop, self.tell, self.observe = system, stop, tell, observe
         self.keep = keep
+        self.stops = stops or Stops()
         self.index, self.rejected = 0, 0
+        self.resumed = False
         self.time = system.run.start
         self.wiring = wire(system, settings, keep)
         try:
             self.faults = Faults(self.wiring)
             self.pairs = energy.bonds(self.wiring)
             control.check(self.wiring, self.pairs)
+            self.states: States | None = None
+            if resume:
+                if out is None:
+                    raise DescriptionError("A run goes on with a file of results: name one.")
+                check(self)
+                self.states = States(Path(out), identity(self, settings, stop))
             columns = _columns(self.wiring)
-            self.sink = sink(columns, out, about(columns, self.wiring))
+            mark = self.states.mark if self.states else None
+            self.sink = sink(columns, out, mark, about(columns, self.wiring))
             watch(self.sink.seen, self.wiring)
         except BaseException:
             self.wiring.close()
             raise
         self.loops: list[str] = []
+        rescues.add(self)
         self.notes = [*system.notes, *contrary(self.wiring)]
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
         self.ended: dict[str, float] = {}  # the first of them
@@ -76,6 +99,8 @@ class Running:
             warn(note)
         for part in wiring.parts.values():
             part.at(start)
+            if self.states:
+                part.freeze()  # from now on it may be gone back to: said to it before its first step, or resumed runs differ
         self.seats = seats(wiring)
         by_name = {seat.name: seat for seat in self.seats}
         for pair in self.pairs:
@@ -87,6 +112,9 @@ class Running:
         for seat in self.seats:
             seat.settle()
         self.recorder = Recorder(wiring, by_name, self.sink)
+        if self.states and self.states.found:
+            self.states.restore(self)
+            self.resumed = True
 
     def arrive(self, time: float, record: bool = True) -> None:
         """At a communication point: write a row, let others look."""
@@ -99,12 +127,20 @@ class Running:
             self.tell(time)
         if self.interrupted:
             self.heed()
+        if self.stops.asked or self.states:
+            self.look()
 
     def heed(self) -> None:
-        """End where a person wants that."""
+        """End a session's steps where a person wants that."""
         if self.interrupted:
             self.interrupted = False
             raise KeyboardInterrupt
+
+    def look(self) -> None:
+        """End here where that is asked for; save the state where it is time to."""
+        self.stops.obey()
+        if self.states and self.states.due():
+            self.states.write(self)
 
     def over(self, time: float) -> bool:
         """Whether, at this communication point, a part has ended the run. The last row then is of the time that it tells.
@@ -125,6 +161,33 @@ class Running:
                 self.arrive(at)
         self.ended = {name: at}
         return True
+
+    def stopped(self, error: BaseException) -> BaseException | None:
+        """What to raise where it was not the run that failed, but somebody who ended it; with what is kept."""
+        if not (self.stops.asked or isinstance(error, KeyboardInterrupt)):
+            return None
+        self.interrupted = False
+        self.sink.flush()
+        result = self.result()
+        result.notes = [*result.notes, f"interrupted at t = {self.time:.9g} s"]
+        where = f"in {result.path}" if result.path else "in the `result` of this exception"
+        if self.states and self.states.time is not None:
+            where += f"; the same command goes on from t = {self.states.time:.9g} s"
+        stopped = self.stops.error("The run", f"the results until t = {self.time:.9g} s are {where}")
+        if not isinstance(stopped, TimeUp):
+            return RunInterrupted(result, str(stopped))
+        stopped.result = result
+        return stopped
+
+    def rescue(self) -> str:
+        """Keep what there is, while a step does not come to an end, and say where; from any thread."""
+        if self.sink.path is None:
+            return f"A step from t = {self.time:.9g} s on did not come to its end; what was computed before is lost with the process."
+        self.sink.close()
+        return (
+            f"A step from t = {self.time:.9g} s on did not come to its end; the results until then are in {self.sink.path}. "
+            "`process = true` for its component, or --isolate, lets it be ended alone."
+        )
 
     def result(self) -> Result:
         """What there is so far."""

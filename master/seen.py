@@ -94,11 +94,12 @@ class Seen:
         self.watches: list[Watch] = []
         self.remarks: list[str] = []
         self.sources: set[str] = set()  # components that are functions of time: what they give was said before
-        self._before: np.ndarray | None = None
+        self.before = np.full((1, width), np.nan)  # the last row
+        self._any = False
 
     def add(self, rows: np.ndarray) -> None:
         """More rows, the first column of which is the time, s."""
-        before = rows[:1] if self._before is None else self._before
+        before = self.before if self._any else rows[:1]
         joined = np.concatenate([before, rows])
         spans = np.diff(joined[:, 0])
         self.least = np.minimum(self.least, rows.min(0))
@@ -106,7 +107,11 @@ class Seen:
         self.integral += spans @ (0.5 * (joined[1:] + joined[:-1]))
         for watch in self.watches:
             watch.look(rows, spans)
-        self.last, self._before = rows[-1].copy(), rows[-1:].copy()
+        self.last, self.before, self._any = rows[-1].copy(), rows[-1:].copy(), True
+
+    def known(self, before: np.ndarray) -> None:
+        """Go on behind a last row that was seen in another process."""
+        self.before, self._any = before.copy(), True
 
     def copied(self) -> Seen:
         """As it is now, whatever is added later."""
@@ -135,7 +140,7 @@ class Seen:
 
     def lines(self) -> list[str]:
         """A line for each component: peaks of torques, force, current and power with its energy, and angles at the end."""
-        if self._before is None:
+        if not self._any:
             return []
         told: dict[str, list[str]] = {}
         for peak in self.peaks():

@@ -23,6 +23,7 @@ from .single import driven, single
 from .slips import call, checked
 from .ssp.structure import system_of
 from .stepping import Controlled, Fixed, Stepping
+from .stops import Stops
 from .system import System, check_choice
 
 log = logging.getLogger(__name__)
@@ -47,6 +48,8 @@ def run(
     unlimited: bool = False,
     isolate: bool = False,
     interface: str | None = None,
+    max_time: float | None = None,
+    resume: bool = False,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s]. A path may also be that of one FMU (master.single).
 
@@ -60,19 +63,31 @@ def run(
     allow_code: parts of other packages may be loaded (docs/security.md).
     unlimited: FMUs and SSPs may be of any size.
     isolate: every FMU runs in a process of its own with limits and without rights.
+    max_time: of wall time for all of it, s; then TimeUp is raised, whose `result` holds what was computed until then.
+    resume: go on from the state that the same call saved beside `out` before it was ended, to the same bits; where there is
+        none, begin. Now and then a state is saved. Only where all parts can put their state into bytes.
     step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
     inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
+    max_time: of wall time for all of it, s; then TimeUp is raised, whose `result` holds what was computed until then.
+    resume: go on from the state that the same call saved beside `out` before it was ended, to the same bits; where there is
+        none, begin. Now and then a state is saved. Only where all parts can put their state into bytes.
     interface: of one FMU, "cs" co-simulation, "me" model exchange or "se" scheduled execution; co-simulation where it has that.
 
-    A part that fails raises PartFailed, and Ctrl-C RunInterrupted, a KeyboardInterrupt: their `result` holds what was computed
-    until then.
+    A part that fails raises PartFailed, and Ctrl-C RunInterrupted, a KeyboardInterrupt that says what is kept: their `result`
+    holds what was computed until then.
     """
     call(system, settings, stop, out)
     system, end = prepared(system, stop, step, algorithm, tolerance, inputs, allow_code, unlimited, isolate, interface)
     check_times(system, end)
-    with _Progress(progress, system.run.start, end) as tell:
-        return _simulate(Running(system, settings, end, out, tell, observe, keep))
+    stops = Stops(max_time)
+    try:
+        with stops, _Progress(progress, system.run.start, end) as tell:
+            return _simulate(Running(system, settings, end, out, tell, observe, keep, stops, resume))
+    except KeyboardInterrupt as error:
+        if error.args:
+            raise
+        raise stops.error("The run", "it had not begun") from None
 
 
 def prepared(
@@ -114,8 +129,14 @@ def prepared(
 
 def _simulate(running: Running) -> Result:
     """Run, close everything whatever happens, and give the result, or raise the failure with the result in it."""
+    done = False
     try:
-        running.start()
+        try:
+            running.start()
+        except (KeyboardInterrupt, PartFailed) as error:
+            if stopped := running.stopped(error):
+                raise stopped from None
+            raise
         with failing(running), ready(running):
             _go(running)
         with failing(running):
@@ -125,18 +146,26 @@ def _simulate(running: Running) -> Result:
                 part.terminate()
         result = running.result()
         log.info("%s: %d steps to %g s in %.2f s", result.system, result.steps, running.time, result.duration)
+        done = True
         if running.keep is not None:
             running.keep |= running.wiring.parts
             running.wiring.parts = {}
         return result
     finally:
-        running.sink.close()
-        running.wiring.close()
+        try:
+            if running.states:
+                running.sink.whole = done or running.states.time is None
+            running.sink.close()
+            if running.states and done:
+                running.states.forget()
+        finally:
+            running.wiring.close()
 
 
 def stepping(running: Running) -> Stepping:
     """The steps of a run that has been started, one by one; brings it to its start."""
-    running.arrive(running.system.run.start)
+    if not running.resumed:
+        running.arrive(running.system.run.start)
     return Controlled(running) if running.system.run.step_control else Fixed(running)
 
 
@@ -193,8 +222,14 @@ class failing:
         return self
 
     def __exit__(self, kind, error, trace):
+        running = self.running
+        if (
+            isinstance(error, (KeyboardInterrupt, PartFailed))
+            and not isinstance(error, RunInterrupted)
+            and (stopped := running.stopped(error))
+        ):
+            raise stopped from None
         if isinstance(error, PartFailed):
-            running = self.running
             try:
                 running.recorder.check()
             except PartFailed as earlier:  # what ended the run began with nonsense
@@ -205,13 +240,6 @@ class failing:
             error.result = result = running.result()
             where = f"in {result.path}" if result.path else "in the `result` of this exception"
             error.args = (f"{error}\n  the results until t = {running.time:.9g} s are {where}",)
-        elif isinstance(error, KeyboardInterrupt) and not isinstance(error, RunInterrupted):
-            running = self.running
-            running.interrupted = False
-            running.sink.flush()
-            result = running.result()
-            result.notes = [*result.notes, f"interrupted at t = {running.time:.9g} s"]
-            raise RunInterrupted(result) from None
         return False
 
 

@@ -17,7 +17,8 @@ from .binary import open_fmu
 from .described import number_of, places_of, variables_of
 from .errors import DescriptionError
 from .face import Part, Variable
-from .results import KINDS, read
+from .files import read
+from .results import KINDS
 from .system import Component, Connection, Run, System, did_you_mean
 from .wiring import fmu_path
 
@@ -116,7 +117,7 @@ class Table(Part):
 
     def __init__(self, name: str, path: str, types: dict[str, str] | None = None):
         """types: by column, such as "Real" or "held Integer"; those of the file where none are given."""
-        frame, units = read(path)
+        frame, units = read(path, whole=True)
         frame = frame.rename(columns=str.strip)
         if "time" not in frame or len(frame) == 0 or len(frame.columns) < 2:
             raise DescriptionError(f"{path}: a column `time` in s, columns named as inputs, and rows are wanted here.")

@@ -6,13 +6,13 @@ there, in master.wiring.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeVar
 
+from . import toml
 from .algorithms import ALGORITHMS
 from .errors import DescriptionError, ResultError
 from .face import Part
@@ -63,7 +63,7 @@ class Component(Plain):
     interface: str = ""  # of its FMU: "cs", "me" or "se"; "": co-simulation where it has that, else model exchange
     process: bool = False  # in a process of its own
     isolate: bool = False  # in one with limits and without rights (docs/security.md)
-    step_timeout: float = 0.0  # s of wall time for a step of a process; 0: 60 s where isolated, else for ever
+    step_timeout: float = 0.0  # s of wall time for a step of a process; 0: 60 s; 1e8, three years, is no limit
 
 
 @dataclass
@@ -182,18 +182,18 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise DescriptionError(f"There is no system file {path}.") from None
     except (OSError, UnicodeDecodeError) as error:
         raise DescriptionError(f"The system file {path} cannot be read: {error}.") from None
     except ValueError as error:  # a zero byte in its name
-        if not isinstance(error, tomllib.TOMLDecodeError):
-            raise DescriptionError(f"{str(path)!r} is no path of a file: {error}.") from None
+        raise DescriptionError(f"{str(path)!r} is no path of a file: {error}.") from None
+    try:
+        data = toml.parse(text)
+    except ValueError as error:
         twice = " Something is given twice there: an input takes one connection only." if "overwrite" in str(error) else ""
         raise DescriptionError(f"{path} is not valid TOML: {error}.{twice}") from None
-    except RecursionError:
-        raise DescriptionError(f"{path} is not valid TOML: its brackets are nested too deep.") from None
     try:
         return replace(from_dict(data, path.parent), allow_code=allow_code, unlimited=unlimited, isolate=isolate)
     except DescriptionError as error:

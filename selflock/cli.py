@@ -4,19 +4,31 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 
 from selflock import extras
-from selflock.fmus.errors import SelflockError
+from selflock.ending import Watched
+from selflock.fmus.errors import Interrupted, SelflockError
 from selflock.fmus.shown import visible
 from selflock.verbose import Anywhere, listen
 
+
+class Commands(Anywhere):
+    """The commands; one that was stopped says what is kept, where click would say "Aborted!"."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as stopped:
+            raise Interrupted(str(stopped) or "Stopped.") from None
+
+
 app = typer.Typer(
     name="selflock",
-    cls=Anywhere,
+    cls=Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -33,6 +45,9 @@ Unlimited = Annotated[
     bool, typer.Option("--unlimited", help="Unpack FMUs and SSPs of any number of files and any size (docs/security.md).")
 ]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Go on where the log and the rig contradict each other.")]
+MaxTime = Annotated[
+    float | None, typer.Option("--max-time", help="Seconds of wall time for all of it; what there is by then is kept.")
+]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
 
 
@@ -120,6 +135,10 @@ def run(
         bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")
     ] = False,
     page: Annotated[Path | None, typer.Option("--view", help="Write a page to look at the run, too, such as run.html.")] = None,
+    max_time: MaxTime = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Save the run's state now and then, and go on from the one that is there.")
+    ] = False,
 ) -> None:
     """Run a coupled system, or one FMU, and write the table of results."""
     from selflock.master import RunInterrupted
@@ -145,10 +164,12 @@ def run(
             allow_code=allow_code,
             unlimited=unlimited,
             isolate=isolate,
+            max_time=max_time,
+            resume=resume,
         )
     except RunInterrupted as stopped:
         say(stopped.result.summary())
-        raise typer.Exit(130) from None
+        raise
     say(result.summary())
     if page is not None:
         from selflock.view import view as write_page
@@ -218,6 +239,7 @@ def diagnose(
     out: Out = Path("out/diagnosis"),
     allow_code: AllowCode = False,
     anyway: Anyway = False,
+    max_time: MaxTime = None,
 ) -> None:
     """Name what the simulation gets wrong, extend the model, measure the gain.
 
@@ -225,7 +247,9 @@ def diagnose(
     """
     from selflock.diagnosis import diagnose as run_diagnosis
 
-    result = run_diagnosis(rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code, anyway=anyway)
+    result = run_diagnosis(
+        rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code, anyway=anyway, max_time=max_time
+    )
     say(result.summary())
     raise typer.Exit(result.exit_code)
 
@@ -448,9 +472,13 @@ def sweep_report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="The
 
 
 def main() -> None:
-    """Entry of the `selflock` command: what a user can mend is one message and exit code 2."""
+    """Entry of the `selflock` command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM."""
     try:
-        app()
+        with Watched(errors) as watched:
+            app()
+    except Interrupted as stopped:
+        errors.print(visible(str(stopped)), highlight=False)
+        sys.exit(watched.code)
     except (SelflockError, OSError, ModuleNotFoundError) as error:
         missing = extras.told(error)
         if isinstance(error, BrokenPipeError) or (isinstance(error, ModuleNotFoundError) and not missing):

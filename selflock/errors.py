@@ -2,11 +2,13 @@
 
     SelflockError
     ├── BuildError            an FMU cannot be packed                 (selflock.fmus.errors)
+    ├── Interrupted           somebody stopped the work               (selflock.fmus.errors)
     ├── EffectError           an effect file cannot be used           (selflock.fmus.errors)
     ├── DescriptionError      a system description is wrong           (selflock.master.errors)
     ├── PartFailed            a coupled part failed while it ran      (selflock.master.errors)
     ├── ResultError           a result file cannot be read or written (selflock.master.errors)
     ├── SessionError          a session cannot do what it is asked    (selflock.master.errors)
+    ├── TimeUp                work took longer than it was given      (selflock.master.errors)
     ├── DataError             a rig or a log cannot be used           (selflock.diagnosis.errors)
     └── SweepError            a sweep cannot be run or gone on with   (selflock.sweep.errors)
 
@@ -20,11 +22,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from selflock.fmus.errors import BuildError, EffectError, SelflockError
+from selflock.fmus.errors import BuildError, EffectError, Interrupted, SelflockError
 
 if TYPE_CHECKING:
     from selflock.diagnosis.errors import DataError
-    from selflock.master.errors import DescriptionError, PartFailed, ResultError, SessionError
+    from selflock.master.errors import DescriptionError, PartFailed, ResultError, SessionError, TimeUp
     from selflock.sweep.errors import SweepError
 
 __all__ = [
@@ -32,11 +34,13 @@ __all__ = [
     "DataError",
     "DescriptionError",
     "EffectError",
+    "Interrupted",
     "PartFailed",
     "ResultError",
     "SelflockError",
     "SessionError",
     "SweepError",
+    "TimeUp",
 ]
 
 _FROM = {
@@ -46,6 +50,7 @@ _FROM = {
     "ResultError": "master",
     "SessionError": "master",
     "SweepError": "sweep",
+    "TimeUp": "master",
 }
 
 

@@ -5,13 +5,13 @@ Words of the file are cut to a line and a width, lists to LIMIT entries.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from selflock.fmus.errors import SelflockError
+from selflock.master import toml
 
 if TYPE_CHECKING:
     from selflock.master import System, Variable
@@ -37,8 +37,8 @@ def info(path: str | Path, everything: bool = False) -> str:
 def _toml(path: Path, limit: int | None) -> Iterator[str]:
     """A system, a rig or a study, by its tables."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError, RecursionError, tomllib.TOMLDecodeError) as error:
+        data = toml.parse(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError) as error:
         raise SelflockError(f"{path} is no TOML: {_short(error)}.") from None
     if "rig" in data:
         return _rig(path, limit)

@@ -11,6 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
+from selflock.fmus import place
 from selflock.rooms import called_as
 
 from .claims import Claim, evaluate
@@ -41,7 +42,7 @@ def study(out: Path | str, progress: bool = False, workers: int = 2) -> StudyRes
     """Run everything, evaluate the claims, draw the figures, write the report. Tables of the runs go to out/runs."""
     from . import figures, report, runs
 
-    out = Path(out)
+    out = place.claim(Path(out), "study", "claims.json")
     columns = (TextColumn("{task.description:<28}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), disable=not progress) as bar:
         running = bar.add_task("building the FMUs", total=len(runs.cases()))

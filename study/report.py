@@ -12,7 +12,7 @@ import pandas as pd
 from PIL import Image
 
 from selflock.master import load, read
-from selflock.master.results import told
+from selflock.master.files import told
 from selflock.vehicle import Robot
 from selflock.view import page, shown, stages
 from selflock.view.sheet import Sheet

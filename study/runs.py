@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import signal
+import tempfile
 import time as clock
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
+from selflock.fmus import temporary
 from selflock.fmus.build import built
+from selflock.fmus.cache import write
 from selflock.master import PartFailed, load, read, run
+from selflock.master.isolation import with_parent
 from selflock.master.system import System
 from selflock.master.values import resolved
 from selflock.vehicle import Robot
@@ -102,8 +115,10 @@ class Done:
     seconds: float
 
 
-def run_case(case: Case, folder: Path) -> Done:
-    """Run one case and write its table as Parquet."""
+def run_case(case: Case, folder: Path, identity: str = "") -> Done:
+    """Run one case and write its table as Parquet; what was run before by the same study is taken as it is."""
+    if (known := _kept(case, folder, identity)) is not None:
+        return known
     robot = system(case.mode)
     postures: dict[float, dict] = {}
 
@@ -118,7 +133,56 @@ def run_case(case: Case, folder: Path) -> Done:
     except PartFailed as failed:
         failed.args = (f"run {case.name}: {failed}",)
         raise
-    return Done(case, path, result.energy, postures, clock.perf_counter() - began)
+    done = Done(case, path, result.energy, postures, clock.perf_counter() - began)
+    _keep(done, identity)
+    return done
+
+
+def _keep(done: Done, identity: str) -> None:
+    """Beside its table, what else there is of a run; the table is there whole by then."""
+    told = {
+        "study": identity,
+        "energy": done.energy.to_dict("split"),
+        "postures": [
+            [time, {name: points.tolist() for name, points in posture.items()}] for time, posture in done.postures.items()
+        ],
+        "seconds": done.seconds,
+    }
+    write(done.path.with_suffix(".json"), json.dumps(told).encode())
+
+
+def _kept(case: Case, folder: Path, identity: str) -> Done | None:
+    """A run of this very study that is in the folder."""
+    path = folder / f"{case.name}.parquet"
+    try:
+        told = json.loads(path.with_suffix(".json").read_text("utf-8"))
+        if not path.is_file() or told["study"] != identity or not identity:
+            return None
+        postures = {time: {name: np.array(points) for name, points in posture.items()} for time, posture in told["postures"]}
+        return Done(case, path, pd.DataFrame(**told["energy"]), postures, told["seconds"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def identity() -> str:
+    """What decides the bits of the runs: sources, systems, libraries."""
+    whole = hashlib.sha256()
+    for room in ("fmus", "master", "vehicle", "study"):
+        spec = find_spec(f"selflock.{room}")
+        if spec is not None and spec.origin is not None:
+            for file in sorted(path for path in Path(spec.origin).parent.rglob("*") if path.suffix in (".py", ".toml", ".c")):
+                whole.update(file.name.encode() + b"\0" + file.read_bytes())
+    whole.update(repr([version(name) for name in ("numpy", "numba", "pymunk", "pyarrow")]).encode())
+    return whole.hexdigest()
+
+
+def _alone(room: str) -> None:
+    """In each process of the study: who stops it is heard by the first, which ends the others and takes `room` away."""
+    tempfile.tempdir = room
+    signal.set_wakeup_fd(-1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    with_parent()
 
 
 def run_all(folder: Path, progress: Callable[[str, int, int], None] | None = None, workers: int = 2) -> list[Done]:
@@ -128,15 +192,26 @@ def run_all(folder: Path, progress: Callable[[str, int, int], None] | None = Non
     for name in ("Reducer", "Motor", "Controller"):
         built(name)  # once, before the processes ask for them
     done = []
-    with ProcessPoolExecutor(workers) as pool:
-        futures = [pool.submit(run_case, case, folder) for case in todo]
+    mine = identity()
+    with ExitStack() as stack:
+        room = temporary.folder("study_")
+        stack.callback(temporary.remove, room)
+        pool = stack.enter_context(ProcessPoolExecutor(workers, initializer=_alone, initargs=(str(room),)))
+        futures = [pool.submit(run_case, case, folder, mine) for case in todo]
         try:
             for future in as_completed(futures):
                 done.append(future.result())
                 if progress:
                     progress(done[-1].case.name, len(done), len(todo))
-        except BaseException:
+        except BaseException as error:
+            for process in list(pool._processes.values()):
+                process.terminate()
             pool.shutdown(cancel_futures=True)
+            if isinstance(error, KeyboardInterrupt):
+                finished = len(list(folder.glob("*.json")))
+                error.args = (
+                    f"The study was stopped; {finished} of its {len(todo)} runs are finished and kept in {folder}, and the same command goes on.",
+                )
             raise
     return sorted(done, key=lambda one: todo.index(one.case))
 

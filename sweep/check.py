@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from selflock.fmus.errors import SelflockError
 from selflock.master.errors import warn
 from selflock.master.face import Part
 from selflock.master.initial import not_taken
+from selflock.master.process import ProcessPart
 from selflock.master.system import System
 from selflock.master.values import resolved
-from selflock.master.wiring import Wiring, typed, wire
+from selflock.master.wiring import Wiring, make, typed, wire
 
 from .errors import SweepError
 from .runs import adapt
 from .store import canonical
 from .study import Study
 
+OURS = "selflock:"
 SHOWN = 3  # examples in a message
 
 
 def check(study: Study, system: System) -> None:
-    """Refuse a study that names what is not there, or that has combinations which are not physical."""
+    """Refuse a study that names what is not there, or that has combinations which are not physical.
+
+    Others' FMUs are tried in processes of their own: what ends one of them here is a failed run there.
+    """
+    apart = {
+        name: replace(component, process=True) if component.fmu and not component.fmu.startswith(OURS) else component
+        for name, component in system.components.items()
+    }
+    system = replace(system, components=apart)
     wiring = wire(system)
     try:
         for one in study.record:
@@ -63,7 +74,7 @@ def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, 
         for component, values in mine.items():
             key = canonical([component, values])
             if key not in seen:
-                seen[key] = _objection(wiring.parts[component], wiring.values.get(component, {}), values, study.stop)
+                seen[key] = _objection(wiring, component, values, study.stop)
             if (objection := seen[key]) is not None:
                 refused.append((number, objection))
                 break
@@ -78,8 +89,18 @@ def _combinations(study: Study, settings: list[dict[str, Any]], wiring: Wiring, 
         )
 
 
-def _objection(part: Part, given: dict[str, Any], varied: dict[str, Any], stop: float | None) -> str | None:
-    """Why the part does not accept these values together; None if it does."""
+def _objection(wiring: Wiring, name: str, varied: dict[str, Any], stop: float | None) -> str | None:
+    """Why the part does not accept these values together; None if it does, or if it ends of them."""
+    part, given = wiring.parts[name], wiring.values.get(name, {})
+    try:
+        return _said(part, given, varied, stop)
+    finally:
+        if isinstance(part, ProcessPart) and part.ended:
+            part.close()
+            wiring.parts[name] = make(name, wiring.system.components[name], wiring.system)
+
+
+def _said(part: Part, given: dict[str, Any], varied: dict[str, Any], stop: float | None) -> str | None:
     try:
         part.reset()
         for name, value in {**given, **varied}.items():
@@ -87,6 +108,8 @@ def _objection(part: Part, given: dict[str, Any], varied: dict[str, Any], stop: 
         part.enter_initialization(0.0, stop)
         part.exit_initialization()
     except (SelflockError, ValueError) as error:
+        if isinstance(part, ProcessPart) and part.ended:
+            return None
         said = [line.removeprefix("Error: ") for line in part.log if line.startswith("Error")]
         return f"{part.name}: {said[0]}" if said else str(error)
     for name, found in part.untaken.items():

@@ -7,14 +7,18 @@ too.
 from __future__ import annotations
 
 import logging
+import signal
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
 import dask
 from distributed import Client, Future, LocalCluster, WorkerPlugin, get_worker
+
+from selflock.master.stops import held
 
 from .errors import SweepError
 from .work import RUNS, Parcel, fingerprint, work
@@ -75,6 +79,7 @@ def _work_there(name: str, function: Callable, items: list) -> tuple:
 def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None, folder: Path) -> Iterator[Pool]:
     """Workers of this machine, working in `folder`, or those of the cluster of `scheduler`."""
     with ExitStack() as stack:
+        stack.enter_context(_quietly())
         address = scheduler or stack.enter_context(_local(workers, folder))
         try:
             client = stack.enter_context(_patiently(Client, address, timeout=ANSWER, set_as_default=False))
@@ -96,8 +101,8 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
 def _local(workers: int, folder: Path) -> Iterator[str]:
     # No failure is allowed here: whether a run is tried again is decided in engine.py, which knows who was to blame.
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 0, **QUIET}),
-        _patiently(
+        dask.config.set({"distributed.scheduler.allowed-failures": 0, "temporary-directory": str(folder), **QUIET}),
+        _begun(
             LocalCluster,
             n_workers=workers,
             threads_per_worker=1,
@@ -108,6 +113,30 @@ def _local(workers: int, folder: Path) -> Iterator[str]:
         ) as local,
     ):
         yield local.scheduler_address
+
+
+def _begun(make: Callable, **given: Any) -> Any:
+    """Begin processes that Ctrl-C is not meant for, whole: this one ends them. They take on what their thread does not hear."""
+    with held():
+        resource_tracker.ensure_running()  # which would let the thread hear again
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
+        try:
+            return _patiently(make, **given)
+        finally:
+            if before is not None:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """Without what Dask's own tasks say of an end that we tell."""
+    log = logging.getLogger("asyncio")
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
 
 
 def _patiently(make: Callable, *given: Any, **more: Any) -> Any:

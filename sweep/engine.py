@@ -12,7 +12,6 @@ import logging
 import os
 import queue
 import shutil
-import tempfile
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
@@ -21,6 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from selflock.fmus import temporary
+from selflock.master.stops import Stops
 
 from .errors import Interrupted, SweepError
 from .store import Row, Store, digest
@@ -98,7 +100,8 @@ def map_runs(
 
         try:
             if todo:
-                _run(function, context, [item_of[key] for key in order], todo, take, folder, workers, scheduler)
+                with Stops():
+                    _run(function, context, [item_of[key] for key in order], todo, take, folder, workers, scheduler)
         except KeyboardInterrupt:
             kept = f"{len(rows)} of {len(order)} runs are finished" + (
                 " and kept; give the same command to go on." if store else "."
@@ -113,7 +116,8 @@ def _run(function, context, items, todo: deque, take: Take, folder, workers, sch
     parcel = Parcel(context)
     with ExitStack() as stack:
         if folder is None:
-            place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="selflock-")))
+            place = temporary.folder()
+            stack.callback(temporary.remove, place)
         else:
             place = Path(folder) / "work"
             place.mkdir()

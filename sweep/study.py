@@ -24,20 +24,24 @@ energy = { integral = "rear_motor.electric_power", from = 2.0, to = 8.0, unit = 
 from __future__ import annotations
 
 import itertools
-import tomllib
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isfinite, prod
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from selflock.master import toml
+
 from .errors import SweepError
 from .record import Figure, evaluate, figure
 
 KEYS = ("name", "description", "system", "stop", "table", "set", "vary", "list", "sample", "record", "report")
+MOST = 1_000_000  # runs of a sweep
 WAYS = ("values", "grid", "range", "choices")
 METHODS = ("lhs", "sobol", "saltelli")
 WORDS = ("unit", "label")
@@ -77,13 +81,11 @@ def read(path: str | Path) -> Study:
     """The study of a TOML file."""
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = toml.parse(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise SweepError(f"The study {path} cannot be read: {error.strerror}.") from None
-    except RecursionError:
-        raise SweepError(f"The study {path} is not valid TOML: its brackets are nested too deep.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SweepError(f"The study {path} is not valid TOML: {error}") from None
+    except ValueError as error:
+        raise SweepError(f"The study {path} is not valid TOML: {error}.") from None
     try:
         return from_dict(data, path)
     except SweepError as error:
@@ -94,6 +96,7 @@ def from_dict(data: dict[str, Any], file: Path) -> Study:
     for key in data:
         if key not in KEYS:
             raise SweepError(f"the key {key} is unknown; there is: {', '.join(KEYS)}.")
+    _check_kinds(data)
     if not isinstance(data.get("system"), str):
         raise SweepError('name the system to run: system = "path/to/system.toml".')
     vary = data.get("vary", {})
@@ -121,6 +124,37 @@ def from_dict(data: dict[str, Any], file: Path) -> Study:
     )
 
 
+def _check_kinds(data: dict[str, Any]) -> None:
+    """What is no table, text or number where one is wanted."""
+    _kind(data, "", {"set vary sample record report": dict, "name description": str, "table": bool, "stop": float, "list": list})
+    for part in ("vary", "record"):
+        for name, table in data.get(part, {}).items():
+            where = f"[{part}.{name}] "
+            _kind({where: table}, "", {where: dict})
+            _kind(table, where, {"unit label": str, "values": list, "choices grid": dict, "from to": Real})
+    for row in data.get("list", []):
+        _kind({"an entry of list": row}, "", {"an entry of list": dict})
+    for name, table in data.get("vary", {}).items():
+        targets = table.get("set", [])
+        if not isinstance(targets, str) and not (isinstance(targets, list) and all(isinstance(t, str) for t in targets)):
+            raise SweepError(f"[vary.{name}] set: name a variable, or a list of variables.")
+        for label, choice in table.get("choices", {}).items():
+            _kind({label: choice}, f"[vary.{name}] choices ", {label: dict})
+    seed = data.get("sample", {}).get("seed", 0)
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        raise SweepError("[sample] seed: a whole number from 0 on is wanted here.")
+
+
+def _kind(table: dict[str, Any], where: str, wanted: dict[str, type]) -> None:
+    told = {dict: "a table", str: "a text", bool: "true or false", float: "a finite number", Real: "a number", list: "a list"}
+    for names, kind in wanted.items():
+        for name in [names] if names in table else names.split():
+            value = table.get(name)
+            good = _numbers(value) if kind is float else isinstance(value, kind) and value == value
+            if value is not None and not good:
+                raise SweepError(f"{where}{name}: {told[kind]} is wanted here.")
+
+
 def _check_vary(name: str, table: Any) -> None:
     where = f"[vary.{name}]"
     if not name.isidentifier():
@@ -132,12 +166,28 @@ def _check_vary(name: str, table: Any) -> None:
     for way in WAYS:
         if way in table and not table[way]:
             raise SweepError(f"{where}: {way} is empty.")
-    if "grid" in table and (set(table["grid"]) - {"spacing"} != {"from", "to", "count"} or table["grid"]["count"] < 1):
+    grid, ends = table.get("grid", {}), table.get("range", [0.0, 1.0])
+    if "grid" in table and not (
+        isinstance(grid, dict)
+        and set(grid) - {"spacing"} == {"from", "to", "count"}
+        and _numbers(grid["from"], grid["to"])
+        and _count(grid["count"])
+    ):
         raise SweepError(
-            f'{where}: write grid = {{ from = 0.0, to = 1.0, count = 11, spacing = "linear" }}; the count is at least 1.'
+            f'{where}: write grid = {{ from = 0.0, to = 1.0, count = 11, spacing = "linear" }}; the count is 1 to {MOST}.'
         )
-    if "range" in table and not (len(table["range"]) == 2 and table["range"][0] < table["range"][1]):
+    if not (isinstance(ends, list) and len(ends) == 2 and _numbers(*ends) and ends[0] < ends[1]):
         raise SweepError(f"{where}: range = {table['range']} is empty; write range = [low, high].")
+
+
+def _count(value: Any) -> bool:
+    """Whether it is a number of runs."""
+    return isinstance(value, int) and not isinstance(value, bool) and 0 < value <= MOST
+
+
+def _numbers(*values: Any) -> bool:
+    """Whether they are numbers, and finite."""
+    return all(isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value) for value in values)
 
 
 def _lay_out(vary: Mapping[str, dict], listed: Any, sample: dict) -> pd.DataFrame:
@@ -158,6 +208,8 @@ def _lay_out(vary: Mapping[str, dict], listed: Any, sample: dict) -> pd.DataFram
         axes.append(_samples(ranges, sample))
     elif sample:
         raise SweepError("[sample] is for ranges, and there is none: give a parameter range = [low, high].")
+    if (runs := prod(map(len, axes))) > MOST:
+        raise SweepError(f"these are {runs} runs; a sweep has at most {MOST}. Vary less, or in coarser steps.")
     rows = [{name: value for row in combination for name, value in row.items()} for combination in itertools.product(*axes)]
     return pd.DataFrame(rows)
 
@@ -180,8 +232,8 @@ def _axis(name: str, table: dict) -> list[dict[str, Any]]:
 
 def _samples(ranges: dict[str, list[float]], sample: dict) -> list[dict[str, float]]:
     method, count, seed = sample.get("method"), sample.get("count", 0), sample.get("seed", 0)
-    if method not in METHODS or not isinstance(count, int) or count < 1 or set(sample) - {"method", "count", "seed"}:
-        raise SweepError(f"ranges need a [sample] with method ({', '.join(METHODS)}), count (at least 1) and seed.")
+    if method not in METHODS or not _count(count) or set(sample) - {"method", "count", "seed"}:
+        raise SweepError(f"ranges need a [sample] with method ({', '.join(METHODS)}), count (1 to {MOST}) and seed.")
     low, high = np.array(list(ranges.values()), float).T
     if method == "saltelli":  # the design from which Sobol indices can be computed: count · (parameters + 2) runs
         from SALib.sample import sobol

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,8 +13,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from selflock.master import Result, Variable
-from selflock.master.errors import ResultError, warn
-from selflock.master.results import of_csv, read, told
+from selflock.master.errors import ResultError
+from selflock.master.files import read, told, torn
 from selflock.master.seen import Seen
 
 CELLS = 2e8  # numbers of a table that are read at most; they take 1.6 GB
@@ -108,24 +107,9 @@ def _bounded(path: Path) -> None:
 
 def _read(path: Path, notes: list[str]) -> tuple[pd.DataFrame, dict[str, str]]:
     """The file's table; a last line that is torn, as an interrupted run leaves it, is left out."""
-    try:
-        return read(path)
-    except ResultError:
-        if path.suffix.lower() != ".csv" or not path.is_file():
-            raise
-        data = path.read_bytes()
-        cut = data.rfind(b"\n", 0, len(data) - 1)
-        head = data.partition(b"\n")[0]
-        if cut < 0 or data[cut + 1 :].count(b",") >= head.count(b","):
-            raise
-        try:
-            found = of_csv(io.BytesIO(data[: cut + 1]))
-        except (OSError, ValueError, pa.ArrowException):
-            found = None
-        if found is None:
-            raise
-    notes.append(f"The last line of {path.name} is torn, as an interrupted run leaves it; it is left out.")
-    warn(notes[-1])
+    found = read(path)
+    if path.suffix.lower() == ".csv" and torn(path):
+        notes.append(f"The last line of {path.name} is torn, as an interrupted run leaves it; it is left out.")
     return found
 
 

@@ -174,7 +174,10 @@ def _numbers(path: Path, table: pd.DataFrame, header: str) -> np.ndarray:
         return values.to_numpy(float)
     if values.dtype.kind in "mM":
         raise DataError(f"{path}: column {header!r} holds dates or times ({values.dtype}), not numbers.")
-    numbers = pd.to_numeric(values, errors="coerce")
+    try:
+        numbers = pd.to_numeric(values, errors="coerce")
+    except OverflowError:
+        raise DataError(f"{path}: column {header!r} holds a whole number of hundreds of digits.") from None
     wrong = numbers.isna() & values.notna() & ~values.astype(str).str.strip().str.lower().isin(["nan", "inf", "-inf", "", "none"])
     if wrong.any():
         row = int(np.flatnonzero(wrong.to_numpy())[0])

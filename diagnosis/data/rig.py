@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from math import isfinite
 from pathlib import Path
 from typing import Any
+
+from selflock.master import toml
 
 from ..errors import DataError
 from ..rules import RULES
@@ -143,10 +144,8 @@ def load(path: str | Path) -> Rig:
     except UnicodeDecodeError:
         raise DataError(f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG.") from None
     try:
-        data = tomllib.loads(text)
-    except RecursionError:
-        raise DataError(f"{path}: is not TOML: its brackets are nested too deep.") from None
-    except tomllib.TOMLDecodeError as error:
+        data = toml.parse(text)
+    except ValueError as error:
         raise DataError(f"{path}: is not TOML: {error}. docs/rig.md shows a rig file.") from None
     return _rig(path, data)
 

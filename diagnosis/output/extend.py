@@ -7,8 +7,6 @@ must give the same error.
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from glob import escape
@@ -19,7 +17,7 @@ import numpy as np
 from fmpy import read_model_description
 from fmpy.fmi2 import FMU2Slave
 
-from selflock.fmus import chain
+from selflock.fmus import chain, temporary
 from selflock.fmus.build import build
 from selflock.fmus.errors import SelflockError
 from selflock.master.archive import unpack
@@ -177,7 +175,8 @@ class _Fmu:
         description = read_model_description(path)
         reference = {v.name: v.valueReference for v in description.modelVariables}
         self.given, self.wanted = [reference[n] for n in inputs], [reference[n] for n in outputs]
-        self.folder = tempfile.mkdtemp(prefix="selflock_")
+        self.room = temporary.folder()
+        self.folder = str(self.room / "fmu")
         unpack(path, Path(self.folder), "FMU")
         self.slave = FMU2Slave(
             guid=description.guid,
@@ -204,7 +203,7 @@ class _Fmu:
     def close(self) -> None:
         self.slave.terminate()
         self.slave.freeInstance()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        temporary.remove(self.room)
 
 
 SETPOINTS = {"angle_setpoint": "log.angle_setpoint", "speed_setpoint": "log.speed_setpoint"}

@@ -37,6 +37,7 @@ from ..residuals.recorder import counts, measured
 from ..residuals.setting import Setting
 from ..residuals.whole import WHOLE, lacking
 from ..rules import RULES
+from ..search.kept import Kept
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
 from ..search.starts import correlated, told
@@ -88,9 +89,11 @@ def diagnose_runs(
     seed: int,
     blamed: list[dict] | None = None,
     sanity: Box | None = None,
+    kept: Kept | None = None,
 ) -> Diagnosis:
     """The diagnosis of runs that are read and checked. held: which of them judge; sanity: what they and the rig say of each other.
 
+    kept: where fits are kept as they end.
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
     rng = np.random.default_rng(seed)
@@ -101,7 +104,7 @@ def diagnose_runs(
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     judged = ~train
     experiment.forget()  # an hour's motions, which the search makes for itself
-    outcome = ForwardSelection(problem_of(experiment, runs, held, train), rng, tell).run()
+    outcome = ForwardSelection(problem_of(experiment, runs, held, train, kept), rng, tell).run()
     for problem in (outcome.problem, outcome.searched):
         problem.experiment.forget()
     tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
@@ -207,8 +210,10 @@ def out_of_step(rig: Rig, run: MeasuredRun) -> list[str]:
     return found
 
 
-def problem_of(experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray) -> Problem:
+def problem_of(
+    experiment: DriveExperiment, runs: list[MeasuredRun], held: list[bool], train: np.ndarray, kept: Kept | None = None
+) -> Problem:
     """What teaches: whole runs where others are held out, else the blocks to train on."""
     apart = any(held) and not experiment.steady
     taught = DriveExperiment(experiment.rig, [run for run, h in zip(runs, held) if not (apart and h)], sampled=True)
-    return Problem.of(taught, np.ones(taught.layout.count, bool) if apart else train)
+    return Problem.of(taught, np.ones(taught.layout.count, bool) if apart else train, kept)

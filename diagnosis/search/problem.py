@@ -18,6 +18,7 @@ from ..rules import RULES
 from .candidate import Candidate
 from .fit import Fit, fit, held_out, rho
 from .hypotheses import Free, Hypothesis, recorder, uncertain, vocabulary
+from .kept import Kept
 from .phases import beside, best, losses, marked, settled, zeros
 from .starts import Ending, starts
 
@@ -36,10 +37,11 @@ class Problem:
     present: np.ndarray  # (blocks, bins of all residuals): which entries of the misfit there are
     loss_scale: float = np.inf  # where the robust loss turns, in units of noise
     endings: tuple[Ending, ...] = ()  # of fits of `base_free` from several starts
+    kept: Kept | None = None  # where fits are kept
     shift: np.ndarray | float = 0.0  # added to the misfit: a simulated log is a measured one with other errors
 
     @classmethod
-    def of(cls, experiment: DriveExperiment, train: np.ndarray) -> Problem:
+    def of(cls, experiment: DriveExperiment, train: np.ndarray, kept: Kept | None = None) -> Problem:
         """The problem of an experiment whose noise is not known yet."""
         free = tuple(
             p
@@ -51,7 +53,8 @@ class Problem:
         hypotheses = tuple(replace(h, free=marked(experiment, h.free)) for h in known)
         nominal = {p.name: p.nominal for p in free}
         ones = np.ones(len(experiment.residuals))
-        return cls(experiment, train, free, hypotheses, nominal, ones, ones, experiment.present(nominal))._with_zeros()
+        present = experiment.present(nominal)
+        return cls(experiment, train, free, hypotheses, nominal, ones, ones, present, kept=kept)._with_zeros()
 
     def _with_zeros(self) -> Problem:
         """With where each run begins, where nothing that is measured says it."""
@@ -185,8 +188,21 @@ class Problem:
 
         A phase that each run has of its own is freed for each of them, started where it fits best.
         """
-        rules = RULES.search
         free, start = self._with_phases(free, start)
+        if self.kept is None:
+            return self._fit(free, start, effort)
+        begin = {p.name: float(start[p.name]) for p in free}
+        at = {p.name: begin[p.name] if np.isfinite(begin[p.name]) else p.nominal for p in free}
+        key = self.kept.key(self.misfit(at), free, begin, effort, self.loss_scale, self.by_channel, self.rows.tobytes())
+        if found := self.kept.get(key):
+            values = {p.name: float(value) for p, value in zip(free, found["values"])}
+            return Fit(free, values, found["misfit"], found["jacobian"], found["weights"], self.by_channel)
+        fitted = self._fit(free, start, effort)
+        self.kept.put(key, fitted)
+        return fitted
+
+    def _fit(self, free: tuple[Free, ...], start: dict, effort: int) -> Fit:
+        rules = RULES.search
         tolerances = rules.tolerances_whole if self.whole or self.by_channel else rules.tolerances
         drive = tuple(p for p in free if p.name == HOLD or not p.of_recorder)
         if 0 < len(drive) < len(free):

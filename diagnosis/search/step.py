@@ -179,9 +179,13 @@ class Step:
         self.tell(what, 0.0)
         threads = min(RULES.search.threads, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # made as numba is imported
         with ThreadPoolExecutor(threads) as pool:
-            for result in pool.map(do, items):
-                done.append(result)
-                self.tell(what, len(done) / len(items), self._best([c for c in done if isinstance(c, Candidate) and c.fit]))
+            try:
+                for result in pool.map(do, items):
+                    done.append(result)
+                    self.tell(what, len(done) / len(items), self._best([c for c in done if isinstance(c, Candidate) and c.fit]))
+            except BaseException:  # Ctrl-C: what waits its turn is not begun
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
         return done
 
     def _best(self, fitted: list[Candidate]) -> str:

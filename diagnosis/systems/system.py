@@ -30,6 +30,7 @@ from ..residuals.mending import Mending, rms, sizes
 from ..residuals.noise import floor, of_bins
 from ..residuals.residual import Compared, Residual
 from ..rules import RULES
+from ..search.kept import Kept
 from .ours import as_drive
 from .parts import Group, Parts
 
@@ -138,7 +139,9 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     return result
 
 
-def _name(rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int) -> Diagnosis | None:
+def _name(
+    rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | None, tell, seed: int, kept: Kept | None
+) -> Diagnosis | None:
     """The diagnosis of the component most to blame, where it is one of ours and a cause explains it."""
     component = shares[0]["component"] if shares else ""
     runs, _, _ = gather(rig, logs, test)
@@ -146,13 +149,15 @@ def _name(rig: Rig, parts: Parts, shares: list[dict], logs, test, out: Path | No
     if drive is None:
         return None
     try:
-        found = diagnose_runs(drive, *gather(drive, logs, test), out, tell, seed, shares)
+        found = diagnose_runs(drive, *gather(drive, logs, test), out, tell, seed, shares, kept=kept)
     except DataError:  # the log has not what its law is to be compared with
         return None
     return found if found.verdict in ("explained", "ambiguous") else None
 
 
-def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable, seed: int) -> Diagnosis:
+def diagnose_system(
+    rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable, seed: int, kept: Kept | None = None
+) -> Diagnosis:
     """Blame and dependences; `unknown` where a component is off, `none` where what remains is noise."""
     rng = np.random.default_rng(seed)
     rig, parts = prepare(rig)
@@ -181,7 +186,7 @@ def diagnose_system(rig: Rig, logs: Sequence, test: Sequence, out: Path | None, 
     }
     result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
     result.comparisons = comparisons(mending, gain)
-    named = _name(rig, parts, shares, logs, test, out, tell, seed) if off else None
+    named = _name(rig, parts, shares, logs, test, out, tell, seed, kept) if off else None
     if named is not None:
         return named
     result.extension["seed"] = seed

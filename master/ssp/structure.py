@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import atexit
-import shutil
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...fmus import temporary
 from ..single import Table, single
 from ..system import Connection, System, from_dict, load_toml
 from .flat import Flat
@@ -45,8 +43,7 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
     whole fraction of the experiment.
     Raises DescriptionError.
     """
-    folder = Path(tempfile.mkdtemp(prefix="selflock_ssp_"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    folder = temporary.folder("ssp_") / "files"
     flat = read(Path(path), folder, variant, unlimited)
     stop = flat.stop_time if flat.stop_time is not None else flat.start_time + 1.0
     told = flat.ours | {"system": {"name": flat.name, "description": flat.description}, "components": {}}

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
+import threading
 
 from selflock.master import Part, PartFailed, Variable
 
@@ -210,3 +213,31 @@ class Tired(Small):
         self.values["y"] += size
         if time + size > 0.5 - 1e-9:
             self.end(time + size)
+
+
+class Waits(Small):
+    """A clock, whose step at `from_` waits until a test goes on (`Waits.go`), hears Ctrl-C, or fails of it."""
+
+    described = (real("from_", "parameter", "s", 1e9), real("t", "output", "s", depends_on=()))
+    go: threading.Event
+    heard: str = ""
+
+    def step(self, time, size):
+        if time >= self.values["from_"]:
+            if self.heard:
+                self.hear(time, size)
+            else:
+                self.go.wait()
+        self.values["t"] = time + size
+
+    def hear(self, time, size):
+        """Ctrl-C in the middle of a step: as it comes, as an FMU in Python tells it, or lost on its way."""
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+            for _ in range(1000):  # it comes within a few lines
+                pass
+        except KeyboardInterrupt:
+            if self.heard == "told":
+                raise PartFailed(self.name, time, size, "Error", {}, ["Traceback: KeyboardInterrupt"], "") from None
+            if self.heard == "as it comes":
+                raise

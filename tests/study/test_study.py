@@ -3,6 +3,7 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
 from selflock.master import load, run
@@ -93,3 +94,21 @@ def test_parameters_are_told_with_unit_and_source():
 def test_the_page_runs_its_own_script_and_no_other(result, harmless, browser):
     harmless(result.report, scripts=1)
     assert "μ = 0" in browser(result.report)  # written by the script: its hash is right
+
+
+def test_a_finished_run_is_taken_as_it_is_by_the_same_study_alone(tmp_path, monkeypatch):
+    case = runs.Case("standstill", 0, "kinematic", 0.0)
+    path = tmp_path / f"{case.name}.parquet"
+    result = run(runs.SYSTEM, stop=0.01, out=path)
+    postures = {0.0: {"chassis": np.array([[0.1, 1 / 3], [2.0, 3e-17]])}}
+    done = runs.Done(case, path, result.energy, postures, 0.25)
+    runs._keep(done, "this study")
+    monkeypatch.setattr(runs, "system", lambda mode: pytest.fail("it was run again"))
+    again = runs.run_case(case, tmp_path, "this study")
+    assert again.energy.equals(done.energy) and again.energy.index.equals(done.energy.index)
+    assert (again.path, again.seconds) == (path, 0.25) and (again.postures[0.0]["chassis"] == postures[0.0]["chassis"]).all()
+    assert runs._kept(case, tmp_path, "another") is None
+    path.with_suffix(".json").write_bytes(path.with_suffix(".json").read_bytes()[:-1])  # torn
+    assert runs._kept(case, tmp_path, "this study") is None
+    path.unlink()
+    assert runs._kept(case, tmp_path, "this study") is None

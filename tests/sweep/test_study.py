@@ -73,7 +73,7 @@ ONE = {"a": {"values": [1.0]}}
         ({"vary": ONE, "recrod": {}}, "recrod is unknown"),
         ({"vary": {"a": {"values": []}}}, "values is empty"),
         ({"vary": {"a": {"range": [2.0, 1.0]}}}, "range = .* is empty"),
-        ({"vary": {"a": {"grid": {"from": 0, "to": 1, "count": 0}}}}, "the count is at least 1"),
+        ({"vary": {"a": {"grid": {"from": 0, "to": 1, "count": 0}}}}, "the count is 1 to"),
         ({"vary": {"a": {"values": [1], "range": [0, 1]}}}, "only one of values, range"),
         ({"vary": {"a": {"set": "motor.resistance"}}}, "needs one of"),
         ({"vary": {"a b": {"values": [1]}}}, "letters, digits"),

@@ -3,6 +3,7 @@
 import math
 import os
 import re
+import sys
 import tempfile
 from pathlib import Path
 
@@ -285,3 +286,22 @@ def test_a_value_of_the_system_varies_as_a_parameter_does(tmp_path):
         study = study.replace("[0.1, 0.6, 1.1]", "[0.1, 0.6]")
         tables.append(sweep(write(tmp_path / name, SHARED, study), tmp_path / f"out_{name}", workers=0).table)
     assert len(tables[0]) == 6 and (tables[0].f == tables[1].f).all() and (tables[0].r == tables[1].r).all()
+
+
+@pytest.mark.slow
+def test_an_fmu_that_crashes_at_initialization_is_a_row(tmp_path):
+    sys.path.insert(0, str(Path(__file__).parents[1] / "native"))
+    from pack import pack
+
+    pack("teller", tmp_path / "in")
+    system = (
+        '[run]\nstop = 0.3\nstep = 0.1\nopen_inputs = true\n[components.t]\nfmu = "teller.fmu"\n[components.t.start]\nend = 5\n'
+    )
+    study = (
+        'system = "system.toml"\n[vary.at]\nset = "t.ends_at"\nvalues = [9.0, -1.0, 8.0, -2.0]\n'
+        '[record]\nlast = { final = "t.count_out" }\n'
+    )
+    found = sweep(write(tmp_path / "in", system, study), tmp_path / "out", workers=0).table
+    assert found["status"].to_list() == ["ok", "failed", "ok", "failed"]
+    assert all("a crash (SIGSEGV) at t = 0 s" in reason for reason in found["reason"][[1, 3]])
+    assert found["last"].to_list()[::2] == [1, 1]

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from selflock.master import Variable
-from selflock.master.results import sink
+from selflock.master.files import sink
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def write(tmp_path):
 
     def put(name, columns, about=None):
         described = [Variable(column, unit) for column, (unit, _) in columns.items()]
-        made = sink(described, tmp_path / name, about)
+        made = sink(described, tmp_path / name, about=about)
         for row in np.column_stack([numbers for _, numbers in columns.values()]):
             made.block[made.fill] = row
             made.fill += 1

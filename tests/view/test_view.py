@@ -13,7 +13,7 @@ from lxml import html
 from selflock import master
 from selflock.master import Part, Variable, about, read
 from selflock.master.errors import ResultError
-from selflock.master.results import told
+from selflock.master.files import told
 from selflock.view import shown, thin, view
 
 

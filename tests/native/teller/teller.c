@@ -1,5 +1,5 @@
 /* One with strings, integers, booleans and an enumeration, that ends as told at `ends_at`: 1 Warning, 2 Discard,
-   3 Error, 4 Fatal, 5 a crash of the process, 6 a value that is not a number. With `slow` its steps are pending for
+   3 Error, 4 Fatal, 5 a crash of the process (below 0 at initialization), 6 a value that is not a number. With `slow` its steps are pending for
    a while. Only one instance per process; only steps of one size. */
 #include "../fmi2.h"
 #include <math.h>
@@ -41,6 +41,7 @@ FMI fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String gui
 FMI void fmi2FreeInstance(fmi2Component c) { free(c); only = NULL; }
 FMI fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     Slave *s = c;
+    if (s->i[END] == 5 && s->r[ENDS_AT] < 0) *(volatile int *)0 = 0;
     LOG(s, fmi2OK, "begins with %s, %d and %.3f", s->w[WORD_IN], s->i[COUNT_IN], s->r[ENDS_AT]);
     return fmi2OK;
 }

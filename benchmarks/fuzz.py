@@ -1,0 +1,108 @@
+"""Strangers' files and calls by the thousand: an answer or one message each, or it is told here.
+
+    python -m benchmarks.fuzz --minutes 10 [--kinds system rig] [--seed 1] [--out out/fuzz]
+
+What is drawn, and what is held against it, is in tests/fuzz. Each kind has its share of the time. Findings are told once for
+each place in the sources, with the seed that draws them again, and kept in the folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import secrets
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections import Counter
+from pathlib import Path
+
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+from rich.console import Console
+from rich.table import Table
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / "tests" / "fuzz"), str(ROOT / "tests" / "hosts")]
+import inputs
+import sequences
+
+BATCH = 200  # draws of one seed
+
+
+class Over(KeyboardInterrupt):
+    """The time is up; hypothesis lets it pass."""
+
+
+def place(error: BaseException) -> str:
+    """Where in our sources an exception came from, and what it is."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [
+        frame
+        for frame in frames
+        if str(ROOT) in frame.filename and "/tests/" not in frame.filename and ".venv" not in frame.filename
+    ]
+    frame = (ours or frames)[-1]
+    text = str(error).splitlines()[0][:80] if isinstance(error, AssertionError) and str(error) else ""
+    return f"{type(error).__name__} {text} {Path(frame.filename).relative_to(ROOT) if ours else Path(frame.filename).name}:{frame.lineno}"
+
+
+def campaign(ask, number: int, until: float, room: Path, told: Counter, found: dict[str, str]) -> None:
+    """Draws of one kind until it is time."""
+    while time.monotonic() < until:
+        number += 1
+        now = number  # for the draws of this batch
+
+        @seed(number)
+        @settings(
+            max_examples=BATCH, deadline=None, database=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
+        )
+        @given(st.data())
+        def batch(data):
+            if time.monotonic() >= until:
+                raise Over
+            try:
+                told[ask(data, room)] += 1
+            except (Exception, inputs.Hung) as error:
+                told["found"] += 1
+                text = f"seed {now}\n" + "".join(traceback.format_exception(error))
+                found.setdefault(place(error), text)
+                for path in room.iterdir():  # what a failure left
+                    os.system(f"rm -rf '{path}'")
+
+        try:
+            batch()
+        except Over:
+            return
+
+
+def main() -> None:
+    kinds = {kind: lambda data, room, kind=kind: inputs.ask(kind, data, room) for kind in inputs.KINDS} | sequences.kinds()
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--minutes", type=float, default=1.0)
+    options.add_argument("--kinds", nargs="*", default=list(kinds))
+    options.add_argument("--seed", type=int)
+    options.add_argument("--out", type=Path, default=Path("out/fuzz"))
+    chosen = options.parse_args()
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    first = secrets.randbits(31) if chosen.seed is None else chosen.seed
+    logging.disable(logging.CRITICAL)
+    warnings.simplefilter("ignore")
+    table = Table("kind", "inputs", "answered", "refused", "found", "places", title=f"seed {first}")
+    for kind in chosen.kinds:
+        told: Counter = Counter()
+        found: dict[str, str] = {}
+        with tempfile.TemporaryDirectory() as room:
+            campaign(kinds[kind], first, time.monotonic() + 60.0 * chosen.minutes / len(chosen.kinds), Path(room), told, found)
+        table.add_row(kind, *map(str, (sum(told.values()), told["answered"], told["refused"], told["found"], len(found))))
+        for number, (where, text) in enumerate(found.items()):
+            print(f"{kind}: {where}", flush=True)
+            (chosen.out / f"{kind}_{number}.txt").write_text(f"{where}\n{text}")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

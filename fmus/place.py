@@ -1,0 +1,31 @@
+"""Folders that a command writes to: its own, or none at all. Only the standard library."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from .errors import SelflockError
+
+MARK = ".selflock"  # holds the name of the command whose folder it is
+
+
+def claim(folder: Path, command: str, known: str) -> Path:
+    """Make the folder, or refuse one with others' content before anything is written. known: a file that only this command makes."""
+    mark, owner = folder / MARK, ""
+    try:
+        content = sorted(name for name in os.listdir(folder) if name != MARK)
+        owner = mark.read_text("utf-8").strip()[:100]
+    except FileNotFoundError:
+        content = sorted(os.listdir(folder)) if folder.is_dir() else []
+    except ValueError:
+        pass
+    if content and known not in content and owner != command:
+        what = f"it is that of a {owner}" if owner else f"it holds {content[0]}"
+        raise SelflockError(
+            f"{folder} is not the folder of a {command}: {what}. Nothing in it was touched. Give an empty folder or a new one."
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    if owner != command:
+        mark.write_text(command + "\n", "utf-8")
+    return folder

@@ -1,0 +1,116 @@
+"""What was a traceback or a hang once, each by the smallest file that showed it: one message, or an answer."""
+
+import zipfile
+
+import inputs
+import pytest
+
+from selflock import master
+from selflock.diagnosis import replay
+from selflock.fmus.build import built
+from selflock.fmus.errors import SelflockError
+from selflock.info import info
+from selflock.sweep.study import read as read_study
+
+DIGITS = "9" * 400
+
+
+def log(cell=None, run="0", names="time,speed,torque,run"):
+    rows = [f"{0.01 * k},{(-1) ** (k // 40) * 20.0},{0.1 * (-1) ** (k // 40)},{run if k % 3 else '0'}" for k in range(240)]
+    if cell:
+        rows[100] = cell
+    return "\n".join([names, *rows]) + "\n"
+
+
+@pytest.mark.parametrize("number", [DIGITS, "1" + "0" * 5000, "[" * 3000 + "]" * 3000])
+def test_numbers_and_brackets_without_end_in_toml(tmp_path, number):
+    path = tmp_path / "x.toml"
+    for text, read in (
+        (f"[run]\nstep = {number}\n", master.load),
+        (f"[rig]\nname = {number}\n", lambda path: replay(path, "log.csv", None)),
+        (f"system = {number}\n", read_study),
+        (f"x = {number}\n", info),
+    ):
+        path.write_text(text)
+        with pytest.raises(SelflockError, match="64 bits|digits|nested too deep"):
+            read(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "stop = [1]",
+        'set = "a"',
+        "vary.ohm.set = true",
+        "vary.ohm.set = [1.0]",
+        "vary.ohm.grid = 3",
+        "vary.ohm.range = 3",
+        'vary.ohm.grid = { from = "a", to = 1, count = 2 }',
+        "vary.ohm.grid = { from = 0, to = 1, count = 2147483648 }",
+        "vary.ohm.choices = { a = 1 }",
+        "record = 3",
+        "record.y = { final = 'a.b', from = [] }",
+        "sample.seed = 1e300",
+        "list = [1]",
+    ],
+)
+def test_what_is_no_table_text_or_number_in_a_sweep(tmp_path, line):
+    (tmp_path / "x.toml").write_text(f'{line}\nsystem = "x.toml"\n')
+    with pytest.raises(SelflockError, match="wanted here|write grid|write range|name a variable"):
+        read_study(tmp_path / "x.toml")
+
+
+def test_more_samples_than_anybody_waits_for(tmp_path):
+    text = 'system = "x"\ntable = true\n[vary.a]\nrange = [0.0, 1.0]\n[sample]\nmethod = "lhs"\ncount = 2147483648\n'
+    (tmp_path / "x.toml").write_text(text)
+    with pytest.raises(SelflockError, match="count"):
+        read_study(tmp_path / "x.toml")
+    (tmp_path / "x.toml").write_text(
+        'system = "x"\ntable = true\n' + "".join(f"[vary.{a}]\ngrid = {{ from = 0, to = 1, count = 2000 }}\n" for a in "ab")
+    )
+    with pytest.raises(SelflockError, match="4000000 runs"):
+        read_study(tmp_path / "x.toml")
+
+
+@pytest.mark.parametrize(
+    "text", [log(run=""), log("1.0,1e300,0.1,0"), log(f"1.0,{DIGITS},0.1,0"), log(f"{DIGITS},1,0.1,0"), log("1.0")]
+)
+def test_cells_of_a_log(tmp_path, text):
+    (tmp_path / "rig.toml").write_text(inputs.RIG)
+    (tmp_path / "log.csv").write_text(text)
+    try:
+        replay(tmp_path / "rig.toml", tmp_path / "log.csv", None)
+    except SelflockError as error:
+        assert "log.csv" in str(error)
+
+
+def test_two_columns_of_one_name(tmp_path):
+    (tmp_path / "x.csv").write_text("time [s],a.b,a.b\n0.0,1.0,2.0\n")
+    with pytest.raises(SelflockError, match="'a.b' is there twice"):
+        info(tmp_path / "x.csv")
+
+
+@pytest.mark.parametrize("old, new", [(b'start="1.0"', b'start="Real"'), (b'unit="V"', b'unit="input"')])
+def test_attributes_of_an_fmu(tmp_path, old, new):
+    path = tmp_path / "x.fmu"
+    with zipfile.ZipFile(built("Motor")) as good, zipfile.ZipFile(path, "w") as bad:
+        for name in good.namelist():
+            content = good.read(name)
+            if name == "modelDescription.xml":
+                assert old in content
+                content = content.replace(old, new, 1)
+            bad.writestr(name, content)
+    try:
+        info(path)
+    except SelflockError as error:
+        assert "modelDescription.xml" in str(error)
+
+
+@pytest.mark.parametrize("name", ["a\0b.csv", "a\0b.parquet"])
+def test_a_zero_byte_in_the_name_of_a_file(tmp_path, name):
+    with pytest.raises(SelflockError):
+        master.run(built("Motor"), {"speed": 0.0}, stop=0.01, step=0.001, out=str(tmp_path / name))
+    with pytest.raises(SelflockError):
+        master.read(tmp_path / name)
+    with pytest.raises(SelflockError):
+        read_study(tmp_path / "a\0b.toml")

@@ -1,0 +1,58 @@
+"""A command that is ended says what is kept, blames nobody else, and leaves nothing behind."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from selflock.master import read
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="native FMUs of the tests are for Linux")]
+
+COMMAND = "import sys; from selflock import cli, ending; ending.GRACE = 0.3; sys.argv[0] = 'selflock'; cli.main()"
+
+
+@pytest.fixture(scope="module")
+def hostile(tmp_path_factory):
+    sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "native"))
+    from pack import pack
+
+    return pack("hostile", tmp_path_factory.mktemp("hostile"))
+
+
+@pytest.mark.parametrize(
+    "number, whole_group, process",
+    [(signal.SIGINT, True, True), (signal.SIGTERM, False, False)],
+    ids=["Ctrl-C, a process", "SIGTERM, in this one"],
+)
+def test_a_stuck_fmu_is_ended_with_its_rows_kept(hostile, tmp_path, number, whole_group, process):
+    system = tmp_path / "x.toml"
+    system.write_text(
+        f'[run]\nstop = 1.0\nstep = 0.1\nopen_inputs = true\n[components.stranger]\nfmu = "{hostile}"\n'
+        f'process = {str(process).lower()}\nstart = {{ deed = "hang" }}\n'
+    )
+    rows, temporary = tmp_path / "rows.csv", tmp_path / "tmp"
+    temporary.mkdir()
+    running = subprocess.Popen(
+        [sys.executable, "-c", COMMAND, "run", str(system), "-o", str(rows)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "TMPDIR": str(temporary)},
+    )
+    end = time.monotonic() + 120.0
+    while time.monotonic() < end and not (rows.exists() and rows.read_text().count("\n") == 7):  # header, t = 0 … 0.5 s
+        assert running.poll() is None, running.communicate()
+        time.sleep(0.02)
+    (os.killpg if whole_group else os.kill)(running.pid, number)
+    _, said = running.communicate(timeout=120.0)
+    assert running.returncode == 128 + number, said
+    told = " ".join(said.split())
+    assert "Traceback" not in said and "stranger answered" not in told and str(rows) in said.replace("\n", "")
+    assert ("did not come to its end" if not process else "The run was stopped") in told
+    assert read(rows)[0]["stranger.y"].to_list() == [0, 1, 2, 3, 4, 5]
+    assert not list(temporary.iterdir())

@@ -19,7 +19,7 @@ AHEAD, BACK, WRONG = "#1f6f8b", "#b3681e", "#b3261e"
 
 
 @dataclass
-class Block:
+class Placed:
     """A component: its ports in the order in which they are named, and its place."""
 
     name: str
@@ -50,9 +50,9 @@ class Block:
 class Wire:
     """A connection between two boxes."""
 
-    source: Block
+    source: Placed
     output: str
-    target: Block
+    target: Placed
     input: str
     words: str
     back: bool  # to a component that is stepped no later: its value is of the step before
@@ -98,12 +98,12 @@ def page(system: System) -> str:
     return f"<div><b>{_text(system.name)}</b>{about}<br><small>{'; '.join(map(_text, told))}</small><br>{svg(system)}</div>"
 
 
-def _read(system: System) -> tuple[dict[str, Block], list[Wire], list[str]]:
+def _read(system: System) -> tuple[dict[str, Placed], list[Wire], list[str]]:
     """Boxes by name, wires, and what cannot be drawn."""
     order = [name for name in system.order if name in system.components]
     order += [name for name in system.components if name not in order]
     rank = {name: place for place, name in enumerate(order)}
-    boxes = {name: Block(name, _kind(system.components[name]), system.components[name].step) for name in order[:MOST]}
+    boxes = {name: Placed(name, _kind(system.components[name]), system.components[name].step) for name in order[:MOST]}
     left = [f"{len(order) - MOST} components more"] * (len(order) > MOST)
     wires = []
     for target, connection in list(system.connections.items())[: 10 * MOST]:
@@ -140,7 +140,7 @@ def _kind(component: Component) -> str:
     return named(component.part).rpartition(":")[2] if component.part else component.manoeuvre
 
 
-def _place(boxes: list[Block], wires: list[Wire]) -> tuple[float, float]:
+def _place(boxes: list[Placed], wires: list[Wire]) -> tuple[float, float]:
     """Columns so that every line but the ways back goes to the right; width and height of all."""
     for box in boxes:  # in the order of stepping: what gives to it has its column already
         box.column = max((wire.source.column + 1 for wire in wires if wire.target is box and not wire.back), default=0)
@@ -183,7 +183,7 @@ def _line(wire: Wire, lane: int, wires: list[Wire]) -> Iterator[str]:
     yield f'<path d="M{to - 6:.1f} {end - 3:.1f}l6 3l-6 3z" fill="{color}"/>'
 
 
-def _drawn(box: Block, faults: dict[str, str]) -> Iterator[str]:
+def _drawn(box: Placed, faults: dict[str, str]) -> Iterator[str]:
     yield (
         f'<rect x="{box.x:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" rx="5" fill="#f7f9fa" '
         'stroke="#5c6b73"/>'

@@ -33,7 +33,7 @@ SURE, LIKELY, UNSURE = "sure", "likely", "unsure"
 
 
 @dataclass
-class Clock:
+class TimeAxis:
     """Which column has the time, and how it is to be read. factor: s for each of its units; 0 where its unit is not known."""
 
     column: str = ""
@@ -51,7 +51,7 @@ class Raw:
 
     paths: list[Path]
     words: dict[str, Word]
-    clock: Clock
+    clock: TimeAxis
     run: str  # column that tells runs apart
     columns: Columns  # which are numbers, but for time and run
     rows: int
@@ -159,23 +159,23 @@ def _forward(x: np.ndarray, files: list[slice]) -> float:
     return float(np.mean(steps >= 0.0)) if len(steps) and np.any(steps > 0.0) and np.isfinite(x).all() else 0.0
 
 
-def _clock(numbers: dict, stamps: dict, known: dict[str, Word], files: list[slice], scalars: dict) -> tuple[Clock, np.ndarray]:
+def _clock(numbers: dict, stamps: dict, known: dict[str, Word], files: list[slice], scalars: dict) -> tuple[TimeAxis, np.ndarray]:
     """The column of the time and what it says in s, or in its own unit where that is not known."""
     rows = files[-1].stop
     named = [name for name in [*stamps, *numbers] if known[name].quantity == words.TIME]
     for name in sorted(named, key=lambda n: (-known[n].strength, n not in stamps)):
         if name in stamps:
-            return Clock(name, "", 1.0, why="dates and times"), stamps[name]
+            return TimeAxis(name, "", 1.0, why="dates and times"), stamps[name]
         filled = _filled(numbers[name], files)
         if filled is not None and _forward(filled, files) > 0.9:
             return _unit(name, filled, known[name], files)
     if stamps:
         name = next(iter(stamps))
-        return Clock(name, "", 1.0, why="dates and times"), stamps[name]
+        return TimeAxis(name, "", 1.0, why="dates and times"), stamps[name]
     for name, value in scalars.items():
         found = _step(name, value)
         if found and not any(_forward(x, files) == 1.0 and known[n].strength == 0 for n, x in numbers.items()):
-            return Clock(step=found[0], factor=1.0, why=found[1]), _even(found[0], files, rows)
+            return TimeAxis(step=found[0], factor=1.0, why=found[1]), _even(found[0], files, rows)
     for name, x in numbers.items():  # the first column that goes on evenly
         word = known[name]
         steps = np.concatenate([np.diff(x[part]) for part in files])
@@ -185,7 +185,7 @@ def _clock(numbers: dict, stamps: dict, known: dict[str, Word], files: list[slic
                 clock, time = _unit(name, x, word, files)
                 clock.sure, clock.why = UNSURE if clock.sure == UNSURE else LIKELY, f"it goes on evenly; {clock.why}"
                 return clock, time
-    return Clock(sure=UNSURE, why="no column has the time"), np.arange(rows, dtype=float)
+    return TimeAxis(sure=UNSURE, why="no column has the time"), np.arange(rows, dtype=float)
 
 
 def _step(name: str, value: float) -> tuple[float, str] | None:
@@ -208,29 +208,29 @@ def _even(step: float, files: list[slice], rows: int) -> np.ndarray:
     return time
 
 
-def _unit(name: str, x: np.ndarray, word: Word, files: list[slice]) -> tuple[Clock, np.ndarray]:
+def _unit(name: str, x: np.ndarray, word: Word, files: list[slice]) -> tuple[TimeAxis, np.ndarray]:
     """Seconds of a column of numbers, by its name, by what 1970 is ago, by its steps."""
     steps = np.concatenate([np.diff(x[part]) for part in files])
     step = float(np.median(steps[steps > 0.0]))
     since = x - x[0] if len(files) == 1 else np.concatenate([x[part] - x[part.start] for part in files])
     if word.unit in SECONDS:
-        return Clock(name, word.unit, SECONDS[word.unit], why="its name says the unit"), since * SECONDS[word.unit]
+        return TimeAxis(name, word.unit, SECONDS[word.unit], why="its name says the unit"), since * SECONDS[word.unit]
     for low, high, unit in EPOCHS:
         if low < abs(float(np.median(x))) < high and np.ptp(x) < 0.1 * low:
-            return Clock(name, unit, SECONDS[unit], why=f"{unit} since 1970"), since * SECONDS[unit]
+            return TimeAxis(name, unit, SECONDS[unit], why=f"{unit} since 1970"), since * SECONDS[unit]
     whole = bool(np.all(abs(x[:10000] - np.round(x[:10000])) < 1e-6 * np.maximum(1.0, abs(x[:10000]))))
     if step < 0.5:
-        return Clock(name, "s", 1.0, sure=LIKELY, why=f"steps of {step:.3g} are s, by their size"), since
+        return TimeAxis(name, "s", 1.0, sure=LIKELY, why=f"steps of {step:.3g} are s, by their size"), since
     unit = "ms" if step < 400.0 else "us" if step < 4e5 else "ns"
     if whole and step > 1.5:
-        return Clock(
+        return TimeAxis(
             name, unit, SECONDS[unit], sure=LIKELY, why=f"whole steps of {step:g}: {unit}, by their size"
         ), since * SECONDS[unit]
     why = f"steps of {step:.3g}: {unit}, by their size; no s, for a drive is not recorded so slowly"
-    return Clock(name, unit, SECONDS[unit], sure=UNSURE, why=why), since * SECONDS[unit]
+    return TimeAxis(name, unit, SECONDS[unit], sure=UNSURE, why=why), since * SECONDS[unit]
 
 
-def _runs(whole: pd.DataFrame, numbers: dict, time: np.ndarray, files: list[slice], known: dict[str, Word], clock: Clock):
+def _runs(whole: pd.DataFrame, numbers: dict, time: np.ndarray, files: list[slice], known: dict[str, Word], clock: TimeAxis):
     """The column that tells runs apart, and the rows of each run."""
     steps = np.diff(time) < 0.0
     steps[[part.start - 1 for part in files[1:]]] = False

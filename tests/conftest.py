@@ -24,7 +24,7 @@ for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
 
 sys.path.append(str(Path(__file__).parent / "native"))
 
-TURNS = 4
+TURNS = 7
 """Days in which every test that is marked `in_turn` has had its turn under --turns."""
 
 

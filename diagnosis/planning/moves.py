@@ -127,7 +127,10 @@ def _piece(segment: Segment, angle: float, limits: Limits, step: float) -> np.nd
         reach = min(top / max(rate, 1e-9), max(room, 0.0))
         side = 1.0 if limits.high - angle > angle - limits.low else -1.0
         periods = max(1, round(segment.length * RULES.planning.periods))
-        time = np.arange(0.0, periods * 2.0 * np.pi / max(rate, 1e-9), step)
+        length = periods * 2.0 * np.pi / max(rate, 1e-9)
+        if length > limits.duration:
+            return np.zeros(int(limits.duration / step) + 1)  # no time is left for it, whenever it comes
+        time = np.arange(0.0, length, step)
         return side * 0.5 * reach * rate * np.sin(rate * time)
     if segment.kind == "creep":
         top *= RULES.planning.creep
@@ -135,5 +138,8 @@ def _piece(segment: Segment, angle: float, limits: Limits, step: float) -> np.nd
     top = min(top, np.sqrt(abs(distance) * hard))
     if top <= 0.0:
         return np.zeros(1)
-    time = np.arange(0.0, abs(distance) / top + top / hard, step)
+    length = abs(distance) / top + top / hard
+    if length > limits.duration:
+        return np.zeros(int(limits.duration / step) + 1)
+    time = np.arange(0.0, length, step)
     return np.sign(distance) * np.clip(np.minimum(time, time[-1] - time) * hard, 0.0, top)

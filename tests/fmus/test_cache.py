@@ -132,6 +132,7 @@ print(sealed(njit(small.twice, cache=True))(21.0))
 """
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 @pytest.mark.parametrize("harm", ["flip", "cut", "empty"])
 def test_what_numba_kept_is_checked_before_it_is_loaded(tmp_path, harm):

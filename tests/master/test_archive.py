@@ -80,6 +80,7 @@ def test_too_many_entries(tmp_path):
     assert len(list((tmp_path / "folder").iterdir())) == archive.ENTRIES + 1
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_bomb_takes_neither_memory_nor_disk(tmp_path):
     """3 GB of zeros in 3 MB, at the place of an FMU's resources."""

@@ -170,6 +170,7 @@ def test_not_a_number_from_an_fmu(system, native):
         master.run(description)
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_types_convert_from_one_native_fmu_to_another(system, native, refused):
     parts = {

@@ -121,6 +121,7 @@ def test_what_ssp_has_no_place_for_is_in_our_annotation(packed):
     assert said["components"] == {"left motor": {"step": 0.001}, "count": {"process": True}}
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel"])
 def test_it_runs_as_the_system_it_was_made_of(counter, native, tmp_path, algorithm):

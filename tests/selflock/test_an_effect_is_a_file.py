@@ -87,6 +87,7 @@ def test_the_page_shows_a_file_and_a_test_of_each():
         assert f"fmus/{component}/effects/{effect}.py" in EXAMPLES and f"tests/fmus/{component}/test_{effect}.py" in EXAMPLES
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 @pytest.mark.parametrize(("component", "effect"), EFFECTS)
 def test_one_file_and_it_is_a_parameter_a_hypothesis_and_a_row(copy, component, effect):

@@ -57,6 +57,7 @@ def test_the_context_is_opened_once_for_each_worker_and_leaves_nothing(tmp_path,
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["lock", "parts", "runs.parquet", "study.json"]
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_tried_once_more_and_hurts_no_other(tmp_path):
     items = [{"crash": how, "n": n} for n, how in enumerate(["", "always", "", "once", ""])]
@@ -109,6 +110,7 @@ def test_going_on_after_an_interruption(tmp_path):
     assert "of 30 runs are finished and kept" in said
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 def test_going_on_after_everything_was_killed(tmp_path):
     interrupted(tmp_path, 1, lambda running: running.kill())

@@ -78,6 +78,7 @@ def here(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
 
 
+@pytest.mark.in_turn
 @pytest.mark.slow
 @pytest.mark.parametrize("cause", HIDDEN)
 def test_the_drive_the_component_and_the_cause_are_named(tmp_path, cause):

@@ -131,6 +131,10 @@ class Rig:
         """Whether a diagnosis may doubt this nominal value."""
         return parameter not in self.known and parameter.split(".")[0] + ".*" not in self.known
 
+    def trusted(self, channel: str) -> bool:
+        """Whether what this channel's sensor says is never doubted. What is known of a component says nothing of its sensors."""
+        return not self.known.isdisjoint({channel, f"sensor.{channel}.*", "sensor.*"})
+
 
 def load(path: str | Path) -> Rig:
     """Read a rig file; DataError tells what is wrong in it."""

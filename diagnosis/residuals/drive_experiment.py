@@ -34,7 +34,9 @@ class DriveExperiment(Experiment):
         self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, rules.usual_window))
         self.layout = Blocks(self.runs, self.steady, owner)
         few = sampled and total > rules.sampled_from * rules.samples and not self.steady and rig.simulate != WHOLE
-        self.channels = self._channels(takes=[stretches(len(run), rules.samples / total) if few else None for run in self.runs])
+        long = rules.stretch if self.steady else max(rules.stretch, rules.stretch_left + self._asked(self.runs[0]))
+        takes = [stretches(len(run), rules.samples / total, long) if few else None for run in self.runs]
+        self.channels = self._channels(takes=takes)
         self.residuals = tuple(
             residual
             for prefix in rig.drives
@@ -76,7 +78,7 @@ class DriveExperiment(Experiment):
         if gear is None or self.steady:
             return self.setting.smoothing[prefix]
         if self.rig.smoothing > 0.0:
-            return int(round(self.rig.smoothing / float(np.median(self.channels[0, prefix].dt)))) | 1
+            return self._asked(self.runs[0])
         levels, step = {}, self.step
         for samples in (n for n in rules.windows if n == rules.windows[0] or n * step <= rules.longest_window):
             tried = self.but_with(replace(self.setting, smoothing={**self.setting.smoothing, prefix: samples}, balanced=False))
@@ -87,6 +89,10 @@ class DriveExperiment(Experiment):
                     steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
             levels[samples] = steps / max(count, 1)
         return min(samples for samples, level in levels.items() if level <= rules.window_level * min(levels.values()))
+
+    def _asked(self, run: MeasuredRun) -> int:
+        """Samples of the smoothing window that the rig asks for; 1 where it asks for none."""
+        return int(round(self.rig.smoothing / float(np.median(np.diff(run.time))))) | 1 if self.rig.smoothing > 0.0 else 1
 
     def but_with(self, setting: Setting) -> Self:
         """The same residuals in another setting."""
@@ -192,9 +198,9 @@ def in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:
     return angles if travel < 2 * np.pi else [np.mod(a, 2 * np.pi) for a in angles]
 
 
-def stretches(n: int, share: float) -> np.ndarray:
-    """Places of short stretches spread evenly over n samples, about this share of them."""
-    length = RULES.residuals.stretch
+def stretches(n: int, share: float, length: int) -> np.ndarray:
+    """Places of short stretches of so many samples, spread evenly over n, about this share of them."""
+    length = min(length, n)
     count = max(1, int(n * share / length))
     firsts = np.linspace(0, max(0, n - length), count).astype(int)
     return np.unique((firsts[:, None] + np.arange(length)).ravel().clip(0, n - 1))

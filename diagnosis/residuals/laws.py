@@ -103,7 +103,7 @@ def check_names(rig: Rig) -> None:
     for pattern, values in rig.logs.items():
         _check(rig, f'logs."{pattern}"', values.items())
     for name in rig.known:
-        if split(name, rig.drives)[1] not in SIGNALS:  # that is a sensor which is trusted
+        if split(name, rig.drives)[1] not in SIGNALS and name != "sensor.*":  # those are sensors that are trusted
             _row(rig, "[rig] known", name)
 
 

@@ -121,10 +121,14 @@ def noise_of(x: np.ndarray) -> float:
 
 
 def period(ch: Channels) -> float:
-    """The period, s, of a controller whose logged command steps only so often; 0 where no line stands out of the spectrum."""
+    """The period, s, of a controller whose logged command steps only so often; 0 where no line stands out of the spectrum.
+
+    A command averaged over its row shares a step between two, so changes are those over two rows. A motion's own waves are
+    broad: a line is held against what is near it.
+    """
     if not ch.has(COMMAND):
         return 0.0
-    rules, (jumps, when) = RULES.residuals, _jumps(ch)
+    rules, (jumps, when) = RULES.residuals, _jumps(ch, 2)
     step = float(np.median(np.diff(when)))
     even = np.interp(np.arange(when[0], when[-1], step), when, jumps)
     size = 2 ** int(np.ceil(np.log2(rules.period_padding * len(even))))
@@ -134,13 +138,14 @@ def period(ch: Channels) -> float:
     if not asked.any():
         return 0.0
     best = int(np.argmax(np.where(asked, power, 0.0)))
-    return float(1.0 / frequency[best]) if power[best] > rules.period_line * np.median(power[asked]) else 0.0
+    near = asked & (frequency > frequency[best] / rules.period_near) & (frequency < frequency[best] * rules.period_near)
+    return float(1.0 / frequency[best]) if power[best] > rules.period_line * np.median(power[near]) else 0.0
 
 
-def _jumps(ch: Channels) -> tuple[np.ndarray, np.ndarray]:
-    """By how much the command changes from row to row, V, and when, s, from the first row on."""
-    time = ch.run.time - ch.run.time[0]
-    return abs(np.diff(ch.raw(COMMAND))), 0.5 * (time[1:] + time[:-1])
+def _jumps(ch: Channels, rows: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """By how much the command changes over so many rows, V, and when, s, from the first row on."""
+    time, command = ch.run.time - ch.run.time[0], ch.raw(COMMAND)
+    return abs(command[rows:] - command[:-rows]), 0.5 * (time[rows:] + time[:-rows])
 
 
 def step_of(x: np.ndarray, least: float) -> float:

@@ -12,6 +12,10 @@ WHOLE = developed("Whole drives in closed loop, per-log parameters, speeds again
 NOISE = developed("The noise floor of held, quantised and steady channels, held to noise that is known")
 WAVES = developed("A fast wave no longer passes for noise")
 CLOSED = developed("The whole drive in closed loop is compared with every channel as its recorder reads it")
+PERIODS = (
+    "20 recorded voltages, a third of them of controllers with periods of 8 to 20 ms (development seeds 10 700 to 10 706): these stood 15 "
+    "times and more above the median near them, all else, as what noise reaches in so many places, 6 times at most; 10 others were read right"
+)
 LEAN = "An hour of log in lean memory"
 
 
@@ -41,6 +45,11 @@ class ResidualRules:
         80,
         "samples in a stretch of a long log",
         developed("long logs are fitted on stretches, then once on the whole") + "; 60 before",
+    )
+    stretch_left: int = rule(
+        40,
+        "samples that the smoothing which a rig asks for leaves of a stretch, at least",
+        "half a stretch; a window as long as the stretch left nothing of it, and no error to fit",
     )
 
     # --- smoothing: residuals.drive_experiment, residuals.channels
@@ -144,7 +153,10 @@ class ResidualRules:
     period_slowest: float = rule(40.0, "rows of the longest period of a controller that is looked for", CLOSED)
     period_fastest: float = rule(2.0, "rows of the shortest", "theory: twice as often as a row no log shows it (Nyquist)")
     period_padding: int = rule(8, "times the rows over which its spectrum is taken", CLOSED)
-    period_line: float = rule(12.0, "medians of the spectrum above which a line is a period's", CLOSED)
+    period_near: float = rule(
+        1.5, "times its frequency, and parts of it, between which a line is held against the spectrum", PERIODS
+    )
+    period_line: float = rule(8.0, "medians of the spectrum near it above which a line is a period's", PERIODS)
     step_parts: float = rule(4.0, "parts of a channel's own step in which a coarser one is looked for", CLOSED)
     step_places: float = rule(2e5, "places between its least and largest value, at most", "a limit of memory")
     step_padding: int = rule(4, "times the places over which the spectrum of its values is taken", CLOSED)

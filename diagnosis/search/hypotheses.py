@@ -105,7 +105,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
                 found.append(Hypothesis(name, "parameter", free, summary=parameter.description, advice=MEASURE_IT))
     for channel in sorted(channels):
         signal = split(channel, rig.drives)[1]
-        if channel not in rig.known and signal not in COMMANDS:  # that a load's values are known says nothing of its sensors
+        if not rig.trusted(channel) and signal not in COMMANDS:
             for effect in effects("sensor"):
                 zero = signal in RELATIVE and any(p.role == OFFSET for p in effect.parameters)
                 if not zero and not (points and effect.needs):

@@ -63,6 +63,16 @@ def test_the_linear_drives_friction_differs_by_direction():
     assert asymmetry["low"] - 0.02 < authors < asymmetry["high"] + 0.02
 
 
+@pytest.mark.parametrize("seconds", [0.02, 0.04, 0.08])
+def test_what_a_long_log_teaches_outlasts_the_smoothing_that_its_rig_asks_for(seconds):
+    """A window of 81 samples left nothing of the stretches of 80 that a fit compares."""
+    rig = replace(load(RIGS / "emps.toml"), smoothing=seconds)
+    runs, _, _ = gather(rig, [DATA / "emps" / "DATA_EMPS.mat"], ())
+    experiment = DriveExperiment(rig, runs, sampled=True)
+    (_, _, good), *_ = experiment.compare(experiment.residuals[0], {})
+    assert good.sum() > 0.25 * 3000  # of the samples that a fit compares
+
+
 @pytest.mark.in_turn(1)
 @pytest.mark.slow
 def test_the_servos_friction_differs_between_lifting_and_lowering():

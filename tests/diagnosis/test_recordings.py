@@ -417,3 +417,13 @@ def test_a_known_load_may_have_a_sensor_that_is_off(tmp_path):
     problem = Problem.of(experiment, np.ones(experiment.layout.count, bool))
     asked = {h.channel for h in problem.hypotheses if h.component == "sensor"}
     assert {"load.angle", "load.speed"} <= asked, asked
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("known", ["sensor.*", "sensor.load.angle.*", "load.angle"])
+def test_a_sensor_that_is_trusted_is_not_asked(known, tmp_path):
+    experiment, _ = _experiment(_hidden(), tmp_path, f'known = ["{known}"]')
+    asked = {
+        h.channel for h in Problem.of(experiment, np.ones(experiment.layout.count, bool)).hypotheses if h.component == "sensor"
+    }
+    assert "load.angle" not in asked and bool(asked) == (known != "sensor.*"), asked

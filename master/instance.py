@@ -43,6 +43,7 @@ class Fmu(Part):
 
     standard: ClassVar[str]  # in front of the names of its functions
     frozen = False  # its state stays in this process, but for what says otherwise
+    instant = False  # FMI: after a step nothing may be read again for other inputs, but for what says otherwise
     events = False  # once it runs, what is discrete is set in event mode
     kinds: ClassVar[Mapping[str, tuple[Any, Any]]]  # by the names of types there: the C type, and numpy's for exchange
 
@@ -82,6 +83,7 @@ class Fmu(Part):
         self._arrays: dict[int, Any] = {}  # by reference: what an array that was set holds
         self._time, self._size, self._free = c_double(0.0), c_double(0.0), c_int(1)
         self._instance = c_void_p()
+        self._told_slopes = True  # as far as it was asked
         self._alive = False  # between exit of initialization and terminate
         self._given: dict[str, Any] | None = {}  # values set so far; None from initialization mode on
         self._wanted: dict[str, Any] = {}  # parameters among them
@@ -376,6 +378,37 @@ class Fmu(Part):
             values[i] = own[k]
         if block.wide and any(abs(own[k]) > EXACT for _, k in copies):
             self._fail(INEXACT, name)
+
+    def probe(self) -> None:
+        for block in self._writes:
+            if not (self.events and block.discrete):
+                self._exchange_in(block)
+        self.read()
+
+    def slopes(self, place: int) -> np.ndarray | None:
+        """By the FMU's own directional derivatives."""
+        if not getattr(self._way, "providesDirectionalDerivative", False) or not self._told_slopes:
+            return None
+        name = self.inputs[place]
+        wanted = [k for k, output in enumerate(self.outputs) if self._follows(output, name)]
+        references = (c_uint * len(wanted))(*(self._places[self.outputs[k]].reference for k in wanted))
+        seed, found = c_double(1.0), (c_double * len(wanted))()
+        given = references, c_size_t(len(wanted)), byref(c_uint(self._places[name].reference)), c_size_t(1), byref(seed)
+        status = self._function(f"{self.standard}GetDirectionalDerivative")(
+            self._instance, *given, *self._counted(1), found, *self._counted(len(wanted))
+        )
+        if status == FATAL:
+            self._fail(status, f"{self.standard}GetDirectionalDerivative")
+        self._told_slopes = status <= WARNING and np.isfinite(found).all()
+        slopes = np.zeros(len(self.y))
+        slopes[wanted] = found
+        return slopes if self._told_slopes else None
+
+    def _follows(self, output: str, name: str) -> bool:
+        """Whether an output is a continuous number, no element of an array, that may depend on an input at once."""
+        variable, known = self.variables[output], self.variables[output].depends_on
+        continuous = variable.type == "Real" and variable.variability == "continuous"
+        return continuous and not self._places[output].array and (known is None or name in known)
 
     # --- roll back -----------------------------------------------------------------------------------------------
 

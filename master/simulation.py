@@ -172,14 +172,21 @@ def stepping(running: Running) -> Stepping:
 def _go(running: Running) -> None:
     """All steps from the start to the stop."""
     steps = stepping(running)
-    if isinstance(steps, Fixed):
+    coupling = steps.coupling
+    if isinstance(steps, Fixed) and not coupling.redone:
         worth = LOADED * WORTH if f"{__package__}.convoy" in sys.modules else WORTH
         if steps.seats and steps.count * len(steps.seats) >= worth and find_spec("numba"):  # which the master alone does without
             from . import convoy
 
             formed = convoy.form(steps.seats)
             one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
-            if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not running.faults.parameters:
+            if (
+                len(formed) == 1
+                and isinstance(one, convoy.Convoy)
+                and coupling.plain
+                and not observed
+                and not running.faults.parameters
+            ):
                 if one.clocks() is not None:
                     log.debug("all %d FMUs are stepped in one compiled loop", len(steps.seats))
                     return convoy.sail(running, one, round(steps.count), steps.every)

@@ -45,6 +45,9 @@ class Run(Plain):
     open_inputs: bool = False  # True: inputs that nobody gives keep their FMU's start value
     step_control: str = ""  # "" | power | doubling
     tolerance: float = 1e-3  # of step control, relative
+    coupling_tolerance: float | None = (
+        None  # of circles that are solved, relative; None: 1e-9 of algebraic loops, 1e-5 if iterated
+    )
     fmu_tolerance: float | None = None  # of the FMUs' own solvers, relative; 0: none is told; None: of their default experiments
     step_min: float = 0.0  # smallest step of step control; 0: step / 1024
 

@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Any
 
-from .algorithms import ALGORITHMS, Algorithm
+from .algorithms import ALGORITHMS, Algorithm, Iterated
 from .code import load_part, named
 from .errors import DescriptionError
 from .face import Part, Variable
@@ -52,8 +52,12 @@ class Wiring:
     @cached_property
     def algorithm(self) -> Algorithm:
         """How the parts are stepped; it knows those that are no functions of time."""
-        stepped = (name for name in self.system.order if not self.parts[name].timed)
-        return ALGORITHMS[self.system.run.algorithm](stepped)
+        kind = ALGORITHMS[self.system.run.algorithm]
+        if kind is Iterated:
+            from .circles import coupled
+
+            return kind(name for names, _ in coupled(self) for name in names)
+        return kind(name for name in self.system.order if not self.parts[name].timed)
 
     def variable(self, name: str, where: str) -> tuple[str, Variable]:
         """The component and the variable called component.variable."""

@@ -13,6 +13,7 @@ it cannot be settled and all of them can roll back.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 
 import numpy as np
 
@@ -35,13 +36,14 @@ class Solved:
     """A circle that is solved in every step."""
 
     way = "algebraic loop, solved by stepping again"
+    failure: PartFailed | None = None  # of a part on trial, the last
     share: float | np.ndarray = 1.0  # of the end's value in an input; the rest is that of the start
 
     def __init__(self, circle: Circle, wiring: Wiring, seats: Sequence[Seat], tolerance: float):
         names = set(circle.parts)
         self.seats = [seat for seat in seats if seat.name in names]
         self.unknowns = Unknowns(circle, wiring, tolerance)
-        self.tally = Tally(circle.name, self.way, len(self.unknowns.places))
+        self.tally = Tally(circle.name, self.way, len(self.unknowns.names))
 
     def solve(
         self, start: np.ndarray, evaluate: Callable[[np.ndarray], np.ndarray | None], exact: bool, time: float, size: float
@@ -50,6 +52,8 @@ class Solved:
         try:
             solver.solve(start, evaluate, lambda: self.unknowns.slopes(self.probe, exact) * self.share)
         except Unsettled as error:
+            if self.failure is not None and not isfinite(error.residual):
+                raise self.failure from None
             if error.residual > LOOSE:
                 self._fail(time, size, error.residual)
             tally.loose += 1
@@ -64,9 +68,9 @@ class Solved:
         raise NotImplementedError
 
     def _fail(self, time: float, size: float, residual: float) -> None:
-        places = self.unknowns.places
-        given = {f"{target.name}.{target.inputs[i]}": float(target.u[i]) for target, i, *_ in places}
-        what = f"residual {residual:.2g} after {self.unknowns.solver.rounds} evaluations, not settled,"
+        unknowns = self.unknowns
+        given = {".".join(name): float(place[0].u[place[1]]) for name, place in zip(unknowns.names, unknowns.places)}
+        what = f"residual {residual:.2g} after {unknowns.solver.rounds} evaluations, not settled,"
         hint = "a smaller step, or a part in between whose output does not depend on its input at once (an inertia, a delay)."
         raise PartFailed(self.tally.name, time, size, what, given, ["these do not settle on each other"], hint)
 
@@ -108,21 +112,23 @@ class Redone(Solved):
         """loops: the algebraic ones, whose inputs are those of a step's end."""
         super().__init__(circle, wiring, seats, tolerance)
         at_once = {(link.target, link.input) for loop in loops for link in loop.links}
-        places = self.unknowns.places
-        self.share = np.array([1.0 if (target.name, target.inputs[i]) in at_once else 0.5 for target, i, *_ in places])
-        self.last = np.full(len(places), np.nan)  # what outputs gave at the step before
+        self.share = np.array([1.0 if name in at_once else 0.5 for name in self.unknowns.names])
+        table = {seat.name: seat for seat in self.seats}
+        ends = [(table[name], place[1], k) for k, ((name, _), place) in enumerate(zip(self.unknowns.names, self.unknowns.places))]
+        self.lines = [(seat, i, k) for seat, i, k in ends if i in seat.rates_in]
+        self.last = np.full(len(self.unknowns.names), np.nan)  # what outputs gave at the step before
 
     def stroke(self, index: int, time: float, step: float) -> None:
         """A macro step of all on it."""
         for seat in self.seats:
             if seat.keep:
                 seat.before[:] = seat.shown
-            seat.gather(time, 0.0, 1.0)
+            seat.gather(time, 0.0, 1.0, step)
         self.redo(Snapshot(self.seats), self.unknowns.given(), time, step)
 
     def redo(self, snapshot: Snapshot, held: np.ndarray, time: float, size: float) -> None:
         """Find the step from a snapshot; inputs from elsewhere are as they lie now. held: what outputs gave there."""
-        unknowns, share = self.unknowns, self.share
+        unknowns = self.unknowns
         for seat, _, u, _ in snapshot.seats:
             u[:] = seat.part.u
         self._from = {seat.name: (seat, state) for seat, state, *_ in snapshot.seats}
@@ -130,13 +136,14 @@ class Redone(Solved):
 
         def evaluate(values: np.ndarray) -> np.ndarray | None:
             snapshot.restore()
-            unknowns.put(share * values + (1.0 - share) * held)
+            self._put(values, held, size)
             try:
                 for seat in self.seats:
                     seat.go(time, size)
             except PartFailed as failure:
-                if not failure.status.startswith("Discard"):
+                if failure.status.startswith("Fatal"):
                     raise
+                self.failure = failure  # from a saved state it goes on after an error, too
                 return None
             return unknowns.given()
 
@@ -144,11 +151,17 @@ class Redone(Solved):
         self.last[:] = held
         self.solve(start, evaluate, False, time, size)
 
+    def _put(self, values: np.ndarray, held: np.ndarray, size: float) -> None:
+        """Inputs that are `held` at the start and `values` at the end: a line to those who take one, else a number between."""
+        self.unknowns.put(self.share * values + (1.0 - self.share) * held)
+        for seat, i, k in self.lines:
+            seat.u[i], seat.rates_in[i] = held[k], (values[k] - held[k]) / size
+
     def probe(self, part: Part) -> None:
         seat, state = self._from[part.name]
         part.ends.clear()
         part.restore(state)
-        seat.cycle(*self._span)
+        seat.go(*self._span)
 
 
 class Coupling:

@@ -7,6 +7,7 @@ scheduled execution). C functions are called directly, on buffers that are alloc
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from itertools import groupby
@@ -407,8 +408,23 @@ class Fmu(Part):
     def _follows(self, output: str, name: str) -> bool:
         """Whether an output is a continuous number, no element of an array, that may depend on an input at once."""
         variable, known = self.variables[output], self.variables[output].depends_on
-        continuous = variable.type == "Real" and variable.variability == "continuous"
+        continuous = (variable.causality, variable.type, variable.variability) == ("output", "Real", "continuous")
         return continuous and not self._places[output].array and (known is None or name in known)
+
+    def tilt(self, rates: Mapping[int, float]) -> None:
+        count, places = len(rates), [self._places[self.inputs[place]].reference for place in rates]
+        given = (c_uint * count)(*places), c_size_t(count), (c_int * count)(*[1] * count), (c_double * count)(*rates.values())
+        self._call("SetRealInputDerivatives", *given)
+
+    def rate(self, place: int) -> float:
+        if not (getattr(self._way, "maxOutputDerivativeOrder", 0) or 0):
+            return 0.0
+        found = c_double(0.0)
+        given = byref(c_uint(self._places[self.outputs[place]].reference)), c_size_t(1), byref(c_int(1)), byref(found)
+        status = self._function(f"{self.standard}GetRealOutputDerivatives")(self._instance, *given)
+        if status == FATAL:
+            self._fail(status, f"{self.standard}GetRealOutputDerivatives")
+        return found.value if status <= WARNING and math.isfinite(found.value) else 0.0
 
     # --- roll back -----------------------------------------------------------------------------------------------
 

@@ -20,6 +20,7 @@ import numpy as np
 REMEMBERED = 30  # directions at most
 PLAIN = 12  # evaluations without derivatives, and one more for each unknown up to REMEMBERED
 STEPS, HALVINGS = 25, 10  # of Newton's method
+WORSE = 3.0  # a step that leads so far away was a wrong one
 FLOOR = 1e-6  # no unknown is asked for more exactly than the tolerance times this
 RANK = 1e-7  # directions that differ by less are one
 
@@ -66,18 +67,20 @@ class Secant:
         here = self._look(np.where(np.isfinite(start), start, self.last), evaluate)
         if here.wrong is None:
             here = self._look(self.last, evaluate)
-        best = here
+        best, fresh = here, 0  # how many directions were learned here and now
         for _ in range(PLAIN + min(self.size, REMEMBERED)):
             if here.distance <= self.tolerance:
                 return self._settled(here)
             if best.wrong is None:
                 break
+            if here.distance > WORSE * best.distance:  # what was learned at other instants holds no more
+                self.changes[fresh:] = 0.0
+                here = best if here.wrong is not None else self._look(0.5 * (here.v + best.v), evaluate)
             if here.wrong is None:
-                following = self._look(0.5 * (here.v + best.v), evaluate)
-            else:
-                following = self._look(here.v + self._step(here.wrong), evaluate)
-                if following.wrong is not None:
-                    self._learn(following.v - here.v, following.wrong - here.wrong)
+                continue
+            following = self._look(here.v + self._step(here.wrong), evaluate)
+            if following.wrong is not None:
+                fresh += self._learn(following.v - here.v, following.wrong - here.wrong)
             here = following
             if here.distance < best.distance:
                 best = here
@@ -120,12 +123,13 @@ class Secant:
         self._weight = np.maximum(self.scale, np.abs(given))
         return Point(v, given - v, float(np.max(np.abs(given - v) / self._weight, initial=0.0)))
 
-    def _learn(self, step: np.ndarray, change: np.ndarray) -> None:
+    def _learn(self, step: np.ndarray, change: np.ndarray) -> bool:
         """Remember how G(v) - v changed with v, in place of the oldest of what is known."""
         length = float(np.linalg.norm(change / self._weight))
-        if length > 1e-14:
+        if news := length > 1e-14:
             self.steps[1:], self.changes[1:] = self.steps[:-1].copy(), self.changes[:-1].copy()
             self.steps[0], self.changes[0] = step / length, change / length
+        return news
 
     def _step(self, wrong: np.ndarray) -> np.ndarray:
         """Where G(v) - v is nought by all that is known; in directions of which nothing is known, on to G(v)."""

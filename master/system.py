@@ -45,6 +45,7 @@ class Run(Plain):
     open_inputs: bool = False  # True: inputs that nobody gives keep their FMU's start value
     step_control: str = ""  # "" | power | doubling
     tolerance: float = 1e-3  # of step control, relative
+    input_derivatives: bool = False  # FMUs that interpolate their inputs are told how these change in a step
     coupling_tolerance: float | None = (
         None  # of circles that are solved, relative; None: 1e-9 of algebraic loops, 1e-5 if iterated
     )

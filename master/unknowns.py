@@ -26,12 +26,14 @@ class Unknowns:
         self.parts = [wiring.parts[name] for name in circle.parts]
         self.wiring, self.others = wiring, list(circle.links)
         self.places: list[tuple[Part, int, Part, int, float, float]] = []  # target, place in its u; source, place in its y; …
+        self.names: list[tuple[str, str]] = []  # component and input
         for link in circle.links:
             source, target = wiring.parts[link.source], wiring.parts[link.target]
             ends = source.variables[link.output], target.variables[link.input]
             if all(v.type == "Real" and v.variability in ("", "continuous") for v in ends):
                 i, j = wiring.bound[link.target][0].index(link.input), wiring.bound[link.source][1].index(link.output)
                 self.places.append((target, i, source, j, link.factor, link.offset))
+                self.names.append((link.target, link.input))
                 self.others.remove(link)
         self.solver = Secant(len(self.places), tolerance)
         self.solver.last[:] = [target.u[i] for target, i, *_ in self.places]  # start values: a guess, where a user gave one

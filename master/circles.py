@@ -22,7 +22,6 @@ class Circle:
     """Links of a system that depend on each other."""
 
     name: str  # a.y -> b.y -> a.y
-    nodes: tuple[Node, ...]
     links: tuple[Link, ...]
     declared: bool = True  # every part on it says itself which of its outputs depend on which inputs
 
@@ -61,9 +60,10 @@ def loops(wiring: Wiring) -> tuple[list[Circle], list[Circle | Node]]:
         given.setdefault(link.target, []).append(link)
     graph: dict[Node, list[Node]] = {}
     for link in wiring.links:
-        known = wiring.parts[link.source].variables[link.output].depends_on
         graph[link.source, link.output] = [
-            (back.source, back.output) for back in given.get(link.source, ()) if known is None or back.input in known
+            (back.source, back.output)
+            for back in given.get(link.source, ())
+            if _acts(wiring, back.input, (link.source, link.output))
         ]
     order: list[Circle | Node] = []
     for nodes, found in strong(graph):
@@ -71,20 +71,21 @@ def loops(wiring: Wiring) -> tuple[list[Circle], list[Circle | Node]]:
             order += nodes
             continue
         name = "; ".join(" -> ".join(".".join(node) for node in circle) for circle in found)
-        inside = set(nodes)
-        known = {node: wiring.parts[node[0]].variables[node[1]].depends_on for node in nodes}
-        feeds = {
-            (component, depends if depends is None else name)
-            for (component, _), depends in known.items()
-            for name in (depends or ("",))
-        }
         links = tuple(
             link
             for link in wiring.links
-            if (link.source, link.output) in inside and ((link.target, link.input) in feeds or (link.target, None) in feeds)
+            if (link.source, link.output) in nodes
+            and any(component == link.target and _acts(wiring, link.input, (component, output)) for component, output in nodes)
         )
-        order.append(Circle(name, tuple(nodes), links, all(depends is not None for depends in known.values())))
+        declared = all(wiring.parts[component].variables[output].depends_on is not None for component, output in nodes)
+        order.append(Circle(name, links, declared))
     return [one for one in order if isinstance(one, Circle)], order
+
+
+def _acts(wiring: Wiring, input_: str, on: Node) -> bool:
+    """Whether an input may act at once on an output of its component."""
+    depends = wiring.parts[on[0]].variables[on[1]].depends_on
+    return depends is None or input_ in depends
 
 
 def coupled(wiring: Wiring) -> list[tuple[list[str], Circle | None]]:
@@ -98,5 +99,5 @@ def coupled(wiring: Wiring) -> list[tuple[list[str], Circle | None]]:
     for names, found in strong(graph):
         names.sort(key=stepped.index)
         links = tuple(link for link in wiring.links if link.source in names and link.target in names)
-        groups.append((names, Circle(", ".join(names), (), links) if found else None))
+        groups.append((names, Circle(", ".join(names), links) if found else None))
     return groups

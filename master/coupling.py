@@ -124,10 +124,13 @@ class Redone(Solved):
             if seat.keep:
                 seat.before[:] = seat.shown
             seat.gather(time, 0.0, 1.0, step)
-        self.redo(Snapshot(self.seats), self.unknowns.given(), time, step)
+        self.redo(Snapshot(self.seats), self.unknowns.given(), time, step, there=True)
 
-    def redo(self, snapshot: Snapshot, held: np.ndarray, time: float, size: float) -> None:
-        """Find the step from a snapshot; inputs from elsewhere are as they lie now. held: what outputs gave there."""
+    def redo(self, snapshot: Snapshot, held: np.ndarray, time: float, size: float, there: bool = False) -> None:
+        """Find the step from a snapshot; inputs from elsewhere are as they lie now.
+
+        held: what outputs gave there; there: all are there still.
+        """
         unknowns = self.unknowns
         for seat, _, u, _ in snapshot.seats:
             u[:] = seat.part.u
@@ -135,7 +138,10 @@ class Redone(Solved):
         self._span = time, size
 
         def evaluate(values: np.ndarray) -> np.ndarray | None:
-            snapshot.restore()
+            nonlocal there
+            if not there:
+                snapshot.restore()
+            there = False
             self._put(values, held, size)
             try:
                 for seat in self.seats:

@@ -400,7 +400,7 @@ class Fmu(Part):
         )
         if status == FATAL:
             self._fail(status, f"{self.standard}GetDirectionalDerivative")
-        self._told_slopes = status <= WARNING and np.isfinite(found).all()
+        self._told_slopes = status <= WARNING and bool(np.isfinite(found).all())
         slopes = np.zeros(len(self.y))
         slopes[wanted] = found
         return slopes if self._told_slopes else None

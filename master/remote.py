@@ -15,6 +15,7 @@ import socket
 import tempfile
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -148,6 +149,8 @@ class Server:
     def close(self) -> None:
         """No more instances. Those that are there go on until their users end them, or this process ends."""
         self._over = True
+        with suppress(OSError):
+            self._listening.shutdown(socket.SHUT_RDWR)  # else `run` waits on
         self._listening.close()
 
     def _instance(self, end: socket.socket, who: str, tell: Callable[[str], None]) -> None:

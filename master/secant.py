@@ -133,16 +133,13 @@ class Secant:
 
     def _step(self, wrong: np.ndarray) -> np.ndarray:
         """Where G(v) - v is nought by all that is known; in directions of which nothing is known, on to G(v)."""
-        basis: list[np.ndarray] = []
-        kept: list[int] = []
-        columns = self.changes / self._weight
+        columns, kept = self.changes / self._weight, []
+        basis = np.zeros((0, self.size))
         for k, column in enumerate(columns):  # what is newest counts
-            rest = column.copy()
-            for one in basis:
-                rest -= (one @ rest) * one
-            length = float(np.linalg.norm(rest))
-            if length > RANK * float(np.linalg.norm(column)) > 0.0:
-                basis.append(rest / length)
+            rest = column - (basis @ column) @ basis
+            length = math.sqrt(rest @ rest)
+            if length > RANK * math.sqrt(column @ column) > 0.0:
+                basis = np.vstack([basis, rest / length])
                 kept.append(k)
         if not kept:
             return wrong

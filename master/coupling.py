@@ -181,6 +181,10 @@ class Coupling:
         self.lagging: dict[str, str] = {}  # loops that are not solved, and why
         self.groups: list[Seat | Redone] = []  # what is stepped one after the other, where all circles are redone
         self._loops, exactly = loops, run.coupling_tolerance
+        if exactly is not None and not 0.0 <= exactly < LOOSE:
+            raise DescriptionError(
+                f"[run] coupling_tolerance = {exactly:g}: below {LOOSE:g} is wanted here, or 0 for loops that lag."
+            )
         table = {seat.name: seat for seat in seats}
         iterated = isinstance(self.algorithm, Iterated)
         for names, circle in coupled(wiring) if iterated else ():
@@ -195,7 +199,9 @@ class Coupling:
             self.groups.append(one)
         for loop in loops:
             there = [table[name] for name in loop.parts]
-            if all(seat.part.instant and seat.large == 1 for seat in there) and not _faulty(there):
+            if exactly == 0.0 and not iterated:
+                self.lagging[loop.name] = "coupling_tolerance is 0"
+            elif all(seat.part.instant and seat.large == 1 for seat in there) and not _faulty(there):
                 self.settled.append(Settled(loop, wiring, seats, exactly or LOOP))
             elif not iterated and not loop.declared:
                 silent = [name for name in loop.parts if any(v.depends_on is None for v in _outputs(table[name]))]

@@ -46,9 +46,7 @@ class Run(Plain):
     step_control: str = ""  # "" | power | doubling
     tolerance: float = 1e-3  # of step control, relative
     input_derivatives: bool = False  # FMUs that interpolate their inputs are told how these change in a step
-    coupling_tolerance: float | None = (
-        None  # of circles that are solved, relative; None: 1e-9 of algebraic loops, 1e-5 if iterated
-    )
+    coupling_tolerance: float | None = None  # of circles, relative; 0: loops lag; None: 1e-9, and 1e-5 if iterated
     fmu_tolerance: float | None = None  # of the FMUs' own solvers, relative; 0: none is told; None: of their default experiments
     step_min: float = 0.0  # smallest step of step control; 0: step / 1024
 

@@ -35,7 +35,7 @@ LOOSE = 1e-3  # what does not come as near as this ends the run
 class Solved:
     """A circle that is solved in every step."""
 
-    way = "algebraic loop, solved by stepping again"
+    way: str
     failure: PartFailed | None = None  # of a part on trial, the last
     share: float | np.ndarray = 1.0  # of the end's value in an input; the rest is that of the start
 
@@ -57,7 +57,6 @@ class Solved:
             if error.residual > LOOSE:
                 self._fail(time, size, error.residual)
             tally.loose += 1
-            solver.residual = error.residual
         tally.solved += 1
         tally.rounds += solver.rounds
         tally.most = max(tally.most, solver.rounds)
@@ -108,6 +107,8 @@ class Settled(Solved):
 class Redone(Solved):
     """A circle that is solved by stepping it from the same instant again and again."""
 
+    way = "algebraic loop, solved by stepping again"
+
     def __init__(self, circle: Circle, wiring: Wiring, seats: Sequence[Seat], tolerance: float, loops: Sequence[Circle] = ()):
         """loops: the algebraic ones, whose inputs are those of a step's end."""
         super().__init__(circle, wiring, seats, tolerance)
@@ -155,7 +156,10 @@ class Redone(Solved):
 
         start = 2.0 * held - self.last if np.isfinite(self.last).all() else held
         self.last[:] = held
+        ends, mine = self.seats[0].part.ends, {seat.name for seat in self.seats}
+        others = [end for end in ends if end[0] not in mine]  # which ended the run, whatever becomes of these
         self.solve(start, evaluate, False, time, size)
+        ends[:] = others + [end for end in ends if end[0] in mine]
 
     def _put(self, values: np.ndarray, held: np.ndarray, size: float) -> None:
         """Inputs that are `held` at the start and `values` at the end: a line to those who take one, else a number between."""
@@ -180,7 +184,7 @@ class Coupling:
         self.redone: list[Redone] = []
         self.lagging: dict[str, str] = {}  # loops that are not solved, and why
         self.groups: list[Seat | Redone] = []  # what is stepped one after the other, where all circles are redone
-        self._loops, exactly = loops, run.coupling_tolerance
+        exactly = run.coupling_tolerance
         if exactly is not None and not 0.0 <= exactly < LOOSE:
             raise DescriptionError(
                 f"[run] coupling_tolerance = {exactly:g}: below {LOOSE:g} is wanted here, or 0 for loops that lag."

@@ -157,9 +157,7 @@ class Result:
     lacks: dict[str, Sequence[str]] = field(default_factory=dict)  # by isolated component: what could not be taken away from it
     notes: list[str] = field(default_factory=list)  # what else a reader of the numbers should know, a sentence each
     ended: dict[str, float] = field(default_factory=dict)  # a component that ended the run itself, and when, s
-    lagging: dict[str, str] = field(
-        default_factory=dict
-    )  # algebraic loops whose values lag by a step, and why they are not solved
+    lagging: dict[str, str] = field(default_factory=dict)  # algebraic loops that are not solved: values lag by a step; and why
     circles: list[Tally] = field(default_factory=list)  # what was solved, and how well
 
     @property

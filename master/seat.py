@@ -204,7 +204,7 @@ class Seat:
     def _collect(self, index: int, time: float, step: float) -> None:
         if self.large == 1 or index % self.large == 0:
             self.gather(time, 0.0, 0.0, step)
-            if self.parallel and self.even and not self.input_faults:
+            if self.parallel and self.even and not self.input_faults and not self.rates_in:
                 self.part.begin(time, step)
 
     def _move(self, index: int, time: float, step: float) -> None:

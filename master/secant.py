@@ -59,7 +59,7 @@ class Secant:
         self.residual = 0.0  # of it, relative
 
     def solve(self, start: np.ndarray, evaluate: Evaluate, slopes: Callable[[], np.ndarray]) -> None:
-        """Evaluate last where the solution is. slopes: dG/dv where it was evaluated last. Raises Unsettled.
+        """Evaluate last where the solution is, or what comes nearest. slopes: dG/dv where it was evaluated last. Raises Unsettled.
 
         Where nothing can be computed at `start`, the last solution is where to begin.
         """
@@ -108,6 +108,8 @@ class Secant:
                     for direction, change in zip(np.eye(self.size), rate.T):
                         self._learn(direction, change)
                 return self._settled(here)
+        self._look(here.v, evaluate)
+        self._settled(here)
         raise Unsettled(here.distance)
 
     def _settled(self, point: Point) -> None:

@@ -166,6 +166,8 @@ def of_system(system: System, columns: list[Variable]) -> dict[str, Any]:
                 described = open_fmu(fmu_path(component, system), system.unlimited).description
                 part = Part(name, variables_of(described))
                 part.units = units_of(described)
+            elif component.host:  # nobody is asked for it
+                continue
             else:
                 part = make(name, component, system)
             wiring.parts[name] = part

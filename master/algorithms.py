@@ -5,12 +5,13 @@ t_n+1 = t_n + H every part gets its inputs and steps:
 
 - **Jacobi**: all inputs are outputs at t_n. First order, independent of any order.
 - **Gauss-Seidel**: one part after the other; inputs from parts stepped before are at t_n+1, all others at t_n.
+- **Iterated**: as Gauss-Seidel, in an order in which only circles are left, and these are solved (master.coupling).
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import inf
 from typing import Protocol, TypeVar
 
@@ -22,6 +23,8 @@ class Stepped(Protocol):
     def collect(self, index: int, time: float, step: float) -> None: ...  # take inputs
     def move(self, index: int, time: float, step: float) -> None: ...  # step with them
 
+
+Advance = Callable[[Sequence[Stepped], int, float, float], None]  # a macro step of these: its index, time and size, s
 
 Place = TypeVar("Place", contravariant=True)
 
@@ -83,5 +86,9 @@ class Jacobi(Algorithm):
             plan.cycle(place)
 
 
-ALGORITHMS: dict[str, type[Algorithm]] = {"gauss-seidel": GaussSeidel, "jacobi": Jacobi}
+class Iterated(GaussSeidel):
+    """Its steps are made by master.coupling, which knows the circles."""
+
+
+ALGORITHMS: dict[str, type[Algorithm]] = {"gauss-seidel": GaussSeidel, "jacobi": Jacobi, "iterated": Iterated}
 """By the name that a system gives."""

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from .algorithms import Advance
 from .energy import Balance, Pair
 from .errors import DescriptionError
 from .seat import Seat
@@ -69,9 +70,9 @@ class Control(ABC):
     goes_back: bool  # whether a step can be made again
     largest: list[Any]  # what was seen so far, by which errors are judged
 
-    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
+    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat], advance: Advance):
         self.tolerance, self.stepped = wiring.system.run.tolerance, stepped
-        self.algorithm, self.balances = wiring.algorithm, balances
+        self.advance, self.balances = advance, balances
 
     @staticmethod
     @abstractmethod
@@ -88,8 +89,8 @@ class Power(Control):
 
     grow = 0.25  # the loss of power grows with the step
 
-    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
-        super().__init__(wiring, balances, stepped)
+    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat], advance: Advance):
+        super().__init__(wiring, balances, stepped, advance)
         self.largest = [0.0] * len(balances)  # power at each bond, W
         self.goes_back = all(seat.part.can_roll_back for seat in stepped) and not wiring.system.faults
 
@@ -100,7 +101,7 @@ class Power(Control):
 
     def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
         old = [(b.lost, b.turnover) for b in self.balances]
-        self.algorithm.step(self.stepped, index, time, size)
+        self.advance(self.stepped, index, time, size)
         worst = 0.0
         for k, (bond, (lost, turnover)) in enumerate(zip(self.balances, old)):
             self.largest[k] = max(self.largest[k], (bond.turnover - turnover) / size)
@@ -115,8 +116,8 @@ class Doubling(Control):
     grow = 0.2  # the error of a step grows with its square
     goes_back = True
 
-    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat]):
-        super().__init__(wiring, balances, stepped)
+    def __init__(self, wiring: Wiring, balances: list[Balance], stepped: list[Seat], advance: Advance):
+        super().__init__(wiring, balances, stepped, advance)
         self.largest = [np.array([_nominal(seat, name) for name in seat.outputs]) for seat in stepped]
 
     @staticmethod
@@ -128,12 +129,12 @@ class Doubling(Control):
             raise DescriptionError(f"{where} does not go with [[faults]], which do not roll back. Use a fixed step.")
 
     def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
-        self.algorithm.step(self.stepped, index, time, size)
+        self.advance(self.stepped, index, time, size)
         coarse = [seat.part.y.copy() for seat in self.stepped]
         assert snapshot is not None  # it goes back
         snapshot.restore()
-        self.algorithm.step(self.stepped, index, time, size / 2)
-        self.algorithm.step(self.stepped, index, time + size / 2, size / 2)
+        self.advance(self.stepped, index, time, size / 2)
+        self.advance(self.stepped, index, time + size / 2, size / 2)
         worst = 0.0
         for seat, rough, scale in zip(self.stepped, coarse, self.largest):
             fine = seat.part.y

@@ -137,7 +137,7 @@ def _words(target: str, connection: Connection) -> str:
 def _kind(component: Component) -> str:
     if component.fmu:
         return component.fmu.replace("\\", "/").rpartition("/")[2].removesuffix(".fmu").removeprefix("selflock:")
-    return named(component.part).rpartition(":")[2] if component.part else component.manoeuvre
+    return named(component.part).rpartition(":")[2] if component.part else component.manoeuvre or component.host
 
 
 def _place(boxes: list[Placed], wires: list[Wire]) -> tuple[float, float]:

@@ -35,6 +35,7 @@ class Integrated(Fmu):
     """What model exchange is in every version."""
 
     variable_step = True
+    instant = True
     boolean: Any = c_int  # C's type
     derivatives_name, nominals_name = "GetDerivatives", "GetNominalsOfContinuousStates"
     needs: ClassVar[tuple[str, ...]] = ("SetTime", "EnterEventMode", "EnterContinuousTimeMode")

@@ -54,6 +54,8 @@ class Part:
     frozen: bool = True  # False: what `save` gives cannot be put into bytes
     timed: bool = False  # outputs are functions of time alone: `at` tells them, it is never stepped; a class with an `at` is
     tells_ahead: bool = False  # of a part that is `timed`: `ahead` tells a stretch of time at once, of Reals
+    instant: bool = True  # outputs follow inputs without a step: `probe`
+    interpolates: bool = False  # the derivatives of inputs over a step can be given with them: `tilt`
     parallel: bool = False  # `begin` starts a step that others need not wait for
     lacks: Sequence[str] = ()  # what isolation, where it was asked for, could not take away
     untaken: Mapping[
@@ -141,6 +143,26 @@ class Part:
     def at(self, time: float) -> None:
         """y as it is at `time`, without a step: of a part that is `timed` at any time, of others now."""
         self.read()
+
+    def on_trial(self, begins: bool) -> None:
+        """Before and after `probe` and `slopes`, once for many of them."""
+
+    def probe(self) -> None:
+        """y for u as it is now, without a step or an event; inputs on trial, for which nothing else changes. If `instant`."""
+        self.write()
+        self.read()
+
+    def slopes(self, place: int) -> np.ndarray | None:
+        """How y changes with the input at `place` of u, at this instant; None where the part does not tell."""
+        return None
+
+    def tilt(self, rates: Mapping[int, float]) -> None:
+        """Inputs by their places in u change at these rates, per s, during the next step; after `write`. If it `interpolates`."""
+        raise NotImplementedError
+
+    def rate(self, place: int) -> float:
+        """The derivative of the output at `place` of y as the part tells it at the end of a step, per s; 0 where it does not."""
+        return 0.0
 
     def ahead(self, times: np.ndarray) -> np.ndarray:
         """What `at` would put into y at each of these times, a row each; only of a part that `tells_ahead`."""

@@ -71,6 +71,7 @@ class CoSimulation1(Fmi1):
     def _instantiate(self) -> None:
         instantiate = self._function("fmiInstantiateSlave", c_void_p)
         self._do_step = self._function("fmiDoStep")
+        self.interpolates = bool(self._way.canInterpolateInputs)
         self._callbacks = binary.callbacks1(self._number)
         flags = c_double(0.0), c_byte(0), c_byte(0)  # timeout, visible, interactive
         place = self._binary.folder.as_uri().encode(), b"application/x-fmu-sharedlibrary"

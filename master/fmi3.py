@@ -280,7 +280,7 @@ class CoSimulation3(Fmi3):
     """One instance of an FMI 3.0 co-simulation FMU."""
 
     def _instance_of(self, name: bytes, token: bytes, resources: bytes) -> Any:
-        self.events = bool(getattr(self._way, "hasEventMode", False))
+        self.events = self.instant = bool(getattr(self._way, "hasEventMode", False))
         early = self.events and self.variable_step
         instantiate = self._function("fmi3InstantiateCoSimulation", c_void_p)
         self._do_step = self._function("fmi3DoStep")
@@ -304,6 +304,14 @@ class CoSimulation3(Fmi3):
     def _changed(self, inputs: Sequence[Block]) -> None:
         self._call("EnterEventMode")
         self._settle(inputs)
+        if not self._over():
+            self._call("EnterStepMode")
+
+    def on_trial(self, begins: bool) -> None:
+        """FMI 3.0 lets outputs be read for new inputs in event mode alone."""
+        if begins:
+            return self._call("EnterEventMode")
+        self._settle()
         if not self._over():
             self._call("EnterStepMode")
 

@@ -57,6 +57,7 @@ class FmuPart(Fmi2):
 
     def _instantiate(self) -> None:
         self._do_step = self._function("fmi2DoStep")
+        self.interpolates = bool(self._way.canInterpolateInputs)
         self.frozen = self._binary.description.coSimulation.canSerializeFMUstate
         super()._instantiate()
 

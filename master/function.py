@@ -30,6 +30,7 @@ class Written(Part):
     takes: Sequence[str] = ()  # inputs in the order of its arguments
     gives: Sequence[str] = ()
     tells: Sequence[str] = ()  # parameters
+    instant = False  # it is asked at the end of a step
     lasts: bool = False  # made once, with the parameters, then called: a class
 
     def __init__(self, name: str):

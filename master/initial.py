@@ -1,36 +1,38 @@
 """Initial values made consistent: every output is read after the inputs it depends on have been given.
 
-Outputs act through connections on inputs, and through a part on those of its outputs that depend on the input
-without a step (`depends_on`; all outputs where an FMU tells nothing). What is left in a circle is an algebraic
-loop: it is named, its values are repeated until they stand still, and refused if they do not. During steps the
-values in a loop lag by a step in any case: such is non-iterative coupling.
+What depends on itself is an algebraic loop (master.circles): it is named, and solved by master.secant; refused where it has
+no solution that is found.
 """
 
 from __future__ import annotations
 
 import math
-from graphlib import CycleError, TopologicalSorter
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from .circles import Circle, Node, loops
 from .errors import DescriptionError
-from .wiring import Link, Wiring
+from .face import Part
+from .secant import Unsettled
+from .unknowns import Unknowns
+from .wiring import Wiring
 
 ROUNDS = 100
 CLOSE = 1e-10
 
-Node = tuple[str, str]  # component, output
 
-
-def initialize(wiring: Wiring, stop: float | None) -> list[str]:
-    """Take the parts through initialization. Returns the algebraic loops, each as text a -> b -> a."""
+def initialize(wiring: Wiring, stop: float | None) -> list[Circle]:
+    """Take the parts through initialization. Returns the algebraic loops."""
     parts, start = wiring.parts, wiring.system.run.start
     for part in parts.values():
         part.enter_initialization(start, stop)
-    loops, order = _order(wiring)
-    _evaluate(wiring, order, loops)
+    found, order = loops(wiring)
+    _evaluate(wiring, order)
     for part in parts.values():
         part.exit_initialization()
-    return [" -> ".join(loop) for loop in loops]
+    return found
 
 
 def untaken(wiring: Wiring) -> list[str]:
@@ -50,55 +52,56 @@ def not_taken(name: str, given: Any, found: Any) -> str:
     return f"{name} = {given} was not taken: the FMU has {found}"
 
 
-def _order(wiring: Wiring) -> tuple[list[list[str]], list[Node]]:
-    """The loops, and all connected outputs in an order in which each comes after what it depends on."""
-    given: dict[str, list[Link]] = {}
-    for link in wiring.links:
-        given.setdefault(link.target, []).append(link)
-    graph: dict[Node, set[Node]] = {}
-    for link in wiring.links:
-        depends = wiring.parts[link.source].variables[link.output].depends_on
-        graph[link.source, link.output] = {
-            (back.source, back.output) for back in given.get(link.source, ()) if depends is None or back.input in depends
-        }
-    loops: list[list[str]] = []
-    while True:
-        try:
-            return loops, list(TopologicalSorter(graph).static_order())
-        except CycleError as error:
-            cycle = error.args[1]  # each acts on the next, the last is the first
-            loops.append([".".join(node) for node in cycle])
-            graph[cycle[1]].discard(cycle[0])
-
-
-def _evaluate(wiring: Wiring, order: list[Node], loops: list[list[str]]) -> None:
-    parts = wiring.parts
-    for attempt in range(ROUNDS if loops else 1):
-        change = 0.0
-        for component, _ in order:
-            part = parts[component]
-            feed(wiring, component)
-            old = part.y.copy()
-            part.at(wiring.system.run.start)
-            if attempt:
-                difference = abs(part.y - old) / (1.0 + abs(part.y))
-                change = max(change, float(difference.max(initial=0.0)))
-        if attempt and not change > CLOSE:
-            break
-    else:
-        if loops:
-            named = "; ".join(" -> ".join(loop) for loop in loops)
-            raise DescriptionError(
-                f"The initial values do not settle: outputs act on each other at the same instant in {named}. "
-                "Break the loop with a part whose output does not depend on its input at once (an inertia, a delay), or reduce "
-                "its gain."
-            )
+def _evaluate(wiring: Wiring, order: list[Circle | Node]) -> None:
+    parts, start = wiring.parts, wiring.system.run.start
+    unknowns = {one.name: Unknowns(one, wiring, CLOSE) for one in order if isinstance(one, Circle)}
+    for one in order:
+        if isinstance(one, Circle):
+            _solve(wiring, unknowns[one.name])
+        else:
+            feed(wiring, one[0])
+            parts[one[0]].at(start)
     for component in parts:
         feed(wiring, component)
 
 
-def feed(wiring: Wiring, component: str) -> None:
-    """Give a part its inputs from the outputs as they are."""
+def _solve(wiring: Wiring, unknowns: Unknowns) -> None:
+    """Solve a loop; what in it is no number of any size, such as a Boolean, is passed on until it stands still."""
+    start, parts = wiring.system.run.start, unknowns.parts
+
+    def evaluate(values: np.ndarray) -> np.ndarray:
+        for part in parts:
+            feed(wiring, part.name, lambda: unknowns.put(values))
+        for part in parts:
+            part.at(start)
+        return unknowns.given()
+
+    def probe(part: Part) -> None:
+        part.write()
+        part.at(start)
+
+    residual = math.inf
+    for _ in range(ROUNDS):
+        for part in parts:
+            feed(wiring, part.name)
+            part.at(start)
+        before = unknowns.passed()
+        try:
+            unknowns.solver.solve(unknowns.given(), evaluate, lambda: unknowns.slopes(probe, exact=True))
+        except Unsettled as error:
+            residual = error.residual
+            break
+        if unknowns.passed() == before:
+            return
+    raise DescriptionError(
+        f"The initial values do not settle: outputs act on each other at the same instant in {unknowns.circle.name}"
+        f"{f' (residual {residual:.2g})' if math.isfinite(residual) else ''}. "
+        "Break the loop with a part whose output does not depend on its input at once (an inertia, a delay), or change its gain."
+    )
+
+
+def feed(wiring: Wiring, component: str, then: Callable[[], None] | None = None) -> None:
+    """Give a part its inputs from the outputs as they are; `then` may change them before they go in."""
     part = wiring.parts[component]
     for link in wiring.links:
         if link.target != component:
@@ -111,4 +114,6 @@ def feed(wiring: Wiring, component: str) -> None:
         value = link.factor * wiring.parts[link.source].y[outputs.index(link.output)] + link.offset
         if math.isfinite(value):
             part.u[inputs.index(link.input)] = value
+    if then is not None:
+        then()
     part.write()

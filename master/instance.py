@@ -7,6 +7,7 @@ scheduled execution). C functions are called directly, on buffers that are alloc
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from itertools import groupby
@@ -43,6 +44,7 @@ class Fmu(Part):
 
     standard: ClassVar[str]  # in front of the names of its functions
     frozen = False  # its state stays in this process, but for what says otherwise
+    instant = False  # FMI: after a step nothing may be read again for other inputs, but for what says otherwise
     events = False  # once it runs, what is discrete is set in event mode
     kinds: ClassVar[Mapping[str, tuple[Any, Any]]]  # by the names of types there: the C type, and numpy's for exchange
 
@@ -82,6 +84,7 @@ class Fmu(Part):
         self._arrays: dict[int, Any] = {}  # by reference: what an array that was set holds
         self._time, self._size, self._free = c_double(0.0), c_double(0.0), c_int(1)
         self._instance = c_void_p()
+        self._told_slopes = True  # as far as it was asked
         self._alive = False  # between exit of initialization and terminate
         self._given: dict[str, Any] | None = {}  # values set so far; None from initialization mode on
         self._wanted: dict[str, Any] = {}  # parameters among them
@@ -376,6 +379,52 @@ class Fmu(Part):
             values[i] = own[k]
         if block.wide and any(abs(own[k]) > EXACT for _, k in copies):
             self._fail(INEXACT, name)
+
+    def probe(self) -> None:
+        for block in self._writes:
+            if not (self.events and block.discrete):
+                self._exchange_in(block)
+        self.read()
+
+    def slopes(self, place: int) -> np.ndarray | None:
+        """By the FMU's own directional derivatives."""
+        if not getattr(self._way, "providesDirectionalDerivative", False) or not self._told_slopes:
+            return None
+        name = self.inputs[place]
+        wanted = [k for k, output in enumerate(self.outputs) if self._follows(output, name)]
+        references = (c_uint * len(wanted))(*(self._places[self.outputs[k]].reference for k in wanted))
+        seed, found = c_double(1.0), (c_double * len(wanted))()
+        given = references, c_size_t(len(wanted)), byref(c_uint(self._places[name].reference)), c_size_t(1), byref(seed)
+        status = self._function(f"{self.standard}GetDirectionalDerivative")(
+            self._instance, *given, *self._counted(1), found, *self._counted(len(wanted))
+        )
+        if status == FATAL:
+            self._fail(status, f"{self.standard}GetDirectionalDerivative")
+        self._told_slopes = status <= WARNING and bool(np.isfinite(found).all())
+        slopes = np.zeros(len(self.y))
+        slopes[wanted] = found
+        return slopes if self._told_slopes else None
+
+    def _follows(self, output: str, name: str) -> bool:
+        """Whether an output is a continuous number, no element of an array, that may depend on an input at once."""
+        variable, known = self.variables[output], self.variables[output].depends_on
+        continuous = (variable.causality, variable.type, variable.variability) == ("output", "Real", "continuous")
+        return continuous and not self._places[output].array and (known is None or name in known)
+
+    def tilt(self, rates: Mapping[int, float]) -> None:
+        count, places = len(rates), [self._places[self.inputs[place]].reference for place in rates]
+        given = (c_uint * count)(*places), c_size_t(count), (c_int * count)(*[1] * count), (c_double * count)(*rates.values())
+        self._call("SetRealInputDerivatives", *given)
+
+    def rate(self, place: int) -> float:
+        if not (getattr(self._way, "maxOutputDerivativeOrder", 0) or 0):
+            return 0.0
+        found = c_double(0.0)
+        given = byref(c_uint(self._places[self.outputs[place]].reference)), c_size_t(1), byref(c_int(1)), byref(found)
+        status = self._function(f"{self.standard}GetRealOutputDerivatives")(self._instance, *given)
+        if status == FATAL:
+            self._fail(status, f"{self.standard}GetRealOutputDerivatives")
+        return found.value if status <= WARNING and math.isfinite(found.value) else 0.0
 
     # --- roll back -----------------------------------------------------------------------------------------------
 

@@ -138,4 +138,4 @@ if __name__ == "__main__":
     given = json.loads(sys.argv[2])
     missing = enter(given["home"], given["limits"])
     sys.path[:] = given["path"]
-    import_module(given["module"]).serve(int(sys.argv[1]), missing)
+    import_module(given["module"]).serve(int(sys.argv[1]), missing, given["only"])

@@ -1,4 +1,4 @@
-"""The line between the master and the process of an FMU, and what may come over it.
+"""The line between the master and an FMU that lives elsewhere, and what may come over it.
 
 The process may hold a stranger's code, so that what it answers is data and no more: numbers as bytes, all else as JSON,
 bounded in size, every field of the type that it should have. Nothing of it is run, or made into an object that it names.
@@ -10,7 +10,7 @@ import json
 import socket
 import struct
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -22,6 +22,7 @@ from .errors import DescriptionError, PartFailed
 DESCRIPTION = 256 << 20  # bytes of the largest answer: a description of some 10⁶ variables
 VALUE = 4 << 20  # bytes of any other: a value, a log, an error
 WORDS = 20_000  # characters of a line or an error that are kept
+ABLE = "can_roll_back", "variable_step", "frozen", "instant", "interpolates"  # what a part says of itself, yes or no
 _LENGTH = struct.Struct("!I")
 
 
@@ -93,6 +94,25 @@ def _size(message: bytearray, most: int) -> int:
     return size
 
 
+# --- questions ----------------------------------------------------------------------------------------------------
+
+
+def called(method: str, arguments: Sequence[Any]) -> bytes:
+    return _json({"call": method, "arguments": list(arguments)})
+
+
+def asked(message: bytes) -> tuple[str, list[Any]]:
+    """The call in a message, and its arguments. Raises Garbled."""
+    try:
+        told = json.loads(message)
+        method, arguments = told["call"], told["arguments"]
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise Garbled(f"what is no question ({type(error).__name__})") from None
+    if not isinstance(method, str) or not isinstance(arguments, list):
+        raise Garbled("what is no question")
+    return method, arguments
+
+
 # --- answers -----------------------------------------------------------------------------------------------------
 
 
@@ -130,19 +150,15 @@ def described(part: Any) -> dict[str, Any]:
     return {
         "variables": [asdict(v) for v in part.variables.values()],
         "units": {name: list(unit) for name, unit in part.units.items()},
-        "can_roll_back": part.can_roll_back,
-        "variable_step": part.variable_step,
-        "frozen": part.frozen,
-    }
+    } | {what: bool(getattr(part, what)) for what in ABLE}
 
 
-def description(told: Any) -> tuple[dict[str, Variable], dict[str, Unit], bool, bool, bool]:
-    """The same on the other side. Raises Garbled."""
+def description(told: Any) -> dict[str, Any]:
+    """The same on the other side: attributes of a part by their names. Raises Garbled."""
     try:
         variables = [_variable(v) for v in told["variables"]]
         units = {_text(name): _unit(*unit) for name, unit in told["units"].items()}
-        can, varies, frozen = (bool(told[what]) for what in ("can_roll_back", "variable_step", "frozen"))
-        return {v.name: v for v in variables}, units, can, varies, frozen
+        return {"variables": {v.name: v for v in variables}, "units": units} | {what: bool(told[what]) for what in ABLE}
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
         raise Garbled(f"a description that is none ({type(error).__name__})") from None
 

@@ -122,6 +122,25 @@ class Memory(Sink):
 
 
 @dataclass
+class Tally:
+    """How a circle was solved (master.coupling)."""
+
+    name: str
+    way: str
+    unknowns: int
+    solved: int = 0
+    rounds: int = 0  # evaluations in all
+    most: int = 0  # in one solution
+    residual: float = 0.0  # the largest left, relative
+    loose: int = 0  # solutions beyond the tolerance, though not far
+
+    def __str__(self) -> str:
+        loose = f"; {self.loose} times beyond the tolerance" if self.loose else ""
+        rounds = f"{self.rounds / max(self.solved, 1):.2g} evaluations on average, {self.most} at most"
+        return f"{self.way} ({rounds}; residual {self.residual:.1g} at most{loose}): {self.name}"
+
+
+@dataclass
 class Result:
     """What a run gave."""
 
@@ -138,11 +157,20 @@ class Result:
     lacks: dict[str, Sequence[str]] = field(default_factory=dict)  # by isolated component: what could not be taken away from it
     notes: list[str] = field(default_factory=list)  # what else a reader of the numbers should know, a sentence each
     ended: dict[str, float] = field(default_factory=dict)  # a component that ended the run itself, and when, s
+    lagging: dict[str, str] = field(default_factory=dict)  # algebraic loops that are not solved: values lag by a step; and why
+    circles: list[Tally] = field(default_factory=list)  # what was solved, and how well
 
     @property
     def table(self) -> pd.DataFrame:
         """The results; read from the file where they were written to one."""
         return self.sink.table()
+
+    @property
+    def coupling(self) -> pd.DataFrame:
+        """A row for each circle that was solved: unknowns, times solved, evaluations (all, and most in one), largest residual left."""
+        rows = [(one.way, one.unknowns, one.solved, one.rounds, one.most, one.residual, one.loose) for one in self.circles]
+        names = ["way", "unknowns", "solved", "evaluations", "most", "residual", "loose"]
+        return pd.DataFrame(rows, index=[one.name for one in self.circles], columns=names)
 
     @property
     def peaks(self) -> pd.DataFrame:
@@ -195,8 +223,9 @@ class Result:
         lines += [f"  {name} ended the run itself at t = {time:.9g} s" for name, time in self.ended.items()]
         if self.rejected:
             lines.append(f"  {self.rejected} steps were made again with a smaller step")
-        for loop in self.loops:
-            lines.append(f"  algebraic loop, its values lag by a step: {loop}")
+        for loop, why in self.lagging.items():
+            lines.append(f"  algebraic loop, its values lag by a step, for {why}: {loop}")
+        lines += [f"  {one}" for one in self.circles if one.unknowns]
         for name, lacks in self.lacks.items():
             lines.append(f"  {name} was isolated only in part: not taken away were {'; '.join(lacks)}")
         lines += [f"  {note}" for note in self.notes]

@@ -14,6 +14,8 @@ import pandas as pd
 
 from . import control, energy
 from .about import about
+from .circles import Circle
+from .coupling import Coupling
 from .errors import DescriptionError, PartFailed, RunInterrupted, TimeUp, warn
 from .face import Part, Variable
 from .faults import Faults
@@ -73,7 +75,8 @@ class Running:
         except BaseException:
             self.wiring.close()
             raise
-        self.loops: list[str] = []
+        self.loops: list[Circle] = []
+        self.coupling: Coupling | None = None
         rescues.add(self)
         self.notes = [*system.notes, *contrary(self.wiring)]
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
@@ -93,7 +96,7 @@ class Running:
             log.debug("%s · %g + %g", link, link.factor, link.offset)
         self.loops = initialize(wiring, self.stop if isfinite(self.stop) else None)
         for loop in self.loops:
-            log.info("algebraic loop: %s", loop)
+            log.info("algebraic loop: %s", loop.name)
         self.notes += untaken(wiring)
         for note in self.notes:
             warn(note)
@@ -111,6 +114,8 @@ class Running:
         self.faults.install(by_name)
         for seat in self.seats:
             seat.settle()
+        self.coupling = Coupling(wiring, self.seats, self.loops)
+        self.coupling.settle(start)
         self.recorder = Recorder(wiring, by_name, self.sink)
         if self.states and self.states.found:
             self.states.restore(self)
@@ -203,7 +208,7 @@ class Running:
             self.system.name,
             units,
             table,
-            self.loops,
+            [loop.name for loop in self.loops],
             self.time - run.start,
             self.index,
             self.rejected,
@@ -213,6 +218,8 @@ class Running:
             self.lacks,
             self.notes,
             self.ended,
+            self.coupling.lagging if self.coupling else {},
+            self.coupling.tallies if self.coupling else [],
         )
 
 

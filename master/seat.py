@@ -42,6 +42,7 @@ class Seat:
         self.shown = view(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
         self.before = view(self.part.y.copy())  # `shown` at the start of the macro step
         self.even = self.small == self.large == 1  # steps with the master
+        self.tilts = run.input_derivatives and self.part.interpolates
         self.keep = False  # whether anyone interpolates from `before`
         self.origin = view(self.part.y.copy())  # outputs at the start of a long step
         variables = [self.part.variables[output] for output in self.outputs]
@@ -53,6 +54,8 @@ class Seat:
         self.between: list[tuple[int, Seat, int, float, float]] = []  # interpolated over the macro step
         self.carried: list[tuple[int, Buffer, int, int, float, float]] = []  # carried on by a rate, whose place comes fourth
         self.clocked: list[tuple[Seat, int, int, float, float]] = []  # from a function of time
+        self.tilted: list[tuple[Seat, int, int, float, float, bool]] = []  # to a part that is told how its inputs change
+        self.rates_in: dict[int, float] = {}  # what it is told, by places in `u`, per s
         self.texts: list[tuple[str, Part, str]] = []
         self.rates = {v.derivative_of: j for j, v in enumerate(variables) if v.derivative_of}
         self.ports: list[Port] = []
@@ -68,7 +71,11 @@ class Seat:
             self.texts.append((link.input, source.part, link.output))
             return
         i, j = self.inputs.index(link.input), source.outputs.index(link.output)
-        if source.timed:
+        if self.tilts and self.even and source.smooth[j] and (source.timed or source.even):
+            self.tilted.append((source, i, j, link.factor, link.offset, ahead))
+            self.rates_in[i] = 0.0
+            source.keep |= ahead
+        elif source.timed:
             self.clocked.append((source, i, j, link.factor, link.offset))
         elif ahead and self.small > 1 and source.smooth[j]:
             source.keep = True
@@ -80,8 +87,11 @@ class Seat:
         else:
             self.scaled.append((i, source.shown, j, link.factor, link.offset))
 
-    def gather(self, time: float, since: float, part_done: float) -> None:
-        """Inputs for a step from `time`, `since` after the communication point; at its end `part_done` of the macro step is over."""
+    def gather(self, time: float, since: float, part_done: float, step: float = 0.0) -> None:
+        """Inputs for a step from `time`, `since` after the communication point; at its end `part_done` of the macro step is over.
+
+        step: its size, s, for those who are told how inputs change in it; 0 at an instant.
+        """
         u = self.u
         for i, y, j in self.plain:
             u[i] = y[j]
@@ -97,6 +107,8 @@ class Seat:
                 self.part.set(name, giver.get(output))
         if self.clocked or self.carried:
             self.look(time, since)
+        if self.tilted:
+            self.tilt(time, step)
 
     def look(self, time: float, since: float) -> None:
         """Inputs that are known at `time`: functions of time, and what is carried on by its derivative."""
@@ -106,6 +118,20 @@ class Seat:
             if source.evaluated != time:
                 source.evaluate(time)
             self.u[i] = factor * source.out[j] + offset
+
+    def tilt(self, time: float, step: float) -> None:
+        """Inputs as they are at `time`, and how they change until `step` s later: as far as sources have been there, or tell."""
+        for source, i, j, factor, offset, ahead in self.tilted:
+            if source.timed:
+                source.evaluate(time + step)
+                end = source.out[j]
+                source.evaluate(time)
+                now, rate = source.out[j], (end - source.out[j]) / step if step else 0.0
+            elif ahead and step:
+                now, rate = source.before[j], (source.shown[j] - source.before[j]) / step
+            else:
+                now, rate = source.shown[j], source.part.rate(j)
+            self.u[i], self.rates_in[i] = factor * now + offset, factor * rate
 
     def evaluate(self, time: float) -> None:
         self.part.at(time)
@@ -120,7 +146,13 @@ class Seat:
                 self.u[place] = value
             for fault in self.input_faults:
                 fault(time, self.u)
-        self.cycle(time, size)
+        if self.rates_in:
+            self.part.write()
+            self.part.tilt(self.rates_in)
+            self.part.step(time, size)
+            self.part.read()
+        else:
+            self.cycle(time, size)
         if self.output_faults:
             for fault in self.output_faults:
                 fault(time + size, self.out)
@@ -134,7 +166,16 @@ class Seat:
         stroke(index, time, step): take inputs and step, for Gauss-Seidel; collect and move: the same in two, for Jacobi.
         """
         self.stroke, self.collect, self.move = self._stroke, self._collect, self._move
-        more = self.scaled, self.between, self.carried, self.clocked, self.texts, self.input_faults, self.output_faults
+        more = (
+            self.scaled,
+            self.between,
+            self.carried,
+            self.clocked,
+            self.tilted,
+            self.texts,
+            self.input_faults,
+            self.output_faults,
+        )
         if not self.even or self.keep or self.parallel or any(more):
             return
         u, plain, cycle, ports = self.u, self.plain, self.cycle, self.ports
@@ -162,8 +203,8 @@ class Seat:
 
     def _collect(self, index: int, time: float, step: float) -> None:
         if self.large == 1 or index % self.large == 0:
-            self.gather(time, 0.0, 0.0)
-            if self.parallel and self.even and not self.input_faults:
+            self.gather(time, 0.0, 0.0, step)
+            if self.parallel and self.even and not self.input_faults and not self.rates_in:
                 self.part.begin(time, step)
 
     def _move(self, index: int, time: float, step: float) -> None:
@@ -175,7 +216,7 @@ class Seat:
             self.before[:] = self.shown
         if self.even:
             if gather:
-                self.gather(time, 0.0, 1.0)
+                self.gather(time, 0.0, 1.0, step)
             self.go(time, step)
         elif self.small > 1:
             for k in range(self.small):

@@ -66,7 +66,7 @@ def run(
     max_time: of wall time for all of it, s; then TimeUp is raised, whose `result` holds what was computed until then.
     resume: go on from the state that the same call saved beside `out` before it was ended, to the same bits; where there is
         none, begin. Now and then a state is saved. Only where all parts can put their state into bytes.
-    step, algorithm: the communication step [s] and "gauss-seidel" or "jacobi", in place of the system's.
+    step, algorithm: the communication step [s] and "gauss-seidel", "jacobi" or "iterated", in place of the system's.
     inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.
     max_time: of wall time for all of it, s; then TimeUp is raised, whose `result` holds what was computed until then.
@@ -172,14 +172,21 @@ def stepping(running: Running) -> Stepping:
 def _go(running: Running) -> None:
     """All steps from the start to the stop."""
     steps = stepping(running)
-    if isinstance(steps, Fixed):
+    coupling = steps.coupling
+    if isinstance(steps, Fixed) and not coupling.redone:
         worth = LOADED * WORTH if f"{__package__}.convoy" in sys.modules else WORTH
         if steps.seats and steps.count * len(steps.seats) >= worth and find_spec("numba"):  # which the master alone does without
             from . import convoy
 
             formed = convoy.form(steps.seats)
             one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
-            if len(formed) == 1 and isinstance(one, convoy.Convoy) and not observed and not running.faults.parameters:
+            if (
+                len(formed) == 1
+                and isinstance(one, convoy.Convoy)
+                and coupling.plain
+                and not observed
+                and not running.faults.parameters
+            ):
                 if one.clocks() is not None:
                     log.debug("all %d FMUs are stepped in one compiled loop", len(steps.seats))
                     return convoy.sail(running, one, round(steps.count), steps.every)

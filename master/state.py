@@ -131,6 +131,9 @@ def _numbers(running: Running) -> Iterator[tuple[str, np.ndarray]]:
             yield f"{name} {seat.name}", np.asarray(getattr(seat, name))
         for k, port in enumerate(seat.ports):
             yield f"port {k} {seat.name}", np.asarray(port.state)
+    assert running.coupling is not None  # it has been started
+    for k, values in enumerate(running.coupling.numbers):
+        yield f"circle {k}", values
     seen = running.sink.seen
     for name in SEEN:
         yield name, getattr(seen, name)

@@ -22,6 +22,8 @@ class Stepping(ABC):
     def __init__(self, running: Running):
         self.running = running
         self.seats = [seat for seat in running.seats if not seat.timed]
+        assert running.coupling is not None  # it has been started
+        self.coupling = running.coupling
 
     @property
     @abstractmethod
@@ -52,7 +54,7 @@ class Fixed(Stepping):
         steps = (running.stop - run.start) / run.step
         self.count: float = round(steps) if math.isfinite(steps) else steps
         self.every = max(1, round(run.interval / run.step)) if run.interval else 1
-        self.advance, self.windows = running.wiring.algorithm.step, running.faults
+        self.advance, self.windows = self.coupling.advance, running.faults
 
     @property
     def over(self) -> bool:
@@ -71,8 +73,11 @@ class Fixed(Stepping):
             return
         running.arrive(time, index % self.every == 0)
 
-    def save(self) -> None: ...
-    def restore(self, state: Any) -> None: ...
+    def save(self) -> Any:
+        return self.coupling.save()
+
+    def restore(self, state: Any) -> None:
+        self.coupling.restore(state)
 
 
 class Controlled(Stepping):
@@ -85,7 +90,7 @@ class Controlled(Stepping):
         self.start, self.tick = run.start, run.step / 2**self.levels
         steps = (running.stop - run.start) / run.step
         self.total: float = round(steps) * 2**self.levels if math.isfinite(steps) else steps
-        self.estimate = control.CONTROLS[run.step_control](running.wiring, running.balances, self.seats)
+        self.estimate = control.CONTROLS[run.step_control](running.wiring, running.balances, self.seats, self.coupling.advance)
         self.position: float = 0  # in ticks, as the size
         self.size = 1
 
@@ -130,8 +135,9 @@ class Controlled(Stepping):
         return True
 
     def save(self) -> Any:
-        return self.position, self.size, deepcopy(self.estimate.largest)
+        return self.coupling.save(), self.position, self.size, deepcopy(self.estimate.largest)
 
     def restore(self, state: Any) -> None:
-        self.position, self.size, largest = state
+        coupling, self.position, self.size, largest = state
         self.estimate.largest = deepcopy(largest)
+        self.coupling.restore(coupling)

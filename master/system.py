@@ -45,6 +45,8 @@ class Run(Plain):
     open_inputs: bool = False  # True: inputs that nobody gives keep their FMU's start value
     step_control: str = ""  # "" | power | doubling
     tolerance: float = 1e-3  # of step control, relative
+    input_derivatives: bool = False  # FMUs that interpolate their inputs are told how these change in a step
+    coupling_tolerance: float | None = None  # of circles, relative; 0: loops lag; None: 1e-9, and 1e-5 if iterated
     fmu_tolerance: float | None = None  # of the FMUs' own solvers, relative; 0: none is told; None: of their default experiments
     step_min: float = 0.0  # smallest step of step control; 0: step / 1024
 
@@ -56,6 +58,7 @@ class Component(Plain):
     fmu: str = ""  # path relative to the system file, or "selflock:Reducer" for one of this package
     part: str | type[Part] = ""  # "package.module:Class" instead of an FMU; in Python the class itself
     manoeuvre: str = ""  # instead: a file of set-points over time, relative to the system file
+    host: str = ""  # "machine:port" where `selflock serve` holds the FMU
     options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
     step: float = 0.0  # its own step in s; 0: the communication step
     tolerance: float | None = None  # of its own solver, relative; 0: none is told; None: as [run] fmu_tolerance
@@ -213,9 +216,10 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
         where = f"[components.{name}]"
         component = _make(Component, table, where)
         component.start = {n: value for n, value in _flat(component.start, where)}
-        if sum(map(bool, (component.fmu, component.part, component.manoeuvre))) != 1:
+        if sum(map(bool, (component.fmu or component.host, component.part, component.manoeuvre))) != 1:
             raise DescriptionError(
-                f'{where} needs either fmu = "path/to.fmu", or part = "package.module:Class", or manoeuvre = "file.csv".'
+                f'{where} needs either fmu = "path/to.fmu", or part = "package.module:Class", or manoeuvre = "file.csv", '
+                'or host = "machine:port".'
             )
         if component.interface:
             check_choice(f"{where} interface", component.interface, INTERFACES)

@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Any
 
-from .algorithms import ALGORITHMS, Algorithm
+from .algorithms import ALGORITHMS, Algorithm, Iterated
 from .code import load_part, named
 from .errors import DescriptionError
 from .face import Part, Variable
@@ -52,8 +52,12 @@ class Wiring:
     @cached_property
     def algorithm(self) -> Algorithm:
         """How the parts are stepped; it knows those that are no functions of time."""
-        stepped = (name for name in self.system.order if not self.parts[name].timed)
-        return ALGORITHMS[self.system.run.algorithm](stepped)
+        kind = ALGORITHMS[self.system.run.algorithm]
+        if kind is Iterated:
+            from .circles import coupled
+
+            return kind(name for names, _ in coupled(self) for name in names)
+        return kind(name for name in self.system.order if not self.parts[name].timed)
 
     def variable(self, name: str, where: str) -> tuple[str, Variable]:
         """The component and the variable called component.variable."""
@@ -131,11 +135,19 @@ def make(name: str, component: Component, system: System) -> Part:
     from .anybody import part_of
     from .binary import open_fmu
 
-    path = fmu_path(component, system)
-    isolate, limit = component.isolate or system.isolate, component.step_timeout
+    limit, tolerance = component.step_timeout, _tolerance(where, component, system)
     if not 0.0 <= limit < 1e9:
         raise DescriptionError(f"{where} step_timeout = {limit:g}: a time in s is wanted here.")
-    tolerance = _tolerance(where, component, system)
+    if component.host:
+        from .remote import RemotePart
+
+        if component.process or component.isolate:
+            raise DescriptionError(
+                f"{where}: its FMU runs in a process at {component.host}; `selflock serve --isolate` isolates it there."
+            )
+        return RemotePart(name, component.host, component.fmu, limit, tolerance, component.interface, component.start)
+    path = fmu_path(component, system)
+    isolate = component.isolate or system.isolate
     apart = component.process or isolate or limit > 0.0  # then it is not even unpacked here
     if not apart:
         binary = open_fmu(path, system.unlimited)

@@ -122,7 +122,9 @@ def run(
     ] = None,
     stop: Annotated[float | None, typer.Option(help="Stop time in s.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step in s; the system's own when not given.")] = None,
-    algorithm: Annotated[str | None, typer.Option(help="gauss-seidel or jacobi; the system's own when not given.")] = None,
+    algorithm: Annotated[
+        str | None, typer.Option(help="gauss-seidel, jacobi or iterated; the system's own when not given.")
+    ] = None,
     tolerance: Annotated[
         float | None, typer.Option(help="Relative, of the FMUs' own solvers; the system's or the FMUs' own when not given.")
     ] = None,
@@ -178,6 +180,21 @@ def run(
     else:
         of = f" --system {system}" if result.path and result.path.suffix == ".csv" else ""
         say(f"  see it: selflock view {result.path}{of}")
+
+
+@app.command()
+def serve(
+    fmu: Annotated[Path, typer.Argument(help="The FMU that others may run here.")],
+    port: Annotated[int, typer.Option(min=0, max=65535, help="To listen at; 0: any that is free.")] = 0,
+    host: Annotated[str, typer.Option(help="To listen at; 0.0.0.0 for every network of this machine.")] = "127.0.0.1",
+    isolate: Annotated[bool, typer.Option("--isolate", help="Instances run with limits and without rights.")] = False,
+) -> None:
+    """Let runs on this machine or on others step an FMU that lives here; a component says host = "machine:port"."""
+    from selflock.master.remote import SECRET, Server
+
+    server = Server(fmu, host, port, isolate=isolate)
+    say(f"{fmu} is served at {server.address}, until Ctrl-C, to those with {SECRET}={server.secret}", highlight=False)
+    server.run(say)
 
 
 @app.command()

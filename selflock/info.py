@@ -113,7 +113,7 @@ def _component(system: System, name: str, limit: int | None) -> Iterator[str]:
     from selflock.master.code import named
 
     component = system.components[name]
-    yield f"{_short(name)}: {_short(component.fmu or component.manoeuvre or named(component.part))}" + (
+    yield f"{_short(name)}: {_short(component.fmu or component.host or component.manoeuvre or named(component.part))}" + (
         f", own step {component.step:g} s" if component.step else ""
     )
     try:
@@ -173,6 +173,8 @@ def _variables(system: System, name: str) -> dict[str, Variable]:
         return dict(Manoeuvre(name, system.folder / component.manoeuvre).variables)
     if component.fmu:
         return {v.name: v for v in variables_of(open_fmu(fmu_path(component, system)).description)}
+    if component.host:
+        raise SelflockError(f"they lie at {component.host}, and nothing is asked of it here")
     kind: Any = load_part(named(component.part), f"[components.{name}]", False)
     return {v.name: v for v in kind.described}
 

@@ -52,6 +52,7 @@ class CompiledCorrection(Part):
     """signal and x in, corrected out."""
 
     can_roll_back = True
+    instant = False  # it follows in a step
 
     def __init__(self, name: str, kind: str, multiplies: bool = False, taken: int = 0, own: bool = False, points: int = 0):
         """kind: the name of a law; taken: what of x; own: x is the signal; points: of a table."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 import fmpy.ssp
 from lxml import etree
@@ -107,6 +107,15 @@ def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Pat
         notes.append(f"{what}: source {uri!r} is taken as {alike.relative_to(root).as_posix()!r}")
         path = alike.resolve()
     return path
+
+
+def proxied(uri: str) -> tuple[str, str | None]:
+    """The file in OSP's proxyfmu://machine:port?file=X.fmu, and "machine:port", "" without a port; of any other URI itself, None."""
+    parts = urlsplit(uri)
+    files = parse_qs(parts.query).get("file", [])
+    if parts.scheme not in ("proxyfmu", "proxy-fmu") or len(files) != 1:
+        return uri, None
+    return files[0], parts.netloc if parts.netloc.rpartition(":")[2].isdecimal() else ""
 
 
 def _names(folder: Path, root: Path) -> list[Path]:

@@ -69,6 +69,7 @@ class Flat:
     description: str
     fmus: dict[str, Path] = field(default_factory=dict)  # component path → its file, of an FMU or a table
     interfaces: dict[str, str] = field(default_factory=dict)  # component path → "cs", "me" or "se", where it is told
+    places: dict[str, str] = field(default_factory=dict)  # component path → "machine:port" where it runs; "": in a process here
     tables: dict[str, dict[str, str]] = field(default_factory=dict)  # component path → the types of its columns
     connections: dict[Port, tuple[Port, Affine]] = field(default_factory=dict)  # input → (output, transform)
     start: dict[Port, object] = field(default_factory=dict)

@@ -25,7 +25,7 @@ from ...fmus.units import Unit
 from ..described import number_of, units_of, variables_of
 from ..errors import DescriptionError
 from ..reading import read_description
-from .archive import ANNOTATION, inside, opened, parse, sound, tag, unpack
+from .archive import ANNOTATION, inside, opened, parse, proxied, sound, tag, unpack
 from .flat import Affine, Flat, Joint, Named, Port, conversion_of
 from .values import Items, as_item, enumerations_in, is_number, items_of, transform, unit_of, units_in, value_of
 
@@ -145,6 +145,9 @@ class _Reader:
             raise DescriptionError(f"{path}: components of type {kind} are not supported; only FMUs, .ssd, .ssp and tables are.")
         if (wanted := node.get("implementation", "any")) in INTERFACES:
             self.flat.interfaces[path] = INTERFACES[wanted]
+        source, place = proxied(source)
+        if place is not None:
+            self.flat.places[path] = place
         file = inside(source, base, self.root, path, self.notes)
         try:
             description, mended = read_description(file)

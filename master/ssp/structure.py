@@ -58,6 +58,8 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
             told["components"][name] = {"part": TABLE, "options": {"path": str(fmu), "types": flat.tables[name]}}
             continue
         said = {"interface": flat.interfaces[name]} | said if name in flat.interfaces else said
+        if name in flat.places:
+            said = ({"host": flat.places[name]} if flat.places[name] else {"process": True}) | said
         told["components"][name] = said | {"fmu": str(fmu), "start": start}
     if not flat.fmus:
         told["components"] = _still(flat)

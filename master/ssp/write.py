@@ -102,6 +102,10 @@ def _fmus(wiring: Wiring) -> dict[str, tuple[str, bytes]]:
                 raise DescriptionError(
                     f"{name}: a manoeuvre runs inside our master only; leave it out, and its inputs to who runs the archive."
                 )
+            if component.host:
+                raise DescriptionError(
+                    f"{name}: its FMU lies at {component.host}; name a file of yours as its fmu, without host."
+                )
             if component.part:
                 path = wiring.parts[name].pack(Path(folder), **component.options)
                 if path is None:

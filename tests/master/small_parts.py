@@ -241,3 +241,63 @@ class Waits(Small):
                 raise PartFailed(self.name, time, size, "Error", {}, ["Traceback: KeyboardInterrupt"], "") from None
             if self.heard == "as it comes":
                 raise
+
+
+class Lag(Small):
+    """dx/dt = u - x, exactly for a held u; y = x + through · u + push at once."""
+
+    described = (
+        real("through", "parameter"),
+        real("push", "parameter"),
+        real("x", "parameter"),
+        real("u", "input"),
+        real("y", "output", depends_on=("u",)),
+    )
+
+    def step(self, time, size):
+        v = self.values
+        v["x"] = v["u"] + (v["x"] - v["u"]) * math.exp(-size)
+
+    def compute(self):
+        v = self.values
+        v["y"] = v["x"] + v["through"] * v["u"] + v["push"]
+
+
+class Stepped(Lag):
+    """The same, whose outputs follow at the end of a step alone."""
+
+    instant = False
+
+    def compute(self):
+        pass
+
+    def enter_initialization(self, start, stop):
+        self.compute = super().compute  # then they do
+
+    def exit_initialization(self):
+        self.compute = lambda: None
+
+    def step(self, time, size):
+        super().step(time, size)
+        super().compute()
+
+
+class Sum(Small):
+    """y = u + w at once."""
+
+    described = (real("u", "input"), real("w", "input"), real("y", "output", depends_on=("u", "w")))
+
+    def compute(self):
+        v = self.values
+        v["y"] = v["u"] + v["w"]
+
+
+class Rooted(Small):
+    """y = the positive root of 5 - a² - b², no number where there is none."""
+
+    described = (real("a", "input"), real("b", "input"), real("y", "output", depends_on=("a", "b")))
+
+    def compute(self):
+        v = self.values
+        square = 5.0 - v["a"] ** 2 - v["b"] ** 2
+        v["y"] = math.sqrt(square) if square >= 0.0 else math.nan

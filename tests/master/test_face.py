@@ -6,7 +6,7 @@ import pytest
 
 from selflock import master
 from selflock.master import Part, Variable
-from selflock.master.algorithms import ALGORITHMS, GaussSeidel, Jacobi
+from selflock.master.algorithms import ALGORITHMS, GaussSeidel, Iterated, Jacobi
 
 
 class Flywheel(Part):
@@ -83,7 +83,7 @@ def test_what_is_no_part_is_told_what_to_do():
 
 
 def test_an_algorithm_knows_who_is_ahead():
-    assert ALGORITHMS == {"gauss-seidel": GaussSeidel, "jacobi": Jacobi}
+    assert ALGORITHMS == {"gauss-seidel": GaussSeidel, "jacobi": Jacobi, "iterated": Iterated}
     first = GaussSeidel(["a", "b"])
     assert first.ahead("a", "b") and not first.ahead("b", "a") and not first.ahead("a", "a")
     assert not first.ahead("clock", "b")  # not stepped: known at any time, ahead of nobody

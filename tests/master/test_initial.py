@@ -27,8 +27,15 @@ def test_a_loop_that_settles_is_solved_and_named(system):
 
 
 def test_a_loop_that_does_not_settle_is_refused_by_name(system, refused):
-    parts = {"a": ("Gain", {"gain": 2.0, "shift": 1.0}), "b": ("Gain", {"gain": 2.0})}
+    parts = {"a": ("Gain", {"gain": 2.0, "shift": 1.0}), "b": ("Gain", {"gain": 0.5})}  # a = a + 1
     refused(lambda: master.run(system(parts, {"a.u": "b.y", "b.u": "a.y"}, stop=0.1, step=0.1)), "a.y", "b.y", "same instant")
+
+
+def test_a_loop_that_repetition_would_not_settle_is_solved(system):
+    """a = 2 b + 1, b = 2 a."""
+    parts = {"a": ("Gain", {"gain": 2.0, "shift": 1.0}), "b": ("Gain", {"gain": 2.0})}
+    table = master.run(system(parts, {"a.u": "b.y", "b.u": "a.y"}, stop=0.1, step=0.1)).table
+    assert table.loc[0, ["a.y", "b.y"]].to_list() == pytest.approx([-1.0 / 3.0, -2.0 / 3.0], abs=1e-9)
 
 
 def test_a_part_connected_to_itself(system):

@@ -46,6 +46,15 @@ def interrupted(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("algorithm", ["gauss-seidel", "iterated"])
+def test_circles_go_on_with_what_was_learned_of_them(system, interrupted, algorithm):
+    parts = {"a": ("Lag", {"through": -3.0, "push": 1.0}), "b": ("Stepped", {"through": 1.5}), "c": ("Rooted", {"b": 0.0})}
+    ends = {"a.u": "b.y", "b.u": "a.y", "c.a": "b.y"}
+    resumed = interrupted(system(parts, ends, stop=0.4, step=0.01, algorithm=algorithm), "csv", (0.3, 0.9))
+    assert not resumed.coupling.empty
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 @pytest.mark.parametrize("algorithm", ["gauss-seidel", "jacobi"])
 def test_parts_of_any_step_go_on(system, interrupted, ending, algorithm):

@@ -11,6 +11,7 @@ import pytest
 from selflock.master.errors import DescriptionError
 from selflock.master.ssp import read
 from selflock.master.ssp.flat import Affine
+from selflock.master.ssp.structure import load
 
 HEAD = (
     'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
@@ -301,3 +302,15 @@ def test_files_that_are_no_ssp(tmp_path):
         out.writestr("readme", "")
     with pytest.raises(DescriptionError, match="SystemStructure.ssd is missing"):
         read(tmp_path / "bare.ssp", tmp_path / "u2")
+
+
+@pytest.mark.parametrize(
+    ("source", "host"),
+    [("proxyfmu://localhost?file=a%20b.fmu", ""), ("proxyfmu://10.0.0.7:9090?file=a%20b.fmu", "10.0.0.7:9090")],
+)
+def test_sources_of_osps_proxy_run_in_a_process_or_where_they_are_served(tmp_path, source, host):
+    one = f'<ssd:Component name="one" source="{source}"/>'
+    text = f'<ssd:System name="s"><ssd:Elements>{one}</ssd:Elements></ssd:System>'
+    system = load(archive(tmp_path / "x.ssp", text, extra={"a b.fmu": SOURCE}))
+    made = system.components["one"]
+    assert (made.host, made.process) == (host, not host) and made.fmu.endswith("a b.fmu")

@@ -23,8 +23,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.special import stdtr, stdtrit
 from scipy.stats import norm
-from scipy.stats import t as student
 
 from ..rules import RULES
 from .series import Series
@@ -182,7 +182,7 @@ def _alone(value: np.ndarray, error: np.ndarray, course: Course, count: int) -> 
     found = np.zeros(len(value), bool)
     if course.freedom < 1.0 or len(value) < RULES.tracking.fewest:
         return found
-    far = float(student.isf(0.5 * RULES.tracking.false_names / count, course.freedom))
+    far = -float(stdtrit(course.freedom, 0.5 * RULES.tracking.false_names / count))
     s = error**2 + course.scatter**2
     step = np.diff(value) / np.sqrt(s[1:] + s[:-1])
     up, down = np.append(np.inf, step), np.append(-step, np.inf)  # of each value, above the one before, above the one behind
@@ -216,7 +216,7 @@ def _best(one: Series, course: Course) -> tuple[Change | None, int]:
     k = int(np.argmax(abs(amount) / sigma))
     without = np.array([_fitted(x[[k]][:, rest], value[rest], w[rest]) for rest in ~np.eye(len(time), dtype=bool)])[:, :, 0]
     least = float(np.min(np.append(without[:, 0] / without[:, 2], amount[k] / sigma[k]) * np.sign(amount[k])))
-    chance = 2.0 * float(student.sf(max(least, 0.0), max(course.freedom, len(time) - 3.0)))
+    chance = 2.0 * float(stdtr(max(course.freedom, len(time) - 3.0), -max(least, 0.0)))
     size, reach = course.size[one.unit], NORMAL * float(sigma[k])
     first, last = size * float(before[k]), size * float(before[k] + amount[k])
     ends = size * float(amount[k] - reach), size * float(amount[k] + reach)

@@ -8,7 +8,7 @@ Of every unit's values y_i at times t_i, with the errors s_i of their diagnoses:
    each value is from the line through its neighbours (Gasser, Sroka and Jennen-Steinmetz, Biometrika 73 (1986) 625), over all
    units of a parameter, so that the squares over s^2 + tau^2 are what they should be (Paule and Mandel 1982). Neither a slow
    change nor a few units with a step move it.
-3. A value that no neighbour bears out is set aside; the last one until the next log comes.
+3. A value that no neighbour bears out is set aside; the last one until the next log comes, unless it goes on as those before it.
 4. For each moment a step, and a growth at an even rate since then, are fitted by least squares. z is the amount over its
    standard error, which is widened where a unit scatters more about its own fit (Birge's ratio, never below 1). Under no
    change |z| is at most Student's t with the freedom of the scatter, or with that of the unit alone: whichever is more. The
@@ -105,7 +105,7 @@ def _course(group: list[Series]) -> Course:
     course.scatter, course.freedom = _scatter(*(np.concatenate(x) for x in zip(*parts)))
     count = sum(map(len, group))
     for one in group:
-        course.aside[one.unit] = _alone(*_scaled(one, course), course, count)
+        course.aside[one.unit] = _alone(one.time, *_scaled(one, course), course, count)
     return course
 
 
@@ -177,18 +177,27 @@ def _scatter(off: np.ndarray, told: np.ndarray, beyond: np.ndarray) -> tuple[flo
     return tau, rules.freedom * float(kept.sum())
 
 
-def _alone(value: np.ndarray, error: np.ndarray, course: Course, count: int) -> np.ndarray:
-    """Values that no neighbour bears out: off them all to one side, farther than chance among so many."""
-    found = np.zeros(len(value), bool)
+def _alone(time: np.ndarray, value: np.ndarray, error: np.ndarray, course: Course, count: int) -> np.ndarray:
+    """Values that no neighbour bears out: off them all to one side, farther than chance among so many.
+
+    The first and the last have one neighbour, and the line through the two next to them.
+    """
     if course.freedom < 1.0 or len(value) < RULES.tracking.fewest:
-        return found
+        return np.zeros(len(value), bool)
     far = -float(stdtrit(course.freedom, 0.5 * RULES.tracking.false_names / count))
     s = error**2 + course.scatter**2
     step = np.diff(value) / np.sqrt(s[1:] + s[:-1])
-    up, down = np.append(np.inf, step), np.append(-step, np.inf)  # of each value, above the one before, above the one behind
-    found |= np.minimum(up, down) > far
-    up, down = np.append(-np.inf, step), np.append(-step, -np.inf)
-    return found | (np.maximum(up, down) < -far)
+    first, last = (_beyond(*(x[::way][:3] for x in (time, value, s))) for way in (1, -1))
+    before, behind = np.append(first, step), np.append(-step, last)  # of each value, above what is on either side
+    return (np.minimum(before, behind) > far) | (np.maximum(before, behind) < -far)
+
+
+def _beyond(time: np.ndarray, value: np.ndarray, variance: np.ndarray) -> float:
+    """How far the first of three values is above the line through the others, in its deviations."""
+    span = time[2] - time[1]
+    share = (time[0] - time[1]) / span if span else 0.0
+    off = value[0] - value[1] - share * (value[2] - value[1])
+    return float(off / np.sqrt(variance[0] + (1.0 - share) ** 2 * variance[1] + share**2 * variance[2]))
 
 
 def _best(one: Series, course: Course) -> tuple[Change | None, int]:

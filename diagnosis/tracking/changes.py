@@ -54,7 +54,7 @@ class Change:
 
 
 @dataclass
-class Course:
+class Watched:
     """A parameter over all units."""
 
     parameter: str
@@ -62,9 +62,9 @@ class Course:
     series: list[Series]
     scatter: float = 0.0  # tau, in units of `size`
     freedom: float = 0.0
-    relative: bool = False  # whether scatter and course are shares of each unit's usual value
+    relative: bool = False  # whether scatter and shared are shares of each unit's usual value
     size: dict[str, float] = field(default_factory=dict)  # of each unit: its usual value where relative, else 1
-    course: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))  # what all units do at once: days, amount over `size`
+    shared: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))  # what all units do at once: days, amount over `size`
     aside: dict[str, np.ndarray] = field(default_factory=dict)  # of each unit the values that were set aside, bool
 
 
@@ -72,7 +72,7 @@ class Course:
 class Found:
     """What became of a fleet."""
 
-    courses: list[Course]
+    numbers: list[Watched]
     changes: list[Change]  # those beyond chance, the surest first
     tried: int  # steps and growths that were fitted
 
@@ -82,37 +82,37 @@ def changes(series: Sequence[Series]) -> Found:
     by_parameter: dict[str, list[Series]] = {}
     for one in series:
         by_parameter.setdefault(one.parameter, []).append(one)
-    courses = [_course(group) for group in by_parameter.values()]
-    best = [_best(one, course) for course in courses for one in course.series]
+    numbers = [_watched(group) for group in by_parameter.values()]
+    best = [_best(one, watched) for watched in numbers for one in watched.series]
     tried = sum(count for _, count in best)
     found = []
     for change, _ in best:
         if change is not None and change.chance * tried < RULES.tracking.false_names:
             found.append(replace(change, chance=change.chance * tried))
-    return Found(courses, sorted(found, key=lambda c: (c.chance, -abs(c.amount / (abs(c.before) or 1.0)))), tried)
+    return Found(numbers, sorted(found, key=lambda c: (c.chance, -abs(c.amount / (abs(c.before) or 1.0)))), tried)
 
 
-def _course(group: list[Series]) -> Course:
-    """What all units share: size, course, scatter; and what is set aside of each."""
+def _watched(group: list[Series]) -> Watched:
+    """What all units share: size, watched, scatter; and what is set aside of each."""
     rules = RULES.tracking
     usual = {one.unit: float(np.median(one.value)) for one in group}
     relative = all(abs(usual[one.unit]) > rules.away * float(np.median(one.error)) for one in group)
     relative = relative and len({value > 0.0 for value in usual.values()}) == 1
     size = {unit: abs(value) if relative else 1.0 for unit, value in usual.items()}
-    course = Course(group[0].parameter, group[0].measure, group, relative=relative, size=size)
-    course.course = _together([(one.time, one.value / size[one.unit]) for one in group])
-    parts = [_beside(one.time, *_scaled(one, course)) for one in group]
-    course.scatter, course.freedom = _scatter(*(np.concatenate(x) for x in zip(*parts)))
+    watched = Watched(group[0].parameter, group[0].measure, group, relative=relative, size=size)
+    watched.shared = _together([(one.time, one.value / size[one.unit]) for one in group])
+    parts = [_beside(one.time, *_scaled(one, watched)) for one in group]
+    watched.scatter, watched.freedom = _scatter(*(np.concatenate(x) for x in zip(*parts)))
     count = sum(map(len, group))
     for one in group:
-        course.aside[one.unit] = _alone(one.time, *_scaled(one, course), course, count)
-    return course
+        watched.aside[one.unit] = _alone(one.time, *_scaled(one, watched), watched, count)
+    return watched
 
 
-def _scaled(one: Series, course: Course) -> tuple[np.ndarray, np.ndarray]:
+def _scaled(one: Series, watched: Watched) -> tuple[np.ndarray, np.ndarray]:
     """Values and errors over the unit's size, without what all units do at once."""
-    size = course.size[one.unit]
-    shared = np.interp(one.time, *course.course) if len(course.course[0]) else 0.0
+    size = watched.size[one.unit]
+    shared = np.interp(one.time, *watched.shared) if len(watched.shared[0]) else 0.0
     return one.value / size - shared, one.error / size
 
 
@@ -177,15 +177,15 @@ def _scatter(off: np.ndarray, told: np.ndarray, beyond: np.ndarray) -> tuple[flo
     return tau, rules.freedom * float(kept.sum())
 
 
-def _alone(time: np.ndarray, value: np.ndarray, error: np.ndarray, course: Course, count: int) -> np.ndarray:
+def _alone(time: np.ndarray, value: np.ndarray, error: np.ndarray, watched: Watched, count: int) -> np.ndarray:
     """Values that no neighbour bears out: off them all to one side, farther than chance among so many.
 
     The first and the last have one neighbour, and the line through the two next to them.
     """
-    if course.freedom < 1.0 or len(value) < RULES.tracking.fewest:
+    if watched.freedom < 1.0 or len(value) < RULES.tracking.fewest:
         return np.zeros(len(value), bool)
-    far = -float(stdtrit(course.freedom, 0.5 * RULES.tracking.false_names / count))
-    s = error**2 + course.scatter**2
+    far = -float(stdtrit(watched.freedom, 0.5 * RULES.tracking.false_names / count))
+    s = error**2 + watched.scatter**2
     step = np.diff(value) / np.sqrt(s[1:] + s[:-1])
     first, last = (_beyond(*(x[::way][:3] for x in (time, value, s))) for way in (1, -1))
     before, behind = np.append(first, step), np.append(-step, last)  # of each value, above what is on either side
@@ -200,13 +200,13 @@ def _beyond(time: np.ndarray, value: np.ndarray, variance: np.ndarray) -> float:
     return float(off / np.sqrt(variance[0] + (1.0 - share) ** 2 * variance[1] + share**2 * variance[2]))
 
 
-def _best(one: Series, course: Course) -> tuple[Change | None, int]:
+def _best(one: Series, watched: Watched) -> tuple[Change | None, int]:
     """The step or growth that says most of a unit, with its chance beside itself alone; and how many were fitted."""
-    rules, used = RULES.tracking, ~course.aside[one.unit]
+    rules, used = RULES.tracking, ~watched.aside[one.unit]
     if used.sum() < rules.fewest:
         return None, 0
     time = one.time[used]
-    value, error = (x[used] for x in _scaled(one, course))
+    value, error = (x[used] for x in _scaled(one, watched))
     moments = np.unique(time)
     moments = moments[np.unique(np.linspace(0, len(moments) - 1, min(len(moments), rules.places)).astype(int))]
     shapes, told = [], []
@@ -220,13 +220,13 @@ def _best(one: Series, course: Course) -> tuple[Change | None, int]:
             told.append((GROWTH, moment))
     if not shapes:
         return None, 0
-    x, w = np.array(shapes), 1.0 / (error**2 + course.scatter**2)
+    x, w = np.array(shapes), 1.0 / (error**2 + watched.scatter**2)
     amount, before, sigma = _fitted(x, value, w)
     k = int(np.argmax(abs(amount) / sigma))
     without = np.array([_fitted(x[[k]][:, rest], value[rest], w[rest]) for rest in ~np.eye(len(time), dtype=bool)])[:, :, 0]
     least = float(np.min(np.append(without[:, 0] / without[:, 2], amount[k] / sigma[k]) * np.sign(amount[k])))
-    chance = 2.0 * float(stdtr(max(course.freedom, len(time) - 3.0), -max(least, 0.0)))
-    size, reach = course.size[one.unit], NORMAL * float(sigma[k])
+    chance = 2.0 * float(stdtr(max(watched.freedom, len(time) - 3.0), -max(least, 0.0)))
+    size, reach = watched.size[one.unit], NORMAL * float(sigma[k])
     first, last = size * float(before[k]), size * float(before[k] + amount[k])
     ends = size * float(amount[k] - reach), size * float(amount[k] + reach)
     return Change(one.unit, one.parameter, one.measure, told[k][0], float(told[k][1]), first, last, *ends, chance), len(told)

@@ -11,7 +11,7 @@ import pandas as pd
 from selflock.view import page, thin
 
 from ..data.log import write_csv
-from .changes import NORMAL, Course
+from .changes import NORMAL, Watched
 from .series import Series
 from .track import Track, amount, chance, day, size
 
@@ -25,16 +25,16 @@ SECONDS = 86_400.0  # of a day
 
 def write(track: Track, path: Path) -> Path:
     """The page, and beside it, ending .csv, all numbers as a table. Neither grows beyond what a browser opens."""
-    courses = track.found.courses
+    numbers = track.found.numbers
     changed = list(dict.fromkeys(one.unit for one in track.changes))
-    units = list(dict.fromkeys([*changed, *(one.unit for course in courses for one in course.series)]))
+    units = list(dict.fromkeys([*changed, *(one.unit for watched in numbers for one in watched.series)]))
     drawn, notes = units[:UNITS], []
     if len(units) > UNITS:
         notes.append(f"{UNITS} of {len(units)} units are drawn: those that changed, and the first of the others.")
-    runs, thinned = _runs(courses, drawn)
+    runs, thinned = _runs(numbers, drawn)
     if thinned:
         notes.append(f"Of more than {POINTS} values of a unit every few are drawn.")
-    latest = [_row(one, course) for course in courses for one in course.series]
+    latest = [_row(one, watched) for watched in numbers for one in watched.series]
     told = track.diagnoses.table
     answers = told[told["verdict"] != "none"]
     if len(latest) > ROWS or len(answers) > ROWS:
@@ -44,14 +44,14 @@ def write(track: Track, path: Path) -> Path:
         path,
         page.environment("selflock.diagnosis.tracking"),
         "track.html.j2",
-        {"runs": runs, "dates": True, "choices": _choices(courses, drawn, changed)} if runs else None,
+        {"runs": runs, "dates": True, "choices": _choices(numbers, drawn, changed)} if runs else None,
         track=track,
         changes=[
             {"unit": c.unit, "parameter": c.parameter, "measure": c.measure, "size": size(c), "since": day(c.since), "shape": c.shape,
              "before": c.before, "after": c.after, "low": c.before + c.low, "high": c.before + c.high, "chance": chance(c)}
             for c in track.changes
         ],
-        scatter=[(course.parameter, amount(course, course.scatter).lstrip("+"), len(course.series)) for course in courses],
+        scatter=[(watched.parameter, amount(watched, watched.scatter).lstrip("+"), len(watched.series)) for watched in numbers],
         latest=latest[:ROWS],
         answers=[{**row, "day": f"{row['time']:%Y-%m-%d}"} for row in answers.head(ROWS).to_dict("records")],
         verdicts=told["verdict"].value_counts().to_dict(),
@@ -61,9 +61,9 @@ def write(track: Track, path: Path) -> Path:
     return track.page
 
 
-def _runs(courses: list[Course], units: list[str]) -> tuple[list[dict[str, Any]], bool]:
+def _runs(numbers: list[Watched], units: list[str]) -> tuple[list[dict[str, Any]], bool]:
     """Of each unit its values over time, with their intervals, as the script has runs."""
-    of = {unit: [one for course in courses for one in course.series if one.unit == unit] for unit in units}
+    of = {unit: [one for watched in numbers for one in watched.series if one.unit == unit] for unit in units}
     found, thinned = [], False
     for unit, series in of.items():
         time = np.unique(np.concatenate([one.time for one in series]))
@@ -80,23 +80,23 @@ def _runs(courses: list[Course], units: list[str]) -> tuple[list[dict[str, Any]]
     return found, thinned
 
 
-def _choices(courses: list[Course], units: list[str], changed: list[str]) -> list[dict[str, Any]]:
+def _choices(numbers: list[Watched], units: list[str], changed: list[str]) -> list[dict[str, Any]]:
     """A choice for each parameter, and all of them; those that changed, or all of a few units, in colours, the others in grey."""
     bright = (changed or units if len(units) <= COLOURED else changed)[:COLOURED]
     choices = []
-    for course in courses:
-        have = {one.unit for one in course.series}
+    for watched in numbers:
+        have = {one.unit for one in watched.series}
         curves = [
-            {"run": k, "name": course.parameter, "panel": course.parameter, "label": f"unit {unit}", "quiet": unit not in bright,
+            {"run": k, "name": watched.parameter, "panel": watched.parameter, "label": f"unit {unit}", "quiet": unit not in bright,
              "colour": bright.index(unit) if unit in bright else GREY}
             for k, unit in enumerate(units) if unit in have
         ]  # fmt: skip
         if curves:
-            choices.append({"label": course.parameter, "curves": curves})
+            choices.append({"label": watched.parameter, "curves": curves})
     return [*choices, {"label": "all", "curves": [curve for choice in choices for curve in choice["curves"]]}]
 
 
-def _row(one: Series, course: Course) -> dict[str, Any]:
+def _row(one: Series, watched: Watched) -> dict[str, Any]:
     """The last value of a number of a unit beside its first."""
     last, reach = float(one.value[-1]), float(NORMAL * one.error[-1])
     return {
@@ -109,10 +109,10 @@ def _all(track: Track) -> pd.DataFrame:
     """Every number of every diagnosis."""
     table = track.diagnoses.values.rename(columns={"measure": "unit of it", "time": "recorded"})
     aside = {
-        (course.parameter, one.unit, when)
-        for course in track.found.courses
-        for one in course.series
-        for when in one.time[course.aside[one.unit]]
+        (watched.parameter, one.unit, when)
+        for watched in track.found.numbers
+        for one in watched.series
+        for when in one.time[watched.aside[one.unit]]
     }
     days = (table["recorded"].to_numpy("datetime64[s]") - np.datetime64(0, "s")) / np.timedelta64(1, "D")
     return table.assign(set_aside=[key in aside for key in zip(table["parameter"], table["unit"], days)])

@@ -12,7 +12,7 @@ import numpy as np
 from selflock.view.page import number, pretty
 
 from ..rules import RULES
-from .changes import GROWTH, Change, Course, Found
+from .changes import GROWTH, Change, Found, Watched
 from .series import Diagnoses
 
 EXIT = 5
@@ -50,20 +50,20 @@ class Track:
     def notes(self) -> list[str]:
         """What a reader of the numbers should know, a sentence each."""
         found, fewest = list(self.diagnoses.notes), RULES.tracking.fewest
-        every = [(one, course) for course in self.found.courses for one in course.series]
+        every = [(one, watched) for watched in self.found.numbers for one in watched.series]
         if few := {one.unit for one, _ in every} - {one.unit for one, _ in every if len(one) >= fewest}:
             found.append(f"{some(sorted(few), 'unit')} with fewer than {fewest} values: of such nothing is said yet.")
         alone = [
             f"{one.parameter} of unit {one.unit} on {day(when)}"
-            for one, course in every
-            for when in one.time[course.aside[one.unit]]
+            for one, watched in every
+            for when in one.time[watched.aside[one.unit]]
         ]
         if alone:
             found.append(f"{some(alone, 'value')} that no log beside it bears out: set aside, look at these logs.")
         shared = [
-            f"{course.parameter} {' to '.join(amount(course, x) for x in (course.course[1].min(), course.course[1].max()))}"
-            for course in self.found.courses
-            if len(course.course[1])
+            f"{watched.parameter} {' to '.join(amount(watched, x) for x in (watched.shared[1].min(), watched.shared[1].max()))}"
+            for watched in self.found.numbers
+            if len(watched.shared[1])
         ]
         if shared:
             found.append(f"What all units did at once is taken out: {', '.join(shared)}.")
@@ -104,9 +104,9 @@ def chance(change: Change) -> str:
     return f"{change.chance:.1g}" if change.chance > least else f"below {least:g}"
 
 
-def amount(course: Course, x: float) -> str:
-    """A number in the units of a course."""
-    return f"{100.0 * x:+.2g} %".replace("-", "−") if course.relative else f"{number(x)} {pretty(course.measure)}".rstrip()
+def amount(watched: Watched, x: float) -> str:
+    """A number in the units of a watched."""
+    return f"{100.0 * x:+.2g} %".replace("-", "−") if watched.relative else f"{number(x)} {pretty(watched.measure)}".rstrip()
 
 
 def day(when: float) -> str:

@@ -28,19 +28,19 @@ def test_what_wears_is_named_and_nothing_else(fleet):
 
 
 def test_what_all_units_do_at_once_is_no_change_of_one(fleet):
-    (course,) = changes(fleet(units=30, season=0.2)).courses
-    days, shared = course.course
+    (watched,) = changes(fleet(units=30, season=0.2)).numbers
+    days, shared = watched.shared
     expected = 0.2 * np.sin((days - 20_000.0) / 60.0)
     assert shared - shared.mean() == pytest.approx(expected - expected.mean(), abs=0.03)
-    assert course.relative and course.scatter == pytest.approx(0.02, rel=0.35)
+    assert watched.relative and watched.scatter == pytest.approx(0.02, rel=0.35)
 
 
 def test_the_scatter_is_that_beyond_the_intervals(fleet):
     worn = {k: lambda t: 0.1 * t for k in range(5)} | {7: lambda t: 1.0 * (t > 6)}  # neither drift nor a step is scatter
-    (course,) = changes(fleet(units=60, worn=worn, scatter=0.03)).courses
-    assert course.scatter == pytest.approx(0.03, rel=0.25)
-    (course,) = changes(fleet(units=60, scatter=0.0)).courses
-    assert course.scatter < 0.006
+    (watched,) = changes(fleet(units=60, worn=worn, scatter=0.03)).numbers
+    assert watched.scatter == pytest.approx(0.03, rel=0.25)
+    (watched,) = changes(fleet(units=60, scatter=0.0)).numbers
+    assert watched.scatter < 0.006
 
 
 def test_one_log_that_went_wrong_is_set_aside_wherever_it_is(fleet):
@@ -49,7 +49,7 @@ def test_one_log_that_went_wrong_is_set_aside_wherever_it_is(fleet):
         series[unit].value[place] *= 1.6
     found = changes(series)
     assert not found.changes
-    aside = {unit: np.flatnonzero(x).tolist() for unit, x in found.courses[0].aside.items() if x.any()}
+    aside = {unit: np.flatnonzero(x).tolist() for unit, x in found.numbers[0].aside.items() if x.any()}
     assert aside == {"1": [0], "4": [6], "6": [11]}
 
 
@@ -75,5 +75,5 @@ def test_values_near_zero_change_by_amounts_and_not_by_shares(fleet):
         Series(s.unit, s.parameter, "N.m", s.time, s.value - (s.unit == "0") * np.median(s.value), s.error)
         for s in fleet(scatter=0.01)
     ]
-    (course,) = changes(series).courses
-    assert not course.relative and set(course.size.values()) == {1.0}
+    (watched,) = changes(series).numbers
+    assert not watched.relative and set(watched.size.values()) == {1.0}

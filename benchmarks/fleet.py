@@ -6,7 +6,7 @@
 Units are of one type (the plant of tests/diagnosis/plant): each has tolerances of its own, a room that is warm in summer and
 different every day, and every month a short log of another motion. Some wear, from a month on that the seed draws: grease
 goes (viscous damping), the wedge is run in (friction falls), brushes go (resistance grows). Logs and diagnoses are kept in
-out/fleet_benchmark: an interrupted one goes on. The end is docs/track.json, docs/track.png and docs/track-page.png.
+out/fleet_benchmark: an interrupted one goes on. What docs/track.md says is printed; the page is track.html there.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from tests.diagnosis.plant.rig import SEEN, rig
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "out" / "fleet_benchmark"
-DOCS = ROOT / "docs"
 FIRST = datetime(2025, 1, 8)
 MONTH = 30.4  # days
 

@@ -88,7 +88,7 @@ def _told(name: str, tables: dict[str, Any], seen: tuple[str, ...]) -> dict[str,
 
 def _ratio(name: str, told: dict[str, Any]) -> float | str:
     """Of the gear; a number or an expression over the system's values."""
-    ratio = told.get("ratio")
+    ratio: Any = told.get("ratio")
     if not fits(ratio, "float | str") or (not isinstance(ratio, str) and not ratio > 0.0):
         raise DescriptionError(
             f'[drives.{name}] ratio = {ratio!r}: the gear\'s ratio is wanted here, a number above 0 or an expression such as "= ratio".'

@@ -54,7 +54,7 @@ class Change:
 
 
 @dataclass
-class Watched:
+class AllUnits:
     """A parameter over all units."""
 
     parameter: str
@@ -72,7 +72,7 @@ class Watched:
 class Found:
     """What became of a fleet."""
 
-    numbers: list[Watched]
+    numbers: list[AllUnits]
     changes: list[Change]  # those beyond chance, the surest first
     tried: int  # steps and growths that were fitted
 
@@ -92,14 +92,14 @@ def changes(series: Sequence[Series]) -> Found:
     return Found(numbers, sorted(found, key=lambda c: (c.chance, -abs(c.amount / (abs(c.before) or 1.0)))), tried)
 
 
-def _watched(group: list[Series]) -> Watched:
+def _watched(group: list[Series]) -> AllUnits:
     """What all units share: size, watched, scatter; and what is set aside of each."""
     rules = RULES.tracking
     usual = {one.unit: float(np.median(one.value)) for one in group}
     relative = all(abs(usual[one.unit]) > rules.away * float(np.median(one.error)) for one in group)
     relative = relative and len({value > 0.0 for value in usual.values()}) == 1
     size = {unit: abs(value) if relative else 1.0 for unit, value in usual.items()}
-    watched = Watched(group[0].parameter, group[0].measure, group, relative=relative, size=size)
+    watched = AllUnits(group[0].parameter, group[0].measure, group, relative=relative, size=size)
     watched.shared = _together([(one.time, one.value / size[one.unit]) for one in group])
     parts = [_beside(one.time, *_scaled(one, watched)) for one in group]
     watched.scatter, watched.freedom = _scatter(*(np.concatenate(x) for x in zip(*parts)))
@@ -109,7 +109,7 @@ def _watched(group: list[Series]) -> Watched:
     return watched
 
 
-def _scaled(one: Series, watched: Watched) -> tuple[np.ndarray, np.ndarray]:
+def _scaled(one: Series, watched: AllUnits) -> tuple[np.ndarray, np.ndarray]:
     """Values and errors over the unit's size, without what all units do at once."""
     size = watched.size[one.unit]
     shared = np.interp(one.time, *watched.shared) if len(watched.shared[0]) else 0.0
@@ -177,7 +177,7 @@ def _scatter(off: np.ndarray, told: np.ndarray, beyond: np.ndarray) -> tuple[flo
     return tau, rules.freedom * float(kept.sum())
 
 
-def _alone(time: np.ndarray, value: np.ndarray, error: np.ndarray, watched: Watched, count: int) -> np.ndarray:
+def _alone(time: np.ndarray, value: np.ndarray, error: np.ndarray, watched: AllUnits, count: int) -> np.ndarray:
     """Values that no neighbour bears out: off them all to one side, farther than chance among so many.
 
     The first and the last have one neighbour, and the line through the two next to them.
@@ -200,7 +200,7 @@ def _beyond(time: np.ndarray, value: np.ndarray, variance: np.ndarray) -> float:
     return float(off / np.sqrt(variance[0] + (1.0 - share) ** 2 * variance[1] + share**2 * variance[2]))
 
 
-def _best(one: Series, watched: Watched) -> tuple[Change | None, int]:
+def _best(one: Series, watched: AllUnits) -> tuple[Change | None, int]:
     """The step or growth that says most of a unit, with its chance beside itself alone; and how many were fitted."""
     rules, used = RULES.tracking, ~watched.aside[one.unit]
     if used.sum() < rules.fewest:

@@ -11,7 +11,7 @@ import pandas as pd
 from selflock.view import page, thin
 
 from ..data.log import write_csv
-from .changes import NORMAL, Watched
+from .changes import NORMAL, AllUnits
 from .series import Series
 from .track import Track, amount, chance, day, size
 
@@ -61,7 +61,7 @@ def write(track: Track, path: Path) -> Path:
     return track.page
 
 
-def _runs(numbers: list[Watched], units: list[str]) -> tuple[list[dict[str, Any]], bool]:
+def _runs(numbers: list[AllUnits], units: list[str]) -> tuple[list[dict[str, Any]], bool]:
     """Of each unit its values over time, with their intervals, as the script has runs."""
     of = {unit: [one for watched in numbers for one in watched.series if one.unit == unit] for unit in units}
     found, thinned = [], False
@@ -80,7 +80,7 @@ def _runs(numbers: list[Watched], units: list[str]) -> tuple[list[dict[str, Any]
     return found, thinned
 
 
-def _choices(numbers: list[Watched], units: list[str], changed: list[str]) -> list[dict[str, Any]]:
+def _choices(numbers: list[AllUnits], units: list[str], changed: list[str]) -> list[dict[str, Any]]:
     """A choice for each parameter, and all of them; those that changed, or all of a few units, in colours, the others in grey."""
     bright = (changed or units if len(units) <= COLOURED else changed)[:COLOURED]
     choices = []
@@ -96,7 +96,7 @@ def _choices(numbers: list[Watched], units: list[str], changed: list[str]) -> li
     return [*choices, {"label": "all", "curves": [curve for choice in choices for curve in choice["curves"]]}]
 
 
-def _row(one: Series, watched: Watched) -> dict[str, Any]:
+def _row(one: Series, watched: AllUnits) -> dict[str, Any]:
     """The last value of a number of a unit beside its first."""
     last, reach = float(one.value[-1]), float(NORMAL * one.error[-1])
     return {

@@ -12,7 +12,7 @@ import numpy as np
 from selflock.view.page import number, pretty
 
 from ..rules import RULES
-from .changes import GROWTH, Change, Found, Watched
+from .changes import GROWTH, AllUnits, Change, Found
 from .series import Diagnoses
 
 EXIT = 5
@@ -104,7 +104,7 @@ def chance(change: Change) -> str:
     return f"{change.chance:.1g}" if change.chance > least else f"below {least:g}"
 
 
-def amount(watched: Watched, x: float) -> str:
+def amount(watched: AllUnits, x: float) -> str:
     """A number in the units of a watched."""
     return f"{100.0 * x:+.2g} %".replace("-", "−") if watched.relative else f"{number(x)} {pretty(watched.measure)}".rstrip()
 

@@ -4,17 +4,19 @@
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 
-Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, planning, calibration, naming, begin; calls joins them.
+Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, planning, calibration, naming, begin, tracking; calls joins them.
 """
 
 from .begin.init import Begun, rig_init
 from .calibration.result import Calibration
-from .calls import calibrate, diagnose, name, plan, replay
+from .calls import calibrate, diagnose, name, plan, replay, track
 from .errors import DataError
+from .fleet import Fleet, diagnose_fleet
 from .judge.cause import Cause
 from .judge.result import Diagnosis
 from .naming.outcome import Naming
 from .pipeline.replay import Comparison, Replay
+from .tracking.track import Track
 
 __all__ = [
     "Begun",
@@ -23,12 +25,16 @@ __all__ = [
     "Comparison",
     "DataError",
     "Diagnosis",
+    "Fleet",
     "Naming",
     "Replay",
+    "Track",
     "calibrate",
     "diagnose",
+    "diagnose_fleet",
     "name",
     "plan",
     "replay",
     "rig_init",
+    "track",
 ]

@@ -14,6 +14,7 @@ from selflock.fmus.laws import joined
 from selflock.fmus.place import claim
 from selflock.master.code import allowed_effects
 from selflock.master.stops import Stops
+from selflock.view import checked
 
 from .calibration.result import Calibration
 from .calibration.run import Spread, calibrate_system, here
@@ -31,6 +32,10 @@ from .progress import Tell, shown
 from .residuals.laws import check_names
 from .search.kept import Kept
 from .systems.system import diagnose_system, replay_system
+from .tracking.changes import changes
+from .tracking.page import write as write_track
+from .tracking.series import read, series_of
+from .tracking.track import Track
 
 
 def replay(
@@ -92,15 +97,17 @@ def diagnose(
     return found
 
 
-def _diagnose(rig: Rig, logs, test, out: Path | None, tell: Tell, seed: int, anyway: bool, kept: Kept | None) -> Diagnosis:
+def _diagnose(
+    rig: Rig, logs, test, out: Path | None, tell: Tell, seed: int, anyway: bool, kept: Kept | None, search: bool = True
+) -> Diagnosis:
     if rig.system is not None:
-        return diagnose_system(rig, logs, test, out, tell, seed, kept)
+        return diagnose_system(rig, logs, test, out, tell, seed, kept, search)
     check_names(rig)
     tell("reading", 0.0)
     runs, faults, held = gather(rig, logs, test)
     sanity = box(rig, runs)
     sanity.refuse(rig, anyway)
-    return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity, kept=kept)
+    return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity, kept=kept, search=search)
 
 
 def _files(rig: Rig, logs: Sequence[str | Path], test: Sequence[str | Path]) -> list[Path]:
@@ -196,6 +203,23 @@ def name(
     folder = claim(Path(out), "naming", "naming.json") if out else None
     with shown(progress) as tell:
         return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds))
+
+
+def track(folders: str | Path | Sequence[str | Path], page: str | Path | None = "track.html", since: str = "") -> Track:
+    """What diagnoses say of each number of each unit over time, and which of them change beyond chance (docs/track.md).
+
+    folders: of `diagnose`, of `diagnose_fleet`, or above such. page: the page to write, with a table beside it; None writes nothing.
+    since: a date, ISO 8601; what was recorded before it is left out, as after a repair.
+
+    Raises DataError where no diagnosis is found, or one does not say when its logs were recorded.
+    """
+    given = [folders] if isinstance(folders, (str, Path)) else list(folders)
+    path = checked(Path(page)) if page else None
+    diagnoses = read(given, since)
+    found = Track(diagnoses, changes(series_of(diagnoses.values)))
+    if path:
+        write_track(found, path)
+    return found
 
 
 def _laws(rig: Rig) -> AbstractContextManager[None]:

@@ -6,6 +6,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from .algorithms import ALGORITHMS
+from .drives import ENDS, PARTS
 from .system import CONTROLS, FAULTS, INTERFACES, Bond, Component, Connection, Fault, Run
 
 DRAFT = "http://json-schema.org/draft-07/schema#"  # what editors for TOML know
@@ -55,6 +56,7 @@ def schema() -> dict[str, Any]:
             "values": {**named({"anyOf": [*FORMULA["anyOf"], TRUTH]}), "propertyNames": {"pattern": r"^[^\W\d]\w*$"}},
             "run": _of(Run),
             "components": named(component),
+            "drives": named(_drive()),
             "connections": named({"$ref": "#/definitions/source"}),
             "bonds": {"type": "array", "items": _of(Bond)},
             "faults": {"type": "array", "items": _of(Fault)},
@@ -62,6 +64,12 @@ def schema() -> dict[str, Any]:
         required=["components"],
         definitions={"source": source},
     )
+
+
+def _drive() -> dict[str, Any]:
+    """A drive; its parts have the start values of their FMUs and keys of a component."""
+    ends = {key: {"anyOf": [TEXT, table({one: TEXT for one in names}, required=list(names))]} for key, names in ENDS.items()}
+    return table({"like": TEXT, "ratio": FORMULA, **ends, **dict.fromkeys(PARTS, KINDS["dict"])})
 
 
 def _of(kind: Any) -> dict[str, Any]:

@@ -123,6 +123,7 @@ class System(Plain):
     unlimited: bool = False  # its archives may be of any size; likewise
     isolate: bool = False  # every FMU as if its component said so
     alone: str = ""  # the component whose name may be left out
+    drives: dict[str, str] = field(default_factory=dict)  # what its file calls drives, each in words: their parts are components
     notes: list[str] = field(default_factory=list)  # what its file says and nobody uses, a sentence each
 
     @property
@@ -205,16 +206,16 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
 
 def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     """A system from the tables of a system file."""
-    _check_keys(data, ("system", "values", "run", "components", "connections", "bonds", "faults"), "the file")
+    _check_keys(data, ("system", "values", "run", "components", "drives", "connections", "bonds", "faults"), "the file")
     head = data.get("system", {})
     _check_keys(head, ("name", "description"), "[system]")
     system = System(
-        head.get("name", "system"), head.get("description", ""), Path(folder), _make(Run, data.get("run", {}), "[run]")
+        head.get("name", "system"), head.get("description", ""), Path(folder), made(Run, data.get("run", {}), "[run]")
     )
     system.values = _values(data.get("values", {}))
     for name, table in data.get("components", {}).items():
         where = f"[components.{name}]"
-        component = _make(Component, table, where)
+        component = made(Component, table, where)
         component.start = {n: value for n, value in _flat(component.start, where)}
         if sum(map(bool, (component.fmu or component.host, component.part, component.manoeuvre))) != 1:
             raise DescriptionError(
@@ -227,9 +228,13 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     for target, source in _flat(data.get("connections", {}), "[connections]", leaf="from"):
         if target in system.connections:
             raise DescriptionError(f"[connections]: {target} is connected twice; an input takes one connection only.")
-        system.connections[target] = _connection(target, source)
-    system.bonds = [_make(Bond, table, "[[bonds]]") for table in data.get("bonds", [])]
-    system.faults = [_make(Fault, table, "[[faults]]") for table in data.get("faults", [])]
+        system.connections[target] = connection_of(target, source)
+    if "drives" in data:
+        from .drives import join  # which makes what is here
+
+        join(system, data["drives"])
+    system.bonds = [made(Bond, table, "[[bonds]]") for table in data.get("bonds", [])]
+    system.faults = [made(Fault, table, "[[faults]]") for table in data.get("faults", [])]
     for fault in system.faults:
         check_choice("[[faults]] kind", fault.kind, FAULTS)
     check_choice("[run] algorithm", system.run.algorithm, ALGORITHMS)
@@ -255,7 +260,8 @@ def formula(value: Any) -> str | None:
     return value[1:].strip() if isinstance(value, str) and value.startswith("=") else None
 
 
-def _connection(target: str, source: Any) -> Connection:
+def connection_of(target: str, source: Any) -> Connection:
+    """A connection as a file writes it: the source, or a table of it."""
     if isinstance(source, str):
         return Connection(source)
     if not isinstance(source, dict) or not isinstance(source.get("from"), str):
@@ -263,7 +269,7 @@ def _connection(target: str, source: Any) -> Connection:
             f'[connections]: write "{target}" = "component.variable", or {{ from = "component.variable", factor = 2.0 }}.'
         )
     table = {"source" if key == "from" else key: value for key, value in source.items()}
-    return _make(Connection, table, f"[connections] {target}")
+    return made(Connection, table, f"[connections] {target}")
 
 
 def _flat(table: dict[str, Any], where: str, leaf: str | None = None):
@@ -292,7 +298,7 @@ def check_choice(what: str, value: str, choices) -> None:
         raise DescriptionError(f'{what} = "{value}" is unknown; choose from: {", ".join(c for c in choices if c)}.')
 
 
-def _make(kind: type[Made], table: dict[str, Any], where: str) -> Made:
+def made(kind: type[Made], table: dict[str, Any], where: str) -> Made:
     """A dataclass from a table, its keys and types checked."""
     known = {f.name: str(f.type) for f in fields(kind)}
     _check_keys(table, ["from" if key == "source" else key for key in known] + ["source"] * (kind is Connection), where)

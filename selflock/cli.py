@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -249,11 +249,24 @@ def diagnose(
     rig: Annotated[
         Path, typer.Argument(help="Rig file (.toml): what the columns of the logs are, and what is known of the drive.")
     ],
-    logs: Annotated[list[Path], typer.Argument(help="Measured logs; docs/rig.md has the forms.")],
+    logs: Annotated[list[Path] | None, typer.Argument(help="Measured logs; docs/rig.md has the forms.")] = None,
     test: Annotated[
         list[Path] | None, typer.Option("--test", help="A log to hold out for measuring the gain; may be repeated.")
     ] = None,
-    out: Out = Path("out/diagnosis"),
+    fleet: Annotated[
+        Path | None,
+        typer.Option(
+            "--fleet", help="Folder of many logs, in it a folder for each unit: one diagnosis for each (docs/track.md)."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder to write to; out/diagnosis or out/fleet when not given.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Of --fleet: processes on this machine; all cores when not given.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Of --fleet: address of an existing Dask scheduler.")] = None,
+    search: Annotated[
+        bool, typer.Option("--search/--no-search", help="Of --fleet: name causes, or only fit what the rig calls uncertain.")
+    ] = True,
     allow_code: AllowCode = False,
     anyway: Anyway = False,
     max_time: MaxTime = None,
@@ -261,13 +274,62 @@ def diagnose(
     """Name what the simulation gets wrong, extend the model, measure the gain.
 
     Exit code: 0 a cause was found, 3 nothing is missing, 4 something is missing but none of the known causes, 2 bad input.
+    With --fleet: 0 each log has its answer, 2 some have none; it goes on where it was stopped, and with new logs.
     """
+    if fleet is not None:
+        if logs or test or max_time is not None:
+            raise SelflockError("--fleet finds its logs itself: leave out logs, --test and --max-time.")
+        _diagnose_fleet(rig, fleet, out or Path("out/fleet"), workers, scheduler, allow_code, anyway, search)
+    if workers is not None or scheduler is not None or not search:
+        raise SelflockError("--workers, --scheduler and --no-search are for many logs: give --fleet FOLDER.")
     from selflock.diagnosis import diagnose as run_diagnosis
 
     result = run_diagnosis(
-        rig, logs, test=test or [], out=out, progress=True, allow_code=allow_code, anyway=anyway, max_time=max_time
+        rig,
+        logs or [],
+        test=test or [],
+        out=out or Path("out/diagnosis"),
+        progress=True,
+        allow_code=allow_code,
+        anyway=anyway,
+        max_time=max_time,
     )
     say(result.summary())
+    raise typer.Exit(result.exit_code)
+
+
+def _diagnose_fleet(
+    rig: Path, folder: Path, out: Path, workers: int | None, scheduler: str | None, allow_code: bool, anyway: bool, search: bool
+) -> NoReturn:
+    from functools import partial
+
+    from selflock.diagnosis import diagnose_fleet
+    from selflock.sweep import map_runs
+
+    spread = partial(map_runs, workers=workers, scheduler=scheduler, progress=True)
+    result = diagnose_fleet(rig, folder, out, spread, allow_code, anyway, search)
+    say(result.summary(), highlight=False)
+    raise typer.Exit(result.exit_code)
+
+
+@app.command()
+def track(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DIR...", help="Folders that selflock diagnose wrote to, or above such.")
+    ],
+    page: Annotated[Path, typer.Option("--out", "-o", help="The page to write; a table of all numbers goes beside it.")] = Path(
+        "track.html"
+    ),
+    since: Annotated[str, typer.Option(help="A date, as after a repair: what was recorded before it is left out.")] = "",
+) -> None:
+    """Say which numbers of which unit change beyond chance, over all diagnoses of a fleet or of one drive.
+
+    Exit code: 0 none does, 5 some do, 2 bad input.
+    """
+    from selflock.diagnosis import track as run_track
+
+    result = run_track(folders, page, since)
+    console.print(visible(result.summary()), highlight=False, soft_wrap=True)
     raise typer.Exit(result.exit_code)
 
 

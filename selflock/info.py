@@ -101,6 +101,9 @@ def _system(path: Path, limit: int | None) -> Iterator[str]:
     if known := numbers(system):
         yield "values"
         yield from _cut((f"  {name} = {_short(value)}" for name, value in known.items()), len(known), limit)
+    if system.drives:
+        yield "drives, which become components"
+        yield from (f"  {_short(name)}: {_short(words, 3 * WIDTH)}" for name, words in system.drives.items())
     system = resolved(system)
     for name in system.order:
         if name in system.components:

@@ -91,8 +91,8 @@ def parameters(system: str) -> list[tuple[str, str, str, str]]:
     """Name, value, unit and source of every commented value in a system file, then the vehicle's own; twins only once."""
     found, component = [], ""
     for line in system.splitlines():
-        if table := re.match(r"\[(?:values|components\.(\w+))", line):
-            component = f"{table[1]}." if table[1] else ""
+        if table := re.match(r"\[(?:values|components\.(\w+)|drives\.(\w+)\.(\w+))", line):
+            component = f"{table[1] or f'{table[2]}_{table[3]}'}." if table[1] or table[2] else ""
         elif (entry := re.match(r"(\w+) = (\S+)\s+# (.+)", line)) and not component.startswith("front_"):
             unit, _, source = entry[3].partition("·")
             found.append((f"{component}{entry[1]}", entry[2].strip('"'), unit.strip(), source.strip()))

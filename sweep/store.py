@@ -127,7 +127,7 @@ class Store:
         new = file.with_name(file.name + ".new")
 
         def whole() -> None:
-            file.parent.mkdir(exist_ok=True)
+            file.parent.mkdir(parents=True, exist_ok=True)
             write(new)
             with open(new, "rb+") as handle:
                 os.fsync(handle.fileno())

@@ -2,9 +2,9 @@
 
 const LEFT = 58, RIGHT = 10, TOP = 8, BOTTOM = 34;
 
-class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name}], drop}
-  constructor(key, parent, board) {
-    this.board = board; this.key = key; this.curves = [];
+class Panel {  // of one unit, or of what its curves call their panel: {label, colour, unit, lines: [{run, name}], drop, panel, quiet: without an entry in the legend}
+  constructor(parent, board) {
+    this.board = board; this.curves = [];
     this.legend = make("ul", { className: "legend" });
     this.base = make("canvas", { role: "img" });
     this.over = make("canvas", { "aria-hidden": "true" });
@@ -16,11 +16,14 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
 
   set(curves) {
     this.curves = curves;
+    this.unit = curves[0].unit;
     this.values = [];
     this.title = make("li", { className: "axis" });
     this.legend.replaceChildren(this.title);
-    this.base.setAttribute("aria-label", `${axis(this.key)} over time: ${curves.map(c => c.label).join(", ")}`);
+    this.base.setAttribute("aria-label", `${this.heading()} over time: ${curves.map(c => c.label).join(", ")}`);
+    const quiet = curves.filter(curve => curve.quiet);
     for (const curve of curves) {
+      if (curve.quiet) continue;
       const item = make("li", {});
       for (const line of curve.lines) {
         const mark = make("span", { className: "mark" }), value = make("span", { className: "value" });
@@ -32,7 +35,14 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
       if (curve.drop) item.append(" ", make("span", { className: "pair" }, item.lastChild, make("button", { title: "take away", ariaLabel: `Take ${curve.label} away`, onclick: curve.drop }, "×")));
       this.legend.append(item);
     }
+    if (quiet.length) {
+      const mark = make("span", { className: "mark" });
+      mark.style.background = quiet[0].colour;
+      this.legend.append(make("li", {}, mark, `${quiet.length} ${this.values.length ? "others" : "in all"}`));
+    }
   }
+
+  heading(power = 0) { return (this.curves[0].panel ? `${this.curves[0].panel}, ` : "") + axis(this.unit, power); }
 
   draw() {
     const [g, W, H] = fit(this.base), ink = theme(), [a, b] = this.board.view;
@@ -43,7 +53,8 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
       const run = runs[line.run], values = run.values(line.name), time = run.time, last = time.length - 1;
       if (b < time[0] || a > time[last]) continue;
       const first = Math.max(0, run.place(a)), end = Math.min(last, run.place(b) + 1);
-      for (let k = first; k <= end; k++) { const v = values[k]; if (v < low && v > -Infinity) low = v; if (v > high && v < Infinity) high = v; }
+      const seen = [values, ...(!curve.quiet && run.bounds(line.name) || [])];
+      for (const x of seen) for (let k = first; k <= end; k++) { const v = x[k]; if (v < low && v > -Infinity) low = v; if (v > high && v < Infinity) high = v; }
       drawn.push([curve, line, run, values, first, end]);
     }
     if (!(low <= high)) { low = -1; high = 1; }
@@ -72,16 +83,16 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
       g.fillText(label(v, rise, power), LEFT - 7, Y(v));
     }
     g.textBaseline = "alphabetic";
-    this.title.textContent = axis(this.key, power);
-    const [every, times, tens] = ticks(a, b, Math.max(2, (W - LEFT) / 90));
+    this.title.textContent = this.heading(power);
+    const [every, times, tens] = D.dates ? dates(a, b, Math.max(2, (W - LEFT) / 90)) : ticks(a, b, Math.max(2, (W - LEFT) / 90));
     g.textAlign = "center";
     for (const t of times) {
       if (X(t) < LEFT - 1 || X(t) > W - RIGHT + 1) continue;
       g.strokeStyle = ink.line; g.beginPath(); g.moveTo(X(t), H - BOTTOM); g.lineTo(X(t), H - BOTTOM + 4); g.stroke();
-      const text = label(t, every, tens), half = g.measureText(text).width / 2;
+      const text = D.dates ? day(t).slice(0, every) : label(t, every, tens), half = g.measureText(text).width / 2;
       g.fillText(text, Math.min(X(t), W - half - 1), H - BOTTOM + 16);
     }
-    g.fillText(`time in ${tens ? `10${raised(tens)} s` : "s"}`, LEFT + (W - LEFT - RIGHT) / 2, H - 4);
+    g.fillText(D.dates ? "recorded" : `time in ${tens ? `10${raised(tens)} s` : "s"}`, LEFT + (W - LEFT - RIGHT) / 2, H - 4);
   }
 
   line(g, W, curve, line, run, values, first, end) {
@@ -117,13 +128,21 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
       }
     }
     g.stroke(); g.setLineDash([]);
+    const bounds = !curve.quiet && run.bounds(line.name);
+    if (!bounds) return;
+    g.lineWidth = 1; g.fillStyle = colour(curve.colour);
+    for (let k = first; k <= end; k++) {
+      if (!Number.isFinite(values[k])) continue;
+      g.beginPath(); g.moveTo(X(time[k]), Y(bounds[0][k])); g.lineTo(X(time[k]), Y(bounds[1][k])); g.stroke();
+      g.beginPath(); g.arc(X(time[k]), Y(values[k]), 2.2, 0, 7); g.fill();
+    }
   }
 
   mark() {  // where the time is, where the pointer is, and what the curves are there
     const [g, W, H] = fit(this.over), ink = theme(), [a, b] = this.board.view, { X, Y } = this;
     const hover = this.board.hover, t = hover ?? this.board.time;
     const rule = (at, tint, dash) => { if (at < a || at > b) return; g.strokeStyle = tint; g.setLineDash(dash); g.lineWidth = 1; g.beginPath(); g.moveTo(X(at), TOP); g.lineTo(X(at), H - BOTTOM); g.stroke(); g.setLineDash([]); };
-    rule(this.board.time, ink.ink, []);
+    if (!D.dates) rule(this.board.time, ink.ink, []);
     if (hover !== null) rule(hover, ink.soft, [3, 3]);
     if (this.board.drag) {
       const [p, q] = this.board.drag.map(X);
@@ -131,22 +150,25 @@ class Panel {  // of one unit: lines of {label, colour, unit, lines: [{run, name
     }
     let near = null;
     for (const curve of this.curves) for (const line of curve.lines) {
-      const v = runs[line.run].at(line.name, t);
-      if (!Number.isFinite(v) || t < a || t > b) continue;
+      const run = runs[line.run], k = D.dates ? run.near(line.name, t) : -1;
+      const at = k < 0 ? t : run.time[k], v = run.at(line.name, at);
+      if (!Number.isFinite(v) || at < a || at > b) continue;
       const y = Math.max(TOP, Math.min(H - BOTTOM, Y(v)));
-      g.fillStyle = colour(curve.colour); g.beginPath(); g.arc(X(t), y, 3.2, 0, 7); g.fill();
-      if (this.pointer !== undefined && (!near || Math.abs(y - this.pointer) < Math.abs(near.y - this.pointer))) near = { curve, line, v, y };
+      if (!curve.quiet) { g.fillStyle = colour(curve.colour); g.beginPath(); g.arc(X(at), y, 3.2, 0, 7); g.fill(); }
+      if (this.pointer !== undefined && (!near || Math.abs(y - this.pointer) < Math.abs(near.y - this.pointer))) near = { curve, line, v, y, k, at };
     }
     for (const [line, value] of this.values) {
-      const v = runs[line.run].at(line.name, t);
-      value.textContent = `${number(v)}${this.key && Number.isFinite(v) ? " " + unit(this.key) : ""}`;
+      const run = runs[line.run], v = run.at(line.name, D.dates ? run.time[run.near(line.name, t)] : t);
+      value.textContent = `${number(v)}${this.unit && Number.isFinite(v) ? " " + unit(this.unit) : ""}`;
     }
-    if (near && hover !== null) this.tip(g, W, X(t), near, ink);
+    if (near && hover !== null) this.tip(g, W, X(near.at), near, ink);
   }
 
   tip(g, W, x, near, ink) {
     const of = runs.length > 1 && !D.choices ? ` · ${runs[near.line.run].label}` : "";
-    const rows = [`${near.curve.label}${of}`, `${number(near.v, 5)} ${unit(this.key)} at ${number(this.board.hover, 5)} s`];
+    const ends = near.k < 0 ? null : runs[near.line.run].bounds(near.line.name)?.map(x => number(x[near.k]));
+    const when = D.dates ? `${ends ? ` (${ends.join(" to ")})` : ""} on ${day(near.at)}` : ` at ${number(this.board.hover, 5)} s`;
+    const rows = [`${near.curve.label}${of}`, `${number(near.v, 5)} ${unit(this.unit)}${when}`];
     const longest = Math.max(120, W - LEFT - RIGHT - 30);
     const cut = text => { while (g.measureText(text).width > longest) text = "…" + text.slice(2); return text; };
     rows[0] = cut(rows[0]);
@@ -212,6 +234,18 @@ function ticks(low, high, count) {  // their distance, the ticks, and the power 
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step && all.length < 60; k++) all.push(k * step);
   const size = Math.max(Math.abs(low), Math.abs(high)), power = size >= 1e5 || size < 5e-3 ? 3 * Math.floor(Math.log10(size) / 3) : 0;
   return [step, all, power];
+}
+
+function dates(low, high, count) {  // digits of a date that tell the ticks apart, the ticks, begins of days, months or years in UTC
+  const raw = (high - low) / count / 86400, all = [];
+  const months = [1, 2, 3, 6, 12, 24, 60, 120, 600].find(m => 30 * m >= raw) || 1200, days = [1, 2, 5, 10].find(d => d >= raw);
+  const from = new Date(1000 * low), at = days ? Date.UTC(from.getUTCFullYear(), from.getUTCMonth(), from.getUTCDate()) : 0;
+  for (let k = 0; all.length < 60; k++) {
+    const t = (days ? at + 864e5 * days * k : Date.UTC(from.getUTCFullYear(), months * (Math.floor(from.getUTCMonth() / months) + k), 1)) / 1000;
+    if (t > high) break;
+    if (t >= low) all.push(t);
+  }
+  return [days ? 10 : months < 12 ? 7 : 4, all, 0];
 }
 
 function label(v, step, power) {

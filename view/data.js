@@ -16,6 +16,11 @@ class Run {
     this.found = 0;
   }
   has(name) { return this.told.has(name); }
+  bounds(name) {  // of its intervals, where it has some
+    const one = this.told.get(name);
+    if (one.low && !one.ends) one.ends = [decode(one.low, Float32Array), decode(one.high, Float32Array)];
+    return one.ends;
+  }
   values(name) {
     if (!this.kept.has(name)) {
       const one = this.told.get(name);
@@ -32,6 +37,12 @@ class Run {
       k = low;
     }
     return this.found = k;
+  }
+  near(name, t) {  // the row nearest to a time that has a value, -1 where there is none
+    const values = this.values(name), time = this.time;
+    let best = -1;
+    for (let k = 0; k < time.length; k++) if (Number.isFinite(values[k]) && (best < 0 || Math.abs(time[k] - t) < Math.abs(time[best] - t))) best = k;
+    return best;
   }
   at(name, t) {
     const values = this.values(name), time = this.time, last = time.length - 1;
@@ -74,7 +85,8 @@ const axis = (text, power = 0) => {  // what stands over an axis, whose labels a
   return text && text in QUANTITY ? `${QUANTITY[text]} in ${of}` : of || "no unit";
 };
 
-const seconds = t => `${t.toFixed(END - BEGIN >= 1000 ? 1 : END - BEGIN >= 1 ? 2 : Math.min(12, Math.ceil(3 - Math.log10(END - BEGIN || 1))))} s`;
+const day = t => new Date(1000 * t).toISOString().slice(0, 10);
+const seconds = t => D.dates ? day(t) : `${t.toFixed(END - BEGIN >= 1000 ? 1 : END - BEGIN >= 1 ? 2 : Math.min(12, Math.ceil(3 - Math.log10(END - BEGIN || 1))))} s`;
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const PALETTES = {

@@ -5,6 +5,8 @@ D = {
     "stages": [{"label", "of": [{"run", ...a drawing of selflock.master.about, its columns named in full}]}],
     "picked": [names],            # drawn at first; others by the reader's choice
     "choices": [{"label", "curves": [{"run", "name", "label", "colour"}]}],   # instead of a choice by name
+    "dates": the times are dates, in s since 1970, and nothing is played; then columns may have "low" and "high", intervals,
+    and curves a "panel" of that name and "quiet", without an entry in the legend,
     "windows": [[from, to]], "phases": [[from, to, words]], "plays": begins by itself, "again": and again,
 }
 """

@@ -2,7 +2,7 @@
 
 class Board {
   constructor(parent) {
-    this.time = BEGIN; this.view = [BEGIN, END > BEGIN ? END : BEGIN + 1]; this.hover = null; this.drag = null;
+    this.time = D.dates ? END : BEGIN; this.view = [BEGIN, END > BEGIN ? END : BEGIN + 1]; this.hover = null; this.drag = null;
     this.playing = false; this.last = 0;
     this.picked = []; this.panels = new Map();
     const stages = make("div", { className: "stages" });
@@ -35,7 +35,8 @@ class Board {
       make("button", { onclick: () => this.zoom(2), ariaLabel: "See more time", title: "see more time (-)" }, "−"),
       make("button", { onclick: () => this.zoom(0.5), ariaLabel: "See less time", title: "see less time (+)" }, "+"),
       make("button", { onclick: () => this.show(BEGIN, END), ariaLabel: "See all of the time", title: "all of the time (0)" }, "all"));
-    const bar = make("div", { className: "bar" }, this.play, this.slider, this.clock, make("label", { className: "speed" }, pace), zoom);
+    const played = D.dates ? [] : [this.play, this.slider, this.clock, make("label", { className: "speed" }, pace)];
+    const bar = make("div", { className: "bar" }, ...played, zoom);
     if (D.choices && D.choices.length > 1) {
       const group = make("span", { className: "group", role: "group", ariaLabel: "Curves" });
       for (const choice of D.choices) group.append(make("button", { ariaPressed: String(choice === this.choice), onclick: event => {
@@ -49,7 +50,7 @@ class Board {
   }
 
   start(on) {
-    if (on === this.playing) return;
+    if (on === this.playing || D.dates) return;
     this.playing = on; this.last = 0; [this.play.firstChild.textContent, this.play.lastChild.textContent] = on ? ["❚❚", " Pause"] : ["▶", " Play"];
     if (on) { if (this.time >= END) this.time = BEGIN; requestAnimationFrame(stamp => this.tick(stamp)); }
   }
@@ -117,10 +118,10 @@ class Board {
 
   arrange() {
     const by = new Map();
-    for (const curve of this.wanted()) by.set(curve.unit, [...(by.get(curve.unit) || []), curve]);
+    for (const curve of this.wanted()) { const key = curve.panel ?? curve.unit; by.set(key, [...(by.get(key) || []), curve]); }
     for (const [key, panel] of this.panels) if (!by.has(key)) { panel.element.remove(); this.panels.delete(key); }
     for (const [key, list] of by) {
-      if (!this.panels.has(key)) this.panels.set(key, new Panel(key, this.curves, this));
+      if (!this.panels.has(key)) this.panels.set(key, new Panel(this.curves, this));
       this.panels.get(key).set(list);
     }
     this.none?.remove();

@@ -36,6 +36,7 @@ class MeasuredRun:
     good: dict[str, np.ndarray] = field(default_factory=dict)
     repeated: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # rows left out: no time, or the time before again
     source: str = ""  # path of the log: two logs may have one name
+    began: str = ""  # when its first row was recorded, by the log's own time stamps (ISO 8601); "" where these tell no date
     memory: dict = field(default_factory=dict, init=False, repr=False)  # what was derived from the signals, for all who look
 
     def __len__(self) -> int:
@@ -82,7 +83,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     for column in columns:
         header = _find(path, table, column.column, rig)
         data[column.signal] = _si(path, _numbers(path, table, header), header, column, rig)
-    time = _time(path, table, rig)
+    time, began = _time(path, table, rig), _began(table, rig)
     if rig.valid:
         data[VALID] = (_numbers(path, table, _find(path, table, rig.valid, rig)) != 0.0).astype(float)
     names = _run_names(path, table, rig)
@@ -97,7 +98,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
         signals = {k: v[rows] for k, v in data.items()}
-        run = MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve()))
+        run = MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve()), began=began)
         runs.append(_trimmed(path, _ordered(path, run, rig, _line(table, 0)), rig))
     if sum(len(run) for run in runs) < RULES.data.shortest_log:
         raise DataError(
@@ -263,24 +264,54 @@ def _time(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
 
 def stamps_of(values: pd.Series) -> np.ndarray | None:
     """Seconds since the first, of a clock, of a stopwatch, or of such written as texts; None where it is none of these."""
-    if values.dtype.kind not in "mM":
-        texts = values.astype(str).str.strip().str.replace(r"(?<=:\d\d),", ".", regex=True)
-        if (
-            values.dtype.kind in "fiub"
-            or not len(texts)
-            or not texts.iloc[:1000].str.contains(r"\d:\d\d", regex=True).mean() > 0.5
-        ):
-            return None
-        only_time = not texts.iloc[0].split(":")[0].strip().rpartition(" ")[0] and not re.search(
-            r"[-./T]", texts.iloc[0].split(":")[0]
-        )
-        if only_time:
-            found = pd.to_timedelta(texts.where(texts.str.count(":") > 1, "00:" + texts), errors="coerce")
-            past = found.dt.total_seconds().to_numpy(float)
-            return past - past[0] + 86400.0 * np.cumsum(np.append(0.0, np.diff(past) < -43200.0))  # past midnight
-        dotted = bool(re.match(r"\d{1,2}\.\d{1,2}\.\d", texts.iloc[0]))
-        values = pd.to_datetime(texts, format="mixed", dayfirst=dotted, errors="coerce", utc=True)
+    if values.dtype.kind != "m":
+        dates = dates_of(values)
+        if dates is None:
+            return _times_of_day(values)
+        values = dates
     return (values - values.iloc[0]).dt.total_seconds().to_numpy(float)
+
+
+def dates_of(values: pd.Series) -> pd.Series | None:
+    """Time stamps with a date, of a clock or written as texts; None where there is none."""
+    if values.dtype.kind == "M":
+        return values
+    texts = _clocks(values)
+    if texts is None or _without_date(texts):
+        return None
+    dotted = bool(re.match(r"\d{1,2}\.\d{1,2}\.\d", texts.iloc[0]))
+    return pd.to_datetime(texts, format="mixed", dayfirst=dotted, errors="coerce", utc=True)
+
+
+def _times_of_day(values: pd.Series) -> np.ndarray | None:
+    texts = _clocks(values)
+    if texts is None:
+        return None
+    found = pd.to_timedelta(texts.where(texts.str.count(":") > 1, "00:" + texts), errors="coerce")
+    past = found.dt.total_seconds().to_numpy(float)
+    return past - past[0] + 86400.0 * np.cumsum(np.append(0.0, np.diff(past) < -43200.0))  # past midnight
+
+
+def _clocks(values: pd.Series) -> pd.Series | None:
+    """Texts of which most are times with hours or minutes, with a decimal point."""
+    if values.dtype.kind in "fiubmM" or not len(values):
+        return None
+    texts = values.astype(str).str.strip().str.replace(r"(?<=:\d\d),", ".", regex=True)
+    return texts if texts.iloc[:1000].str.contains(r"\d:\d\d", regex=True).mean() > 0.5 else None
+
+
+def _without_date(texts: pd.Series) -> bool:
+    hours = texts.iloc[0].split(":")[0]
+    return not hours.strip().rpartition(" ")[0] and not re.search(r"[-./T]", hours)
+
+
+def _began(table: pd.DataFrame, rig: Rig) -> str:
+    """When the first row was recorded, where the column of time tells a date."""
+    header = next((header for header in table.columns if rig.time.column in (str(header), _bare(header))), None)
+    dates = None if header is None else dates_of(table[header])
+    if dates is None or pd.isna(dates.iloc[0]):
+        return ""
+    return dates.iloc[0].tz_localize(None).isoformat(timespec="seconds")
 
 
 def _ordered(path: Path, run: MeasuredRun, rig: Rig, first: int) -> MeasuredRun:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
+from datetime import datetime
 from fnmatch import fnmatch
 from math import isfinite
 from pathlib import Path
@@ -22,9 +23,10 @@ SHARES = {"%": 1e-2, "‰": 1e-3, "permille": 1e-3, "1": 1.0}
 EVERY_SECOND = "every second run"
 SMOOTH, HELD = "smooth", "held"
 
-TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs")
+TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs", "fleet")
 HEAD: dict[str, type] = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
-        "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float, "inputs": str}  # fmt: skip
+        "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float, "inputs": str,
+        "unit": str, "recorded": str}  # fmt: skip
 TIME: dict[str, type] = {"column": str, "unit": str, "factor": float, "step": float, "spread": bool,
         "skip": float, "from": float, "to": float, "lowpass": float, "every": float}  # fmt: skip
 COLUMN: dict[str, type] = {
@@ -36,6 +38,7 @@ COLUMN: dict[str, type] = {
     "commanded": bool,
     "wraps": float,
 }
+FLEET: dict[str, type] = {"logs": str}
 WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
 CHOICES = {"hold_out": ("", EVERY_SECOND), "inputs": ("", SMOOTH, HELD), "simulate": ("", "open", "closed", "whole", "parts")}
@@ -109,6 +112,10 @@ class Rig:
     inputs: str = (
         ""  # SMOOTH: what the log gives to that system is read in the middle of each step, on a smooth curve through its rows
     )
+    unit: str = ""  # which one of a fleet the drive is
+    recorded: str = ""  # when its logs were recorded, ISO 8601; "": the log or its file says it
+    recorded_by: str = "rig"  # who says so: "rig", or the "name" of a file of a fleet
+    pattern: str = ""  # how the logs of a fleet lie in their folder: tracking.logs
     only: str = ""  # the one component that is compared
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
     effects: Path | None = None  # folder of effects that join ours; code, so that it needs allow_code
@@ -213,9 +220,22 @@ def _rig(path: Path, data: dict) -> Rig:
         smoothing=head.get("smoothing", 0.0),
         step=head.get("step", 0.0),
         inputs=head.get("inputs", ""),
+        unit=head.get("unit", ""),
+        recorded=_date(path, head.get("recorded", "")),
+        pattern=_typed(path, "[fleet]", data.get("fleet", {}), FLEET).get("logs", ""),
         system=(path.parent / system) if system else None,
         effects=(path.parent / head["effects"]) if head.get("effects") else None,
     )
+
+
+def _date(path: Path, text: str) -> str:
+    """A date, or a date with its time of day, as ISO 8601 has them."""
+    try:
+        return datetime.fromisoformat(text).isoformat(timespec="seconds") if text else ""
+    except ValueError:
+        raise DataError(
+            f'{path}: [rig] recorded = {text!r} is no date: write it as "2026-05-31" or "2026-05-31T14:00".'
+        ) from None
 
 
 def _rows(path: Path, clock: dict[str, Any]) -> Rows:

@@ -32,6 +32,7 @@ def schema() -> dict[str, Any]:
         "uncertain": named(ends),
         "calibrate": named(wanted),
         "logs": named(named(value)),
+        "fleet": _of(rig.FLEET),
     }
     own = table(dict.fromkeys(_parameters(), value))
     others = {"anyOf": [{"required": [key]} for key in ("system", "drives", "effects")]}  # then names are those of others, too

@@ -26,6 +26,8 @@ MOST_NAMES = 5000
 TEXTS = {".csv", ".txt", ".tsv", ".dat", ".log", ".asc", ".lvm", ".tab", ".prn"}
 HDF = b"\x89HDF\r\n\x1a\n"
 BOOKS = {".xlsx", ".xlsm"}
+ENDINGS = TEXTS | BOOKS | {".parquet", ".pq", ".mat", ".h5", ".hdf5", ".json", ".jsonl", ".ndjson", ".npy", ".npz"}
+"""Of files that are read as logs."""
 
 
 def table(path: str | Path) -> pd.DataFrame:

@@ -64,6 +64,7 @@ class Diagnosis:
     sanity: Box | None = None  # what logs and rig of a drive say of each other
     models: list[OpenModel] = field(default_factory=list)  # the answer, and what these logs do not tell from it: judge.models
     sources: dict = field(default_factory=dict)  # rig and logs, as paths from `folder`
+    about: dict = field(default_factory=dict)  # unit, date of recording, logs by their bytes, version: data.origin
 
     @property
     def exit_code(self) -> int:
@@ -85,6 +86,8 @@ class Diagnosis:
             "gain": asdict(self.gain),
             "remainder": self.remainder,
         }
+        if self.about:
+            found["about"] = self.about
         if self.sanity:
             found["sanity"] = self.sanity.row()
         if self.comparisons:

@@ -14,6 +14,7 @@ from selflock.fmus.errors import BuildError
 from ..data.faults import DataFault
 from ..data.gathered import gathered
 from ..data.log import MeasuredRun
+from ..data.origin import about
 from ..data.rig import Rig
 from ..data.sanity import Box
 from ..data.signals import ANGLE_OF
@@ -90,10 +91,12 @@ def diagnose_runs(
     blamed: list[dict] | None = None,
     sanity: Box | None = None,
     kept: Kept | None = None,
+    search: bool = True,
 ) -> Diagnosis:
     """The diagnosis of runs that are read and checked. held: which of them judge; sanity: what they and the rig say of each other.
 
     kept: where fits are kept as they end.
+    search: for causes; else what is uncertain is fitted, and the answer is "none", or "unknown" where something is missing.
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
     rng = np.random.default_rng(seed)
@@ -104,7 +107,8 @@ def diagnose_runs(
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     judged = ~train
     experiment.forget()  # an hour's motions, which the search makes for itself
-    outcome = ForwardSelection(problem_of(experiment, runs, held, train, kept), rng, tell).run()
+    selection = ForwardSelection(problem_of(experiment, runs, held, train, kept), rng, tell)
+    outcome = selection.run() if search else selection.run(0)
     for problem in (outcome.problem, outcome.searched):
         problem.experiment.forget()
     tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
@@ -125,6 +129,7 @@ def diagnose_runs(
     remainder = {"significant": bool(left), "depends_on": list(dict.fromkeys(d.variable for d in left))}
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
+    result.about = about(rig, runs, held) | {"searched": search}
     result.sanity = sanity
     result.recorder = recorded(problem, found.outcome.final, why)
     result.correlations = correlated(found.outcome.final, problem.rows)
@@ -132,7 +137,7 @@ def diagnose_runs(
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
     extended = found
-    if answer == "unknown" and (closest := beside.closest(found)):
+    if search and answer == "unknown" and (closest := beside.closest(found)):
         extended, why = closest
         result.best = Best(named(extended.outcome), extended.gain, why)
     result.models = models(found.outcome, [bool(cause.weak) for cause in causes])

@@ -21,6 +21,7 @@ from .planning import PlanningRules
 from .residuals import ResidualRules
 from .rule import Rule, of
 from .search import SearchRules
+from .tracking import TrackingRules
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class Rules:
     naming: NamingRules = field(default_factory=NamingRules)
     planning: PlanningRules = field(default_factory=PlanningRules)
     begin: BeginRules = field(default_factory=BeginRules)
+    tracking: TrackingRules = field(default_factory=TrackingRules)
 
     def listed(self) -> list[Rule]:
         """All of them, room by room."""

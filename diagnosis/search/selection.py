@@ -51,15 +51,15 @@ class ForwardSelection:
         self.problem, self.rng, self.tell, self.clean = problem, rng, tell, clean
         self.chance_level = np.inf
 
-    def run(self) -> Selection:
-        """Step after step, then the causes held against one another, then the last word on their numbers."""
+    def run(self, most: int = RULES.search.most_steps) -> Selection:
+        """Step after step, `most` of them, then the causes held against one another, then the last word on their numbers."""
         self.tell("fit of the nominal drive", 0.0)
         problem = self.problem = self.problem.with_noise()
         first = base = problem.fit(problem.base_free, problem.nominal)
         causes: list[Candidate] = []
         stages: list[Stage] = []
         kept: list[Stage] = []
-        while len(stages) < RULES.search.most_steps:
+        while len(stages) < most:
             stage = self.step(base, [c.hypothesis for c in causes], first)
             stages.append(stage)
             if stage.winner is None:

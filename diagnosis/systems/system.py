@@ -14,6 +14,7 @@ import numpy as np
 
 from ..data.gathered import gathered
 from ..data.log import MeasuredRun
+from ..data.origin import about
 from ..data.rig import Rig
 from ..errors import DataError
 from ..judge.depends import depends
@@ -156,7 +157,14 @@ def _name(
 
 
 def diagnose_system(
-    rig: Rig, logs: Sequence, test: Sequence, out: Path | None, tell: Callable, seed: int, kept: Kept | None = None
+    rig: Rig,
+    logs: Sequence,
+    test: Sequence,
+    out: Path | None,
+    tell: Callable,
+    seed: int,
+    kept: Kept | None = None,
+    search: bool = True,
 ) -> Diagnosis:
     """Blame and dependences; `unknown` where a component is off, `none` where what remains is noise."""
     rng = np.random.default_rng(seed)
@@ -186,10 +194,11 @@ def diagnose_system(
     }
     result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
     result.comparisons = comparisons(mending, gain)
-    named = _name(rig, parts, shares, logs, test, out, tell, seed, kept) if off else None
+    named = _name(rig, parts, shares, logs, test, out, tell, seed, kept) if off and search else None
     if named is not None:
         return named
     result.extension["seed"] = seed
+    result.about = about(rig, runs, held) | {"searched": search}
     if out is not None:
         result.folder = out
         result.write(out)

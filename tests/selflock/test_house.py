@@ -29,7 +29,7 @@ FLOORS = (
     ("selflock.diagnosis.pipeline",),
     ("selflock.diagnosis.planning", "selflock.diagnosis.systems"),
     ("selflock.diagnosis.calibration",),
-    ("selflock.diagnosis.naming", "selflock.diagnosis.begin"),
+    ("selflock.diagnosis.naming", "selflock.diagnosis.begin", "selflock.diagnosis.tracking"),
     ("selflock.diagnosis",),
     ("selflock.examples", "selflock.packing", "selflock.errors"),
     ("selflock",),  # the command line, and what a user imports

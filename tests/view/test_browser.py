@@ -2,8 +2,11 @@
 
 import pytest
 
+from selflock.diagnosis import track
 from selflock.vehicle import Robot
 from selflock.view import view
+
+from ..diagnosis.tracking.drawn import write as write_fleet
 
 pytestmark = pytest.mark.slow
 
@@ -79,4 +82,18 @@ def test_no_name_runs(tab, write, hostile, rolling):
     shown = tab(view(write("a.parquet", columns, {"system": hostile}), show=["*torque"]), width=360)
     assert not shown.js("document.documentElement.dataset.owned") and not shown.js("document.images.length")
     assert hostile in shown.js("document.querySelector('.legend').textContent")
+    assert shown.complaints() == []
+
+
+@pytest.mark.parametrize("width", [360, 1400])
+def test_a_fleet_is_shown_over_dates_with_intervals(tmp_path, rng, tab, width):
+    track(write_fleet(tmp_path / "found", rng, units=12, worn={3: 0.4}), tmp_path / "p.html")
+    shown = tab(tmp_path / "p.html", width=width)
+    assert shown.js("document.documentElement.scrollWidth") == width
+    legend = shown.js("document.querySelector('.legend').textContent")
+    assert "unit unit 3" in legend and "11 others" in legend and "N·m·s/rad" in legend
+    x, y, w, h = shown.js("(r => [r.x, r.y, r.width, r.height])(document.querySelector('.plot').getBoundingClientRect())")
+    shown.mouse("mouseMoved", x + 0.99 * w, y + 10.0)
+    assert shown.js("day(runs[0].time[runs[0].near('reducer.viscous_damping', board.hover)])") == "2026-09-28"
+    assert not shown.js("document.querySelector('.play')")
     assert shown.complaints() == []

@@ -50,6 +50,10 @@ ELSEWHERE = {  # what decides nothing
     "naming/kernels.py": {"SIGNAL", "X", "OUT", "P"},  # places in a block
     "naming/places.py": {"MIDDLE"},  # a half of a step
     "systems/parts.py": {"CLOSE"},  # digits of a time
+    "tracking/changes.py": {"NORMAL"},  # a quantile of what is told
+    "tracking/page.py": {"UNITS", "POINTS", "ROWS", "COLOURED", "SECONDS"},  # how much is drawn
+    "tracking/series.py": {"DAY"},
+    "tracking/track.py": {"EXIT", "TOLD"},
 }
 
 

@@ -55,9 +55,9 @@ def lift(counter, teller):
     )
 
 
-@pytest.fixture
-def packed(counter, native, tmp_path):
-    return export(lift(counter, native("teller")), tmp_path / "lift.ssp")
+@pytest.fixture(scope="module")
+def packed(counter, native, tmp_path_factory):
+    return export(lift(counter, native("teller")), tmp_path_factory.mktemp("packed") / "lift.ssp")
 
 
 def documents(path):

@@ -166,6 +166,7 @@ def test_the_same_bytes_twice(counter, native, tmp_path):
     assert first == second
 
 
+@pytest.mark.slow
 def test_parts_in_process_are_packed_as_fmus(tmp_path):
     made = master.from_dict(
         {

@@ -39,7 +39,7 @@ from selflock.fmus.errors import EffectError
 log = logging.getLogger(__name__)
 
 LAWS = laws.OURS
-FACELESS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+FACELESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 PREFIX = "_compiled_"
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -174,7 +174,7 @@ def _ours(value: object, second: str) -> bool:
     return isinstance(value, FunctionType) and value.__module__.startswith(second + ".")
 
 
-def _wrap(function: FunctionType, second: str, wrapped: dict[FunctionType, object], how: dict[str, bool]) -> object:
+def _wrap(function: FunctionType, second: str, wrapped: dict[FunctionType, object], how: dict[str, Any]) -> object:
     """The function compiled, after those in its closure: numba takes a closure's functions only when they are compiled."""
     if function not in wrapped:
         cells = function.__closure__ or ()

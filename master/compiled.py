@@ -10,6 +10,9 @@ that what numba cannot compile is told in one sentence.
 The second self is a copy of the sources in the user's cache, in a folder named by their content. Beside it numba keeps
 what it compiled, which is therefore never older than any source it came from. Loops around the laws, which are not of
 their package, are kept in the same way.
+
+Compiled loops alone call the laws. numba would give each of these functions a face to Python and one to C, too, which take
+most of the time that compiling takes: only loops have them, and what `compiled` hands out.
 """
 
 from __future__ import annotations
@@ -18,10 +21,11 @@ import hashlib
 import logging
 import re
 import sys
+from functools import cache as once
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import FunctionType, ModuleType
+from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 from numba import njit, typeof, types
@@ -35,17 +39,28 @@ from selflock.fmus.errors import EffectError
 log = logging.getLogger(__name__)
 
 LAWS = laws.OURS
+FACELESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 PREFIX = "_compiled_"
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 
 
-def compiled(module_name: str) -> ModuleType:
-    """The module, such as "selflock.fmus.reducer.shaft", with all functions of its package compiled on first use.
+def compiled(module_name: str) -> SimpleNamespace:
+    """What is in the module, such as "selflock.fmus.reducer.shaft", with all functions of its package compiled on first use.
 
     Named tuples of the plain module are not those of the compiled one: take Parameters and State from what is returned.
     Where the plain law raises ZeroDivisionError, the compiled one gives inf or NaN: a fit may try any value.
     """
-    return _compiled(module_name, _second().__name__)
+    return _faced(_compiled(module_name, _second().__name__))
+
+
+@once
+def _faced(module: ModuleType) -> SimpleNamespace:
+    """A module of compiled functions as Python may call them."""
+    return SimpleNamespace(**{name: _face(value) if hasattr(value, "py_func") else value for name, value in vars(module).items()})
+
+
+def _face(function: Any) -> Any:
+    return njit(lambda *given: function(*given), nogil=True, error_model="numpy")
 
 
 def _compiled(module_name: str, second: str) -> ModuleType:
@@ -55,7 +70,7 @@ def _compiled(module_name: str, second: str) -> ModuleType:
         if name.startswith(second + ".") and name.count(".") > 1:  # the components', not the helpers that join their hooks
             for key, value in list(vars(other).items()):
                 if _ours(value, second):
-                    setattr(other, key, _wrap(value, second, wrapped))
+                    setattr(other, key, _wrap(value, second, wrapped, FACELESS))
     return module
 
 
@@ -70,7 +85,7 @@ def compiled_loops(path: Path) -> dict[str, object]:
             if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
                 setattr(sys.modules[name], key, _compiled(value.__name__, second.__name__))
             elif isinstance(value, FunctionType):
-                setattr(sys.modules[name], key, _wrap(value, name, {}))
+                setattr(sys.modules[name], key, _wrap(value, name, {}, {}))
     return {key: value for key, value in vars(sys.modules[name]).items() if hasattr(value, "py_func")}
 
 
@@ -106,7 +121,7 @@ def _look(second: str, inside: str, file: EffectFile) -> None:
     effect = import_module(f"{second}.{inside[:-3].replace('/', '.')}").EFFECT
     p, x = law.Parameters(), laws.conditions(law, file.component)[0]
     for name, function in effect.hooks.items():
-        hook: Any = _wrap(function, second, {})
+        hook: Any = _wrap(function, second, {}, FACELESS)
         given = typeof(p), typeof(x)
         said = f"{file.path}: {function.__name__}(p, x), its hook {name}, cannot be compiled by numba, as a fit needs it"
         try:
@@ -132,9 +147,10 @@ def _reason(told: str) -> str:
 def _copied(sources: dict[Path, bytes], beside: str = "") -> Path:
     """The folder of a copy of these sources, made if it is not there yet, safe beside others that make it.
 
-    It is named by their content, and by what they stand `beside`: the copy of the laws, under which name they are loaded.
+    It is named by their content, by what they stand `beside`: the copy of the laws, under which name they are loaded, and by
+    how they are compiled: a function without a face must not be met where one is called.
     """
-    digest = hashlib.sha256(beside.encode())
+    digest = hashlib.sha256(f"{beside} {FACELESS}".encode())
     for path, content in sources.items():
         digest.update(f"{path.as_posix()} {len(content)}\n".encode() + content)
     return cache.copied(f"laws_{digest.hexdigest()[:16]}", {path.as_posix(): content for path, content in sources.items()})
@@ -158,12 +174,12 @@ def _ours(value: object, second: str) -> bool:
     return isinstance(value, FunctionType) and value.__module__.startswith(second + ".")
 
 
-def _wrap(function: FunctionType, second: str, wrapped: dict[FunctionType, object]) -> object:
+def _wrap(function: FunctionType, second: str, wrapped: dict[FunctionType, object], how: dict[str, Any]) -> object:
     """The function compiled, after those in its closure: numba takes a closure's functions only when they are compiled."""
     if function not in wrapped:
         cells = function.__closure__ or ()
         for cell in cells:
             if _ours(cell.cell_contents, second):
-                cell.cell_contents = _wrap(cell.cell_contents, second, wrapped)
-        wrapped[function] = cache.sealed(njit(function, nogil=True, error_model="numpy", cache=not cells))
+                cell.cell_contents = _wrap(cell.cell_contents, second, wrapped, how)
+        wrapped[function] = cache.sealed(njit(function, nogil=True, error_model="numpy", cache=not cells, **how))
     return wrapped[function]

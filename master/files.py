@@ -319,7 +319,7 @@ def _of_stream(path: Path) -> pa.Table:
 
 def _read_csv(path: Path, whole: bool) -> tuple[pd.DataFrame, dict[str, str]]:
     content = pa.py_buffer(path.read_bytes()) if path.stat().st_size < 1 << 20 else pa.memory_map(str(path)).read_buffer()
-    if not whole and (torn := _torn(content)):
+    if not whole and (torn := _unended(bytes(memoryview(content)[-LINE:]))):
         warn(f"{path}: its last line has no end, as after a crash, and is not read. Where it is whole, end it with a line break.")
         content = content.slice(0, len(content) - torn)
     options = csv.ConvertOptions(null_values=[], strings_can_be_null=False)
@@ -345,12 +345,11 @@ def told(path: Path | str) -> dict[str, Any]:
 def torn(path: Path) -> bool:
     """Whether the last line of a CSV file has no end, so that `read` leaves it out."""
     with path.open("rb") as file:
-        file.seek(-min(1, path.stat().st_size), os.SEEK_END)
-        return file.read(1) not in (b"\n", b"\r", b"")
+        file.seek(-min(LINE, path.stat().st_size), os.SEEK_END)
+        return _unended(file.read()) > 0
 
 
-def _torn(content: pa.Buffer) -> int:
+def _unended(tail: bytes) -> int:
     """Bytes behind the last line break."""
-    tail = bytes(memoryview(content)[-LINE:])
     end = 1 + max(tail.rfind(b"\n"), tail.rfind(b"\r"))
     return len(tail) - end if end else 0

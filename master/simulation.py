@@ -63,9 +63,6 @@ def run(
     allow_code: parts of other packages may be loaded (docs/security.md).
     unlimited: FMUs and SSPs may be of any size.
     isolate: every FMU runs in a process of its own with limits and without rights.
-    max_time: of wall time for all of it, s; then TimeUp is raised, whose `result` holds what was computed until then.
-    resume: go on from the state that the same call saved beside `out` before it was ended, to the same bits; where there is
-        none, begin. Now and then a state is saved. Only where all parts can put their state into bytes.
     step, algorithm: the communication step [s] and "gauss-seidel", "jacobi" or "iterated", in place of the system's.
     inputs: a .csv or .parquet file with a column `time` and columns named as inputs (master.single).
     tolerance: relative, of the FMUs' own solvers, in place of the system's fmu_tolerance.

@@ -30,7 +30,8 @@ class Stops:
     """Hears what stops some work while it is entered, and knows it from then on, whatever became of the exception.
 
     A signal does what it did before: one that ends the process at once still does. After `seconds` of wall time the work is
-    interrupted as by Ctrl-C, in the main thread; elsewhere it is up to `obey`.
+    interrupted as by Ctrl-C, in the main thread, also of a process that ignores Ctrl-C, such as a script starts in the
+    background; elsewhere it is up to `obey`.
     """
 
     def __init__(self, seconds: float | None = None):
@@ -42,11 +43,12 @@ class Stops:
         self._over, self._lock = False, threading.Lock()
 
     def __enter__(self) -> Stops:
-        self._before: dict[int, Callable[[int, FrameType | None], Any]] = {}
+        self._before: dict[int, Any] = {}
         if threading.current_thread() is threading.main_thread():
             for number in HEARD:
                 before = signal.getsignal(number)
-                if callable(before):
+                rings = number == signal.SIGINT and self.seconds is not None
+                if callable(before) or (before == signal.SIG_IGN and rings):
                     self._before[number] = before
                     signal.signal(number, self._hear)
         if self.seconds is not None:
@@ -65,11 +67,16 @@ class Stops:
                 signal.pthread_kill(ident, signal.SIGINT)
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
+        before = self._before[number]
+        if before == signal.SIG_IGN:
+            if not self.time_up:
+                return
+            before = signal.default_int_handler
         self.asked = True
         if _depth:
-            _late.append(lambda: self._before[number](number, None))
+            _late.append(lambda: before(number, None))
         else:
-            self._before[number](number, frame)
+            before(number, frame)
 
     def __exit__(self, *_: object) -> None:
         with self._lock:

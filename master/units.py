@@ -13,7 +13,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from ..fmus.units import Unit, of
+from ..fmus.units import Unit, of, parse
 from .errors import DescriptionError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ _NAMES = {"%": "percent", "1": "", "-": "", "rev": "turn", "1/min": "1/minute"}
 
 def unit(name: str, declared: Declared = NOTHING) -> Unit | None:
     """The unit called `name`; `declared`: what the FMU says of its units. None when nobody knows it."""
-    return declared[name] if name in declared else _pint_unit(name)
+    return declared[name] if name in declared else _plain(name) or _pint_unit(name)
 
 
 def _without_angle(unit: Unit) -> dict[str, int]:
@@ -72,6 +72,16 @@ def to_si(name: str, declared: Declared = NOTHING) -> float:
     """Factor from unit `name` to SI; 1 where the unit is unknown."""
     known = unit(name, declared) if name else None
     return known.factor if known else 1.0
+
+
+@cache
+def _plain(name: str) -> Unit | None:
+    """A unit of SI symbols alone, for which pint, half a second to load, is not asked. It reads N/m.s otherwise than FMI: left to it."""
+    try:
+        plain = parse(name)
+    except KeyError:
+        return None
+    return plain if plain.factor == 1.0 and "degC" not in name and "." not in name.partition("/")[2] else None
 
 
 @cache

@@ -9,7 +9,6 @@ from selflock.master.schema import NUMBER, TEXT, TRUTH, document, named, table
 from .record import KINDS
 from .study import KEYS, METHODS, SPACINGS, WAYS, WORDS
 
-ANY: dict[str, Any] = {}
 GRID = table(
     {"from": NUMBER, "to": NUMBER, "count": {"type": "integer", "minimum": 1}, "spacing": {"enum": list(SPACINGS)}},
     required=["from", "to", "count"],

@@ -4,6 +4,7 @@ import os
 import re
 import secrets
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -21,6 +22,14 @@ settings.load_profile("busy")
 
 for threads in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
+
+# tests send Ctrl-C, which what a script starts in the background ignores
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# what is compiled of sources is kept, whatever the shell says: workers, and the commands that tests start, read the same files
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 sys.path.append(str(Path(__file__).parent / "native"))
 

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
@@ -198,6 +197,8 @@ def from_start(problem: Calibrating, item: dict[str, Any]) -> dict[str, Any]:
 
 def scattered(problem: Calibrating, seed: int) -> np.ndarray:
     """Points of all ranges, evenly scattered: Sobol's, scrambled."""
+    from scipy.stats import qmc  # a second to load, for those who scatter
+
     return qmc.Sobol(max(1, len(problem.free)), seed=seed).random(RULES.calibrate.scattered)
 
 

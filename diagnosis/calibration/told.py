@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ..rules import RULES
 from ..search.fit import Fit, weight
@@ -68,7 +68,7 @@ def _correlations(spread: np.ndarray) -> np.ndarray:
 def reach(labels: np.ndarray, numbers: int) -> float:
     """Standard errors to either side of a 95 % interval: Student's, of as many blocks as there are beyond the numbers."""
     degrees = max(1, len(np.unique(labels)) - numbers)
-    return float(student.ppf(0.975, degrees))
+    return float(stdtrit(degrees, 0.975))
 
 
 def together(problem: Calibrating, end: End) -> dict[str, list[str]]:

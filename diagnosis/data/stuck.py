@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
-from scipy.stats import poisson
+from scipy.special import pdtrc
 
 from ..rules import RULES
 from .log import MeasuredRun
@@ -274,7 +274,7 @@ def _crowded(stills: Stills, name: str, side: float) -> bool:
     _, counts = np.unique(side * x, return_counts=True)
     beside = counts[-1 - rules.clipped_beside : -1]
     usual = (beside.sum() + 1.0) / max(len(beside), 1)
-    return float(poisson.sf(counts[-1] - 1, usual)) < rules.frozen_chance
+    return float(pdtrc(counts[-1] - 1, usual)) < rules.frozen_chance
 
 
 # --- frozen

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
@@ -106,7 +106,7 @@ class Planned:
     @property
     def decided(self) -> np.ndarray:
         """Probability that each pair is told rightly, (truth, fitted)."""
-        return norm.cdf(0.5 * self.distances)
+        return ndtr(0.5 * self.distances)
 
 
 def predicted(scale: Scale, models: list[OpenModel], time: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> Planned:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import welch
 
 from ..data.signals import ANGLE_OF
 from ..data.stuck import resolution
@@ -52,6 +51,8 @@ def _missing(levels: np.ndarray) -> int:
     A difference over n rows passes nothing, be it motion or rounding, at 1, 2, ... waves in n rows. Second differences
     first, so that the slow motion does not leak into all others.
     """
+    from scipy.signal import welch  # a second to load, for those whose recorder is asked
+
     rules = RULES.residuals
     fast = np.diff(levels, n=2)
     segment = min(rules.longest_segment, 2 ** int(np.log2(max(len(fast) / rules.segments, 2.0))))

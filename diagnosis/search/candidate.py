@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from selflock.fmus.effect import METAL, SHAPES
 
@@ -73,7 +73,7 @@ def surer(winner: Candidate, rival: Candidate) -> float:
     """Probability that a rival leaves more than the winner on blocks that were not there, by how the difference varies between blocks."""
     difference = rival.errors - winner.errors
     spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 1.0
-    return float(norm.cdf(difference.mean() / max(spread, 1e-300)))
+    return float(ndtr(difference.mean() / max(spread, 1e-300)))
 
 
 def nearest(winner: Candidate, candidates: Sequence[Candidate], tied: Sequence[Candidate]) -> Candidate | None:

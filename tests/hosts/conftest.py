@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,9 +30,11 @@ def host(tmp_path_factory):
         [loader.compiler(), "-O1", "-Wall", "-Werror", "-o", program, HERE / "host.c", "-ldl", "-lpthread"], check=True
     )
 
+    path = f"{sys.base_prefix}/bin:{os.environ['PATH']}"  # what chooses among Pythons is not asked each time
+
     def run(commands, **environment):
         lines = "".join("\t".join(map(str, command)) + "\n" for command in commands)
-        bare = {"PATH": os.environ["PATH"], "MALLOC_PERTURB_": "165", **environment}  # freed memory is overwritten
+        bare = {"PATH": path, "MALLOC_PERTURB_": "165", **environment}  # freed memory is overwritten
         done = subprocess.run([program], input=lines.encode(), env=bare, capture_output=True, timeout=100)
         text = done.stdout.decode()
         assert done.returncode == 0, f"the host died with {done.returncode}:\n{text}\n{done.stderr.decode()}"
@@ -41,10 +44,14 @@ def host(tmp_path_factory):
     return run
 
 
-@pytest.fixture
-def extracted(tmp_path):
-    def extract(name, folder=None):
-        return Extracted(built(name), tmp_path / (folder or name))
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory):
+    """shared(name): an FMU extracted once, beside whose sources Python keeps what it compiled of them."""
+    return cache(lambda name: Extracted(built(name), tmp_path_factory.mktemp("extracted") / name))
 
-    yield extract
+
+@pytest.fixture
+def extracted(shared, tmp_path):
+    """extracted(name, folder=None): an FMU in a folder, of its own where that is named."""
+    yield lambda name, folder=None: Extracted(built(name), tmp_path / folder) if folder else shared(name)
     shutil.rmtree(tmp_path, ignore_errors=True)

@@ -3,6 +3,7 @@
 import logging
 import resource
 import shutil
+import signal
 import threading
 import time
 
@@ -138,11 +139,11 @@ def test_ctrl_c_is_the_user_whoever_meets_it(system, tmp_path, heard, ending, mo
         assert master.read(path)[0]["w.t"].to_numpy() == pytest.approx(0.1 * np.arange(round(at / 0.1) + 1))
 
 
-@pytest.mark.parametrize("inside", ["main thread", "another thread"])
+@pytest.mark.parametrize("inside", ["main thread", "background", "another thread"])
 def test_a_run_has_a_time_limit(system, tmp_path, inside, monkeypatch):
     monkeypatch.setattr(small_parts.Waits, "go", threading.Event(), raising=False)
     path = tmp_path / "t.csv"
-    if inside == "main thread":  # a step that would wait for ever
+    if inside != "another thread":  # a step that would wait for ever
         description = system({"w": ("Waits", {"from_": 0.3})}, stop=1.0, step=0.1)
     else:  # many steps, each of which comes to its end
         description = system({"w": "Waits"}, stop=1e6, step=0.1)
@@ -156,12 +157,19 @@ def test_a_run_has_a_time_limit(system, tmp_path, inside, monkeypatch):
 
     if inside == "main thread":
         run()
+    elif inside == "background":  # of a script: Ctrl-C is not for it
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            run()
+            assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+        finally:
+            signal.signal(signal.SIGINT, before)
     else:
         thread = threading.Thread(target=run)
         thread.start()
         thread.join()
     error = raised[0]
     assert "time limit, 0.05 s" in str(error) and str(path) in str(error)
-    assert len(master.read(path)[0]) == error.result.steps + 1 and error.result.steps >= (3 if inside == "main thread" else 1)
+    assert len(master.read(path)[0]) == error.result.steps + 1 and error.result.steps >= (1 if inside == "another thread" else 3)
     with pytest.raises(master.DescriptionError, match="seconds above zero"):
         master.run(description, max_time=0.0)

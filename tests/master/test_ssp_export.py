@@ -55,9 +55,9 @@ def lift(counter, teller):
     )
 
 
-@pytest.fixture
-def packed(counter, native, tmp_path):
-    return export(lift(counter, native("teller")), tmp_path / "lift.ssp")
+@pytest.fixture(scope="module")
+def packed(counter, native, tmp_path_factory):
+    return export(lift(counter, native("teller")), tmp_path_factory.mktemp("packed") / "lift.ssp")
 
 
 def documents(path):
@@ -166,6 +166,7 @@ def test_the_same_bytes_twice(counter, native, tmp_path):
     assert first == second
 
 
+@pytest.mark.slow
 def test_parts_in_process_are_packed_as_fmus(tmp_path):
     made = master.from_dict(
         {

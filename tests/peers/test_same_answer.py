@@ -92,6 +92,7 @@ def test_the_robot_as_fmus_is_the_robot_in_process(our_robot):
             assert our_robot[name].equals(table[name]), name
 
 
+@pytest.mark.slow
 def test_the_robot_in_libcosim(robot, our_robot):
     needs("libcosimpy")
     worst = difference(others.libcosim(robot, ROBOT_STEP, ROBOT_COUNT), our_robot, first=1)

@@ -4,6 +4,7 @@ import ast
 import re
 import sys
 import tomllib
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -12,7 +13,6 @@ import pytest
 from selflock import extras
 
 ROOT = Path(__file__).parents[2]
-BRINGS = packages_distributions()
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 EXTRAS = {
     "fmus": [],
@@ -32,6 +32,9 @@ def declared(extra=None):
     return {re.match(r"[\w.-]+", line)[0].lower() for line in lines}
 
 
+brought = cache(packages_distributions)  # which asks every package that is installed: once, and not of whoever only collects
+
+
 def imported(path):
     """The modules that a file imports from outside its room, anywhere in it."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -44,10 +47,11 @@ def imported(path):
 @pytest.mark.parametrize("room", EXTRAS)
 @pytest.mark.slow
 def test_what_a_room_imports_is_declared(room):
+    brings = brought()
     allowed = declared().union(*map(declared, EXTRAS[room]))
     for path in (ROOT / room).rglob("*.py"):
         for module in {*imported(path)} - sys.stdlib_module_names - {"selflock"}:
-            assert {name.lower() for name in BRINGS[module]} & allowed, f"{path.relative_to(ROOT)} imports {module}"
+            assert {name.lower() for name in brings[module]} & allowed, f"{path.relative_to(ROOT)} imports {module}"
 
 
 def test_every_room_is_looked_at():

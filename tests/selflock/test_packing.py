@@ -21,6 +21,7 @@ def packed(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.slow
 def test_the_description_says_all_there_is_to_say(packed, name):
     assert set(packed) == set(NAMES) and validate_fmu(str(packed[name])) == []
     with zipfile.ZipFile(packed[name]) as archive:

@@ -106,6 +106,7 @@ def test_a_start_that_breaks_off_is_left_for_one_that_does_not(tmp_path, oscilla
 
 
 @pytest.mark.parametrize("reset, words", [(1, "another after fmi2Reset"), (2, "")])
+@pytest.mark.slow
 def test_fmus_that_cannot_be_reset_are_made_anew(tmp_path, oscillator, rng, reset, words):
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng)
     parameters = {"oscillator.reset": reset, "oscillator.damping": oscillators.TRUTH["damping"]}

@@ -38,6 +38,7 @@ def close(one, other):
 @pytest.mark.parametrize(
     "changes", [{}, {"friction_kinetic": 0.01, "preload": 0.5}, EFFECTS], ids=["plain", "preload", "effects"]
 )
+@pytest.mark.slow
 def test_both_modes_step_by_step(fast, changes):
     plain, second = shaft.Parameters(**changes), fast.Parameters(**changes)
     assert plain == tuple(second)

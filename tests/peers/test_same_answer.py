@@ -28,6 +28,17 @@ def needs(name):
 
 
 @pytest.fixture(scope="module")
+def libcosim():
+    """Before all that is prepared for a comparison with it."""
+    needs("libcosimpy")
+
+
+@pytest.fixture(scope="module")
+def ecos():
+    needs("ecospy")
+
+
+@pytest.fixture(scope="module")
 def archive(tmp_path_factory):
     return export(HERE / "servo.toml", tmp_path_factory.mktemp("ssp") / "servo.ssp")
 
@@ -52,16 +63,14 @@ def test_our_own_export_comes_back_the_same(archive, ours):
     assert table.equals(ours)
 
 
-def test_libcosim(archive, ours):
+def test_libcosim(libcosim, archive, ours):
     """Before its first step libcosim's observer shows zeros, so row 0 is left out. What remains is rounding: libcosim
     keeps time in whole nanoseconds and takes each step's length as the difference of two rounded times."""
-    needs("libcosimpy")
     worst = difference(others.libcosim(archive, STEP, COUNT), ours, first=1)
     assert max(worst.values()) <= 1e-9, worst
 
 
-def test_ecos(archive, ours):
-    needs("ecospy")
+def test_ecos(ecos, archive, ours):
     worst = difference(others.ecos(archive, STEP, COUNT), ours, first=0)
     assert max(worst.values()) <= 1e-9, worst
 
@@ -93,13 +102,11 @@ def test_the_robot_as_fmus_is_the_robot_in_process(our_robot):
 
 
 @pytest.mark.slow
-def test_the_robot_in_libcosim(robot, our_robot):
-    needs("libcosimpy")
+def test_the_robot_in_libcosim(libcosim, robot, our_robot):
     worst = difference(others.libcosim(robot, ROBOT_STEP, ROBOT_COUNT), our_robot, first=1)
     assert max(worst.values()) <= 1e-9, worst
 
 
-def test_the_robot_in_ecos(robot, our_robot):
-    needs("ecospy")
+def test_the_robot_in_ecos(ecos, robot, our_robot):
     worst = difference(others.ecos(robot, ROBOT_STEP, ROBOT_COUNT), our_robot, first=0)
     assert max(worst.values()) <= 1e-9, worst

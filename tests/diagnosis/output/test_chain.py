@@ -1,11 +1,11 @@
 """The chain of the drive: complete, of variables that there are, and what the compiled loop over a whole drive does."""
 
-import tomllib
 from importlib import resources
 
 import numpy as np
 import pytest
 
+from selflock import master
 from selflock.diagnosis.residuals import loops
 from selflock.fmus import chain
 from selflock.fmus.build import face_of
@@ -71,9 +71,9 @@ def test_the_loop_over_a_whole_drive_follows_it(closed):
 @pytest.mark.parametrize("name", ["robot.toml", "four_drives.toml"])
 def test_the_study_s_systems_follow_it(name):
     """Each drive of the robot, up to what it drives."""
-    system = tomllib.loads((resources.files("selflock.study") / name).read_text())
-    drives = [part.removesuffix("controller") for part in system["components"] if part.endswith("_controller")]
+    system = master.load(resources.files("selflock.study") / name)
+    drives = [part.removesuffix("controller") for part in system.components if part.endswith("_controller")]
     assert drives
     for target, source in chain.CONNECTIONS.items():
         if "load" not in target + source:
-            assert [system["connections"][drive + target] for drive in drives] == [drive + source for drive in drives]
+            assert [system.connections[drive + target].source for drive in drives] == [drive + source for drive in drives]

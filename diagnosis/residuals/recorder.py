@@ -124,23 +124,33 @@ def noise_of(x: np.ndarray) -> float:
 def period(ch: Channels) -> float:
     """The period, s, of a controller whose logged command steps only so often; 0 where no line stands out of the spectrum.
 
-    A command averaged over its row shares a step between two, so changes are those over two rows. A motion's own waves are
-    broad: a line is held against what is near it.
+    A command averaged over its row shares a step between two, so changes are those over two rows. Steps that are hardly farther
+    apart are in all of these, and are seen in changes over one; a part of a period that is seen in both is none.
     """
     if not ch.has(COMMAND):
         return 0.0
-    rules, (jumps, when) = RULES.residuals, _jumps(ch, 2)
-    step = float(np.median(np.diff(when)))
+    (short, step), (long, _) = (_line(*_jumps(ch, rows)) for rows in (1, 2))
+    if not short or not long:
+        return short or long
+    return short if short < 4.0 * step and abs(long / short - round(long / short)) > 0.02 else long
+
+
+def _line(jumps: np.ndarray, when: np.ndarray) -> tuple[float, float]:
+    """The period, s, at which jumps come, 0 where no line stands out of their spectrum; and the step of the rows, s.
+
+    A motion's own waves are broad: a line is held against what is near it.
+    """
+    rules, step = RULES.residuals, float(np.median(np.diff(when)))
     even = np.interp(np.arange(when[0], when[-1], step), when, jumps)
     size = 2 ** int(np.ceil(np.log2(rules.period_padding * len(even))))
     power = abs(np.fft.rfft(even - gaussian_filter1d(even, rules.period_slowest / 2.0), size))
     frequency = np.fft.rfftfreq(size, step)
     asked = (frequency > 1.0 / (rules.period_slowest * step)) & (frequency < 1.0 / (rules.period_fastest * step))
     if not asked.any():
-        return 0.0
+        return 0.0, step
     best = int(np.argmax(np.where(asked, power, 0.0)))
     near = asked & (frequency > frequency[best] / rules.period_near) & (frequency < frequency[best] * rules.period_near)
-    return float(1.0 / frequency[best]) if power[best] > rules.period_line * np.median(power[near]) else 0.0
+    return (float(1.0 / frequency[best]) if power[best] > rules.period_line * np.median(power[near]) else 0.0), step
 
 
 def _jumps(ch: Channels, rows: int = 1) -> tuple[np.ndarray, np.ndarray]:

@@ -138,12 +138,15 @@ def distance(fmu: Path) -> dict[str, float]:
 
 def draw(errors: pd.DataFrame, tables: dict[str, pd.DataFrame], path: Path) -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.8))
-    for way, row in errors.iterrows():
-        left.loglog([1e3 * step for step in STEPS], row.iloc[: len(STEPS)], "o-", label=way)
+    steps = [1e3 * step for step in STEPS]
+    for (way, row), line in zip(errors.iterrows(), ("o-", "o-", "s--", "o-")):  # the second and third are the same here
+        left.loglog(steps, row.iloc[: len(STEPS)], line, ms=5, label=way)
+    left.set_xticks(steps, [f"{step:g}" for step in steps])
+    left.set_xticks([], minor=True)
     left.set(xlabel="step [ms]", ylabel="error at 1 s, of the largest value", title="A loop of gain -4.5 against the whole")
     left.legend(fontsize=8)
-    for name, table in tables.items():
-        right.plot(table["time"], table["rear_reducer.output_torque"], lw=1.0, label=name)
+    for (name, table), line in zip(tables.items(), ({"lw": 2.5, "alpha": 0.5}, {"lw": 0.8}, {"lw": 0.8})):
+        right.plot(table["time"], table["rear_reducer.output_torque"], **line, label=name)
     right.set(xlabel="time [s]", ylabel="torque on the rear holder [N.m]", title="The robot's drive shaft", ylim=(-60, 60))
     right.legend(fontsize=8)
     figure.tight_layout()

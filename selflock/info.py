@@ -46,7 +46,9 @@ def _toml(path: Path, limit: int | None) -> Iterator[str]:
         return _study(path)
     if "components" in data or "drives" in data:
         return _system(path, limit)
-    raise SelflockError(f"{path} is no file of ours: a system has [components.NAME] or [drives.NAME], a rig [rig], a study [vary.NAME].")
+    raise SelflockError(
+        f"{path} is no file of ours: a system has [components.NAME] or [drives.NAME], a rig [rig], a study [vary.NAME]."
+    )
 
 
 def _fmu(path: Path, limit: int | None) -> Iterator[str]:

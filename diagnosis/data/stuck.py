@@ -143,10 +143,15 @@ class Stills:
         return self.turned(name) - self.once(self._ratio, name, witness) * self.turned(witness)
 
     def _ratio(self, name: str, witness: str) -> float:
-        """What one angle turns for each of another, of most of the way: faults are in a smaller part."""
+        """What one angle turns for each of another, of most of the way: faults are in a smaller part.
+
+        Where one is at its extreme it may be clipped, and fast moves are most of the way: told without these where it can be.
+        """
         ends = np.linspace(0, len(self.run) - 1, RULES.data.ratio_parts + 1).astype(int)
         turned, way = np.diff(self.turned(name)[ends]), np.diff(self.turned(witness)[ends])
         moved = (way != 0) & (turned != 0)  # where one stands still it may be at fault
+        inside = np.add.reduceat(self.extreme(name) | self.extreme(witness), ends[:-1], dtype=int) == 0
+        moved = moved & inside if (moved & inside).any() else moved
         if not moved.any():
             return 0.0
         ratio, weight = turned[moved] / way[moved], abs(way[moved])

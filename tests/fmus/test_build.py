@@ -40,6 +40,7 @@ def test_valid_for_fmpy_and_the_schema(fmu, name):
     assert all(unknown.get("dependencies") is not None for unknown in root.iterfind("ModelStructure/Outputs/Unknown"))
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", NAMES)
 def test_same_bytes_twice(tmp_path, name):
     first, second = build(name, tmp_path / "a"), build(name, tmp_path / "b")
@@ -138,6 +139,7 @@ def run_alone(tmp_path, *paths):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_runs_alone_and_two_builds_beside_each_other(fmu, tmp_path):
     from selflock.fmus.motor import dc
 
@@ -160,6 +162,7 @@ def test_an_effect_can_be_baked_in(instance):
     assert motor.get("current") == (3.0 - 1.5) / 0.6
 
 
+@pytest.mark.slow
 def test_cache_gives_the_same_file_until_something_changes(tmp_path, monkeypatch):
     monkeypatch.setenv("SELFLOCK_CACHE", str(tmp_path))
     first = built("Sensor")
@@ -169,6 +172,7 @@ def test_cache_gives_the_same_file_until_something_changes(tmp_path, monkeypatch
     assert hashlib.sha256(first.read_bytes()).digest() == hashlib.sha256(build("Sensor", tmp_path / "x").read_bytes()).digest()
 
 
+@pytest.mark.slow
 def test_build_all_makes_what_is_named(tmp_path):
     assert [path.name for path in build_all(tmp_path, ["Motor", "Sensor"])] == ["Motor.fmu", "Sensor.fmu"]
 

@@ -28,6 +28,7 @@ def whole(time):
     return at_once @ (x + [1.0, 0.0])
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel", "iterated"])
 @pytest.mark.parametrize("part", ["Lag", "Stepped"])
 def test_a_loop_converges_to_the_whole_with_first_order(system, part, algorithm):

@@ -130,6 +130,7 @@ def test_a_folder_belongs_to_one_study(tmp_path):
         map_runs(jobs.draw, SEEDS[:3], context={"offset": 0.0}, folder=tmp_path / "b", workers=0)
 
 
+@pytest.mark.slow
 def test_a_growing_folder_keeps_runs_of_other_items_but_not_of_other_sources(tmp_path, monkeypatch):
     def grow(items):
         return map_runs(
@@ -187,6 +188,7 @@ def test_a_torn_file_is_made_again(tmp_path):
     store.close()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there(monkeypatch):
     monkeypatch.setattr("selflock.sweep.cluster.ANSWER", 0.5)
     with pytest.raises(SweepError, match="No Dask scheduler answers at tcp://127.0.0.1:1"):

@@ -78,6 +78,7 @@ def test_what_the_log_does_not_feel_has_no_interval(counted):
     assert number["low"] is None and number["high"] is None and number["at_end"]
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize(
     "recorder, more, mode, said",
     [

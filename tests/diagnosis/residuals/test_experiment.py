@@ -339,6 +339,7 @@ def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path, rn
         assert all(p.nominal == pytest.approx(0.02) for p in free) and bool(free) == (not more)
 
 
+@pytest.mark.slow
 def test_the_fmu_of_a_sampling_controller_samples_where_the_law_does(drive_bench, tmp_path):
     from selflock.diagnosis.output.extend import starts, with_fmus
     from selflock.fmus.build import build

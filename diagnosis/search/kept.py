@@ -24,6 +24,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from selflock.fmus.cache import sha256
+
 from ..rules import RULES
 from .fit import Fit
 
@@ -48,7 +50,7 @@ class Kept:
         folder = out / FOLDER
         whole = [
             json.dumps(about, default=_plain, sort_keys=True),
-            [hashlib.sha256(path.read_bytes()).hexdigest() for path in files],
+            [sha256(path) for path in files],
             repr(RULES),
             _sources(),
         ]

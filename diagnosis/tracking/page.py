@@ -12,7 +12,7 @@ from selflock.view import page, thin
 
 from ..data.log import write_csv
 from .changes import NORMAL, AllUnits
-from .series import Series
+from .series import Series, days
 from .track import Track, amount, chance, day, size
 
 UNITS = 60  # drawn
@@ -114,5 +114,5 @@ def _all(track: Track) -> pd.DataFrame:
         for one in watched.series
         for when in one.time[watched.aside[one.unit]]
     }
-    days = (table["recorded"].to_numpy("datetime64[s]") - np.datetime64(0, "s")) / np.timedelta64(1, "D")
-    return table.assign(set_aside=[key in aside for key in zip(table["parameter"], table["unit"], days)])
+    keys = zip(table["parameter"], table["unit"], days(table["recorded"]))
+    return table.assign(set_aside=[key in aside for key in keys])

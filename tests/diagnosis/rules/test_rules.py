@@ -51,7 +51,6 @@ ELSEWHERE = {  # what decides nothing
     "systems/parts.py": {"CLOSE"},  # digits of a time
     "tracking/changes.py": {"NORMAL"},  # a quantile of what is told
     "tracking/page.py": {"UNITS", "POINTS", "ROWS", "COLOURED", "SECONDS"},  # how much is drawn
-    "tracking/series.py": {"DAY"},
     "tracking/track.py": {"EXIT", "TOLD"},
 }
 

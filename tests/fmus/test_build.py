@@ -100,6 +100,7 @@ def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkey
     assert run_alone(tmp_path, path) == run_alone(tmp_path, own)
 
 
+@pytest.mark.slow
 def test_pythonfmu_s_library_alone_is_ended_before_its_memory_is(tmp_path, monkeypatch):
     """At the end of a process it counts down in freed memory: an abort after all work, once in some hundred runs."""
     monkeypatch.setenv("CC", "/nowhere/cc")
@@ -156,6 +157,7 @@ def test_runs_alone_and_two_builds_beside_each_other(fmu, tmp_path):
     assert both[1] == pytest.approx(expected(3.0), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_an_effect_can_be_baked_in(instance):
     motor = instance("Motor", brush_voltage=1.5, inductance=0.0)
     motor.begin(voltage=3.0)

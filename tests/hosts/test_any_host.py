@@ -49,6 +49,7 @@ def test_a_whole_life_with_the_numbers_of_fmpy(host, extracted, name):
     assert seen[100:] == expected[:40]
 
 
+@pytest.mark.slow
 def test_two_fmus_and_two_instances_at_once(host, extracted):
     motor, load = extracted("Motor"), extracted("Load")
     turns = {0: (motor, LIVELY["Motor"]), 1: (load, LIVELY["Load"]), 2: (motor, ({"resistance": 2.0}, LIVELY["Motor"][1]))}
@@ -63,6 +64,7 @@ def test_two_fmus_and_two_instances_at_once(host, extracted):
         assert seen[i::3] == by_fmpy(fmu, parameters, inputs, 30)
 
 
+@pytest.mark.slow
 def test_two_threads_at_once(host, extracted):
     motor, load = extracted("Motor"), extracted("Load")
     answers, said = host(

@@ -137,6 +137,7 @@ def test_functions_of_time_feed_the_loop(monkeypatch, native, algorithm, count, 
     assert all(slow.table[name].std() > 0.1 for name in slow.table)
 
 
+@pytest.mark.alike
 def test_such_a_function_that_is_recorded_or_wrong_is_looked_at_in_python(monkeypatch, native, algorithm):
     recorded = fed(native, algorithm, 2)
     recorded["run"]["record"].append("log.u")

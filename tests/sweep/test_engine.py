@@ -37,6 +37,7 @@ def test_same_bits_whatever_the_workers(tmp_path, scheduler):
     assert failed["drawn"].isna().all() and table["drawn"].notna().sum() == 35
 
 
+@pytest.mark.slow
 def test_rows_come_in_the_order_of_the_items_and_equal_items_are_run_once(tmp_path):
     items = [3, 1, 3, 2]
     rows = map_runs(jobs.note, items, context=str(tmp_path), workers=0)

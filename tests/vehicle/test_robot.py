@@ -184,6 +184,7 @@ def test_it_climbs(track, ground, front, height, run):
     assert np.all(np.abs(told["chassis_pitch"]) < 0.7)
 
 
+@pytest.mark.slow
 def test_contact_values_hardly_matter(run):
     """The study's remark that results are not sensitive to the contact parameters: k, c_max and h by 30 %."""
     base = np.mean(run(Robot(track="belt", rear_start_angle=math.pi), 0.5, rear=math.pi)["rear_torque"])

@@ -186,6 +186,7 @@ def test_a_spike_that_others_feel_is_an_impact(rig, rng, speed, felt):
     assert kinds(check([run], rig)) == (set() if felt else {("corrupted", CURRENT)})
 
 
+@pytest.mark.slow
 def test_what_builds_up_or_rings_down_is_no_corrupted_sample(rig, rng, speed):
     for shape in ([1.0, -0.6, 0.4, -0.2, 0.1], [0.3, 0.8, 1.0, 0.7, 0.2], [1.0, 0.8, 0.6, 0.5, 0.4, 0.3]):
         run, row = recorded(rng, speed), fast(speed, 300) + 100

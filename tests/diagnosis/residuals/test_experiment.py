@@ -256,6 +256,7 @@ def drive_bench(tmp_path, rng):
     return DriveExperiment(rig, runs)
 
 
+@pytest.mark.slow
 def test_no_comparison_trusts_a_sample_whose_inputs_are_faulty(drive_bench):
     (run,) = drive_bench.runs
     for residual in drive_bench.residuals:

@@ -324,6 +324,7 @@ def test_the_usual_step_is_the_general_one(case):
         assert state.speed == pytest.approx(end, abs=1e-9 * (1 + abs(end)))
 
 
+@pytest.mark.slow
 @given(
     mu=st.floats(0.0, 0.06),
     level=st.sampled_from([0.0, 0.003]),

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from selflock.fmus.laws import joined
 from selflock.fmus.place import claim
+from selflock.master import load as load_system
 from selflock.master.code import allowed_effects
 from selflock.master.stops import Stops
 from selflock.view import checked
@@ -30,7 +31,7 @@ from .planning.page import write as write_plan
 from .planning.run import NextRun, opened, plan_run
 from .progress import Tell, shown
 from .residuals.laws import check_names
-from .search.kept import Kept
+from .search.kept import FOLDER, Kept
 from .systems.system import diagnose_system, replay_system
 from .tracking.changes import changes
 from .tracking.page import write as write_track
@@ -81,20 +82,29 @@ def diagnose(
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
-    kept = None if folder is None else Kept.of(folder, asdict(rig), _files(rig, logs, test), seed)
-    seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
+    with _keeping("The diagnosis", folder, rig, _files(rig, logs, test), seed, max_time) as kept:
+        seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
+        with _laws(rig), shown(progress) as tell:
+            return _diagnose(rig, logs, test, folder, tell, seed, anyway, kept)
+
+
+@contextmanager
+def _keeping(
+    what: str, folder: Path | None, rig: Rig, files: Sequence[Path], seed: int | None, max_time: float | None
+) -> Iterator[Kept | None]:
+    """Where fits are kept while `what` is at work, until its end; how it is told that it was stopped."""
+    kept = None if folder is None else Kept.of(folder, asdict(rig), files, seed)
     stops = Stops(max_time)
     try:
-        with stops, _laws(rig), shown(progress) as tell:
-            found = _diagnose(rig, logs, test, folder, tell, seed, anyway, kept)
+        with stops:
+            yield kept
     except KeyboardInterrupt:
         why = "nothing is kept"
-        if kept:
-            why = f"{kept.count} fits are kept in {kept.folder}, and the same command goes on with them"
-        raise stops.error("The diagnosis", why) from None
+        if kept and folder:
+            why = f"{kept.count} fits are kept in {folder / FOLDER}, and the same command goes on with them"
+        raise stops.error(what, why) from None
     if kept:
         kept.forget()
-    return found
 
 
 def _diagnose(
@@ -111,8 +121,11 @@ def _diagnose(
 
 
 def _files(rig: Rig, logs: Sequence[str | Path], test: Sequence[str | Path]) -> list[Path]:
-    """What a diagnosis reads, those that there are."""
+    """What a search reads, those that there are."""
     files = [*map(Path, logs), *map(Path, test), *([rig.system] if rig.system else [])]
+    if rig.system is not None and rig.system.suffix == ".toml" and rig.system.is_file():
+        system = load_system(rig.system, rig.allow_code)
+        files += [system.folder / component.fmu for component in system.components.values() if component.fmu]
     files += sorted(rig.effects.glob("*.py")) if rig.effects and rig.effects.is_dir() else []
     return [path for path in files if path.is_file()]
 
@@ -156,6 +169,7 @@ def calibrate(
     starts: int | None = None,
     seed: int = 0,
     allow_code: bool = False,
+    max_time: float | None = None,
     spread: Spread = here,
 ) -> Calibration:
     """Fit the numbers that `rig` names under [calibrate] and [uncertain] to `logs`; the error is told on `test` or held-out blocks.
@@ -166,14 +180,15 @@ def calibrate(
     starts: fits from so many places, the first from the values given; as many as the rules say when not given.
     seed: of the other places.
     allow_code: parts of other packages may be loaded (docs/security.md).
+    max_time: of wall time for all of it, s, as of `diagnose`: what was fitted is kept in `out`, and the same call goes on with it.
     spread: where the fits from the starts are made, as spread(function, items, context); here, one by one, when not given.
 
     Raises DataError where rig or logs cannot carry a calibration, DescriptionError where the system is wrong.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
-    with shown(progress) as tell:
-        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread)
+    with _keeping("The calibration", folder, rig, _files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
 
 
 @threadpool_limits.wrap(limits=1)
@@ -187,6 +202,7 @@ def name(
     seed: int = 0,
     kinds: Sequence[str] = KINDS,
     allow_code: bool = False,
+    max_time: float | None = None,
 ) -> Naming:
     """Name what the system of `rig` lacks beside `logs`: a number, a path, an event, a law, a curve, or nothing (docs/name.md).
 
@@ -195,14 +211,14 @@ def name(
     out: folder for naming.json, report.html, the correction's FMU and the extended system; None writes nothing.
     starts: fits of the base from so many places. seed: of these places, and of the draws that measure chance.
     kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
-    progress, allow_code: as of `calibrate`.
+    progress, allow_code, max_time: as of `calibrate`.
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
     rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
     folder = claim(Path(out), "naming", "naming.json") if out else None
-    with shown(progress) as tell:
-        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds))
+    with _keeping("The naming", folder, rig, _files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept)
 
 
 def track(folders: str | Path | Sequence[str | Path], page: str | Path | None = "track.html", since: str = "") -> Track:

@@ -35,6 +35,11 @@ _BASE = {
 _NAMES = {"%": "percent", "1": "", "-": "", "rev": "turn", "1/min": "1/minute"}
 
 
+LONGEST = 200  # characters of a name that is looked up
+ENDLESS = re.compile(r"\*\*\s*[(+-]*\s*\d{3,}|\*\*[^A-Za-z]*\*\*")
+"""Powers of three digits, and powers of powers: pint works with whole numbers of any length, and would for hours."""
+
+
 def unit(name: str, declared: Declared = NOTHING) -> Unit | None:
     """The unit called `name`; `declared`: what the FMU says of its units. None when nobody knows it."""
     return declared[name] if name in declared else _plain(name) or _pint_unit(name)
@@ -98,6 +103,8 @@ def _pint_unit(name: str) -> Unit | None:
     text = re.sub(r"(?<=[A-Za-z])(-?\d+)", r"**(\1)", text.replace("^", "**"))  # m2 -> m**(2)
     text = re.sub(r"(?<=[\w)])\.(?=[A-Za-z(])", "*", text)  # N.m -> N*m
     text = re.sub(r"Ohm\b", "ohm", text)
+    if len(text) > LONGEST or ENDLESS.search(text):
+        return None
     try:
         registry = _registry()
         if not text:

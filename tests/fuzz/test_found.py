@@ -10,6 +10,7 @@ from selflock.diagnosis import replay
 from selflock.fmus.build import built
 from selflock.fmus.errors import SelflockError
 from selflock.info import info
+from selflock.master.units import conversion
 from selflock.sweep.study import read as read_study
 
 DIGITS = "9" * 400
@@ -104,6 +105,12 @@ def test_attributes_of_an_fmu(tmp_path, old, new):
         info(path)
     except SelflockError as error:
         assert "modelDescription.xml" in str(error)
+
+
+@pytest.mark.parametrize("power", ["rpm99999999", "m**(-99999999)", "rpm^99^9^9", "m**(9)**99"])
+def test_powers_without_end_in_a_unit(power):
+    with pytest.raises(SelflockError, match="nobody knows the unit"):
+        conversion(f"N.{power}", "degC")
 
 
 @pytest.mark.parametrize("name", ["a\0b.csv", "a\0b.parquet"])

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import cache
+from math import inf
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -84,7 +85,7 @@ def _plain(name: str) -> Unit | None:
     """A unit of SI symbols alone, for which pint, half a second to load, is not asked. It reads N/m.s otherwise than FMI: left to it."""
     try:
         plain = parse(name)
-    except KeyError:
+    except (KeyError, OverflowError):
         return None
     return plain if plain.factor == 1.0 and "degC" not in name and "." not in name.partition("/")[2] else None
 
@@ -115,6 +116,7 @@ def _pint_unit(name: str) -> Unit | None:
         if any(base not in _BASE or power != int(power) for base, power in powers.items()):
             return None
         exponents = {_BASE[base]: int(power) for base, power in powers.items()}
-        return of(float(one.magnitude - zero.magnitude), float(zero.magnitude), **exponents)
+        factor, offset = float(one.magnitude - zero.magnitude), float(zero.magnitude)
+        return of(factor, offset, **exponents) if 0.0 < abs(factor) < inf else None
     except Exception:  # pint's many ways to say that it does not know
         return None

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from selflock.fmus.laws import joined
+from selflock.master import load as load_system
 from selflock.master.code import allowed_effects
 
 from .data.rig import Rig, load
@@ -32,8 +33,11 @@ def laws(rig: Rig) -> AbstractContextManager[None]:
 
 
 def files(rig: Rig, logs: Sequence[str | Path], test: Sequence[str | Path]) -> list[Path]:
-    """What a diagnosis reads, those that there are."""
+    """What a search reads, those that there are."""
     found = [*map(Path, logs), *map(Path, test), *([rig.system] if rig.system else [])]
+    if rig.system is not None and rig.system.suffix == ".toml" and rig.system.is_file():
+        system = load_system(rig.system, rig.allow_code)
+        found += [system.folder / component.fmu for component in system.components.values() if component.fmu]
     found += sorted(rig.effects.glob("*.py")) if rig.effects and rig.effects.is_dir() else []
     return [path for path in found if path.is_file()]
 

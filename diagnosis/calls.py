@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from .pipeline.replay import Replay, replay_drive
 from .planning.page import write as write_plan
 from .planning.run import NextRun, opened, plan_run
 from .progress import shown
-from .search.kept import Kept
+from .search.kept import FOLDER, Kept
 from .systems.system import replay_system
 from .tracking.changes import changes
 from .tracking.page import write as write_track
@@ -76,20 +77,29 @@ def diagnose(
     """
     rig = asked(rig, allow_code)
     folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
-    kept = None if folder is None else Kept.of(folder, asdict(rig), files(rig, logs, test), seed)
-    seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
+    with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time) as kept:
+        seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
+        with laws(rig), shown(progress) as tell:
+            return answer(rig, logs, test, folder, tell, seed, anyway, kept)
+
+
+@contextmanager
+def _keeping(
+    what: str, folder: Path | None, rig: Rig, read: Sequence[Path], seed: int | None, max_time: float | None
+) -> Iterator[Kept | None]:
+    """Where fits are kept while `what` is at work, until its end; how it is told that it was stopped."""
+    kept = None if folder is None else Kept.of(folder, asdict(rig), read, seed)
     stops = Stops(max_time)
     try:
-        with stops, laws(rig), shown(progress) as tell:
-            found = answer(rig, logs, test, folder, tell, seed, anyway, kept)
+        with stops:
+            yield kept
     except KeyboardInterrupt:
         why = "nothing is kept"
-        if kept:
-            why = f"{kept.count} fits are kept in {kept.folder}, and the same command goes on with them"
-        raise stops.error("The diagnosis", why) from None
+        if kept and folder:
+            why = f"{kept.count} fits are kept in {folder / FOLDER}, and the same command goes on with them"
+        raise stops.error(what, why) from None
     if kept:
         kept.forget()
-    return found
 
 
 @threadpool_limits.wrap(limits=1)
@@ -131,6 +141,7 @@ def calibrate(
     starts: int | None = None,
     seed: int = 0,
     allow_code: bool = False,
+    max_time: float | None = None,
     spread: Spread = here,
 ) -> Calibration:
     """Fit the numbers that `rig` names under [calibrate] and [uncertain] to `logs`; the error is told on `test` or held-out blocks.
@@ -141,14 +152,15 @@ def calibrate(
     starts: fits from so many places, the first from the values given; as many as the rules say when not given.
     seed: of the other places.
     allow_code: parts of other packages may be loaded (docs/security.md).
+    max_time: of wall time for all of it, s, as of `diagnose`: what was fitted is kept in `out`, and the same call goes on with it.
     spread: where the fits from the starts are made, as spread(function, items, context); here, one by one, when not given.
 
     Raises DataError where rig or logs cannot carry a calibration, DescriptionError where the system is wrong.
     """
     rig = asked(rig, allow_code)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
-    with shown(progress) as tell:
-        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread)
+    with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
 
 
 @threadpool_limits.wrap(limits=1)
@@ -162,6 +174,7 @@ def name(
     seed: int = 0,
     kinds: Sequence[str] = KINDS,
     allow_code: bool = False,
+    max_time: float | None = None,
 ) -> Naming:
     """Name what the system of `rig` lacks beside `logs`: a number, a path, an event, a law, a curve, or nothing (docs/name.md).
 
@@ -170,14 +183,14 @@ def name(
     out: folder for naming.json, report.html, the correction's FMU and the extended system; None writes nothing.
     starts: fits of the base from so many places. seed: of these places, and of the draws that measure chance.
     kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
-    progress, allow_code: as of `calibrate`.
+    progress, allow_code, max_time: as of `calibrate`.
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
     rig = asked(rig, allow_code)
     folder = claim(Path(out), "naming", "naming.json") if out else None
-    with shown(progress) as tell:
-        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds))
+    with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept)
 
 
 def track(folders: str | Path | Sequence[str | Path], page: str | Path | None = "track.html", since: str = "") -> Track:

@@ -22,6 +22,7 @@ from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
 from ..rules import RULES
+from ..search.kept import Kept
 from ..systems.parts import Parts
 from ..systems.system import prepare
 from .contest import Contest, Round, beside
@@ -48,6 +49,7 @@ class Work:
     words: str
     layout: Blocks
     played: Extended
+    kept: Kept | None = None  # where fits are kept
     inserts: tuple[Insert, ...] = ()
     found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -60,7 +62,7 @@ class Work:
         """The fit to all that teaches, with what was found so far."""
         self.played.extend(self.inserts)
         more = [n for numbers in self.found for n in numbers]
-        found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, acts=self.acts)
+        found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, kept=self.kept, acts=self.acts)
         found.fixed = {n.name: n.start for n in self.numbers if n.run in self.judges}
         vars(found)["played"] = self.played
         found.units = spreads(self.played)
@@ -81,6 +83,7 @@ def name_system(
     starts: int,
     seed: int,
     kinds: Sequence[str] = KINDS,
+    kept: Kept | None = None,
 ) -> Naming:
     """The naming of what a rig's system lacks, as `calls.name` tells it."""
     if rig.system is None:
@@ -102,7 +105,7 @@ def name_system(
         out.mkdir(parents=True, exist_ok=True)
     played = Extended(rig, parts, runs, numbers)
     layout = Blocks(runs, False)
-    work = Work(rig, parts, runs, numbers, set(), [np.ones(len(run), bool) for run in runs], "", layout, played)
+    work = Work(rig, parts, runs, numbers, set(), [np.ones(len(run), bool) for run in runs], "", layout, played, kept)
     try:
         problem = work.problem()
         work.judges, work.rows, work.words = division(problem, held, [layout.block(i) for i in range(len(runs))])
@@ -155,7 +158,7 @@ def _near(work: Work) -> Extending:
     numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
     played = Extended(work.rig, work.parts, runs, numbers)
     rows = [work.rows[i][: len(run)] for i, run in zip(work.which, runs)]
-    problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows)
+    problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows, kept=work.kept)
     vars(problem)["played"] = played
     problem.units = spreads(played)
     return problem

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from selflock.fmus.place import whole
 from selflock.view import page, thin
 
 from ..data.log import write_csv
@@ -39,7 +40,8 @@ def write(track: Track, path: Path) -> Path:
     answers = told[told["verdict"] != "none"]
     if len(latest) > ROWS or len(answers) > ROWS:
         notes.append(f"Tables show {ROWS} rows at most; all numbers are in {path.with_suffix('.csv').name}.")
-    write_csv(_all(track), path.with_suffix(".csv"))
+    with whole(path.with_suffix(".csv")) as new:
+        write_csv(_all(track), new)
     track.page = page.write(
         path,
         page.environment("selflock.diagnosis.tracking"),

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from selflock.sweep import SweepError, map_runs
+from selflock.sweep.cluster import _patiently
 from selflock.sweep.engine import _batch
 from selflock.sweep.store import Store
 
@@ -275,3 +276,18 @@ def test_batches_last_but_leave_nobody_idle():
     assert _batch(0.001, slots=2, left=40) == 10  # in the end in ever smaller batches
     assert _batch(0.5, slots=1000, left=10**6) == 10  # a thousand workers: 200 messages a second, not 2000
     assert _batch(0.0, slots=2, left=0) == 1
+
+
+def test_a_process_of_dask_that_is_killed_as_it_begins_is_begun_once_more():
+    tries = []
+
+    def make(times):
+        tries.append(1)
+        if len(tries) <= times:
+            raise RuntimeError("Nanny failed to start.")
+        return "begun"
+
+    assert _patiently(make, 1) == "begun" and len(tries) == 2
+    tries.clear()
+    with pytest.raises(SweepError, match="Dask did not start, twice"):
+        _patiently(make, 2)

@@ -288,9 +288,13 @@ def _waves(turns: str, order: int, rows: dict[str, np.ndarray]) -> tuple[np.ndar
     name = f"{order} waves of {turns}"
     if name in rows:
         return rows[name][0], rows[name][1]
-    angle = order * rows[turns]
-    found = np.stack([np.cos(angle), np.sin(angle)])
-    if len(angle) * RULES.residuals.wholes_remembered <= RULES.residuals.motions_remembered:
+    if order % 2 == 0:  # twice an angle, which is cheaper than an angle
+        cos, sin = _waves(turns, order // 2, rows)
+        found = np.stack([(cos - sin) * (cos + sin), 2.0 * sin * cos])
+    else:
+        angle = order * rows[turns]
+        found = np.stack([np.cos(angle), np.sin(angle)])
+    if rows[turns].size * RULES.residuals.wholes_remembered <= RULES.residuals.motions_remembered:
         rows[name] = found
     return found[0], found[1]
 

@@ -73,6 +73,14 @@ class SearchRules:
     loss_median: float = rule(2.0, "the same in medians of the absolute misfit", FIRST)
     effort: int = rule(25, "simulations of a fit, Jacobians apart, at most", "a limit of time; " + FIRST)
     effort_first: int = rule(15, "the same before the noise is known", "a limit of time; " + FIRST)
+    effort_begin: int = rule(
+        8, "the same of a hypothesis about a whole drive, before it is known which are worth more", "a limit of time; not studied"
+    )
+    behind: float = rule(
+        2.0,
+        "times the least loss of these first fits from which on a hypothesis is fitted no further",
+        "a limit of time; of 25 fits of development seed 10 613 what was fitted after that took away a quarter at most",
+    )
     effort_recorders: int = rule(
         8, "the same in which what recorders did is fitted with the rest, once the rest is", "a limit of time; not studied"
     )

@@ -197,8 +197,8 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
 
     The fit to the other folds is one Gauss-Newton step away from the fit to all, which is exact where the
     simulation is linear in its parameters and close to it where blocks are many. Where it is far from linear, as that
-    of a whole drive, give its `misfit` and where the robust loss turns: steps more and less damped are then tried,
-    and that which fits the other folds best is taken.
+    of a whole drive, give its `misfit` and where the robust loss turns: steps more and more damped are then tried,
+    until one fits the other folds better than the fit itself does.
     """
     out = fitted.misfit.copy()
     if not fitted.free:
@@ -222,6 +222,7 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
             out[unseen] = fitted.misfit[unseen] + fitted.open[unseen] @ steps[0]
             continue
         moved = [{p.name: fitted.values[p.name] + float(x) for p, x in zip(fitted.free, step)} for step in steps]
-        found = min([fitted.misfit, *map(misfit, moved)], key=lambda r: rho(r[seen], c).sum())
-        out[unseen] = found[unseen]
+        before = rho(fitted.misfit[seen], c).sum()
+        better = (r for r in map(misfit, moved) if rho(r[seen], c).sum() < before)
+        out[unseen] = next(better, fitted.misfit)[unseen]
     return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -186,13 +187,14 @@ class Problem:
     def fit(self, free: tuple[Free, ...], start: dict, effort: int = RULES.search.effort) -> Fit:
         """Robust least squares on the samples that teach; what recorders did is a matter of a few last steps.
 
-        A phase that each run has of its own is freed for each of them, started where it fits best.
+        What `start` has beside what is free stays as it is. A phase that each run has of its own is freed for each of them,
+        started where it fits best.
         """
         free, start = self._with_phases(free, start)
         if self.kept is None:
             return self._fit(free, start, effort)
         begin = {p.name: float(start[p.name]) for p in free}
-        at = {p.name: begin[p.name] if np.isfinite(begin[p.name]) else p.nominal for p in free}
+        at = start | {p.name: begin[p.name] if np.isfinite(begin[p.name]) else p.nominal for p in free}
         key = self.kept.key(self.misfit(at), free, begin, effort, self.loss_scale, self.by_channel, self.rows.tobytes())
         if found := self.kept.get(key):
             values = {p.name: float(value) for p, value in zip(free, found["values"])}
@@ -205,12 +207,14 @@ class Problem:
     def _fit(self, free: tuple[Free, ...], start: dict, effort: int) -> Fit:
         rules = RULES.search
         tolerances = rules.tolerances_whole if self.whole or self.by_channel else rules.tolerances
-        drive = tuple(p for p in free if p.name == HOLD or not p.of_recorder)
+        drive = of_drive(free)
         if 0 < len(drive) < len(free):
-            fixed = {p.name: start[p.name] for p in free if p not in drive}
-            first = fit(self.misfit, fixed, drive, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+            first = fit(self.misfit, start, drive, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
             start, effort = start | first.values, min(effort, rules.effort_recorders)
-        return fit(self.misfit, {}, free, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+            beside = tuple(p for p in free if p not in drive)  # of which none asks for a simulation
+            read = fit(self.misfit, start, beside, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+            start = start | read.values
+        return fit(self.misfit, start, free, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
 
     def _with_phases(self, free: tuple[Free, ...], start: dict) -> tuple[tuple[Free, ...], dict]:
         """What a fit frees and where it starts, with the phases of single runs."""
@@ -286,3 +290,8 @@ class Problem:
     def taught(self, samples: np.ndarray) -> np.ndarray:
         """Samples of the training blocks, (blocks, bins of all residuals)."""
         return (samples * self.rows).reshape(self.shape)[self.train]
+
+
+def of_drive(free: Sequence[Free]) -> tuple[Free, ...]:
+    """Of what a fit frees, what moves the drive; the rest is what recorders make of it."""
+    return tuple(p for p in free if p.name == HOLD or not p.of_recorder)

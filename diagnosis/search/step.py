@@ -9,16 +9,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numba.core import config
 
-from selflock.fmus.effect import LAG, LATE, PERIOD, PHASE, SHAPES, STEP
+from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, SHAPES, STEP
 
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
 from ..rules import RULES
 from .candidate import Candidate, better, ends, equal, more, same_law, simplest
-from .fit import Fit
+from .fit import Fit, rho
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
-from .problem import Problem
+from .problem import Problem, of_drive
 from .screen import Direction, directions
 from .waves import looked_for
 
@@ -222,19 +222,35 @@ class Step:
         # what a log shows of itself, such as the steps of its command, is fitted however little a linear look promises
         shown = lambda ways: self.problem.by_channel and any(p.trials and p.role in (PERIOD, STEP) for p in ways[0].free)
         groups = sorted(of.values(), key=lambda ways: not shown(ways))
-
-        def judge(ways: list[Direction]) -> Candidate:
-            return self._judge(ways) if ways[0].gain > 0.0 or shown(ways) else self._unfitted(ways[0])
-
         most = RULES.search.fits_by_channel + sum(map(shown, groups)) if self.problem.by_channel else RULES.search.fits
-        candidates = self._each("fits", judge, groups[:most]) + [self._unfitted(ways[0]) for ways in groups[most:]]
+        chosen = [ways for ways in groups[:most] if ways[0].gain > 0.0 or shown(ways)]
+        waves = lambda ways: any(p.role == ORDER for p in ways[0].free)  # of which one start says nothing of another
+        raced = [ways for ways in chosen if self.problem.by_channel and not shown(ways) and not waves(ways)]
+        begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
+        first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
+        least = min(map(self._loss, first.values()), default=np.inf)
+        judge = lambda ways: self._judge(ways, first.get(ways[0].hypothesis.label), least)
+        candidates = self._each("fits", judge, chosen)
+        candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 
     def _unfitted(self, way: Direction) -> Candidate:
         return Candidate(way.hypothesis, way.free, None, self.losses, linear=way.gain)
 
-    def _judge(self, ways: list[Direction]) -> Candidate:
-        """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps."""
+    def _begin(self, extra: tuple[Free, ...], start: dict) -> Fit:
+        """A few steps of a fit of a whole drive's numbers alone."""
+        drive = of_drive((*self.base.free, *extra))
+        return self.problem.fit(drive, self.base.values | {p.name: start[p.name] for p in extra}, RULES.search.effort_begin)
+
+    def _loss(self, fitted: Fit) -> float:
+        return float(rho(fitted.misfit[self.problem.rows], self.problem.loss_scale).sum())
+
+    def _judge(self, ways: list[Direction], first: Fit | None, least: float) -> Candidate:
+        """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps.
+
+        first: what a first fit of its best way of acting came to, where there was one; what leaves far more than `least`, the
+        loss of the best of these, is fitted no further.
+        """
         base, whole, rules = self.base, self.problem.whole, RULES.search
         best: Candidate | None = None
         seen: list[tuple] = []
@@ -243,7 +259,7 @@ class Step:
             promising = way is ways[0] or way.gain >= rules.promising * ways[0].gain or any(way is j for j in joint)
             if not promising or len(seen) >= (rules.starts_whole if whole or self.problem.by_channel else rules.starts):
                 continue
-            start = self._start(way)
+            start = self._start(way) | (first.values if first is not None and way is ways[0] else {})
             usual, every, fewest = _sets(way, base)
             for extra in (usual, every, fewest):
                 names = tuple(p.name for p in extra)
@@ -252,9 +268,15 @@ class Step:
                 seen.append(names)
                 # a controller with a period holds its command by itself, and no faster one's hold stands beside it
                 by_itself = {HOLD: 0.0} if HOLD in base.values and any(p.role == PERIOD for p in extra) else {}
-                fitted = self.problem.fit(
-                    (*base.free, *extra), {**base.values, **{name: start[name] for name in names}, **by_itself}
-                )
+                begin = {**base.values, **{name: start[name] for name in names}, **by_itself}
+                if first is not None:
+                    one = self._begin(extra, start) if len(seen) > 1 else first
+                    if rules.behind * least < self._loss(one) < self._loss(base):  # else it went astray, which says nothing
+                        if best is None:
+                            return self._candidate(way.hypothesis, extra, one, ways[0].gain)
+                        continue
+                    begin |= one.values
+                fitted = self.problem.fit((*base.free, *extra), begin)
                 found = self._candidate(way.hypothesis, extra, fitted, ways[0].gain)
                 if extra is fewest and best is not None:
                     best = found if more(found, best)[0] <= rules.matters else best

@@ -4,7 +4,7 @@ BIN = .venv/bin
 PIP = $(BIN)/pip install --quiet --disable-pip-version-check
 ROOMS = fmus master vehicle view study diagnosis sweep examples
 
-.PHONY: setup study test test-all test-fast test-peers lint house types docs wheel clean
+.PHONY: setup study test test-all test-fast test-peers lowest lint house types docs wheel clean
 
 setup: .venv/developed
 
@@ -34,6 +34,13 @@ test-all: setup
 # Some tests of every room, in a minute: before every commit.
 test-fast: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m 'not slow'
+
+# The quick tests with the lowest versions that pyproject.toml names, in an environment of its own.
+lowest: setup
+	mkdir -p build && $(BIN)/python -m benchmarks.supply lowest > build/lowest.txt
+	$(PYTHON) -m venv --clear build/lowest
+	build/lowest/bin/pip install --quiet --disable-pip-version-check --editable '.[test]' --constraint build/lowest.txt
+	build/lowest/bin/python -m pytest -n 2 --dist worksteal -m 'not slow'
 
 # The same systems in libcosim and Ecos (the latter needs the system's libtbb12).
 test-peers: setup

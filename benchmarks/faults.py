@@ -1,10 +1,14 @@
 """Commands killed at random instants: what was finished is there, whole and once; what goes on equals what was not killed.
 
-    python -m benchmarks.faults --kills 200 [--areas run sweep] [--seed 1]
+    python -m benchmarks.faults --kills 200 [--areas run sweep] [--seed 1] [--docs]
 
-Each area's command is run once to its end. Then it is begun, killed at a random instant of its time by SIGINT, SIGTERM or
-SIGKILL, looked at, and given again, perhaps killed again, until it ends: then every byte, or every number, must be that of the
-run that nobody killed. Nothing may be left in the temporary folder, or, after SIGKILL, after the next command.
+Each area's command is run once to its end. Then it is begun, and at a random instant of its work killed by SIGINT, SIGTERM or
+SIGKILL, or its disk is full from then on; it is looked at, and given again, perhaps killed again, until it ends: then every
+byte, or every number, must be that of the run that nobody killed. Where it has workers, one of them is killed as well, which
+the command must bear. Nothing may be left in the temporary folder, or, after SIGKILL, after the next command.
+
+A disk that is full: from then on the kernel lets no file of the process grow (EFBIG), as far as that exists here (Linux).
+--docs adds what was counted to docs/reliability.json, and puts the table of all into docs/reliability.md.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ import argparse
 import json
 import os
 import random
+import resource
 import secrets
 import signal
 import subprocess
@@ -24,12 +29,17 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import psutil
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks import tally
+from selflock.fmus.build import build_all
 from selflock.master import ResultError, read
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+FULL, WORKER = "disk full", "a worker killed"
+ENDS = ("SIGINT", "SIGTERM", "SIGKILL", FULL)
+COLUMNS = ("kills", *ENDS, WORKER, "with something kept", "ended", "failed")
 AGAIN = 0.4  # share of what goes on that is killed again
 PATIENCE = 600.0  # s that a command may take on a busy machine
 
@@ -82,6 +92,16 @@ kind = "inverse"
 "load.inertia" = 0.05
 "load.constant_torque" = 2.0
 """
+MOTOR = """
+[rig]
+system = "Motor.fmu"
+step = 0.001
+[columns]
+"Motor.voltage" = "u"
+"Motor.speed" = "n"
+"Motor.current" = "i"
+[calibrate]
+"""
 OFTEN = "from selflock.master import state; state.EVERY = 0.2; "
 SHORT = "from selflock.study import runs; every = runs.cases; runs.cases = lambda: [c for c in every() if c.group in ('kinematic', 'standstill')]; "
 
@@ -90,6 +110,7 @@ class Area:
     """What is killed. `python`: the command, with the folder of the results as its last argument."""
 
     name, python = "", ""
+    ends: tuple[str, ...] = ENDS
 
     def __init__(self, room: Path):
         self.room = room
@@ -106,14 +127,14 @@ class Area:
 
 
 class Run(Area):
-    name = "run"
+    name = "run --resume, CSV"
     ending = "csv"
 
     @property
     def python(self) -> str:  # type: ignore[override]
         return (
             OFTEN
-            + f"sys.argv[1:] = ['run', r'{self.room}/system.toml', '--resume', '-o', sys.argv[1] + '/x.{self.ending}']; cli.main()"
+            + f"sys.argv[1:] = ['run', r'{self.room}/system.toml', '--resume', '-o', sys.argv[1] + '/x.{self.ending}']; cli.app()"
         )
 
     def compare(self, out, reference):
@@ -134,15 +155,16 @@ class Run(Area):
 
 
 class RunParquet(Run):
-    name, ending = "run, Parquet", "parquet"
+    name, ending = "run --resume, Parquet", "parquet"
 
 
 class Sweep(Area):
     name = "sweep"
+    ends = (*ENDS, WORKER)
 
     @property
     def python(self) -> str:  # type: ignore[override]
-        return f"sys.argv[1:] = ['sweep', r'{self.room}/study.toml', '-o', sys.argv[1], '--workers', '1']; cli.main()"
+        return f"sys.argv[1:] = ['sweep', r'{self.room}/study.toml', '-o', sys.argv[1], '--workers', '1']; cli.app()"
 
     def compare(self, out, reference):
         assert (out / "runs.parquet").read_bytes() == (reference / "runs.parquet").read_bytes(), "other bytes"
@@ -208,48 +230,195 @@ class Diagnose(Area):
         return len(list((out / "kept").glob("*.npz"))) if out.exists() else 0
 
 
-AREAS = {area.name: area for area in (Run, RunParquet, Sweep, Study, Diagnose)}
+class Fitted(Area):
+    """A motor on a bench whose resistance and constant are hidden; `command` keeps its fits."""
+
+    command, answer, options = "", "", ""
+
+    def __init__(self, room):
+        super().__init__(room)
+        build_all(room, ["Motor"])
+        (room / "rig.toml").write_text(MOTOR + self.options)
+        rng, time_ = np.random.default_rng(4), 1e-3 * np.arange(400)
+        voltage, speed = 12.0 * np.sign(np.sin(81.0 * time_ + 0.1)), 200.0 * np.sin(31.4 * time_)
+        current, seen = 0.0, []
+        for u, w in zip(voltage, speed):
+            seen.append(current)
+            for _ in range(100):
+                current += 1e-5 * (u - 0.75 * current - 0.028 * w) / 0.9e-3
+        measured = np.array(seen) + 0.05 * rng.standard_normal(len(time_))
+        pd.DataFrame({"time": time_, "u": voltage, "n": speed, "i": measured}).to_csv(room / "log.csv", index=False)
+
+    @property
+    def python(self) -> str:  # type: ignore[override]
+        given = f"r'{self.room}/rig.toml', [r'{self.room}/log.csv'], out=sys.argv[1], starts=3"
+        return f"from selflock.diagnosis import {self.command}; {self.command}({given})"
+
+    def compare(self, out, reference):
+        mine, theirs = (json.loads((folder / self.answer).read_text().replace(str(folder), "")) for folder in (out, reference))
+        for key in ("seconds", "steps_per_second", "elapsed"):
+            mine["effort"].pop(key, None)
+            theirs["effort"].pop(key, None)
+        assert mine == theirs, "another answer"
+        assert not (out / "kept").exists()
+
+    def look(self, out, reference):
+        return len(list((out / "kept").glob("*.npz"))) if out.exists() else 0
+
+
+class Calibrate(Fitted):
+    name = command = "calibrate"
+    answer = "calibration.json"
+    options = '"Motor.resistance" = [0.1, 5.0]\n"Motor.inductance" = [1e-5, 1e-2]\n"Motor.voltage_constant" = [0.001, 0.1]\n'
+
+
+class Name(Fitted):
+    name = command = "name"
+    answer = "naming.json"
+    options = '"Motor.resistance" = [0.1, 5.0]\n'
+
+    @property
+    def python(self) -> str:  # type: ignore[override]
+        return super().python.replace("starts=3", "kinds=['parameter', 'path']")
+
+
+class Fleet(Diagnose):
+    """A diagnosis, without a search, for each of twelve logs on one worker."""
+
+    name = "diagnose --fleet"
+    ends = (*ENDS, WORKER)
+
+    def __init__(self, room):
+        super().__init__(room)
+        with (room / "rig.toml").open("a") as rig:
+            rig.write('[uncertain]\n"reducer.friction_kinetic" = [0.005, 0.1]\n')
+        rows = (room / "log.csv").read_text().splitlines(keepends=True)
+        for k in range(12):
+            path = room / "logs" / "ab"[k % 2] / f"2026-{k + 1:02}-01.csv"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text("".join([rows[0], *rows[1 + 150 * k : 1001 + 150 * k]]))
+
+    @property
+    def python(self) -> str:  # type: ignore[override]
+        options = f"'--fleet', r'{self.room}/logs', '-o', sys.argv[1], '--workers', '1', '--no-search'"
+        return f"sys.argv[1:] = ['diagnose', r'{self.room}/rig.toml', {options}]; cli.app()"
+
+    def _answers(self, folder):
+        return {path.relative_to(folder): path.read_bytes() for path in folder.glob("logs/**/diagnosis.json")}
+
+    def compare(self, out, reference):
+        assert (out / "runs.parquet").read_bytes() == (reference / "runs.parquet").read_bytes(), "other bytes"
+        assert self._answers(out) == self._answers(reference) and len(self._answers(out)) == 12, "other answers"
+
+    def look(self, out, reference):
+        known = self._answers(reference)
+        for path, found in self._answers(out).items():
+            assert known[path] == found, f"another answer in {path}"
+        return len(self._answers(out))
+
+
+class Track(Fleet):
+    """The page of a fleet's diagnoses: there whole, or not at all."""
+
+    name = "track"
+    ends = ENDS
+
+    def __init__(self, room):
+        super().__init__(room)
+        subprocess.run(
+            [sys.executable, "-m", "selflock.cli", "diagnose", room / "rig.toml", "--fleet", room / "logs", "-o", room / "found"]
+            + ["--workers", "1", "--no-search"],
+            check=True,
+            capture_output=True,
+        )
+
+    @property
+    def python(self) -> str:  # type: ignore[override]
+        return f"sys.argv[1:] = ['track', r'{self.room}/found', '-o', sys.argv[1] + '/x.html']; cli.app()"
+
+    def compare(self, out, reference):
+        names = sorted(path.name for path in reference.iterdir())
+        assert names == sorted(path.name for path in out.iterdir())
+        assert self.look(out, reference) == len(names)
+
+    def look(self, out, reference):
+        there = [path for path in out.iterdir() if path.suffix != ".new"]  # SIGKILL leaves such, until the next page
+        for path in there:
+            assert path.read_bytes() == (reference / path.name).read_bytes(), f"other bytes in {path.name}"
+        return len(there)
+
+
+AREAS = {area.name: area for area in (Run, RunParquet, Sweep, Study, Diagnose, Calibrate, Name, Fleet, Track)}
+FILES = (Run, RunParquet, Track)  # these write files into a folder that is there
+
+AROUND = """
+import signal
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # until somebody listens
+import sys
+from selflock import cli
+from selflock.ending import Watched
+from selflock.fmus.errors import SelflockError
+with Watched(cli.errors) as ending:
+    print("begun", flush=True)
+    try:
+{body}
+    except (KeyboardInterrupt, SelflockError, OSError) as error:
+        sys.exit(str(error))
+"""
 
 
 def begin(area: Area, out: Path, scratch: Path) -> subprocess.Popen:
-    lines = area.python.replace("; ", "\n").splitlines()
-    code = "import sys\nfrom selflock import cli\nfrom selflock.ending import Watched\n"
-    if "cli.main" in area.python:
-        code += "\n".join(lines)
-    else:
-        body = "\n".join(f"        {line}" for line in lines)
-        code += f"with Watched(cli.errors) as ending:\n    try:\n{body}\n    except KeyboardInterrupt as error:\n        sys.exit(str(error))\n"
-    environment = {**os.environ, "TMPDIR": str(scratch), "COLUMNS": "200"}
-    return subprocess.Popen(
+    """The command's process, which listens: what Python does before is not asked about."""
+    lines = area.python.replace("cli.app()", "sys.exit(cli.app(standalone_mode=False))").replace("; ", "\n").splitlines()
+    code = AROUND.format(body="\n".join(f"        {line}" for line in lines))
+    process = subprocess.Popen(
         [sys.executable, "-c", code, str(out)],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        env=environment,
+        env={**os.environ, "TMPDIR": str(scratch), "COLUMNS": "200"},
         start_new_session=True,
     )
+    assert process.stdout is not None and process.stdout.readline() == b"begun\n", "it did not begin"
+    return process
 
 
-def killed(area: Area, out: Path, scratch: Path, after: float, number: signal.Signals) -> tuple[bool, str]:
-    """The command, sent a signal after so many seconds: whether it was still at work, and what it said."""
+def _worker(process: subprocess.Popen, rng: random.Random) -> bool:
+    """Kill one of the command's workers, if it has any by now."""
+    nested = [
+        child for child in psutil.Process(process.pid).children(recursive=True) if "spawn_main" in " ".join(child.cmdline())
+    ]
+    if nested:
+        rng.choice(nested).kill()
+    return bool(nested)
+
+
+def killed(area: Area, out: Path, scratch: Path, after: float, end: str, rng: random.Random) -> tuple[bool, str]:
+    """The command, and what befalls it after so many seconds: whether it was still at work, and what it said."""
     process = begin(area, out, scratch)
     try:
         said, _ = process.communicate(timeout=after)
         return False, said.decode()
     except subprocess.TimeoutExpired:
-        if number == signal.SIGINT:
-            os.killpg(process.pid, number)  # as a terminal does
+        hit = True
+        if end == FULL:
+            _, most = resource.prlimit(process.pid, resource.RLIMIT_FSIZE)
+            resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (0, most))
+        elif end == WORKER:
+            hit = _worker(process, rng)
+        elif end == "SIGINT":
+            os.killpg(process.pid, signal.SIGINT)  # as a terminal does
         else:
-            process.send_signal(number)
+            process.send_signal(signal.Signals[end])
         said, _ = process.communicate(timeout=PATIENCE)
-        return True, said.decode()
+        return hit and (end != FULL or process.returncode != 0), said.decode()
 
 
 def campaign(area: Area, kills: int, rng: random.Random, told: Counter, failures: list[str]) -> None:
     scratch, reference = area.room / "tmp", area.room / "reference"
     scratch.mkdir()
     reference.mkdir()
-    began = time.monotonic()
     process = begin(area, reference, scratch)
+    began = time.monotonic()
     said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, said.decode()
     length = time.monotonic() - began
@@ -257,34 +426,38 @@ def campaign(area: Area, kills: int, rng: random.Random, told: Counter, failures
     while told["kills"] < kills:
         case += 1
         out = area.room / f"case_{case}"
-        if area.name.startswith("run"):
+        if isinstance(area, FILES):
             out.mkdir()
         had = times = 0
         while True:
             last = told["kills"] >= kills or (times > 0 and rng.random() > AGAIN)
-            number = rng.choice(SIGNALS)
-            hit, said = killed(area, out, scratch, PATIENCE if last else rng.uniform(0.0, 1.1 * length), number)
+            end = rng.choice(area.ends)
+            began = time.monotonic()
+            hit, said = killed(area, out, scratch, PATIENCE if last else rng.uniform(0.0, 1.1 * length), end, rng)
             try:
-                if not hit:
+                told["kills"] += hit
+                told[end] += hit
+                assert "Traceback" not in said, said[-1500:]
+                if not hit or end == WORKER:
+                    if not (hit or times):  # the first of all also filled caches
+                        length = min(length, time.monotonic() - began)
                     area.compare(out, reference)
                     told["ended"] += 1
                     break
-                told["kills"] += 1
-                told[number.name] += 1
-                assert "Traceback" not in said, said[-1500:]
                 there = area.look(out, reference)
-                assert there >= had or area.name.startswith("run"), f"{had} were there, now {there}"
+                assert there >= had or isinstance(area, Run), f"{had} were there, now {there}"
                 told["with something kept"] += there > 0
                 had, times = there, times + 1
-                assert number == signal.SIGKILL or not list(scratch.iterdir()), f"left: {list(scratch.iterdir())}"
-            except AssertionError as error:
+                assert end == "SIGKILL" or not list(scratch.iterdir()), f"left: {list(scratch.iterdir())}"
+            except (AssertionError, OSError) as error:
                 told["failed"] += 1
-                failures.append(f"{area.name}, {number.name}: {error}")
+                failures.append(f"{area.name}, {end}: {error}; it said: {said[-1000:]}")
                 break
     left = [path.name for path in scratch.iterdir()]
     if left:
         time.sleep(1.5)  # what was made in this very second is not swept up
-        killed(area, area.room / "sweeps_up", scratch, PATIENCE, signal.SIGTERM)
+        (area.room / "sweeps_up").mkdir()
+        killed(area, area.room / "sweeps_up", scratch, PATIENCE, "SIGTERM", rng)
         if left := [path.name for path in scratch.iterdir() if not path.name.startswith("dask")]:
             failures.append(f"{area.name}: left in the temporary folder: {left}")
             told["failed"] += 1
@@ -295,10 +468,11 @@ def main() -> None:
     options.add_argument("--kills", type=int, default=50)
     options.add_argument("--areas", nargs="*", default=list(AREAS))
     options.add_argument("--seed", type=int)
+    options.add_argument("--docs", action="store_true")
     chosen = options.parse_args()
     seed = secrets.randbits(31) if chosen.seed is None else chosen.seed
-    columns = ("kills", *(number.name for number in SIGNALS), "with something kept", "ended", "failed")
-    table = Table("area", *columns, title=f"seed {seed}")
+    table = Table("area", *COLUMNS, title=f"seed {seed}")
+    counts: dict[str, Counter] = {}
     failures: list[str] = []
     for name in chosen.areas:
         told: Counter = Counter()
@@ -306,11 +480,17 @@ def main() -> None:
             campaign(
                 AREAS[name](Path(room)), -(-chosen.kills // len(chosen.areas)), random.Random(f"{seed} {name}"), told, failures
             )
-        table.add_row(name, *(str(told[column]) for column in columns))
+        counts[name] = told
+        table.add_row(name, *(str(told[column]) for column in COLUMNS))
         print(f"{name}: {dict(told)}", flush=True)
     for failure in failures:
         print(failure)
     Console().print(table)
+    if chosen.docs:
+        whole = tally.add("kills", counts)
+        rows = [(f"`{name}`", *(words.get(column, 0) for column in COLUMNS)) for name, words in whole.items()]
+        total = [sum(words.get(column, 0) for words in whole.values()) for column in COLUMNS]
+        tally.put("kills", tally.table(("command", *COLUMNS), [*rows, ("all", *total)]))
     sys.exit(bool(failures))
 
 

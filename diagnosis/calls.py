@@ -3,35 +3,31 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import asdict, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from selflock.fmus.laws import joined
 from selflock.fmus.place import claim
-from selflock.master.code import allowed_effects
 from selflock.master.stops import Stops
 from selflock.view import checked
 
+from .asked import answer, asked, files, laws
 from .calibration.result import Calibration
 from .calibration.run import Spread, calibrate_system, here
-from .data.rig import Rig, load
-from .data.sanity import box
+from .data.rig import Rig
 from .judge.result import Diagnosis
 from .naming.guesses import KINDS
 from .naming.outcome import Naming
 from .naming.run import name_system
 from .pipeline.replay import Replay, replay_drive
-from .pipeline.run import diagnose_runs, gather
 from .planning.page import write as write_plan
 from .planning.run import NextRun, opened, plan_run
-from .progress import Tell, shown
-from .residuals.laws import check_names
-from .search.kept import Kept
-from .systems.system import diagnose_system, replay_system
+from .progress import shown
+from .search.kept import FOLDER, Kept
+from .systems.system import replay_system
 from .tracking.changes import changes
 from .tracking.page import write as write_track
 from .tracking.series import read, series_of
@@ -50,8 +46,8 @@ def replay(
     allow_code: parts of other packages may be loaded, where the rig has a system, and the rig's own effects (docs/security.md).
     anyway: go on where the log of a drive and its rig contradict each other (docs/rig.md); else that is a DataError.
     """
-    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
-    with _laws(rig):
+    rig = asked(rig, allow_code)
+    with laws(rig):
         out = claim(Path(out), "replay", "replay.json") if out else None
         return replay_drive(rig, log, out, anyway) if rig.system is None else replay_system(rig, log, out)
 
@@ -79,42 +75,31 @@ def diagnose(
     max_time: of wall time for all of it, s; then it ends with TimeUp. What was fitted until then, or until Ctrl-C, is kept in
     `out`, and the same call goes on with it, to the same bits.
     """
-    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
+    rig = asked(rig, allow_code)
     folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
-    kept = None if folder is None else Kept.of(folder, asdict(rig), _files(rig, logs, test), seed)
-    seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
+    with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time) as kept:
+        seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
+        with laws(rig), shown(progress) as tell:
+            return answer(rig, logs, test, folder, tell, seed, anyway, kept)
+
+
+@contextmanager
+def _keeping(
+    what: str, folder: Path | None, rig: Rig, read: Sequence[Path], seed: int | None, max_time: float | None
+) -> Iterator[Kept | None]:
+    """Where fits are kept while `what` is at work, until its end; how it is told that it was stopped."""
+    kept = None if folder is None else Kept.of(folder, asdict(rig), read, seed)
     stops = Stops(max_time)
     try:
-        with stops, _laws(rig), shown(progress) as tell:
-            found = _diagnose(rig, logs, test, folder, tell, seed, anyway, kept)
+        with stops:
+            yield kept
     except KeyboardInterrupt:
         why = "nothing is kept"
-        if kept:
-            why = f"{kept.count} fits are kept in {kept.folder}, and the same command goes on with them"
-        raise stops.error("The diagnosis", why) from None
+        if kept and folder:
+            why = f"{kept.count} fits are kept in {folder / FOLDER}, and the same command goes on with them"
+        raise stops.error(what, why) from None
     if kept:
         kept.forget()
-    return found
-
-
-def _diagnose(
-    rig: Rig, logs, test, out: Path | None, tell: Tell, seed: int, anyway: bool, kept: Kept | None, search: bool = True
-) -> Diagnosis:
-    if rig.system is not None:
-        return diagnose_system(rig, logs, test, out, tell, seed, kept, search)
-    check_names(rig)
-    tell("reading", 0.0)
-    runs, faults, held = gather(rig, logs, test)
-    sanity = box(rig, runs)
-    sanity.refuse(rig, anyway)
-    return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity, kept=kept, search=search)
-
-
-def _files(rig: Rig, logs: Sequence[str | Path], test: Sequence[str | Path]) -> list[Path]:
-    """What a diagnosis reads, those that there are."""
-    files = [*map(Path, logs), *map(Path, test), *([rig.system] if rig.system else [])]
-    files += sorted(rig.effects.glob("*.py")) if rig.effects and rig.effects.is_dir() else []
-    return [path for path in files if path.is_file()]
 
 
 @threadpool_limits.wrap(limits=1)
@@ -138,8 +123,8 @@ def plan(
     """
     folder, out = Path(diagnosis), Path(out) if out else None
     told, found = opened(folder, Path(rig) if rig else None)
-    found = _allowed(found, allow_code)
-    with _laws(found), shown(progress) as tell:
+    found = asked(found, allow_code)
+    with laws(found), shown(progress) as tell:
         result = plan_run(folder, told, found, limits or {}, out, seed, tell)
         if out is not None:
             write_plan(result, out)
@@ -156,6 +141,7 @@ def calibrate(
     starts: int | None = None,
     seed: int = 0,
     allow_code: bool = False,
+    max_time: float | None = None,
     spread: Spread = here,
 ) -> Calibration:
     """Fit the numbers that `rig` names under [calibrate] and [uncertain] to `logs`; the error is told on `test` or held-out blocks.
@@ -166,14 +152,15 @@ def calibrate(
     starts: fits from so many places, the first from the values given; as many as the rules say when not given.
     seed: of the other places.
     allow_code: parts of other packages may be loaded (docs/security.md).
+    max_time: of wall time for all of it, s, as of `diagnose`: what was fitted is kept in `out`, and the same call goes on with it.
     spread: where the fits from the starts are made, as spread(function, items, context); here, one by one, when not given.
 
     Raises DataError where rig or logs cannot carry a calibration, DescriptionError where the system is wrong.
     """
-    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
+    rig = asked(rig, allow_code)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
-    with shown(progress) as tell:
-        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread)
+    with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
 
 
 @threadpool_limits.wrap(limits=1)
@@ -187,6 +174,7 @@ def name(
     seed: int = 0,
     kinds: Sequence[str] = KINDS,
     allow_code: bool = False,
+    max_time: float | None = None,
 ) -> Naming:
     """Name what the system of `rig` lacks beside `logs`: a number, a path, an event, a law, a curve, or nothing (docs/name.md).
 
@@ -195,14 +183,14 @@ def name(
     out: folder for naming.json, report.html, the correction's FMU and the extended system; None writes nothing.
     starts: fits of the base from so many places. seed: of these places, and of the draws that measure chance.
     kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
-    progress, allow_code: as of `calibrate`.
+    progress, allow_code, max_time: as of `calibrate`.
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
-    rig = _allowed(rig if isinstance(rig, Rig) else load(rig), allow_code)
+    rig = asked(rig, allow_code)
     folder = claim(Path(out), "naming", "naming.json") if out else None
-    with shown(progress) as tell:
-        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds))
+    with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept)
 
 
 def track(folders: str | Path | Sequence[str | Path], page: str | Path | None = "track.html", since: str = "") -> Track:
@@ -220,12 +208,3 @@ def track(folders: str | Path | Sequence[str | Path], page: str | Path | None = 
     if path:
         write_track(found, path)
     return found
-
-
-def _laws(rig: Rig) -> AbstractContextManager[None]:
-    """The laws of a call: ours, and the rig's effects beside them where its user allows them to run."""
-    return joined(allowed_effects(rig.effects, f"{rig.path}: [rig]", rig.allow_code))
-
-
-def _allowed(rig: Rig, code: bool) -> Rig:
-    return replace(rig, allow_code=True) if code else rig

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections import Counter
 from collections.abc import Callable
@@ -12,9 +11,10 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from .calls import _allowed, _diagnose, _files, _laws
-from .data.origin import sha256
-from .data.rig import Rig, load
+from selflock.fmus.cache import sha256
+
+from .asked import answer, asked, files, laws
+from .data.rig import Rig
 from .tracking.logs import logs_of
 from .tracking.series import NAME
 
@@ -71,9 +71,9 @@ def _one(work: _Work, item: dict[str, str]) -> tuple[dict[str, Any], dict[str, b
     rig = replace(work.rig, unit=item["unit"])
     if item["recorded"]:
         rig = replace(rig, recorded=item["recorded"], recorded_by="name")
-    with _laws(rig):
+    with laws(rig):
         seed = int(item["sha256"][:8], 16)
-        found = _diagnose(rig, [work.root / item["log"]], (), None, lambda *_: None, seed, work.anyway, None, work.search)
+        found = answer(rig, [work.root / item["log"]], (), None, lambda *_: None, seed, work.anyway, None, work.search)
     row = {"verdict": found.verdict, "causes": ", ".join(cause.label for cause in found.causes)}
     return row, {f"logs/{item['log']}/{NAME}": (json.dumps(found.data(), indent=2) + "\n").encode()}
 
@@ -98,10 +98,10 @@ def diagnose_fleet(
 
     Raises DataError where no log is found; what is wrong with single logs is in the rows.
     """
-    root, given = Path(folder).resolve(), _allowed(load(rig), allow_code)
+    root, given = Path(folder).resolve(), asked(rig, allow_code)
     logs = logs_of(root, given.pattern)
     items = [{"log": one.path, "unit": one.unit, "recorded": one.recorded, "sha256": sha256(root / one.path)} for one in logs]
-    decides = [hashlib.sha256(path.read_bytes()).hexdigest() for path in _files(given, [rig], [])]
+    decides = [sha256(path) for path in files(given, [rig], [])]
     rows = spread(
         _one,
         items,

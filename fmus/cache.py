@@ -67,19 +67,28 @@ def write(path: Path, content: bytes, mode: int = 0o644) -> None:
         raise
 
 
+def sha256(path: Path) -> str:
+    """Of a file's bytes, in hexadecimal digits."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while part := file.read(1 << 20):
+            digest.update(part)
+    return digest.hexdigest()
+
+
 def kept(name: str, make: Callable[[Path], Any]) -> Path:
     """The file `name` in the cache, made by make(path) where it is not there, or not as it was made."""
     path = folder() / name
     seal = path.with_name(path.name + ".sha256")
     try:
-        if not _objection(path) and hashlib.sha256(path.read_bytes()).hexdigest() == seal.read_text():
+        if not _objection(path) and sha256(path) == seal.read_text():
             return path
     except (OSError, ValueError):
         pass
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     make(path)
-    write(seal, hashlib.sha256(path.read_bytes()).hexdigest().encode())
+    write(seal, sha256(path).encode())
     return path
 
 
@@ -152,13 +161,13 @@ def _sealed(kind: Any) -> type:
 
         def _load_data(self, name: str) -> Any:
             path = Path(self._data_path(name))
-            if hashlib.sha256(path.read_bytes()).hexdigest() != Path(f"{path}.sha256").read_text():
+            if sha256(path) != Path(f"{path}.sha256").read_text():
                 raise OSError(name)  # numba then compiles it
             return super()._load_data(name)
 
         def _save_data(self, name: str, data: Any) -> None:
             super()._save_data(name, data)
             path = Path(self._data_path(name))
-            write(Path(f"{path}.sha256"), hashlib.sha256(path.read_bytes()).hexdigest().encode())
+            write(Path(f"{path}.sha256"), sha256(path).encode())
 
     return Sealed

@@ -1,8 +1,10 @@
-"""Folders that a command writes to: its own, or none at all. Only the standard library."""
+"""Where a command writes to: a folder of its own, or none at all; files that are there whole. Only the standard library."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from .errors import SelflockError
@@ -29,3 +31,17 @@ def claim(folder: Path, command: str, known: str) -> Path:
     if owner != command:
         mark.write_text(command + "\n", "utf-8")
     return folder
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Where to write what is to be at `path`, whole or not at all: beside it, until it is moved there. An OSError names `path`."""
+    new = path.with_name(path.name + ".new")
+    try:
+        yield new
+        os.replace(new, path)
+    except OSError as error:
+        why = os.strerror(error.errno) if error.errno else str(error)
+        raise OSError(error.errno or 0, why, str(path)) from None
+    finally:
+        new.unlink(missing_ok=True)

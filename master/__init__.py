@@ -7,8 +7,9 @@ print(result.summary())
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from selflock.rooms import offered
 
 if TYPE_CHECKING:
     from .errors import DescriptionError, PartFailed, ResultError, RunInterrupted, SessionError, TimeUp
@@ -26,27 +27,4 @@ __all__ = [
     "Run", "Session", "SessionError", "System", "TimeUp", "Variable", "from_dict", "load", "part", "read", "run", "session",
 ]  # fmt: skip
 
-_FROM = {
-    "errors": ("DescriptionError", "PartFailed", "ResultError", "RunInterrupted", "SessionError", "TimeUp"),
-    "face": ("Part", "Variable"),
-    "files": ("read",),
-    "function": ("part",),
-    "live": ("Session", "session"),
-    "results": ("Result",),
-    "simulation": ("run",),
-    "ssp.structure": ("load",),
-    "system": ("Bond", "Component", "Connection", "Fault", "Run", "System", "from_dict"),
-}
-_OTHERWISE = {"load": "system_of"}
-
-
-def __getattr__(name: str) -> Any:
-    """What is offered here is loaded when it is first asked for: an FMU's own process needs no tables."""
-    for module, names in _FROM.items():
-        if name in names:
-            return globals().setdefault(name, getattr(import_module(f"{__name__}.{module}"), _OTHERWISE.get(name, name)))
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = offered(__name__)  # an FMU's own process needs no tables

@@ -7,7 +7,6 @@ instances of the same content and removed at exit. Logging is always on; the las
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import itertools
 import logging
 import re
@@ -24,6 +23,7 @@ from fmpy import fmi1, fmi2, fmi3
 from fmpy.model_description import InterfaceType, ModelDescription
 
 from ..fmus import temporary
+from ..fmus.cache import sha256
 from . import archive
 from .described import chosen, offered
 from .errors import DescriptionError, warn
@@ -82,8 +82,7 @@ def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
             raise DescriptionError(
                 f"{path} has {path.stat().st_size >> 20} MiB; at most {archive.SAID} are unpacked. --unlimited of run and export takes these limits away."
             )
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        digest = sha256(path)
     except FileNotFoundError:
         raise DescriptionError(f"There is no FMU at {path}. Check the path; it is relative to the system file.") from None
     except OSError as error:

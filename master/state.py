@@ -20,6 +20,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from ..fmus.cache import sha256
 from .errors import DescriptionError, ResultError
 from .files import File, Mark
 from .stops import held
@@ -163,7 +164,6 @@ def identity(running: Running, settings: Any, stop: float) -> str:
         for name in (name for name in names if name and name.lower().endswith(SOURCES)):
             path = system.folder / name
             if path.is_file():
-                with path.open("rb") as file:
-                    files[name] = hashlib.file_digest(file, "sha256").hexdigest()
+                files[name] = sha256(path)
     whole = [told, settings, stop, files, version("selflock")]
     return hashlib.sha256(json.dumps(whole, default=str, sort_keys=True).encode()).hexdigest()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import cache
+from math import inf
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -33,6 +34,11 @@ _BASE = {
     "radian": "rad",
 }
 _NAMES = {"%": "percent", "1": "", "-": "", "rev": "turn", "1/min": "1/minute"}
+
+
+LONGEST = 200  # characters of a name that is looked up
+ENDLESS = re.compile(r"\*\*\s*[(+-]*\s*\d{3,}|\*\*[^A-Za-z]*\*\*")
+"""Powers of three digits, and powers of powers: pint works with whole numbers of any length, and would for hours."""
 
 
 def unit(name: str, declared: Declared = NOTHING) -> Unit | None:
@@ -79,7 +85,7 @@ def _plain(name: str) -> Unit | None:
     """A unit of SI symbols alone, for which pint, half a second to load, is not asked. It reads N/m.s otherwise than FMI: left to it."""
     try:
         plain = parse(name)
-    except KeyError:
+    except (KeyError, OverflowError):
         return None
     return plain if plain.factor == 1.0 and "degC" not in name and "." not in name.partition("/")[2] else None
 
@@ -98,6 +104,8 @@ def _pint_unit(name: str) -> Unit | None:
     text = re.sub(r"(?<=[A-Za-z])(-?\d+)", r"**(\1)", text.replace("^", "**"))  # m2 -> m**(2)
     text = re.sub(r"(?<=[\w)])\.(?=[A-Za-z(])", "*", text)  # N.m -> N*m
     text = re.sub(r"Ohm\b", "ohm", text)
+    if len(text) > LONGEST or ENDLESS.search(text):
+        return None
     try:
         registry = _registry()
         if not text:
@@ -108,6 +116,7 @@ def _pint_unit(name: str) -> Unit | None:
         if any(base not in _BASE or power != int(power) for base, power in powers.items()):
             return None
         exponents = {_BASE[base]: int(power) for base, power in powers.items()}
-        return of(float(one.magnitude - zero.magnitude), float(zero.magnitude), **exponents)
+        factor, offset = float(one.magnitude - zero.magnitude), float(zero.magnitude)
+        return of(factor, offset, **exponents) if 0.0 < abs(factor) < inf else None
     except Exception:  # pint's many ways to say that it does not know
         return None

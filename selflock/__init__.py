@@ -16,11 +16,12 @@ What is offered here is loaded when it is first asked for.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .rooms import offered
+
 if TYPE_CHECKING:
-    from . import errors
+    from . import diagnosis, errors, examples, fmus, master, vehicle  # noqa: F401
     from .diagnosis import calibrate, diagnose, name, replay
     from .master import load, part, run, session
     from .packing import build
@@ -47,32 +48,12 @@ __all__ = [
     "view",
 ]
 
-_FROM = {
-    "build": ("selflock.packing", "build"),
-    "calibrate": ("selflock.diagnosis", "calibrate"),
-    "diagnose": ("selflock.diagnosis", "diagnose"),
-    "load": ("selflock.master", "load"),
-    "name": ("selflock.diagnosis", "name"),
-    "part": ("selflock.master", "part"),
-    "replay": ("selflock.diagnosis", "replay"),
-    "run": ("selflock.master", "run"),
-    "session": ("selflock.master", "session"),
-}
-_ROOMS = ("diagnosis", "errors", "examples", "fmus", "master", "study", "sweep", "vehicle", "view")
+_offered, __dir__ = offered(__name__)
 
 
 def __getattr__(name: str) -> Any:
-    if name in _FROM:
-        module, attribute = _FROM[name]
-        return getattr(import_module(module), attribute)
-    if name in _ROOMS:
-        return import_module(f"{__name__}.{name}")
     if name == "__version__":
         from importlib.metadata import version
 
         return version("selflock")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_ROOMS})
+    return _offered(name)

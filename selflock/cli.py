@@ -348,6 +348,7 @@ def calibrate(
     workers: Annotated[int, typer.Option(help="Processes for the fits from the starts; 0: all in this one.")] = 0,
     scheduler: Annotated[str | None, typer.Option(help="Address of an existing Dask scheduler.")] = None,
     allow_code: AllowCode = False,
+    max_time: MaxTime = None,
 ) -> None:
     """Fit parameters and start values of any FMU system to logs, and tell what the logs say of each."""
     from selflock.diagnosis import calibrate as run_calibration
@@ -361,7 +362,16 @@ def calibrate(
 
         spread = {"spread": on_workers}
     result = run_calibration(
-        rig, logs, test=test or [], out=out, progress=True, starts=starts, seed=seed, allow_code=allow_code, **spread
+        rig,
+        logs,
+        test=test or [],
+        out=out,
+        progress=True,
+        starts=starts,
+        seed=seed,
+        allow_code=allow_code,
+        max_time=max_time,
+        **spread,
     )
     say(result.summary(), highlight=False)
 
@@ -381,6 +391,7 @@ def name(
         list[str] | None, typer.Option("--kind", help="parameter, path, event or law; may be repeated; all when not given.")
     ] = None,
     allow_code: AllowCode = False,
+    max_time: MaxTime = None,
 ) -> None:
     """Name what any FMU system lacks beside logs: a number, a path, an event, a law or a curve, and extend the system by it.
 
@@ -390,7 +401,16 @@ def name(
 
     more = {"kinds": kind} if kind else {}
     result = run_naming(
-        rig, logs, test=test or [], out=out, progress=True, starts=starts, seed=seed, allow_code=allow_code, **more
+        rig,
+        logs,
+        test=test or [],
+        out=out,
+        progress=True,
+        starts=starts,
+        seed=seed,
+        allow_code=allow_code,
+        max_time=max_time,
+        **more,
     )
     say(result.summary(), highlight=False)
     raise typer.Exit(result.exit_code)

@@ -19,10 +19,10 @@ Each names the thing and says what to do, in one message.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from selflock.fmus.errors import BuildError, EffectError, Interrupted, SelflockError
+from selflock.rooms import offered
 
 if TYPE_CHECKING:
     from selflock.diagnosis.errors import DataError
@@ -43,18 +43,4 @@ __all__ = [
     "TimeUp",
 ]
 
-_FROM = {
-    "DataError": "diagnosis",
-    "DescriptionError": "master",
-    "PartFailed": "master",
-    "ResultError": "master",
-    "SessionError": "master",
-    "SweepError": "sweep",
-    "TimeUp": "master",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _FROM:
-        return getattr(import_module(f"selflock.{_FROM[name]}.errors"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __dir__ = offered(__name__)

@@ -140,13 +140,16 @@ def _quietly() -> Iterator[None]:
 
 
 def _patiently(make: Callable, *given: Any, **more: Any) -> Any:
-    """make(...), tried again once: Dask gives its own event loop 10 s to start, which a busy machine may not keep."""
+    """make(...), tried again once: Dask gives its own event loop 10 s to start, which a busy machine may not keep, and a process of its may be killed before it is there."""
     for _ in range(2):
         try:
             return make(*given, **more)
-        except AssertionError:  # all that Dask says then
+        except (AssertionError, RuntimeError):  # all that Dask says then
             continue
-    raise SweepError("Dask did not start within 20 s: this machine is too busy. Nothing is lost; give the same command again.")
+    raise SweepError(
+        "Dask did not start, twice: this machine is too busy, its disk is full, or something ends processes. Nothing is lost; "
+        "give the same command again."
+    )
 
 
 def _all_back(client: Client, workers: int) -> None:

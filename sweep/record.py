@@ -97,7 +97,10 @@ def evaluate(expression: str, table: pd.DataFrame, known: Mapping[str, Any] | No
         value = parse(expression)(columns | dict(known or {}))
     except DescriptionError as error:
         raise SweepError(str(error)) from None
-    return np.broadcast_to(np.asarray(value), len(table))
+    found = np.asarray(value)
+    if found.shape not in ((), (1,), (len(table),)):
+        raise SweepError(f"{expression} is a list, and no value. Lists are for what something is in: a in [1, 2].")
+    return np.broadcast_to(found, len(table))
 
 
 def figures(wanted: list[Figure], table: pd.DataFrame, parameters: Mapping[str, Any]) -> dict[str, float]:

@@ -6,7 +6,6 @@ there at its first use and closed with the worker.
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import importlib.metadata
 import importlib.util
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from selflock.fmus.errors import SelflockError
+from selflock.master.files import FULL
 
 from .errors import SweepError
 
@@ -81,7 +81,7 @@ def _one(function: Callable, context: Any, item: Any) -> Outcome:
     except SelflockError as error:
         return Outcome(str(error), {}, {})
     except Exception as error:
-        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # no fault of the run
+        if isinstance(error, OSError) and error.errno in FULL:  # no fault of the run
             raise SweepError(
                 f"The disk of worker {platform.node()} is full ({error}). Make room and give the same command again."
             ) from error

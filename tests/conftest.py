@@ -41,8 +41,19 @@ def pytest_addoption(parser):
     parser.addoption("--turns", action="store_true", help=f"long tests take turns: each runs on one day of {TURNS}, by date")
 
 
+@pytest.hookimpl(tryfirst=True)  # before -m chooses
 def pytest_collection_modifyitems(config, items):
-    """Under --turns, skip those whose day it is not: what a change breaks at one place shows in many of them at once."""
+    """Of tests that are marked `alike` all but the first are slow. Under --turns, skip those whose day it is not.
+
+    What a change breaks at one place shows in many of them at once.
+    """
+    first = set()
+    for item in items:
+        if item.get_closest_marker("alike"):
+            name = item.nodeid.partition("[")[0]
+            if name in first:
+                item.add_marker("slow")
+            first.add(name)
     if config.getoption("--turns"):
         later = pytest.mark.skip(reason=f"has its turn on another day of {TURNS}; make test-all runs all")
         today = int(time.time() // 86_400)

@@ -13,6 +13,7 @@ from typing import Any
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Undefined
 from markupsafe import Markup, escape
 
+from selflock.fmus.place import whole
 from selflock.fmus.shown import policy
 
 HERE = Path(__file__).parent
@@ -64,7 +65,8 @@ def write(path: Path, made: Environment, template: str, data: dict[str, Any] | N
         **words,
     )
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(html, encoding="utf-8", errors="backslashreplace")
+    with whole(path) as new:
+        new.write_text(html, encoding="utf-8", errors="backslashreplace")
     return path
 
 

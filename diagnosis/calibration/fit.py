@@ -10,8 +10,9 @@ A simulation that breaks off is a point without any worth: the solver takes a sh
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +25,7 @@ from ..data.stuck import resolution
 from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.fit import rho
+from ..search.kept import Kept
 from ..systems.parts import Parts
 from .numbers import Number
 from .played import Effort, Played, Settings
@@ -44,6 +46,7 @@ class Calibrating:
     rows: list[np.ndarray]  # of each run, samples that may count
     fixed: dict[str, float] = field(default_factory=dict)  # by name, of numbers that are not fitted
     units: dict[str, float] = field(default_factory=dict)  # of each output
+    kept: Kept | None = None  # where fits are kept
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "played"}
@@ -96,6 +99,10 @@ class Calibrating:
     def loss(self, misfit: np.ndarray | None) -> float:
         return np.inf if misfit is None else float(rho(misfit, RULES.search.loss_scale).sum())
 
+    def begins(self) -> list[Any]:
+        """What decides a fit beside the misfit where it begins."""
+        return [self.numbers, self.which, [rows.tobytes() for rows in self.rows], sorted(self.fixed.items()), self.units]
+
     def blocks(self, of_run: Sequence[np.ndarray]) -> np.ndarray:
         """The label of each entry of a misfit, from those of each run's samples."""
         return np.concatenate([of_run[i][t] for name in self.played.outputs for i, t in zip(self.which, self.trusted[name])])
@@ -138,11 +145,38 @@ def fit_from(
     ended: tuple[float, float] = RULES.calibrate.ended,
     sloped: type[Slopes] | type[Forward] = Slopes,
 ) -> End:
-    """Least squares from a start, in places of ranges; an infinite loss where the start itself breaks off."""
-    free = problem.free
+    """Least squares from a start, in places of ranges; an infinite loss where the start itself breaks off.
+
+    A fit that is kept is taken from there, with what it took.
+    """
     at = problem.misfit(start)
-    if at is None or not free:
+    if at is None or not problem.free:
         return End(start, start, problem.loss(at), at, None if at is None else np.zeros((len(at), 0)))
+    if problem.kept is None:
+        return _squares(problem, start, at, effort, ended, sloped)
+    took = problem.played.effort
+    key = problem.kept.key(at, start.tobytes(), problem.begins(), effort, ended, sloped.__name__)
+    if found := problem.kept.get(key):
+        took.add(Effort.of(json.loads(str(found["effort"]))))
+        end = End(start, found["places"], float(found["loss"]), found["misfit"], found["jacobian"])
+    else:
+        before = replace(took, failed=took.failed.copy())
+        end = _squares(problem, start, at, effort, ended, sloped)
+        told = json.dumps(took.since(before).plain())
+        problem.kept.put(key, places=end.places, loss=end.loss, misfit=end.misfit, jacobian=end.jacobian, effort=told)
+    problem.played.forget()  # so that what comes next is simulated as often, whether the fit was kept or made
+    return end
+
+
+def _squares(
+    problem: Calibrating,
+    start: np.ndarray,
+    at: np.ndarray,
+    effort: int,
+    ended: tuple[float, float],
+    sloped: type[Slopes] | type[Forward],
+) -> End:
+    free = problem.free
     slopes, known = sloped(problem.misfit, free), {start.tobytes(): at}
 
     def value(x: np.ndarray) -> np.ndarray:
@@ -192,7 +226,7 @@ def from_start(problem: Calibrating, item: dict[str, Any]) -> dict[str, Any]:
         end = fit_from(problem, np.array(item["places"]), item["effort"], RULES.calibrate.ended_start)
     finally:
         problem.played.effort = before
-    return {"places": end.places.tolist(), "loss": end.loss, "effort": [mine.runs, mine.steps, mine.seconds, dict(mine.failed)]}
+    return {"places": end.places.tolist(), "loss": end.loss, "effort": mine.plain()}
 
 
 def scattered(problem: Calibrating, seed: int) -> np.ndarray:
@@ -223,10 +257,7 @@ def fit(
     for begin, row in zip(begins, rows):
         if row.get("status", "ok") != "ok":
             continue
-        runs, steps, seconds, failed = row["effort"]
-        effort = Effort(runs, steps, seconds)
-        effort.failed.update(failed)
-        problem.played.effort.add(effort)
+        problem.played.effort.add(Effort.of(row["effort"]))
         ends.append(End(begin, np.array(row["places"]), float(row["loss"])))
     return sorted(ends, key=lambda end: end.loss)
 

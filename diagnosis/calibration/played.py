@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,20 @@ class Effort:
     def add(self, other: Effort) -> None:
         self.runs, self.steps, self.seconds = self.runs + other.runs, self.steps + other.steps, self.seconds + other.seconds
         self.failed += other.failed
+
+    def since(self, before: Effort) -> Effort:
+        """What was added to what it was before."""
+        runs, steps, seconds = self.runs - before.runs, self.steps - before.steps, self.seconds - before.seconds
+        return Effort(runs, steps, seconds, self.failed - before.failed)
+
+    def plain(self) -> list[Any]:
+        """As plain data, from which `Effort.of` makes it again."""
+        return [self.runs, self.steps, self.seconds, dict(self.failed)]
+
+    @classmethod
+    def of(cls, plain: Sequence[Any]) -> Effort:
+        runs, steps, seconds, failed = plain
+        return cls(runs, steps, seconds, Counter(failed))
 
     def told(self) -> dict[str, float]:
         """As a result file says it."""
@@ -126,6 +141,11 @@ class Played:
         table, time = result.table, run.time - run.time[0]
         grid = table["time"].to_numpy()
         return {name: np.interp(time, grid, table[self.recorded[name]].to_numpy(float)) for name in self.outputs}
+
+    def forget(self) -> None:
+        """Simulate what comes next anew."""
+        for memory in self.memory:
+            memory.clear()
 
     def runs_along(self, name: str) -> bool:
         """Whether the component of a variable is simulated."""

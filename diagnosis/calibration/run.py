@@ -16,6 +16,7 @@ from ..residuals.blocks import Blocks
 from ..residuals.mending import rms
 from ..residuals.noise import of_samples
 from ..rules import RULES
+from ..search.kept import Kept
 from ..systems.system import prepare
 from . import told
 from .fit import Calibrating, End, fit, fit_from, polished, remaining, spreads
@@ -42,6 +43,7 @@ def calibrate_system(
     starts: int | None,
     seed: int,
     spread: Spread,
+    kept: Kept | None = None,
 ) -> Calibration:
     """The calibration of a rig's system, as `calls.calibrate` tells it."""
     if rig.system is None:
@@ -58,7 +60,8 @@ def calibrate_system(
     numbers = of_rig(rig, parts, runs)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
-    problem = Calibrating(rig, runs, numbers, list(range(len(runs))), [np.ones(len(run), bool) for run in runs])
+    everything = [np.ones(len(run), bool) for run in runs]
+    problem = Calibrating(rig, runs, numbers, list(range(len(runs))), everything, kept=kept)
     vars(problem)["played"] = Played(rig, parts, runs, numbers)
     try:
         result = _calibrated(problem, held, starts, seed, spread, tell)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+from selflock.fmus.cache import sha256
 
 from .log import MeasuredRun
 from .rig import Rig
@@ -41,9 +42,3 @@ def _recorded(rig: Rig, runs: Sequence[MeasuredRun]) -> tuple[str, str]:
         return min(stamps), "log"
     times = [Path(run.source).stat().st_mtime for run in runs if run.source and Path(run.source).is_file()]
     return (datetime.fromtimestamp(min(times)).isoformat(timespec="seconds"), "file") if times else ("", "")
-
-
-def sha256(path: Path) -> str:
-    """Of a file's bytes."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 
 from selflock.fmus.effect import SHAPES
@@ -30,9 +30,7 @@ class Cause:
     @property
     def label(self) -> str:
         """The cause's name in reports: component and effect, with the parameter or channel that it is about."""
-        if self.effect == "parameter":
-            return f"parameter {next(iter(self.parameters))}"
-        return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
+        return label(self.component, self.effect, self.parameters, self.channel)
 
     @property
     def weak(self) -> list[str]:
@@ -53,6 +51,13 @@ class Cause:
         """As diagnosis.json has it; a channel is a sensor's."""
         told = {key: value for key, value in asdict(self).items() if key != "doubts" and (key != "channel" or value)}
         return told | {"weak": self.weak}
+
+
+def label(component: str, effect: str, parameters: Iterable[str], channel: str) -> str:
+    """A cause's name in reports."""
+    if effect == "parameter":
+        return f"parameter {next(iter(parameters))}"
+    return f"{component} {effect}" + (f" ({channel})" if channel else "")
 
 
 def doubts(free: Sequence[Free], values: dict[str, float], intervals: dict[str, tuple[float, float]]) -> dict[str, str]:

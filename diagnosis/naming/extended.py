@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -81,6 +82,10 @@ class Extending(Calibrating):
     """A fit of a system with corrections. `acts`: of a number that sets others than its own variable, which ones, and by how much of it."""
 
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def begins(self) -> list[Any]:
+        assert isinstance(self.played, Extended)
+        return [*super().begins(), self.played.inserts, self.acts]
 
     def errors(self, values: dict[str, float], which: Sequence[int] | None = None) -> Rows | None:
         """None also where a law runs away: so far off no number says anything."""

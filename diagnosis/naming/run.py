@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from selflock.fmus.correction import law
 from ..calibration import told
 from ..calibration.fit import End, fit, fit_from, remaining, spreads, units
 from ..calibration.numbers import Number, of_rig
+from ..calibration.played import Played
 from ..calibration.run import division, here, own, reached, sizes
 from ..data.log import MeasuredRun
 from ..data.rig import SMOOTH, Rig
@@ -22,6 +24,7 @@ from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
 from ..rules import RULES
+from ..search.kept import Kept
 from ..systems.parts import Parts
 from ..systems.system import prepare
 from .contest import Contest, Round, beside
@@ -48,6 +51,7 @@ class Work:
     words: str
     layout: Blocks
     played: Extended
+    kept: Kept | None = None  # where fits are kept
     inserts: tuple[Insert, ...] = ()
     found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -60,11 +64,17 @@ class Work:
         """The fit to all that teaches, with what was found so far."""
         self.played.extend(self.inserts)
         more = [n for numbers in self.found for n in numbers]
-        found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, acts=self.acts)
+        found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, kept=self.kept, acts=self.acts)
         found.fixed = {n.name: n.start for n in self.numbers if n.run in self.judges}
         vars(found)["played"] = self.played
         found.units = spreads(self.played)
         return found
+
+    def finer(self) -> Work:
+        """The same in half the steps."""
+        parts = copy(self.parts)
+        parts.system = replace(parts.system, run=replace(parts.system.run, step=parts.system.run.step / 2.0))
+        return replace(self, parts=parts, played=Extended(self.rig, parts, self.runs, self.numbers))
 
     def with_also(self, guess: Guess) -> Work:
         """The same with one more that was found; a run is counted among all, not among those that teach."""
@@ -81,6 +91,7 @@ def name_system(
     starts: int,
     seed: int,
     kinds: Sequence[str] = KINDS,
+    kept: Kept | None = None,
 ) -> Naming:
     """The naming of what a rig's system lacks, as `calls.name` tells it."""
     if rig.system is None:
@@ -102,7 +113,8 @@ def name_system(
         out.mkdir(parents=True, exist_ok=True)
     played = Extended(rig, parts, runs, numbers)
     layout = Blocks(runs, False)
-    work = Work(rig, parts, runs, numbers, set(), [np.ones(len(run), bool) for run in runs], "", layout, played)
+    work = Work(rig, parts, runs, numbers, set(), [np.ones(len(run), bool) for run in runs], "", layout, played, kept)
+    found: Search | None = None
     try:
         problem = work.problem()
         work.judges, work.rows, work.words = division(problem, held, [layout.block(i) for i in range(len(runs))])
@@ -116,7 +128,7 @@ def name_system(
             result.effort["elapsed"] = time.monotonic() - begun
             write(result, found, out)
     finally:
-        played.close()
+        (found.work.played if found else played).close()
     return result
 
 
@@ -142,7 +154,7 @@ class Search:
     best: Whole
     outcomes: list[Round]
     notes: list[str]
-    near: Extended  # on the heads of the runs
+    near: Played  # on the heads of the runs
     begins: Work  # before anything was found
 
 
@@ -155,7 +167,7 @@ def _near(work: Work) -> Extending:
     numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
     played = Extended(work.rig, work.parts, runs, numbers)
     rows = [work.rows[i][: len(run)] for i, run in zip(work.which, runs)]
-    problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows)
+    problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows, kept=work.kept)
     vars(problem)["played"] = played
     problem.units = spreads(played)
     return problem
@@ -163,17 +175,18 @@ def _near(work: Work) -> Extending:
 
 def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str]) -> Search:
     near = _near(work)
-    played = near.played
-    assert isinstance(played, Extended)
     try:
         tell("the base", 0.02)
-        places, notes = _base(work, near, played, starts, seed)
+        assert isinstance(near.played, Extended)
+        places, notes = _base(work, near, near.played, starts, seed)
+        given_step = work.parts.system.run.step
+        work, near, places = _fine_enough(work, near, places)
         rng = np.random.default_rng(seed)
         problem = work.problem()
         nothing = End(np.zeros(0), np.zeros(0), np.inf)
         given = _measured(work, problem, nothing, {n.name: n.start for n in work.numbers})
         base = best = _fitted(work, near.values(places), near.fixed)
-        found = Search(work, given, base, best, [], notes, played, work)
+        found = Search(work, given, base, best, [], notes, near.played, work)
         for k in range(RULES.naming.rounds):
             prefix = PREFIX + (f"_{k + 1}" if k else "")
             taken = {n.variable for n in near.numbers}
@@ -194,12 +207,21 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
                 break
             found.work, found.best = wider, after
             near, places = outcome.winner.problem, outcome.winner.end.places
-            played.extend(wider.inserts)
+            assert isinstance(near.played, Extended)
+            near.played.extend(wider.inserts)
+            found.work, near, places = _fine_enough(wider, near, places)
+            if found.work is not wider:
+                found.best = _fitted(found.work, near.values(places), near.fixed)
+                found.begins = replace(found.work, inserts=(), found=[], acts={})
         _curve_instead(found)
         found.work.played.extend(found.work.inserts)
+        step = found.work.parts.system.run.step
+        if step != given_step:
+            notes.append(f"steps of {given_step:g} s are too long for this system, by what they leave: {step:g} s are taken")
+        found.near = near.played
         return found
     finally:
-        played.close()
+        near.played.close()
 
 
 def _curve_instead(found: Search) -> None:
@@ -216,6 +238,25 @@ def _curve_instead(found: Search) -> None:
     first.winner = first.curve
     found.outcomes = [first]
     found.work, found.best = wider, after
+
+
+def _fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, Extending, np.ndarray]:
+    """Half the steps for as long as the model, fitted again, leaves less with them: what they miss looks like a law or a lag."""
+    for _ in range(RULES.naming.halved):
+        finer = work.finer()
+        other = replace(near)
+        vars(other)["played"] = played = Extended(work.rig, finer.parts, near.runs, work.numbers)
+        played.extend(work.inserts)
+        end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended)
+        before, after = (sizes(one, one.values(at), one.rows) for one, at in ((near, places), (other, end.places)))
+        better = before and after and any(after[name] < (1.0 - RULES.judge.help) * before[name] for name in before)
+        unused = near if better and end.loss < near.loss(near.misfit(places)) else other
+        unused.played.close()
+        if unused is other:
+            break
+        work.played.close()
+        work, near, places = finer, other, end.places
+    return work, near, places
 
 
 def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int) -> tuple[np.ndarray, list[str]]:

@@ -127,10 +127,7 @@ def _piece(segment: Segment, angle: float, limits: Limits, step: float) -> np.nd
         reach = min(top / max(rate, 1e-9), max(room, 0.0))
         side = 1.0 if limits.high - angle > angle - limits.low else -1.0
         periods = max(1, round(segment.length * RULES.planning.periods))
-        length = periods * 2.0 * np.pi / max(rate, 1e-9)
-        if length > limits.duration:
-            return np.zeros(int(limits.duration / step) + 1)  # no time is left for it, whenever it comes
-        time = np.arange(0.0, length, step)
+        time = _times(periods * 2.0 * np.pi / max(rate, 1e-9), limits, step)
         return side * 0.5 * reach * rate * np.sin(rate * time)
     if segment.kind == "creep":
         top *= RULES.planning.creep
@@ -138,8 +135,10 @@ def _piece(segment: Segment, angle: float, limits: Limits, step: float) -> np.nd
     top = min(top, np.sqrt(abs(distance) * hard))
     if top <= 0.0:
         return np.zeros(1)
-    length = abs(distance) / top + top / hard
-    if length > limits.duration:
-        return np.zeros(int(limits.duration / step) + 1)
-    time = np.arange(0.0, length, step)
+    time = _times(abs(distance) / top + top / hard, limits, step)
     return np.sign(distance) * np.clip(np.minimum(time, time[-1] - time) * hard, 0.0, top)
+
+
+def _times(length: float, limits: Limits, step: float) -> np.ndarray:
+    """The times of a segment so many s long; of one longer than the run only as many as leave it out of any."""
+    return np.arange(0.0, min(length, limits.duration + step), step)

@@ -3,8 +3,9 @@
 Each model in turn is the truth: the whole drive is simulated from the set-points, what it shows is the run's log, and all
 models are compared with that as with any log. T-optimal (Atkinson and Fedorov 1975, Biometrika 62, 57): the distance of a
 rival is what it leaves after its own numbers were fitted, here by one linear step. Where the truth is one of two models, the
-logarithm of the ratio of their likelihoods has mean d^2 / 2 and variance d^2, so that it says the right one with
-probability Phi(d / 2).
+energy that the other leaves more has mean d^2 and variance 4 d^2, in units of what the logs leave. The diagnosis asks for more
+than none: a share of all that is compared where the two differ, of the logs that were there and of this run
+(search.matters, search.candidate). With E that energy it says the right one with probability Phi((d - matters E / d) / 2).
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ class Scale:
     setting: Setting
     left: dict[str, float]  # of each residual, root mean square of what the best model leaves in a bin
     lasting: dict[str, float]  # bins that one error lasts for
+    errors: dict[str, float]  # of each residual, errors in the logs that say something of their own: bins over what one lasts for
     step: float  # s, of the rows
     bin: float  # s, of a bin
     recorder: dict[str, float]  # how the logs were recorded
@@ -56,13 +58,14 @@ def scale(rig: Rig, runs: list[MeasuredRun], best: OpenModel) -> Scale:
     every = np.ones(experiment.layout.count, bool)
     problem = Problem(experiment, every, (), (), {}, ones, ones, experiment.present(best.values)).with_noise_at(best.values)
     values = recorded(problem, best.values, {})
-    left, lasting = {}, {}
+    left, lasting, own = {}, {}, {}
     for number, residual in enumerate(experiment.residuals):
         bins, count = experiment.binned(residual, values)
         errors, told = bins.ravel(), count.ravel() > 0
         rms = float(np.sqrt(np.mean(errors[told] ** 2))) if told.any() else 1.0
         left[residual.name] = max(rms, float(problem.noise[number]))
         lasting[residual.name] = _lasting(np.where(told, errors, 0.0))
+        own[residual.name] = float(told.sum()) / lasting[residual.name]
     noted = {name: value for name, value in values.items() if name.startswith("recorder.")}
     step = float(np.median(np.diff(runs[0].time)))
     channels = tuple(runs[0].signals)
@@ -71,7 +74,7 @@ def scale(rig: Rig, runs: list[MeasuredRun], best: OpenModel) -> Scale:
         for name in channels
         if name in whole.SHOWN
     }
-    return Scale(asked, experiment.setting, left, lasting, step, step * experiment.layout.per_bin, noted, channels, noise)
+    return Scale(asked, experiment.setting, left, lasting, own, step, step * experiment.layout.per_bin, noted, channels, noise)
 
 
 def _lasting(errors: np.ndarray) -> float:
@@ -96,17 +99,31 @@ class Planned:
     speed: np.ndarray
     outputs: list[dict[str, np.ndarray]]  # of each model, by channel, at these times
     distances: np.ndarray  # (truth, fitted), 0 on the diagonal
+    asked: np.ndarray  # (truth, fitted), energy that a rival must leave more than the truth to be beaten
+
+    @property
+    def margins(self) -> np.ndarray:
+        """By how many standard deviations a rival is expected to be beaten, (truth, fitted)."""
+        d = np.maximum(self.distances, 1e-6)
+        return 0.5 * (d - self.asked / d)
 
     @property
     def least(self) -> float:
-        """Distance of the two that are hardest to tell apart."""
-        apart = self.distances[~np.eye(len(self.distances), dtype=bool)]
-        return float(apart.min(initial=np.inf))
+        """Margin of the two that are hardest to tell apart."""
+        return float(self.margins[~np.eye(len(self.distances), dtype=bool)].min(initial=np.inf))
+
+    @property
+    def worth(self) -> tuple[float, float]:
+        """What is made as large as possible: the share of pairs decided, in hundredths, and of equal ones the hardest pair's margin.
+
+        Where one pair cannot be told apart by any run the others are not given up for it.
+        """
+        return round(float(self.decided[~np.eye(len(self.distances), dtype=bool)].mean()), 2), self.least
 
     @property
     def decided(self) -> np.ndarray:
-        """Probability that each pair is told rightly, (truth, fitted)."""
-        return ndtr(0.5 * self.distances)
+        """Probability that the diagnosis tells each pair rightly, (truth, fitted)."""
+        return ndtr(self.margins)
 
 
 def predicted(scale: Scale, models: list[OpenModel], time: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> Planned:
@@ -117,9 +134,9 @@ def predicted(scale: Scale, models: list[OpenModel], time: np.ndarray, angle: np
     ch, count = closed.channels[0, ""], len(models)
     shown = [name for name in scale.channels if name in whole.SHOWN]
     outputs = [{name: whole.read(name, scale.recorder | model.values, ch) for name in shown} for model in models]
-    distances = np.zeros((count, count))
+    distances, needed = np.zeros((count, count)), np.zeros((count, count))
     if not all(np.all(np.isfinite(x)) for one in outputs for x in one.values()):
-        return Planned(time, angle, speed, outputs, np.full((count, count), np.nan))
+        return Planned(time, angle, speed, outputs, np.full((count, count), np.nan), needed)
     for truth, seen in enumerate(outputs):
         run = replace(asked, signals={**asked.signals, **seen})
         experiment = DriveExperiment(scale.rig, [run])
@@ -134,7 +151,8 @@ def predicted(scale: Scale, models: list[OpenModel], time: np.ndarray, angle: np
             if slopes.shape[1]:
                 apart = apart - slopes @ np.linalg.lstsq(slopes, apart, rcond=None)[0]
             distances[truth, fitted] = float(np.sqrt(apart @ apart))
-    return Planned(time, angle, speed, outputs, distances)
+            needed[truth, fitted] = RULES.search.matters * _compared(apart, experiment, scale)
+    return Planned(time, angle, speed, outputs, distances, needed)
 
 
 def _run(scale: Scale, time: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> MeasuredRun:
@@ -158,12 +176,24 @@ def _told(experiment: DriveExperiment, scale: Scale, values: dict[str, float]) -
     found = []
     for one in experiment.residuals:
         bins, count = experiment.binned(one, scale.recorder | values)
-        unit = scale.left[one.name] * np.sqrt(scale.lasting[one.name])
-        wide = max(
-            1.0, scale.bin / (scale.step * experiment.layout.per_bin)
-        )  # bins of a short run are shorter: more, of one error
-        found.append(np.where(count > 0, bins, 0.0).ravel() / (unit * np.sqrt(wide)))
+        unit = scale.left[one.name] * np.sqrt(_bins(experiment, scale, one.name))
+        found.append(np.where(count > 0, bins, 0.0).ravel() / unit)
     return np.concatenate(found)
+
+
+def _bins(experiment: DriveExperiment, scale: Scale, name: str) -> float:
+    """Bins of a run that one error of a residual lasts for: those of a short run are shorter."""
+    return scale.lasting[name] * max(1.0, scale.bin / (scale.step * experiment.layout.per_bin))
+
+
+def _compared(apart: np.ndarray, experiment: DriveExperiment, scale: Scale) -> float:
+    """The energy of what is compared where two models differ, of the run and the logs before it; as `apart` has that of the difference."""
+    parts = np.split(apart, len(experiment.residuals))  # as many bins of each
+    errors = np.array([len(part) / _bins(experiment, scale, one.name) for one, part in zip(experiment.residuals, parts)])
+    shares = np.array([part @ part for part in parts]) / errors
+    differ = shares >= min(RULES.search.apart, shares.max())  # one at least: else runs without a difference would ask for none
+    before = np.array([scale.errors[one.name] for one in experiment.residuals])
+    return float((errors + before)[differ].sum())
 
 
 def _slopes(experiment: DriveExperiment, scale: Scale, model: OpenModel, at: np.ndarray) -> np.ndarray:

@@ -199,13 +199,13 @@ def _searched(
         found = predicted(known, models, *setpoint(design, limits, known.step))
         return found if within(found, limits.voltage, limits.current) else None
 
-    kept: list[tuple[float, Design, Planned]] = []
+    kept: list[tuple[tuple[float, float], Design, Planned]] = []
 
     def take(design: Design) -> None:
         found = seen(design)
         if found is not None and np.isfinite(found.least):
-            kept.append((found.least, design, found))
-            kept.sort(key=lambda one: -one[0])
+            kept.append((found.worth, design, found))
+            kept.sort(key=lambda one: one[0], reverse=True)
             del kept[rules.kept :]
 
     total = rules.drawn + rules.changed

@@ -34,8 +34,10 @@ class DriveExperiment(Experiment):
         self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, rules.usual_window))
         self.layout = Blocks(self.runs, self.steady, owner)
         few = sampled and total > rules.sampled_from * rules.samples and not self.steady and rig.simulate != WHOLE
-        long = rules.stretch if self.steady else max(rules.stretch, rules.stretch_left + self._asked(self.runs[0]))
-        takes = [stretches(len(run), rules.samples / total, long) if few else None for run in self.runs]
+        takes: list[np.ndarray | None] = [None] * len(self.runs)
+        if few:
+            long = max(rules.stretch, rules.stretch_left + self._asked())
+            takes = [stretches(len(run), rules.samples / total, long) for run in self.runs]
         self.channels = self._channels(takes=takes)
         self.residuals = tuple(
             residual
@@ -78,7 +80,7 @@ class DriveExperiment(Experiment):
         if gear is None or self.steady:
             return self.setting.smoothing[prefix]
         if self.rig.smoothing > 0.0:
-            return self._asked(self.runs[0])
+            return self._asked()
         levels, step = {}, self.step
         for samples in (n for n in rules.windows if n == rules.windows[0] or n * step <= rules.longest_window):
             tried = self.but_with(replace(self.setting, smoothing={**self.setting.smoothing, prefix: samples}, balanced=False))
@@ -90,9 +92,11 @@ class DriveExperiment(Experiment):
             levels[samples] = steps / max(count, 1)
         return min(samples for samples, level in levels.items() if level <= rules.window_level * min(levels.values()))
 
-    def _asked(self, run: MeasuredRun) -> int:
+    def _asked(self) -> int:
         """Samples of the smoothing window that the rig asks for; 1 where it asks for none."""
-        return int(round(self.rig.smoothing / float(np.median(np.diff(run.time))))) | 1 if self.rig.smoothing > 0.0 else 1
+        if self.rig.smoothing <= 0.0:
+            return 1
+        return int(round(self.rig.smoothing / float(np.median(np.diff(self.runs[0].time))))) | 1
 
     def but_with(self, setting: Setting) -> Self:
         """The same residuals in another setting."""

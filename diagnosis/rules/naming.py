@@ -12,6 +12,9 @@ GRID = "where fits start; they go on from there. Not studied beyond the hidden p
 
 @dataclass(frozen=True)
 class NamingRules:
+    # --- what runs: naming.run
+    halved: int = rule(3, "times that the system's step is halved where the base leaves less with half of it, at most", TIME)
+
     # --- what is looked at: naming.guesses
     glance: int = rule(4_500, "samples of all runs that hypotheses are looked at and compared on, at most", TIME)
     variables: int = rule(14, "variables that a law at one place may go with, at most", TIME)

@@ -14,7 +14,7 @@ import secrets
 import shutil
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -24,31 +24,29 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..rules import RULES
-from .fit import Fit
+from selflock.fmus.cache import sha256
 
-FOLDER = "kept"  # in that of the diagnosis
+from ..rules import RULES
+
+FOLDER = "kept"  # in that of the command
 DECIDES = ("selflock.diagnosis", "selflock.fmus", "selflock.master")  # packages whose sources decide the bits of a fit
 LIBRARIES = ("numpy", "scipy", "numba")
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
 class Kept:
-    """Fits in a folder; `count` that are there."""
+    """Fits in a folder, of draws of a seed."""
 
     folder: Path
     seed: int
-    count: int = 0
-    found: int = 0  # of them taken from there
-    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     @classmethod
     def of(cls, out: Path, about: Any, files: Sequence[Path], seed: int | None) -> Kept:
-        """The fits kept in `out` of a diagnosis like this; none where another was begun there. seed: drawn where none is given."""
-        folder = out / FOLDER
+        """The fits kept in `out` of a search like this; none where another was begun there. seed: drawn where none is given."""
+        folder = out.resolve() / FOLDER  # other processes keep theirs there, too
         whole = [
             json.dumps(about, default=_plain, sort_keys=True),
-            [hashlib.sha256(path.read_bytes()).hexdigest() for path in files],
+            [sha256(path) for path in files],
             repr(RULES),
             _sources(),
         ]
@@ -58,12 +56,17 @@ class Kept:
         except (OSError, ValueError):
             known = {}
         if known.get("diagnosis") == told["diagnosis"] and seed in (None, known.get("seed")):
-            return cls(folder, int(known["seed"]), len(list(folder.glob("*.npz"))))
+            return cls(folder, int(known["seed"]))
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True, exist_ok=True)
         seed = secrets.randbits(32) if seed is None else seed
         _write(folder / "about.json", json.dumps(told | {"seed": seed}).encode())
         return cls(folder, seed)
+
+    @property
+    def count(self) -> int:
+        """Fits that are there."""
+        return len(list(self.folder.glob("*.npz")))
 
     def key(self, misfit: np.ndarray, *what: Any) -> str:
         """Of a fit that begins with this misfit."""
@@ -75,29 +78,22 @@ class Kept:
         """What is kept of a fit."""
         try:
             with np.load(io.BytesIO((self.folder / f"{key}.npz").read_bytes()), allow_pickle=False) as file:
-                kept = dict(file)
+                return dict(file)
         except (OSError, ValueError, EOFError, BadZipFile):  # none, or a torn one
             return None
-        with self._lock:
-            self.found += 1
-        return kept
 
-    def put(self, key: str, fitted: Fit) -> None:
+    def put(self, key: str, **fitted: Any) -> None:
         """Keep a fit; where the disk is full, it is not kept, and that is all."""
-        new = self.folder / f"{key}.{threading.get_ident()}.new"
+        new = self.folder / f"{key}.{os.getpid()}.{threading.get_ident()}.new"
         try:
-            values = np.array([fitted.values[p.name] for p in fitted.free])
             with new.open("wb") as file:
-                np.savez(file, values=values, misfit=fitted.misfit, jacobian=fitted.jacobian, weights=fitted.weights)
+                np.savez(file, **fitted)
             os.replace(new, self.folder / f"{key}.npz")
         except OSError:
             new.unlink(missing_ok=True)
-            return
-        with self._lock:
-            self.count += 1
 
     def forget(self) -> None:
-        """The diagnosis is at its end."""
+        """The search is at its end."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

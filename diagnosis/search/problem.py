@@ -200,7 +200,8 @@ class Problem:
             values = {p.name: float(value) for p, value in zip(free, found["values"])}
             return Fit(free, values, found["misfit"], found["jacobian"], found["weights"], self.by_channel)
         fitted = self._fit(free, start, effort)
-        self.kept.put(key, fitted)
+        at_end = np.array([fitted.values[p.name] for p in free])
+        self.kept.put(key, values=at_end, misfit=fitted.misfit, jacobian=fitted.jacobian, weights=fitted.weights)
         return fitted
 
     def _fit(self, free: tuple[Free, ...], start: dict, effort: int) -> Fit:

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from selflock.fmus.place import whole
 from selflock.view import page, thin
 
 from ..data.log import write_csv
 from .changes import NORMAL, AllUnits
-from .series import Series
+from .series import Series, days
 from .track import Track, amount, chance, day, size
 
 UNITS = 60  # drawn
@@ -39,7 +40,8 @@ def write(track: Track, path: Path) -> Path:
     answers = told[told["verdict"] != "none"]
     if len(latest) > ROWS or len(answers) > ROWS:
         notes.append(f"Tables show {ROWS} rows at most; all numbers are in {path.with_suffix('.csv').name}.")
-    write_csv(_all(track), path.with_suffix(".csv"))
+    with whole(path.with_suffix(".csv")) as new:
+        write_csv(_all(track), new)
     track.page = page.write(
         path,
         page.environment("selflock.diagnosis.tracking"),
@@ -114,5 +116,5 @@ def _all(track: Track) -> pd.DataFrame:
         for one in watched.series
         for when in one.time[watched.aside[one.unit]]
     }
-    days = (table["recorded"].to_numpy("datetime64[s]") - np.datetime64(0, "s")) / np.timedelta64(1, "D")
-    return table.assign(set_aside=[key in aside for key in zip(table["parameter"], table["unit"], days)])
+    keys = zip(table["parameter"], table["unit"], days(table["recorded"]))
+    return table.assign(set_aside=[key in aside for key in keys])

@@ -14,9 +14,9 @@ import pandas as pd
 from scipy.stats import norm
 
 from ..errors import DataError
+from ..judge.cause import label
 
 NAME = "diagnosis.json"
-DAY = np.timedelta64(1, "D")
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +90,15 @@ def series_of(values: pd.DataFrame) -> list[Series]:
     found = []
     for (parameter, unit), rows in values.groupby(["parameter", "unit"], sort=True):
         far = np.maximum(rows["high"] - rows["value"], rows["value"] - rows["low"])  # the side that no range cuts short
-        time = (rows["time"].to_numpy("datetime64[s]") - np.datetime64(0, "s")) / DAY
+        time = days(rows["time"])
         error = far.to_numpy(float) / norm.ppf(0.975)
         found.append(Series(str(unit), str(parameter), rows["measure"].iloc[0], time, rows["value"].to_numpy(float), error))
     return found
+
+
+def days(times: pd.Series) -> np.ndarray:
+    """Dates as days since 1970."""
+    return (times.to_numpy("datetime64[s]") - np.datetime64(0, "s")) / np.timedelta64(1, "D")
 
 
 def _since(text: str) -> datetime | None:
@@ -127,7 +132,9 @@ def _told(path: Path) -> tuple[dict[str, Any], list[str], list[dict[str, Any]]]:
             "time": datetime.fromisoformat(about["recorded"]).replace(tzinfo=None),
             "told_by": str(about["told_by"]),
             "verdict": str(told["verdict"]),
-            "causes": ", ".join(map(_label, told["causes"])),
+            "causes": ", ".join(
+                label(one["component"], one["effect"], one["parameters"], one.get("channel", "")) for one in told["causes"]
+            ),
             "rig": str(about["rig"]),
             "version": str(about["version"]),
             "folder": path.parent.as_posix(),
@@ -135,13 +142,6 @@ def _told(path: Path) -> tuple[dict[str, Any], list[str], list[dict[str, Any]]]:
         return row, sorted(str(log["sha256"]) for log in about["logs"]), list(_numbers(told))
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise DataError(f"{path}: is not what a diagnosis writes ({error!r}). Make that diagnosis again.") from None
-
-
-def _label(cause: dict[str, Any]) -> str:
-    """As reports name it."""
-    if cause["effect"] == "parameter":
-        return f"parameter {next(iter(cause['parameters']))}"
-    return f"{cause['component']} {cause['effect']}" + (f" ({cause['channel']})" if cause.get("channel") else "")
 
 
 def _numbers(told: dict[str, Any]) -> Iterable[dict[str, Any]]:

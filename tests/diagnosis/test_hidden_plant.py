@@ -56,6 +56,7 @@ def test_a_locked_gear_rests_without_current():
     assert abs(_column(rows, "angle")[-1] - _column(rows, "angle")[100]) < 1e-4
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", causes.DRAWS)
 def test_a_cause_is_nothing_at_strength_zero_and_something_at_its_strength(name):
     rng = np.random.default_rng([5, len(name)])

@@ -37,6 +37,7 @@ def test_what_slides_grips_with_its_coefficient(form, rng):
     assert _slide(d, moves, mu)[-1] == pytest.approx(sign * mu, rel=1e-6)
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("form", BRISTLES)
 def test_friction_never_gives_back_more_than_was_put_in(form, rng):
     """From an unbent bristle on, whatever the motion; a step of the explicit sum may be off by its own size."""
@@ -60,6 +61,7 @@ def test_lugres_friction_follows_its_coefficient_only_with_motion():
     assert grips[3005] == pytest.approx(0.012, rel=1e-6) and grips[-1] == pytest.approx(0.02, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_an_elasto_plastic_bristle_only_bends_below_its_breakaway(rng):
     """Rocked about a bend it does not creep; Dahl's does (Dupont et al. 2002)."""
     angle = 1e-3 * BREAKAWAY * np.sin(np.linspace(0.0, 2 * math.pi * rng.integers(3, 20), 20_001)) * 0.99
@@ -173,6 +175,7 @@ def test_the_wedges_torque_is_that_of_every_form(speed, rng):
     assert torque == pytest.approx(4.0 * math.tan(drive.wedge_angle + phi), rel=0.01, abs=3e-4)
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_half_the_step_changes_nothing_that_the_best_recorder_shows(seed):
     rng = np.random.default_rng(seed)

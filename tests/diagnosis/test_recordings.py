@@ -297,6 +297,7 @@ def test_faults_are_told_whatever_the_recorder(seeds, tmp_path):
     assert told > 0.5 * put and right > 0.5 * said, counts
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("change", [dict(viscous=1e-3), dict(preload=3.0)], ids=str)
 def test_a_smaller_torque_constant_makes_no_error_smaller(change, tmp_path):
     experiment, _ = _experiment(_unloaded(change=change, channels=("current", "motor_speed", "angle")), tmp_path)
@@ -394,6 +395,7 @@ def test_what_judges_and_what_is_played_have_phases_of_their_own(tmp_path):
     assert played["components"]["motor"]["start"]["cogging_phase"] == second["value"]
 
 
+@pytest.mark.slow
 def test_a_load_known_by_a_speed_alone_hangs_where_each_run_says(tmp_path):
     """Its angle is integrated from 0; gravity acts by the true one, which the plan of each run says."""
     rng, recorder = np.random.default_rng(5), replace(SHARP, channels=("current", "motor_speed"), duration=4.0)

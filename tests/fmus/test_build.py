@@ -40,6 +40,7 @@ def test_valid_for_fmpy_and_the_schema(fmu, name):
     assert all(unknown.get("dependencies") is not None for unknown in root.iterfind("ModelStructure/Outputs/Unknown"))
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", NAMES)
 def test_same_bytes_twice(tmp_path, name):
     first, second = build(name, tmp_path / "a"), build(name, tmp_path / "b")
@@ -99,6 +100,7 @@ def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkey
     assert run_alone(tmp_path, path) == run_alone(tmp_path, own)
 
 
+@pytest.mark.slow
 def test_pythonfmu_s_library_alone_is_ended_before_its_memory_is(tmp_path, monkeypatch):
     """At the end of a process it counts down in freed memory: an abort after all work, once in some hundred runs."""
     monkeypatch.setenv("CC", "/nowhere/cc")
@@ -138,6 +140,7 @@ def run_alone(tmp_path, *paths):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_runs_alone_and_two_builds_beside_each_other(fmu, tmp_path):
     from selflock.fmus.motor import dc
 
@@ -154,12 +157,14 @@ def test_runs_alone_and_two_builds_beside_each_other(fmu, tmp_path):
     assert both[1] == pytest.approx(expected(3.0), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_an_effect_can_be_baked_in(instance):
     motor = instance("Motor", brush_voltage=1.5, inductance=0.0)
     motor.begin(voltage=3.0)
     assert motor.get("current") == (3.0 - 1.5) / 0.6
 
 
+@pytest.mark.slow
 def test_cache_gives_the_same_file_until_something_changes(tmp_path, monkeypatch):
     monkeypatch.setenv("SELFLOCK_CACHE", str(tmp_path))
     first = built("Sensor")
@@ -169,6 +174,7 @@ def test_cache_gives_the_same_file_until_something_changes(tmp_path, monkeypatch
     assert hashlib.sha256(first.read_bytes()).digest() == hashlib.sha256(build("Sensor", tmp_path / "x").read_bytes()).digest()
 
 
+@pytest.mark.slow
 def test_build_all_makes_what_is_named(tmp_path):
     assert [path.name for path in build_all(tmp_path, ["Motor", "Sensor"])] == ["Motor.fmu", "Sensor.fmu"]
 

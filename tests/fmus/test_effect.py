@@ -148,6 +148,7 @@ def test_off_it_changes_no_bit_of_what_the_fmu_gives(effect):
     assert run(effect.component, **shapes) == run(effect.component), f"seed {seed}"
 
 
+@pytest.mark.alike
 @named
 def test_each_of_its_numbers_changes_what_the_fmu_gives(effect):
     nothing = run(effect.component)

@@ -92,6 +92,7 @@ def test_line_numbers_and_the_import_are_kept(own):
     assert file.text.decode() == TOOTH.replace("from selflock.fmus.effect import", "from ...effect import")
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("what", NOT_TO_BE_LOADED)
 def test_what_is_wrong_is_one_sentence(own, what):
     change = NOT_TO_BE_LOADED[what]

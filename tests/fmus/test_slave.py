@@ -192,6 +192,7 @@ def test_serialised_state_is_exact():
         assert json.loads(json.dumps(back)) is not None
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", LIVELY)
 def test_every_step_from_tiny_to_coarse(instance, name):
     for h in (1e-5, 1e-4, 1e-3, 1e-2, 0.1):

@@ -3,6 +3,7 @@
 import zipfile
 
 import inputs
+import pandas as pd
 import pytest
 
 from selflock import master
@@ -10,6 +11,8 @@ from selflock.diagnosis import replay
 from selflock.fmus.build import built
 from selflock.fmus.errors import SelflockError
 from selflock.info import info
+from selflock.master.units import conversion
+from selflock.sweep.record import evaluate
 from selflock.sweep.study import read as read_study
 
 DIGITS = "9" * 400
@@ -104,6 +107,17 @@ def test_attributes_of_an_fmu(tmp_path, old, new):
         info(path)
     except SelflockError as error:
         assert "modelDescription.xml" in str(error)
+
+
+def test_an_expression_that_is_a_list():
+    with pytest.raises(SelflockError, match="is a list, and no value"):
+        evaluate("[1, 2]", pd.DataFrame({"a": [0.0, 1.0, 2.0]}))
+
+
+@pytest.mark.parametrize("power", ["rpm99999999", "min99999", "m**(-99999999)", "rpm^99^9^9", "m**(9)**99"])
+def test_powers_without_end_in_a_unit(power):
+    with pytest.raises(SelflockError, match="nobody knows the unit"):
+        conversion(f"N.{power}", "degC")
 
 
 @pytest.mark.parametrize("name", ["a\0b.csv", "a\0b.parquet"])

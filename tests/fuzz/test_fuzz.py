@@ -6,6 +6,7 @@ import secrets
 
 import inputs
 import pytest
+import quick
 import sequences
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
@@ -35,6 +36,21 @@ def test_strangers_files_get_an_answer_or_one_message(kind, tmp_path, request):
         slice_of(lambda data: inputs.ask(kind, data, tmp_path), EACH[kind], request)
     finally:
         logging.getLogger("selflock").setLevel(logging.NOTSET)
+
+
+@pytest.mark.parametrize("kind", quick.KINDS)
+def test_small_inputs_by_the_thousand(kind, tmp_path):
+    logging.disable(logging.CRITICAL)
+    try:
+        seed = os.environ.get("SELFLOCK_SEED") or secrets.randbits(32)
+        for number in range(60):
+            try:
+                quick.ask(kind, f"{seed} {number}", tmp_path)
+            except BaseException as error:
+                error.add_note(f"SELFLOCK_SEED={seed} draws the same again")
+                raise
+    finally:
+        logging.disable(logging.NOTSET)
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ LIVELY = {
 }
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", LIVELY)
 def test_a_whole_life_with_the_numbers_of_fmpy(host, extracted, name):
     fmu, (parameters, inputs) = extracted(name), LIVELY[name]
@@ -48,6 +49,7 @@ def test_a_whole_life_with_the_numbers_of_fmpy(host, extracted, name):
     assert seen[100:] == expected[:40]
 
 
+@pytest.mark.slow
 def test_two_fmus_and_two_instances_at_once(host, extracted):
     motor, load = extracted("Motor"), extracted("Load")
     turns = {0: (motor, LIVELY["Motor"]), 1: (load, LIVELY["Load"]), 2: (motor, ({"resistance": 2.0}, LIVELY["Motor"][1]))}
@@ -62,6 +64,7 @@ def test_two_fmus_and_two_instances_at_once(host, extracted):
         assert seen[i::3] == by_fmpy(fmu, parameters, inputs, 30)
 
 
+@pytest.mark.slow
 def test_two_threads_at_once(host, extracted):
     motor, load = extracted("Motor"), extracted("Load")
     answers, said = host(
@@ -70,6 +73,7 @@ def test_two_threads_at_once(host, extracted):
     assert answers == ["0", "0", "0 0"] and said == []
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", ["Motor", "Controller", "Reducer"])
 def test_instances_come_and_go_without_growth(host, extracted, name):
     fmu = extracted(name)
@@ -87,6 +91,7 @@ def test_many_steps_without_growth(host, extracted):
     assert said == [] and set(answers) == {"0"}
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize(
     ("command", "words"),
     [
@@ -114,6 +119,7 @@ def test_bad_parameters_fail_the_end_of_initialization(host, extracted):
     assert answers[-1] == "3" and "nothing limits the current" in said[0]
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize(
     "folder", ["with space", "accént ü", "hash#tag", "per%cent%20", "bra(ck)[et]s {x}", "plus+and&;,='quote", "日本"]
 )
@@ -126,6 +132,7 @@ def test_paths_of_any_kind(host, extracted, folder):
     assert set(answers) == {"0"} and said == []
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("locale", ["C", "C.UTF-8", "POSIX"])
 def test_accents_in_any_locale(host, extracted, locale):
     fmu = extracted("Motor", "é")

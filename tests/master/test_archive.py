@@ -98,6 +98,7 @@ def test_a_bomb_takes_neither_memory_nor_disk(tmp_path):
     assert peak < 20e6
 
 
+@pytest.mark.slow
 def test_a_high_ratio_and_a_header_that_lies(tmp_path, monkeypatch):
     path = zipped(tmp_path / "a.fmu", [("zeros", bytes(100 << 20))])
     with pytest.raises(DescriptionError, match="times its size"):

@@ -33,6 +33,7 @@ def test_a_back_drivable_gear_lets_it_fall(bench):
     assert abs(angle.iloc[1000] - angle.iloc[500]) > 0.2
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("own", [1.0, 0.5, 0.25])
 def test_the_coupling_makes_little_energy_whatever_step_the_gear_has(bench, own):
     bench.components["gear"].step = own * bench.run.step
@@ -40,6 +41,7 @@ def test_the_coupling_makes_little_energy_whatever_step_the_gear_has(bench, own)
     assert energy["relative"].abs().max() < 0.005
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("control", ["power", "doubling"])
 def test_step_control_finds_the_same_motion(bench, control):
     bench.faults, bench.run.stop = [], 0.2

@@ -46,6 +46,7 @@ def test_a_ring_of_native_fmus(monkeypatch, native, algorithm):
     assert slow.table["i0.x"].std() > 0.0
 
 
+@pytest.mark.alike
 def test_rows_at_an_interval_and_more_rows_than_are_kept_at_once(monkeypatch, native, algorithm, tmp_path):
     slow, fast = both_ways(monkeypatch, ring(native, algorithm, step=0.001, stop=30.0, interval=0.003))
     same(slow, fast)
@@ -128,6 +129,7 @@ def fed(native, algorithm, count, held=()):
     return described
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("count, held", [(1, ()), (3, ()), (3, ("v",))])
 def test_functions_of_time_feed_the_loop(monkeypatch, native, algorithm, count, held):
     slow, fast = both_ways(monkeypatch, fed(native, algorithm, count, held))
@@ -135,6 +137,7 @@ def test_functions_of_time_feed_the_loop(monkeypatch, native, algorithm, count, 
     assert all(slow.table[name].std() > 0.1 for name in slow.table)
 
 
+@pytest.mark.alike
 def test_such_a_function_that_is_recorded_or_wrong_is_looked_at_in_python(monkeypatch, native, algorithm):
     recorded = fed(native, algorithm, 2)
     recorded["run"]["record"].append("log.u")

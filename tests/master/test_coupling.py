@@ -28,6 +28,7 @@ def whole(time):
     return at_once @ (x + [1.0, 0.0])
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel", "iterated"])
 @pytest.mark.parametrize("part", ["Lag", "Stepped"])
 def test_a_loop_converges_to_the_whole_with_first_order(system, part, algorithm):
@@ -144,6 +145,7 @@ def test_what_cannot_be_stepped_again_is_refused(system, refused, monkeypatch):
     refused(lambda: master.run(two_masses(system, step=0.1, algorithm="iterated")), "iterated", "s does not roll back")
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("interface", ["me", "cs"])
 def test_anybodys_fmus_on_a_loop(system, native, interface):
     """The FMU refuses y after u without a step, for co-simulation as the standard has it."""

@@ -43,6 +43,7 @@ def test_only_the_interval_is_recorded(system):
     assert table_of(system, interval=0.1).table["time"].to_numpy() == pytest.approx(np.linspace(0, 1, 11))
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_a_long_run_is_written_in_pieces(system, tmp_path, ending, monkeypatch):
     sizes = []

@@ -69,6 +69,7 @@ def test_parts_of_any_step_go_on(system, interrupted, ending, algorithm):
     interrupted(description, ending, (0.25, 0.26, 0.9))
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_our_fmus_in_the_compiled_loop_go_on(interrupted, ending, monkeypatch):
     monkeypatch.setattr(convoy, "STRETCH", 100)
@@ -78,6 +79,7 @@ def test_our_fmus_in_the_compiled_loop_go_on(interrupted, ending, monkeypatch):
     interrupted(description, ending, (0.3, 0.7), stop=0.6)
 
 
+@pytest.mark.slow
 def test_faults_that_are_functions_of_time_go_on(interrupted, refused, tmp_path):
     description = master.load(BENCH)
     description.faults = [master.Fault("motor.voltage", "offset", 0.005, 0.015, value=-3.0)]

@@ -61,6 +61,7 @@ def test_kept_parts_begin_anew(system, native):
     assert second.table["f.y"].iloc[-1] == pytest.approx(1.0) and second.notes == []
 
 
+@pytest.mark.slow
 def test_a_sweep_over_what_is_not_taken_is_refused(native, tmp_path):
     from selflock.sweep import SweepError, sweep
 

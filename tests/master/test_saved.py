@@ -139,6 +139,7 @@ def test_ctrl_c_is_the_user_whoever_meets_it(system, tmp_path, heard, ending, mo
         assert master.read(path)[0]["w.t"].to_numpy() == pytest.approx(0.1 * np.arange(round(at / 0.1) + 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inside", ["main thread", "background", "another thread"])
 def test_a_run_has_a_time_limit(system, tmp_path, inside, monkeypatch):
     monkeypatch.setattr(small_parts.Waits, "go", threading.Event(), raising=False)

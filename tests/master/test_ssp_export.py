@@ -143,6 +143,7 @@ def test_step_control_comes_back(system, native, tmp_path):
     assert master.run(export(made, tmp_path / "r.ssp")).table.equals(master.run(made).table)
 
 
+@pytest.mark.slow
 def test_an_archive_that_another_tool_has_changed_still_runs(packed, tmp_path):
     """One component less than our annotation tells of: the order is then that of the file."""
     changed = tmp_path / "changed.ssp"

@@ -114,6 +114,7 @@ def test_wrong_files_are_told(typed, tmp_path, monkeypatch, words):
     assert not any(tmp_path.iterdir())
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("command", [("run", BENCH), ("build", "Sensor"), ("study",), ("export", BENCH)])
 def test_a_place_that_cannot_be_written_is_told(typed, tmp_path, command):
     (tmp_path / "file").write_text("")

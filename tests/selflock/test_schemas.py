@@ -58,6 +58,7 @@ SLIPS = [
 ]
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("of, path, slip", SLIPS, ids=range(len(SLIPS)))
 def test_a_slip_is_refused(of, path, slip):
     given = data(path)

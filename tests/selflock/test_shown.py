@@ -128,6 +128,7 @@ def test_the_policy_alone_would_have_stopped_them(tmp_path, browser, hostile):
         assert ("data-owned" in browser(page).partition(">")[0] + browser(page)[:400]) == (name == "without")
 
 
+@pytest.mark.slow
 def test_documentation_of_fmus(tmp_path, harmless):
     with zipfile.ZipFile(build("Motor", tmp_path)) as archive:
         (tmp_path / "index.html").write_bytes(archive.read("documentation/index.html"))

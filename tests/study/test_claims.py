@@ -69,6 +69,7 @@ SPOIL = {
 }
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("number", sorted(ROWS))
 def test_fails_when_spoilt(perfect, number):
     group, key, column, window, function = SPOIL[number]
@@ -80,6 +81,7 @@ def test_fails_when_spoilt(perfect, number):
     assert not claim.error
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("number", sorted(ROWS))
 def test_not_a_number_never_holds(number):
     group, key, column, window, _ = SPOIL[number]

@@ -50,6 +50,7 @@ def test_tables_have_the_whole_manoeuvre(result):
         assert table.notna().all().all()
 
 
+@pytest.mark.slow
 def test_the_system_file_runs_in_both_modes():
     table = run(runs.SYSTEM, stop=0.01).table
     for part in ("controller.voltage", "motor.torque", "reducer.output_torque"):

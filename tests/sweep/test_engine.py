@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from selflock.sweep import SweepError, map_runs
+from selflock.sweep.cluster import _patiently
 from selflock.sweep.engine import _batch
 from selflock.sweep.store import Store
 
@@ -37,6 +38,7 @@ def test_same_bits_whatever_the_workers(tmp_path, scheduler):
     assert failed["drawn"].isna().all() and table["drawn"].notna().sum() == 35
 
 
+@pytest.mark.slow
 def test_rows_come_in_the_order_of_the_items_and_equal_items_are_run_once(tmp_path):
     items = [3, 1, 3, 2]
     rows = map_runs(jobs.note, items, context=str(tmp_path), workers=0)
@@ -130,6 +132,7 @@ def test_a_folder_belongs_to_one_study(tmp_path):
         map_runs(jobs.draw, SEEDS[:3], context={"offset": 0.0}, folder=tmp_path / "b", workers=0)
 
 
+@pytest.mark.slow
 def test_a_growing_folder_keeps_runs_of_other_items_but_not_of_other_sources(tmp_path, monkeypatch):
     def grow(items):
         return map_runs(
@@ -187,6 +190,7 @@ def test_a_torn_file_is_made_again(tmp_path):
     store.close()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there(monkeypatch):
     monkeypatch.setattr("selflock.sweep.cluster.ANSWER", 0.5)
     with pytest.raises(SweepError, match="No Dask scheduler answers at tcp://127.0.0.1:1"):
@@ -272,3 +276,18 @@ def test_batches_last_but_leave_nobody_idle():
     assert _batch(0.001, slots=2, left=40) == 10  # in the end in ever smaller batches
     assert _batch(0.5, slots=1000, left=10**6) == 10  # a thousand workers: 200 messages a second, not 2000
     assert _batch(0.0, slots=2, left=0) == 1
+
+
+def test_a_process_of_dask_that_is_killed_as_it_begins_is_begun_once_more():
+    tries = []
+
+    def make(times):
+        tries.append(1)
+        if len(tries) <= times:
+            raise RuntimeError("Nanny failed to start.")
+        return "begun"
+
+    assert _patiently(make, 1) == "begun" and len(tries) == 2
+    tries.clear()
+    with pytest.raises(SweepError, match="Dask did not start, twice"):
+        _patiently(make, 2)

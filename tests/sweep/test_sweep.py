@@ -217,6 +217,7 @@ def sampled(method: str, count: int):
     return study, p.assign(y=y, status="ok")
 
 
+@pytest.mark.slow
 def test_sobol_indices_of_ishigami():
     found, how = sensitivity(*sampled("saltelli", 2048))
     np.testing.assert_allclose(found["first"], [0.3139, 0.4424, 0.0], atol=0.03)

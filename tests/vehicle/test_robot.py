@@ -125,6 +125,7 @@ def test_a_lifted_holder_needs_its_gravity_moment(track, run):
     assert abs(told["rear_pressure_x"][-1]) < 0.01
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("track", TRACKS)
 def test_on_a_slope_it_stands_without_creep_or_slides_as_coulomb_says(track, run):
     slope = math.radians(25.0)
@@ -138,6 +139,7 @@ def test_on_a_slope_it_stands_without_creep_or_slides_as_coulomb_says(track, run
     assert rate == pytest.approx(-G * (math.sin(slope) - 0.3 * math.cos(slope)) * math.cos(slope), rel=0.02)
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("track", TRACKS)
 def test_driven_sprockets_carry_the_downhill_force(track, run):
     robot = Robot(track=track, ground="slope:15", driven_sprockets=True)
@@ -161,6 +163,7 @@ def test_it_moves_as_fast_as_its_track(track, run):
     assert told["chassis_x"][0] == pytest.approx(0.0, abs=0.01)  # at its start it is where it was told to be
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("front, rear", [(0.0, 0.0), (0.0, math.pi), (-0.7, math.pi + 0.7)])
 def test_belt_and_segments_need_the_same_torques(front, rear, run):
     means = []
@@ -181,6 +184,7 @@ def test_it_climbs(track, ground, front, height, run):
     assert np.all(np.abs(told["chassis_pitch"]) < 0.7)
 
 
+@pytest.mark.slow
 def test_contact_values_hardly_matter(run):
     """The study's remark that results are not sensitive to the contact parameters: k, c_max and h by 30 %."""
     base = np.mean(run(Robot(track="belt", rear_start_angle=math.pi), 0.5, rear=math.pi)["rear_torque"])

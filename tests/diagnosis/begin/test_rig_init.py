@@ -89,6 +89,7 @@ LOGS = {
 }  # fmt: skip
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("how", LOGS)
 def test_columns_are_found_with_units_signs_and_ratio(how, tmp_path):
     columns = LOGS[how]

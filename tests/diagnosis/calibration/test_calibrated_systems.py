@@ -130,6 +130,7 @@ def test_an_fmu_in_python_that_ends_some_runs_itself(tmp_path, rng):
     assert result.effort["failed"] > 0 and list(result.effort["reasons"]) == ["Tank ended the run itself"]
 
 
+@pytest.mark.slow
 def test_fits_may_be_made_elsewhere(tmp_path, oscillator, rng):
     """What is sent to other processes is the problem as plain data, and the answer comes back alike."""
     import pickle

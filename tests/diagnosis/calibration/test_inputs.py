@@ -108,6 +108,7 @@ def test_a_rig_of_a_drive_is_told_where_to_go(tmp_path):
         calibrate(path, ["log.csv"], out=None)
 
 
+@pytest.mark.slow
 def test_an_input_at_rest_is_told_where_the_start_moves_the_system(tmp_path, oscillator, rng):
     """A free decay tells stiffness over mass, and of the gain nothing: it changes nothing where no force is."""
     log = oscillators.log(
@@ -123,6 +124,7 @@ def test_an_input_at_rest_is_told_where_the_start_moves_the_system(tmp_path, osc
     assert numbers["oscillator.stiffness"].value == pytest.approx(60.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_page_and_the_notebook_take_hostile_names_as_words(tmp_path, oscillator, rng, harmless, hostile):
     from lxml import html
 

@@ -38,6 +38,7 @@ def table(n=100):
     return pd.DataFrame({"time": t, "n": 60.0 * np.sin(t), "m": 5.0 + np.cos(t)})
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mat"])
 def test_all_formats_give_the_same_si_signals(tmp_path, ending):
     rig, data = rigs.load(write(tmp_path)), table()

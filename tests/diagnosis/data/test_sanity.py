@@ -248,6 +248,7 @@ def test_what_a_diagnosis_is_there_to_find_passes(name, kind, tmp_path):
         assert not box(rig, runs).findings, box(rig, runs).lines()
 
 
+@pytest.mark.alike
 @pytest.mark.skipif(
     not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)"
 )

@@ -88,6 +88,7 @@ def test_a_sound_drive_rests_and_moves_by_less_than_a_count(rig, rng, speed, cou
     assert check([recorded(rng, speed, counts, rows_back)], rig) == []
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("channel", [INPUT, SPEED, OUTPUT, LOAD, CURRENT])
 def test_a_frozen_channel_is_told_and_no_other(rig, rng, speed, channel):
     run, length = recorded(rng, speed), 300
@@ -139,6 +140,7 @@ def test_play_lets_the_load_rest_while_the_motor_turns(rig, rng, speed, both):
     assert check([run], rig) == []
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("channel", [INPUT, SPEED, LOAD, CURRENT])
 def test_a_clipped_channel_is_told_in_every_row(rig, rng, speed, channel):
     run = recorded(rng, speed, counts=20_000, rows=10)
@@ -184,6 +186,7 @@ def test_a_spike_that_others_feel_is_an_impact(rig, rng, speed, felt):
     assert kinds(check([run], rig)) == (set() if felt else {("corrupted", CURRENT)})
 
 
+@pytest.mark.slow
 def test_what_builds_up_or_rings_down_is_no_corrupted_sample(rig, rng, speed):
     for shape in ([1.0, -0.6, 0.4, -0.2, 0.1], [0.3, 0.8, 1.0, 0.7, 0.2], [1.0, 0.8, 0.6, 0.5, 0.4, 0.3]):
         run, row = recorded(rng, speed), fast(speed, 300) + 100

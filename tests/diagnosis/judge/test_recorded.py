@@ -66,6 +66,7 @@ def test_of_a_whole_drive_each_channel_is_told_with_units_and_intervals(counted)
     assert told_names | {"recorder.controller.hold"} == names
 
 
+@pytest.mark.slow
 def test_what_the_log_does_not_feel_has_no_interval(counted):
     rig, train, _ = counted
     rig = replace(load(rig), simulate=WHOLE)
@@ -78,6 +79,7 @@ def test_what_the_log_does_not_feel_has_no_interval(counted):
     assert number["low"] is None and number["high"] is None and number["at_end"]
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize(
     "recorder, more, mode, said",
     [

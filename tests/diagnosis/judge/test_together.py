@@ -47,6 +47,7 @@ def test_a_wrong_cause_is_refused_by_the_channel_that_gets_worse(hidden):
     assert "controller.voltage (" in against(rows) and "the whole drive gets worse in" in against(rows)
 
 
+@pytest.mark.slow
 def test_it_is_asked_where_parts_were_compared_and_the_loop_is_described(hidden):
     experiment, _, _ = hidden
     rig = experiment.rig

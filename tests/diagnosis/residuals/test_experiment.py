@@ -256,6 +256,7 @@ def drive_bench(tmp_path, rng):
     return DriveExperiment(rig, runs)
 
 
+@pytest.mark.slow
 def test_no_comparison_trusts_a_sample_whose_inputs_are_faulty(drive_bench):
     (run,) = drive_bench.runs
     for residual in drive_bench.residuals:
@@ -339,6 +340,7 @@ def test_a_static_friction_that_the_rig_leaves_open_is_what_it_says(tmp_path, rn
         assert all(p.nominal == pytest.approx(0.02) for p in free) and bool(free) == (not more)
 
 
+@pytest.mark.slow
 def test_the_fmu_of_a_sampling_controller_samples_where_the_law_does(drive_bench, tmp_path):
     from selflock.diagnosis.output.extend import starts, with_fmus
     from selflock.fmus.build import build

@@ -93,6 +93,7 @@ def steady(folder, table, run=""):
     return floor(bench, bench.residuals[0], {}, [], [])
 
 
+@pytest.mark.slow
 def test_points_that_are_runs_have_the_standard_error_of_their_mean(tmp_path, rng):
     """Also where the torque drifts within each run and its curve over speed is nobody's."""
     points, samples = 60, 400

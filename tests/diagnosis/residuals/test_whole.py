@@ -136,6 +136,7 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     assert abs(np.diff(simulated["angle"])[behind:]).max() < 0.01 * travel  # and goes on from there
 
 
+@pytest.mark.slow
 def test_a_sensor_before_the_controller_acts_in_the_loop_and_one_beside_it_does_not(seed, tmp_path):
     bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
     (ch,) = bench.channels.values()
@@ -181,6 +182,7 @@ def test_the_step_of_a_coarse_sensor_is_found_behind_noise_and_a_finer_rounding(
     assert step_of(np.round((x + noise * rng.standard_normal(len(x))) / 0.01) * 0.01, 0.01) == 0.0
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize(
     "lost, said",
     [

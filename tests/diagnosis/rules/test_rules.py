@@ -2,8 +2,6 @@ import ast
 import json
 from pathlib import Path
 
-import pytest
-
 from selflock.diagnosis.judge.gain import Gain
 from selflock.diagnosis.judge.result import Diagnosis
 from selflock.diagnosis.rules import RULES
@@ -12,10 +10,11 @@ from selflock.diagnosis.rules.__main__ import page
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.mark.parametrize("one", RULES.listed(), ids=lambda one: one.name)
-def test_a_rule_says_what_it_means_and_where_it_came_from(one):
-    assert len(one.meaning) > 10 and len(one.origin) > 5
-    assert "|" not in one.meaning + one.origin  # of a table
+def test_a_rule_says_what_it_means_and_where_it_came_from():
+    rules = RULES.listed()
+    assert len(rules) > 300
+    assert not [one.name for one in rules if len(one.meaning) <= 10 or len(one.origin) <= 5]
+    assert not [one.name for one in rules if "|" in one.meaning + one.origin]  # of a table
 
 
 def test_the_page_is_that_of_the_rules():
@@ -52,7 +51,6 @@ ELSEWHERE = {  # what decides nothing
     "systems/parts.py": {"CLOSE"},  # digits of a time
     "tracking/changes.py": {"NORMAL"},  # a quantile of what is told
     "tracking/page.py": {"UNITS", "POINTS", "ROWS", "COLOURED", "SECONDS"},  # how much is drawn
-    "tracking/series.py": {"DAY"},
     "tracking/track.py": {"EXIT", "TOLD"},
 }
 

@@ -102,6 +102,7 @@ def test_a_sound_chain_replays_to_its_noise_and_nothing_is_missing(tmp_path, fmu
     assert (result.verdict, result.exit_code, result.blame) == ("none", 3, [])
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", RATES)
 def test_the_component_whose_own_replay_is_off_is_to_blame(tmp_path, fmu, name):
     rig, log = chain(tmp_path, fmu, {name: 1.25 * RATES[name]})
@@ -112,6 +113,7 @@ def test_the_component_whose_own_replay_is_off_is_to_blame(tmp_path, fmu, name):
     assert whole["third.x"] > 5 * 0.005  # the whole is wrong from there on; the others are not to blame
 
 
+@pytest.mark.slow
 def test_what_the_error_depends_on_is_named(tmp_path, fmu):
     rig, log = chain(tmp_path, fmu)
     table = pd.read_csv(log)
@@ -181,6 +183,7 @@ def test_a_cause_is_named_where_the_fmu_to_blame_is_ours(tmp_path):
     assert result.gain.after < 0.5 * result.gain.before
 
 
+@pytest.mark.slow
 def test_an_fmu_of_ours_is_fitted_from_what_it_was_built_with(tmp_path):
     """Start values in the FMU, over them those of the system; what the rig leaves open or knows keeps its meaning."""
     from selflock.diagnosis.data.rig import load
@@ -205,6 +208,7 @@ def test_an_fmu_of_ours_is_fitted_from_what_it_was_built_with(tmp_path):
     assert not drive.questioned("winder_motor.inductance") and not drive.questioned("winder_motor.resistance")
 
 
+@pytest.mark.slow
 def test_a_system_with_shared_values_replays_alike(tmp_path, fmu):
     """The chain's numbers said once, the rig giving one of them; and the same numbers written out."""
     rig, log = chain(tmp_path, fmu)

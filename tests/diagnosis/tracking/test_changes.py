@@ -8,6 +8,7 @@ from selflock.diagnosis.tracking.changes import GROWTH, STEP, _fitted, changes
 from selflock.diagnosis.tracking.series import Series
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("kind", [{}, {"units": 1}, {"units": 3, "months": 5}, {"season": 0.1}, {"tail": 4}, {"scatter": 0.0}])
 def test_drives_that_do_not_change_are_not_named(fleet, kind):
     named = sum(bool(changes(fleet(**kind)).changes) for _ in range(8))

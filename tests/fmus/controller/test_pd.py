@@ -62,6 +62,7 @@ def test_eq_22_returns_with_the_set_point():
     assert voltages[500] == 0.0 and voltages[501] == pytest.approx(4.0)
 
 
+@pytest.mark.slow
 @given(st.floats(-50.0, 50.0), st.floats(1e-4, 0.019), st.floats(0.0, 0.05))
 def test_reversible_holds_with_the_least_voltage(load, mu, preload):
     p = pd.Parameters(irreversible=0.0, friction_static=mu, preload=preload, hold_margin=0.0)

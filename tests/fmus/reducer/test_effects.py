@@ -123,6 +123,7 @@ def test_torque_of_an_imposed_motion(name, torque, speed):
         assert out.loss_power >= 0.0
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("name", ON)
 def test_motion_against_an_independent_integration(name):
     changes, formula = ON[name]

@@ -113,6 +113,7 @@ CASES = {
 }
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("output_speed", [0.0, 0.7, -0.4])
 def test_against_an_independent_integration(case, output_speed):
@@ -126,6 +127,7 @@ def test_against_an_independent_integration(case, output_speed):
     assert (state.speed == 0.0) == (speed == 0.0) == bool(out.stuck)
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("case", CASES)
 def test_one_step_is_as_many(case):
     """The step is exact: how it is divided does not matter, from 1e-5 to 0.1 s."""
@@ -205,6 +207,7 @@ def test_whatever_happens_the_step_ends_and_no_energy_is_made(
         assert stored == pytest.approx(stiffness * windup * rate, abs=1e-9 * terms)
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("mu", [0.0, 0.01, 0.03])
 def test_energy_balance(mu):
     """What the motor gives goes out, is stored in inertia and spring, or is lost: integrated over a run with stops."""
@@ -292,6 +295,7 @@ def test_jam_is_a_normal_computation(stiffness):
     assert coarse.speed == fine.speed == 0.0 and coarse.angle == pytest.approx(fine.angle, rel=1e-9)
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("mu", [0.0, 0.01, 0.03])
 def test_results_do_not_depend_on_a_stiff_spring(mu):
     """The default 2e4 N.m/rad winds up by 0.014 degrees at 5 N.m; stiffer ones give the same torque and speed."""
@@ -320,6 +324,7 @@ def test_the_usual_step_is_the_general_one(case):
         assert state.speed == pytest.approx(end, abs=1e-9 * (1 + abs(end)))
 
 
+@pytest.mark.slow
 @given(
     mu=st.floats(0.0, 0.06),
     level=st.sampled_from([0.0, 0.003]),

@@ -57,6 +57,7 @@ def test_efficiencies_are_those_of_lossy_gear(ratio, share):
     assert wedge.sliding_torque(1.0, -1.0, mu, 0.0, t, ratio) == pytest.approx(eta2 / ratio, rel=1e-12)
 
 
+@pytest.mark.slow
 @given(ratios, angles, shares, torques, preloads)
 def test_cone_is_where_static_friction_suffices(ratio, angle, share, torque, preload):
     """Equations 4, 7, 8, 14 at every torque of a fine grid, against the interval."""

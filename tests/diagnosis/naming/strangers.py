@@ -1,0 +1,531 @@
+"""Plants of four domains that only the tests know, beside FMUs that lack something of them; what hides is drawn at random.
+
+Nature is integrated by scipy's odeint (LSODA) row by row, in the units of its own balances (W, m3/s, V, N); what hides
+acts there, between the FMUs' inputs and the states. The FMUs are native (tests/native), one is of pythonfmu; they know
+numbers of the kind of nature's, 20 % off, and nothing of what hides.
+
+| domain | FMUs | what is recorded |
+|---|---|---|
+| thermal | three relaxations in a row | the command, the second and the third |
+| hydraulic | two tanks | the pump, both levels |
+| electrical | coil and capacitor, each acting on the other | voltage, current, voltage of the capacitor |
+| mechanical | oscillator in the loop of a sampled controller (pythonfmu) | what is wanted, position, speed |
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.integrate import odeint
+
+sys.path.append(str(Path(__file__).parents[2] / "native"))
+
+ROWS = 500
+NOISE = 0.005  # of a sensor, over its spread; the command as it is recorded has a fifth of it
+OFF = 0.2  # by which the FMUs' numbers differ from nature's, at most
+
+CONTROLLER = '''
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Controller(Fmi2Slave):
+    """A sampled controller: force = stiff (wanted - position) - soft speed, held for a step."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.stiff, self.soft, self.wanted, self.position, self.speed, self.force = 60.0, 6.0, 0.0, 0.0, 0.0, 0.0
+        for name in ("stiff", "soft"):
+            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable))
+        for name in ("wanted", "position", "speed"):
+            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        self.register_variable(Real("force", causality=Fmi2Causality.output))
+
+    def do_step(self, t, h):
+        self.force = self.stiff * (self.wanted - self.position) - self.soft * self.speed
+        return True
+'''
+
+
+@dataclass(frozen=True)
+class Domain:
+    """A domain: its FMUs, and how nature does the same.
+
+    change(y, u, p, add): rates of nature's states; add(place) is what hides before that input, in its FMU's unit.
+    free: numbers that the rig lets be fitted, by FMU variable; fixed: such as it does not. Values are nature's as drawn about
+    them. over: what laws may hide before which input, with where each variable stands in `y`.
+    """
+
+    name: str
+    fmus: tuple[str, ...]
+    step: float  # s, of rows
+    parts: int  # steps of the system from row to row
+    system: str
+    command: tuple[str, str, float, float]  # FMU variable, column, lowest and highest level
+    outputs: dict[str, tuple[str, int]]  # FMU variable: column, place in y
+    free: dict[str, float]
+    starts: dict[str, float]  # start values of states, fitted to each run
+    over: dict[str, dict[str, int]]
+    change: Callable
+    known: dict[str, float] = field(default_factory=dict)  # numbers that the rig does not let be fitted
+    sampled: Callable | None = None  # what a sampled controller makes of y and the command, held for a row
+    alike: tuple[frozenset[str], ...] = ()  # places where a path acts alike, or nearly
+
+    def among(self, place: str) -> set[str]:
+        return {place}.union(*(group for group in self.alike if place in group))
+
+
+def _chain(y, u, p, add):
+    """Heat from one body to the next: W over J/K."""
+    into = (u + add("element.u"), y[0] + add("wall.u"), y[1] + add("load.u"))
+    return [p[f"{n}.rate"] * (t - x) for n, t, x in zip(("element", "wall", "load"), into, y)]
+
+
+def _tanks(y, u, p, add):
+    """Water in m3 over the area; out by Torricelli."""
+    out = [p[f"{n}.outlet"] * max(x, 0.0) ** 0.5 for n, x in zip(("upper", "lower"), y)]
+    return [p["upper.gain"] * (u + add("upper.inflow")) - out[0], p["lower.gain"] * (out[0] + add("lower.inflow")) - out[1]]
+
+
+def _circuit(y, u, p, add):
+    """Kirchhoff: a coil, and a capacitor with a resistor across it."""
+    voltage, current = u + add("coil.voltage") - y[1], y[0] + add("capacitor.current")
+    return [
+        (voltage - p["coil.resistance"] * y[0]) / p["coil.inductance"],
+        (current - p["capacitor.conductance"] * y[1]) / p["capacitor.capacity"],
+    ]
+
+
+def _mass(y, u, p, add):
+    """Newton, with the force that the controller holds."""
+    force = u + add("oscillator.force")
+    return [y[1], (force - p["oscillator.damping"] * y[1] - p["oscillator.stiffness"] * y[0]) / p["oscillator.mass"]]
+
+
+DOMAINS = {
+    d.name: d
+    for d in (
+        Domain(
+            "thermal", ("relaxation",), 0.1, 5,
+            """
+[components]
+element = "relaxation.fmu"
+wall = "relaxation.fmu"
+load = "relaxation.fmu"
+
+[connections]
+"wall.u" = "element.x"
+"load.u" = "wall.x"
+""",
+            ("element.u", "heater", -2.0, 2.0),
+            {"wall.x": ("wall", 1), "load.x": ("load", 2)},
+            {"element.rate": 1.0, "load.rate": 0.4},
+            {"element.x": 0.2, "wall.x": -0.1, "load.x": 0.1},
+            {"wall.u": {"wall.x": 1}, "load.u": {"load.x": 2}},
+            _chain,
+            {"wall.rate": 0.6},
+            alike=(frozenset({"element.u", "wall.u", "load.u", "wall.x"}), frozenset({"load.u", "load.x", "recorded load.x"})),
+        ),
+        Domain(
+            "hydraulic", ("tank",), 1.0, 4,
+            """
+[components]
+upper = "tank.fmu"
+lower = "tank.fmu"
+
+[connections]
+"lower.inflow" = "upper.flow"
+""",
+            ("upper.inflow", "pump", 0.5, 3.0),
+            {"upper.level": ("upper", 0), "lower.level": ("lower", 1)},
+            {"upper.outlet": 0.15, "lower.outlet": 0.18},
+            {"upper.level": 3.0, "lower.level": 2.5},
+            {"upper.inflow": {"upper.level": 0, "lower.level": 1}, "lower.inflow": {"lower.level": 1}},
+            _tanks,
+            {"upper.gain": 0.15, "lower.gain": 1.0},
+        ),
+        Domain(
+            "electrical", ("coil", "capacitor"), 0.01, 4,
+            """
+[components]
+coil = "coil.fmu"
+capacitor = "capacitor.fmu"
+
+[connections]
+"coil.back" = "capacitor.voltage"
+"capacitor.current" = "coil.current"
+""",
+            ("coil.voltage", "supply", -10.0, 10.0),
+            {"coil.current": ("current", 0), "capacitor.voltage": ("voltage", 1)},
+            {"coil.resistance": 1.0, "capacitor.conductance": 0.5},
+            {"coil.current": 0.1, "capacitor.voltage": 0.2},
+            {"coil.voltage": {"coil.current": 0}, "capacitor.current": {"capacitor.voltage": 1}},
+            _circuit,
+            {"coil.inductance": 0.15, "capacitor.capacity": 0.3},
+            alike=(frozenset({"coil.voltage", "coil.back"}),),
+        ),
+        Domain(
+            "mechanical", ("oscillator", "controller"), 0.02, 1,
+            """
+[components]
+controller = "Controller.fmu"
+oscillator = "oscillator.fmu"
+
+[connections]
+"oscillator.force" = "controller.force"
+"controller.position" = "oscillator.position"
+"controller.speed" = "oscillator.speed"
+""",
+            ("controller.wanted", "wanted", -1.0, 1.0),
+            {"oscillator.position": ("position", 0), "oscillator.speed": ("speed", 1)},
+            {"oscillator.damping": 1.5, "oscillator.stiffness": 20.0},
+            {"oscillator.position": 0.05, "oscillator.speed": 0.1},
+            {"oscillator.force": {"oscillator.position": 0, "oscillator.speed": 1}},
+            _mass,
+            {"oscillator.mass": 1.0, "controller.stiff": 60.0, "controller.soft": 6.0},
+            sampled=lambda y, u, p: p["controller.stiff"] * (u - y[0]) - p["controller.soft"] * y[1],
+        ),
+    )
+}  # fmt: skip
+
+
+# --- what may hide ------------------------------------------------------------------------------------------------------
+
+
+def _w(v, width):
+    return np.tanh(v / width)
+
+
+LAWS: dict[str, Callable] = {
+    # of x, and of its size as the plant has it with nothing hidden; all of the size of 1 there
+    "quadratic": lambda x, size: (x / size) ** 2,
+    "drag": lambda x, size: x * abs(x) / size**2,
+    "cubic": lambda x, size: (x / size) ** 3,
+    "power": lambda x, size: np.copysign((abs(x) / size) ** 4.0, x),
+    "square root": lambda x, size: np.copysign((abs(x) / size) ** 0.5, x),
+    "Coulomb": lambda x, size: _w(x, 0.03 * size),
+    "Stribeck": lambda x, size: (0.6 + 0.8 * np.exp(-((x / (0.2 * size)) ** 2))) * _w(x, 0.03 * size),
+    "dead band": lambda x, size: np.copysign(max(abs(x) - 0.5 * size, 0.0) / size * 3.0, x),
+    "limit": lambda x, size: max(x - 0.5 * size, 0.0) / size * 3.0,
+}
+OUTSIDE: dict[str, Callable] = {
+    "bump": lambda x, size: np.exp(-(((x - 0.35 * size) / (0.2 * size)) ** 2)),
+    "ripple": lambda x, size: np.sin(7.0 * x / size + 0.6) * (x / size),
+    "steps": lambda x, size: 0.5 * (_w(x - 0.55 * size, 0.05 * size) - _w(x - 0.25 * size, 0.05 * size)),
+}
+SAME_LAW = {
+    "power": {"power", "cubic"},
+    "drag": {"drag", "quadratic"},
+    "quadratic": {"quadratic", "drag"},
+    "Stribeck": {"Stribeck"},
+}
+"""Names that are as right: of what has one sign a drag is quadratic; of a power between third and fifth cubic is no worse a word."""
+STATES = ("first order", "Dahl")
+PATHS = (
+    "offset", "scale", "delay", "lag", "dead zone", "saturation", "rate limit", "quantisation", "sign",
+)  # fmt: skip
+LINEAR = ("offset", "scale", "delay", "lag", "sign")
+"""Of these nobody can tell whether they lie before a linear body or behind it."""
+DRAWS = {
+    **{f"law: {name}": "law" for name in (*LAWS, *STATES)},
+    "law: overflow": "law",
+    "law: leak": "law",
+    **{f"path: {name}": "path" for name in PATHS},
+    "parameter": "parameter",
+    "event": "event",
+    **{f"outside: {name}": "outside" for name in OUTSIDE},
+}
+"""Everything that hides, and of which kind it is."""
+
+
+@dataclass
+class Hidden:
+    """What hides in a plant: nature's numbers, and the changes it makes. Nothing by default."""
+
+    p: dict[str, float]
+    place: str = ""
+    over: str = ""
+    law: Callable | None = None  # of x: what is added before the input, or a pair of a state's rate and what it adds
+    state: Callable | None = None  # z' of (x, x', z)
+    path: Callable | None = None  # of all of a signal, at `place`
+    span: tuple[float, float] = (0.0, np.inf)
+    also: tuple[str, float] = ("", 0.0)  # where what is taken away comes out, and the share of it
+    amount: float = 1.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A hidden case: what is right to be said of it, and what is recorded."""
+
+    domain: Domain
+    kind: str
+    name: str
+    hidden: Hidden
+    right: tuple[set[str], set[str], str]  # laws, places, and the variable
+    noise: dict[str, float]
+    logs: tuple[pd.DataFrame, pd.DataFrame]
+
+
+def commands(rng, domain: Domain) -> np.ndarray:
+    """Levels held for a while, in stairs."""
+    _, _, low, high = domain.command
+    return np.repeat(rng.uniform(low, high, ROWS), rng.integers(8, 30, ROWS))[:ROWS]
+
+
+def nature(domain: Domain, hidden: Hidden, u: np.ndarray, starts: dict[str, float]) -> np.ndarray:
+    """States at all rows, (rows, states)."""
+    inside = {name: place for group in domain.over.values() for name, place in group.items()}
+    y, found, p = [starts[name] for name in domain.starts], [], hidden.p
+    count, z = len(y), 0.0
+    here = hidden.law is not None
+    at = inside[hidden.over] if hidden.over else 0
+    entry = domain.command[0]
+    if hidden.path is not None and hidden.place == entry:
+        u = hidden.path(u)
+    for k, given in enumerate(u):
+        found.append(y[:count])
+        given = domain.sampled(y, given, p) if domain.sampled else given
+
+        def rates(y, t, given=given):
+            x = y[at]
+            acting = hidden.span[0] <= t < hidden.span[1]
+            value = hidden.amount * hidden.law(x, y[-1]) if here and acting else 0.0
+
+            def add(place):
+                if place == hidden.place:
+                    return value
+                return -hidden.also[1] * value if place == hidden.also[0] else 0.0
+
+            rate = domain.change(y, given, p, add)
+            return [*rate, hidden.state(x, rate[at], y[-1]) if hidden.state else 0.0]
+
+        ends = odeint(
+            rates, [*y[:count], z], [k * domain.step, (k + 1) * domain.step], rtol=1e-8, atol=1e-9, hmax=domain.step / 4
+        )[-1]
+        y, z = list(ends[:count]), ends[-1]
+    return np.array(found)
+
+
+def read(domain: Domain, hidden: Hidden, states: np.ndarray) -> dict[str, np.ndarray]:
+    """What sensors make of them, by FMU variable."""
+    seen = {name: states[:, place] for name, (_, place) in domain.outputs.items()}
+    if hidden.path is not None and hidden.place in seen:
+        seen[hidden.place] = hidden.path(seen[hidden.place])
+    return seen
+
+
+def hide(name: str, seed: int, domain: str = "") -> Case:
+    """The case of a seed: what hides (of DRAWS, or "none"), in which domain, how strongly, beside which noise."""
+    rng = np.random.default_rng([seed, *name.encode()])
+    strength = float(np.exp(rng.uniform(*np.log((4.0, 40.0)))))
+    for _ in range(50):
+        d = DOMAINS[domain or str(rng.choice(list(DOMAINS)))]
+        about = lambda values: {n: v * rng.uniform(1.0 - OFF, 1.0 + OFF) for n, v in values.items()}
+        p = about(d.free) | d.known
+        plain = Hidden(p)
+        runs = [(commands(rng, d), about(d.starts)) for _ in range(2)]
+        sound = [nature(d, plain, *run) for run in runs]
+        seen = [read(d, plain, states) for states in sound]
+        noise = {n: NOISE * float(np.std(np.concatenate([one[n] for one in seen]))) for n in d.outputs}
+        made = _made(name, rng, d, plain, runs, np.concatenate(sound), seen)
+        if made is None:
+            continue
+        hidden, right, judged = made
+        far = lambda h: _far(d, h, runs[0], seen[0], noise)
+        if hidden.law is not None:
+            for _ in range(4):
+                hidden.amount *= strength / max(far(hidden), 1e-9)
+        if not 2.0 < far(hidden) < 400.0 and name != "none":
+            continue
+        logs = [_log(rng, d, h, run, noise) for h, run in zip((hidden, judged or hidden), runs)]
+        return Case(d, DRAWS.get(name, "none"), name, hidden, right, noise, tuple(logs))
+    raise AssertionError(f"{name}, seed {seed}: nothing that shows was drawn")
+
+
+def _far(d, hidden, run, seen, noise) -> float:
+    """How far what hides moves what is recorded, over its noise, where it moves most."""
+    changed = read(d, hidden, nature(d, hidden, *run))
+    return max(float(np.sqrt(np.mean((changed[n] - seen[n]) ** 2))) / noise[n] for n in noise)
+
+
+def _log(rng, d: Domain, hidden: Hidden, run, noise) -> pd.DataFrame:
+    u, starts = run
+    seen = read(d, hidden, nature(d, hidden, u, starts))
+    columns = {"time": d.step * np.arange(ROWS), d.command[1]: u + 0.2 * NOISE * np.std(u) * rng.standard_normal(ROWS)}
+    for name, (column, _) in d.outputs.items():
+        columns[column] = seen[name] + noise[name] * rng.standard_normal(ROWS)
+    return pd.DataFrame(columns)
+
+
+def _made(name, rng, d: Domain, plain: Hidden, runs, states, seen):
+    """What hides, what is right to say of it, and what hides in the log that judges where that is something else."""
+    kind, _, what = name.partition(": ")
+    if name == "none":
+        return plain, (set(), set(), ""), None
+    place = str(rng.choice(list(d.over)))
+    over = str(rng.choice(list(d.over[place])))
+    x = states[:, {n: k for group in d.over.values() for n, k in group.items()}[over]]
+    size = float(abs(x).max())
+    sign = float(rng.choice([-1.0, 1.0])) if d.name == "electrical" and kind != "law" else -1.0
+    if what == "overflow":
+        if d.name != "hydraulic":
+            return None
+        level = float(np.quantile(x := states[:, 0], 0.6))
+        made = replace(plain, place="upper.inflow", over="upper.level", amount=-1.0, also=("lower.inflow", 0.3))
+        made.law = lambda x, z: max(x - level, 0.0)
+        return made, ({"overflow"}, {"upper.inflow"}, "upper.level"), None
+    if what == "leak":
+        if d.name != "hydraulic":
+            return None
+        made = replace(plain, place="upper.inflow", over="upper.level", amount=-1.0, law=lambda x, z: max(x, 0.0) ** 0.5)
+        return made, ({"square root"}, {"upper.inflow"}, "upper.level"), None
+    if kind == "outside" or what in LAWS:
+        if d.name == "hydraulic" and what in ("Coulomb", "Stribeck", "dead band", "square root"):
+            return None  # a level has one sign, and an outlet is a square root
+        f = (OUTSIDE | LAWS)[what]
+        made = replace(plain, place=place, over=over, amount=sign, law=lambda x, z: f(x, size))
+        return made, (SAME_LAW.get(what, {what}) if kind == "law" else {"table"}, {place}, over), None
+    if what == "first order":
+        late = float(rng.uniform(20.0, 60.0)) * d.step
+        made = replace(plain, place=place, over=over, amount=sign, law=lambda x, z: z, state=lambda x, v, z: (x - z) / late)
+        return made, ({what}, {place}, over), None
+    if what == "Dahl":
+        width = 0.2 * size
+        made = replace(plain, place=place, over=over, amount=-1.0, law=lambda x, z: z)
+        made.state = lambda x, v, z: (v - abs(v) * z) / width
+        return made, ({what, "LuGre", "Bouc-Wen"}, {place}, over), None
+    if kind == "path":
+        return _path(what, rng, d, plain, runs, seen)
+    if name == "event":
+        end = ROWS * d.step
+        since = float(rng.uniform(0.1, 0.5)) * end
+        span = since, since + float(rng.uniform(0.15, 0.4)) * end
+        return replace(plain, place=place, amount=sign, law=lambda x, z: 1.0, span=span), ({"event"}, d.among(place), ""), plain
+    if name == "parameter":
+        number = str(rng.choice(list(d.known)))
+        p = plain.p | {number: plain.p[number] * float(rng.choice([0.5, 0.65, 1.5, 2.0]))}
+        return replace(plain, p=p), ({"parameter"}, {number}, ""), None
+    return None
+
+
+def _path(what, rng, d: Domain, plain: Hidden, runs, seen):
+    """A path: of the command, or of a sensor that nothing else listens to."""
+    listened = d.name in ("mechanical",)
+    places = [d.command[0]] + ([] if listened else list(d.outputs))
+    place = str(rng.choice(places))
+    signal = np.concatenate([u for u, _ in runs] if place == d.command[0] else [one[place] for one in seen])
+    spread, size, step = float(np.std(signal)), float(abs(signal).max()), d.step
+    rows = int(rng.integers(3, 12))
+    hold = lambda s, n: np.concatenate([s[:1].repeat(n), s[:-n]])
+    part = float(rng.uniform(0.1, 0.4))
+    high, low = float(np.quantile(signal, 0.85 - part)), part * size * 0.6
+
+    def lag(s):
+        keep, y = np.exp(-1.0 / rows), [s[0]]
+        for value in s[1:]:
+            y.append(value + (y[-1] - value) * keep)
+        return np.array(y)
+
+    def rate(s):
+        most, y = 1.5 * spread * step / (rows * step), [s[0]]
+        for value in s[1:]:
+            y.append(y[-1] + np.clip(value - y[-1], -most, most))
+        return np.array(y)
+
+    made = {
+        "offset": lambda s: s + part * spread,
+        "scale": lambda s: (1.0 + part) * s,
+        "delay": lambda s: hold(s, rows),
+        "lag": lag,
+        "dead zone": lambda s: np.sign(s) * np.maximum(abs(s) - low, 0.0),
+        "saturation": lambda s: np.minimum(s, high),
+        "rate limit": rate,
+        "quantisation": lambda s: np.round(s / (2.0 * part * spread)) * 2.0 * part * spread,
+        "sign": lambda s: -s,
+    }[what]
+    if what in ("sign", "dead zone") and d.name == "hydraulic":
+        return None  # what flows and stands there has one sign
+    names = {"offset": {"offset", "constant"}, "saturation": {"saturation (high)"}}.get(what, {what})
+    places = (d.among(place) if what in LINEAR else {place}) | {f"recorded {place}"}
+    return replace(plain, place=place, path=made), (names, places, ""), None
+
+
+# --- what is given to the diagnosis ----------------------------------------------------------------------------------------
+
+
+def built(fmus, folder: Path) -> None:
+    """The FMUs, in a folder."""
+    from pack import pack
+
+    for name in fmus:
+        if name == "controller":
+            (folder / "controller.py").write_text(CONTROLLER)
+            command = [sys.executable, "-m", "pythonfmu", "build", "-f", "controller.py", "-d", "."]
+            subprocess.run(command, cwd=folder, check=True, capture_output=True)
+        else:
+            pack(name, folder)
+
+
+def write(case: Case, folder: Path) -> tuple[Path, Path, Path]:
+    """rig.toml, train.csv, test.csv and all that the rig names, in a folder."""
+    d = case.domain
+    built(d.fmus, folder)
+    run = f"[run]\nstop = {ROWS * d.step}\nstep = {d.step / d.parts!r}\nopen_inputs = true\n"
+    (folder / "system.toml").write_text(run + _tables(d.system))
+    columns = [(d.command[0], d.command[1]), *((name, column) for name, (column, _) in d.outputs.items())]
+    free = [f'"{n}" = {{ start = {v}, low = {0.2 * v}, high = {5.0 * v} }}' for n, v in d.free.items()]
+    for n, v in d.starts.items():
+        wide = 5.0 * max(abs(v), 0.2)
+        low = 0.0 if d.name == "hydraulic" else -wide
+        free.append(f'"{n}" = {{ start = {v}, low = {low}, high = {wide}, each_run = true }}')
+    known = [f'"{n}" = {v}' for n, v in d.known.items()]
+    text = ["[rig]", 'system = "system.toml"', f"step = {d.step / d.parts!r}", 'inputs = "held"', "", "[columns]"]
+    text += [f'"{n}" = "{c}"' for n, c in columns] + ["", "[calibrate]", *free, "", "[parameters]", *known]
+    paths = folder / "rig.toml", folder / "train.csv", folder / "test.csv"
+    paths[0].write_text("\n".join(text) + "\n")
+    for path, log in zip(paths[1:], case.logs):
+        log.to_csv(path, index=False)
+    return paths
+
+
+def _tables(text: str) -> str:
+    """[components] as short as they are above, as the tables that a system file has."""
+    head, _, links = text.partition("[connections]")
+    parts = [line.split(" = ") for line in head.splitlines() if " = " in line]
+    return "".join(f"\n[components.{n}]\nfmu = {path}\n" for n, path in parts) + "\n[connections]" + links
+
+
+def judged(case: Case, result) -> dict:
+    """Whether an answer is right, what it says, and how much of what could be closed is closed."""
+    names, places, over = case.right
+    first = result.causes[0] if result.causes else None
+    said = [cause.label for cause in result.causes]
+    off = {e.name: (e.before, e.after) for e in result.errors}
+    if case.name == "event":
+        off = {e.name: (e.taught_before, e.taught_after) for e in result.errors}
+    ratio = max((before or 0.0) / case.noise[n] for n, (before, _) in off.items())
+    shows = max(off, key=lambda n: (off[n][0] or 0.0) / case.noise[n])
+    before, after = (float(e or np.inf) for e in off[shows])
+    floor = case.noise[shows]
+    closed = 1.0 - (after**2 - floor**2) / max(before**2 - floor**2, 1e-300)
+    if case.kind == "none":
+        right = result.verdict == "none"
+    elif case.kind == "outside":
+        right = (
+            result.verdict == "unknown" and first is not None and first.over == over and first.place in places and closed >= 0.7
+        )
+    else:
+        there = (
+            first is not None
+            and {first.place, first.label, f"recorded {first.place}" if first.where == "read" else first.place} & places
+        )
+        right = first is not None and first.law in names and bool(there) and first.over == over
+    return {
+        "verdict": result.verdict, "answers": said, "right": bool(right), "ratio": [ratio], "closed": closed,
+        "beside": list(first.beside) if first else [],
+    }  # fmt: skip

@@ -75,6 +75,7 @@ def directions(
         if dear
         else (RULES.search.most_starts, RULES.search.jumps)
     )
+    misfit = _remembering(misfit)
     inside = [p for p in hypothesis.free if p.high > p.low]
     off = {p.name: p.nominal for p in inside}
     amplitudes = [p for p in inside if _proportional(misfit, base, off, p, at)]
@@ -111,6 +112,19 @@ def directions(
     return found
 
 
+def _remembering(misfit: Callable[[dict], np.ndarray]) -> Callable[[dict], np.ndarray]:
+    """The same function, which computes what it is asked for once: a quarter of a look asks again."""
+    known: dict[tuple, np.ndarray] = {}
+
+    def remembered(values: dict) -> np.ndarray:
+        key = tuple(sorted(values.items()))
+        if key not in known:
+            known[key] = misfit(values)
+        return known[key]
+
+    return remembered
+
+
 def _settings(inside: list[Free], amplitudes: list[Free]) -> Iterator[dict[str, float]]:
     """Values of a hypothesis with which its amplitudes may be felt: the middle of all ranges, then the trials of its shapes."""
     yield {p.name: p.nominal if p in amplitudes else _grid(p)[len(_grid(p)) // 2] for p in inside}
@@ -135,12 +149,13 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free], 
         if np.all(np.isfinite(column)) and np.any(column):
             found.append(Direction(hypothesis, shape, (leader,), column[..., None], jump=value - leader.nominal))
 
-    for value in amounts:
+    acting = [v for v in amounts if v != leader.nominal and np.any(misfit({**base, **off, leader.name: v}) != at)]
+    shapes: list[Free] = []
+    for value in dict.fromkeys(acting[:1] + acting[-1:]):  # what shapes it at neither end does not between them
         on = {**off, leader.name: value}
         there = misfit({**base, **on})
-        if value == leader.nominal or not np.any(there != at):
-            continue
-        shapes = [p for p in others if _shapes(misfit, base, on, p, there)]
+        shapes += [p for p in others if p not in shapes and _shapes(misfit, base, on, p, there)]
+    for value in acting:
         for values in product(*(p.places or sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
             tried(value, {p.name: v for p, v in zip(shapes, values)})
     step = (leader.high - leader.low) / (jumps + 1)

@@ -50,7 +50,7 @@ PAGE, PICTURE, KEPT = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "scaling.
 FIRST, LAST = "<!-- scaling -->\n", "<!-- end of scaling -->"
 MOST = 1.1  # the largest exponent that is asked for
 STEPS, LOG, RUNS = 2000, 6.0, 24  # communication steps of a ring; s of the log whose hypotheses grow; runs of a sweep
-ENOUGH, TIMES = 1.0, 5  # s of processor after which a point is not measured again, and how often it is at most
+ENOUGH, TIMES = 4.0, 5  # s of processor after which a point is not measured again, and how often it is at most
 
 Work = Callable[[], Any]
 

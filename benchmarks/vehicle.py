@@ -1,4 +1,4 @@
-"""Cost of the vehicle: its whole inner step over pymunk's own step of the same bodies, and the belt against real time.
+"""Cost of the vehicle: its whole inner step over pymunk's own step of the same bodies, the belt against real time, whole runs.
 
     python -m benchmarks.vehicle
 
@@ -11,10 +11,13 @@ import time
 
 from numba import njit
 
+from selflock import master
+from selflock.study import runs
 from selflock.vehicle import Robot
 from selflock.vehicle.munk import call_step
 
 ROUNDS, TIME = 80, 0.04  # s of simulated time in a round: short, so that some rounds meet no other work on the machine
+LONG = 1.5  # s of a whole run
 
 
 @njit
@@ -51,6 +54,22 @@ def drive(robot: Robot, size: float = 1e-3):
     return run
 
 
+def whole(mode: str, alone: bool = False) -> float:
+    """Processor time of a ms of the study's manoeuvre while its posture is that of the rounds, µs; `alone`: without the robot."""
+    system = runs.system(mode)
+    if alone:
+        del system.components["robot"]
+        apart = lambda name: name.partition(".")[0] == "robot"
+        system.connections = {to: wire for to, wire in system.connections.items() if not apart(to) and not apart(wire.source)}
+        system.bonds = [bond for bond in system.bonds if not apart(bond.effort) and not apart(bond.flow)]
+        system.run.order.remove("robot")
+        system.run.open_inputs = True
+    marks: list[float] = []
+    master.run(system, stop=LONG, observe=lambda now, parts: marks.append(time.thread_time()))
+    ms = [b - a for a, b in zip(marks[::25], marks[25::25])]
+    return min(ms) / 25 * 1e6
+
+
 def main() -> None:
     segmented, belt, coarse, falling = Robot(), Robot(track="belt"), Robot(track="belt", inner_step=1e-3), Robot()
     model, dt = falling.model, 2.5e-4
@@ -70,6 +89,10 @@ def main() -> None:
     print(f"  pymunk's step from Python             {python:7.2f} µs")
     ratios = f"{vehicle / bare:.2f} x pymunk's step ({vehicle / python:.2f} x from Python)"
     print(f"  whole vehicle step                    {vehicle:7.2f} µs  = {ratios}")
+    for mode in ("dynamic", "kinematic"):
+        run, drives = (min(whole(mode, alone) for _ in range(4)) for alone in (False, True))
+        told = f"{run / 4 / bare:.2f} x pymunk's steps; its FMUs and the master's rows alone {drives:.1f} µs"
+        print(f"  whole run, {mode:10}                 {run:7.1f} µs a ms = {told}")
     print(f"  segmented track                       {TIME / took['vehicle']:7.1f} x real time")
     print(f"  belt track, inner step 0.25 ms        {TIME / took['belt']:7.1f} x real time")
     print(f"  belt track, inner step 1 ms           {TIME / took['coarse']:7.1f} x real time")

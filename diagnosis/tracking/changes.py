@@ -23,14 +23,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import stdtr, stdtrit
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri, stdtr, stdtrit
 
 from ..rules import RULES
 from .series import Series
 
 STEP, GROWTH = "step", "growth"
-NORMAL = norm.ppf(0.975)
+NORMAL = ndtri(0.975)
 
 
 @dataclass(frozen=True)
@@ -159,9 +158,8 @@ def _beside(time: np.ndarray, value: np.ndarray, error: np.ndarray) -> tuple[np.
 def _scatter(off: np.ndarray, told: np.ndarray, beyond: np.ndarray) -> tuple[float, float]:
     """The scatter beyond the errors, and its degrees of freedom; wild values do not tell it."""
     rules, kept, tau = RULES.tracking, np.ones(len(off), bool), 0.0
-    share = 1.0 - 2.0 * rules.wild * norm.pdf(rules.wild) / (
-        2.0 * norm.cdf(rules.wild) - 1.0
-    )  # of the variance, within the limit
+    density = np.exp(-0.5 * rules.wild**2) / np.sqrt(2.0 * np.pi)
+    share = 1.0 - 2.0 * rules.wild * density / (2.0 * ndtr(rules.wild) - 1.0)  # of the variance, within the limit
     while kept.any():
         square, s, c = off[kept] ** 2, told[kept], beyond[kept]
 

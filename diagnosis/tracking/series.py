@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from ..errors import DataError
 from ..judge.cause import label
@@ -91,7 +91,7 @@ def series_of(values: pd.DataFrame) -> list[Series]:
     for (parameter, unit), rows in values.groupby(["parameter", "unit"], sort=True):
         far = np.maximum(rows["high"] - rows["value"], rows["value"] - rows["low"])  # the side that no range cuts short
         time = days(rows["time"])
-        error = far.to_numpy(float) / norm.ppf(0.975)
+        error = far.to_numpy(float) / ndtri(0.975)
         found.append(Series(str(unit), str(parameter), rows["measure"].iloc[0], time, rows["value"].to_numpy(float), error))
     return found
 

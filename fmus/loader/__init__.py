@@ -2,12 +2,14 @@
 
 pythonfmu's library for Linux loads in a Python process only (its issue 202). So the FMU's binary is a small library of
 our own (forward.c, python.c), which brings a Python where there is none and passes every call on to pythonfmu's library
-beside it. It is compiled here once, by the C compiler that CC names, or cc. Without a compiler the FMU gets pythonfmu's
-library alone and a warning tells that it will run in Python hosts only. On Windows it is pythonfmu's library always.
+beside it. It is compiled here once, by the C compiler that CC names, or cc, and kept in the user's cache. Without a compiler
+the FMU gets pythonfmu's library alone and a warning tells that it will run in Python hosts only. On Windows it is pythonfmu's
+library always.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import shutil
@@ -18,6 +20,8 @@ from functools import cache
 from pathlib import Path
 
 import pythonfmu
+
+from ..cache import kept, write
 
 HERE = Path(__file__).parent
 PYTHONFMU = Path(pythonfmu.__file__).parent / "resources" / "binaries"
@@ -62,12 +66,22 @@ def compiler() -> str | None:
 
 @cache
 def _compiled(program: str) -> bytes | str:
-    """The loader, or what the compiler complained about."""
-    with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "loader.so"
-        command = [program, *OPTIONS, "-o", str(library), *SOURCES, "-ldl", "-lpthread"]
-        done = subprocess.run(command, cwd=HERE, capture_output=True, text=True)
-        return library.read_bytes() if done.returncode == 0 else done.stderr.strip()
+    """The loader, from the user's cache where this compiler made it before; or what the compiler complained about."""
+    about = os.stat(program)
+    recipe = repr((program, about.st_size, about.st_mtime_ns, OPTIONS)).encode()
+    key = hashlib.sha256(recipe + b"".join(file.read_bytes() for file in sorted(HERE.glob("*.[ch]")))).hexdigest()[:16]
+
+    def make(path: Path) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            library = Path(folder) / "loader.so"
+            command = [program, *OPTIONS, "-o", str(library), *SOURCES, "-ldl", "-lpthread"]
+            subprocess.run(command, cwd=HERE, capture_output=True, text=True, check=True)
+            write(path, library.read_bytes())
+
+    try:
+        return kept(f"loader_{key}/loader.so", make).read_bytes()
+    except subprocess.CalledProcessError as error:
+        return str(error.stderr).strip()
 
 
 def loader() -> bytes | None:

@@ -91,6 +91,23 @@ def test_the_library_for_windows_is_pythonfmu_s_own(fmu):
             )
 
 
+def test_the_loader_is_compiled_once_for_a_machine(monkeypatch):
+    if not loader.compiler():
+        pytest.skip("there is no C compiler here")
+    first = loader.loader()
+
+    def again(*given, **more):
+        raise AssertionError("compiled again")
+
+    loader._compiled.cache_clear()  # as in the next process
+    monkeypatch.setattr(loader.subprocess, "run", again)
+    assert first and loader.loader() == first
+    loader._compiled.cache_clear()
+    monkeypatch.setattr(loader, "OPTIONS", (*loader.OPTIONS, "-DOTHER"))
+    with pytest.raises(AssertionError, match="compiled again"):
+        loader.loader()
+
+
 @pytest.mark.slow
 def test_built_without_a_compiler_it_runs_in_python_and_says_so(tmp_path, monkeypatch, fmu):
     own = fmu("Motor")

@@ -1,12 +1,11 @@
 """How cost grows: processor time and memory over log length, hypotheses, drives, instances and workers.
 
-    python -m benchmarks.scaling [--longest 60] [--only instances drives] [--draw]
+    python -m benchmarks.scaling [--longest 60] [--only native drives] [--draw]
 
 Each point has a process of its own, and counts the processor time (user and system) of what it names with all processes
 that it starts, which a busy machine changes less than the clock; and the largest memory of one process. Of each curve the
 cost is fitted as a + b n^p: p is its exponent, with what the scatter of the points leaves of it; what is paid once, a, is told
-beside it. Points are kept in out/scaling.json, and those that are there are not run again for --draw. The table goes into
-docs/benchmarks.md, the picture beside it.
+beside it. Points are kept in out/scaling.json; --draw runs nothing. The table goes into docs/benchmarks.md, the picture beside it.
 """
 
 from __future__ import annotations
@@ -86,14 +85,14 @@ def drive(prefix: str) -> dict[str, dict[str, dict]]:
 
 
 def run_of(drives: int, seconds: float) -> Work:
-    """A run of drives beside each other at 1 kHz, loading included, every output kept."""
+    """A run of drives beside each other at 1 kHz, loading included, every output recorded."""
     made = [drive(f"d{k}") for k in range(drives)]
     whole = {key: {name: one for each in made for name, one in each[key].items()} for key in ("components", "connections")}
     return lambda: master.run(master.from_dict({"run": {"step": 1e-3, "stop": seconds, "open_inputs": True}, **whole}))
 
 
 def ring(fmu: Path, given: str, taken: str, count: int, start: dict[str, float]) -> Work:
-    """Equal FMUs in a ring for `STEPS` steps, loading included; what is passed on lags by a step, as in any master."""
+    """Equal FMUs in a ring for `STEPS` steps, loading included; what is passed on lags by a step, as in other masters."""
     described = {
         "run": {"step": 1e-3, "stop": STEPS * 1e-3, "record": [f"*.{taken}"], "coupling_tolerance": 0.0},
         "components": {f"i{k}": {"fmu": str(fmu), "start": start} for k in range(count)},
@@ -217,14 +216,14 @@ def draw(kept: dict[str, list[dict[str, float]]]) -> None:
     for key, found in shown.items():
         n = np.array([row["n"] for row in found])
         once, b, p, _ = fitted(n, np.array([row["processor"] for row in found]))
-        (line,) = left.loglog(n, [row["processor"] for row in found], "o", ms=5, label=CURVES[key].name)
+        (line,) = left.loglog(n, [row["processor"] for row in found], "o", ms=5)
         if not np.isnan(p):
             fine = np.geomspace(n[0], n[-1], 60)
             left.loglog(fine, once + b * fine**p, "-", color=line.get_color(), lw=1)
-        right.loglog(n, [row["memory"] for row in found], "o-", ms=4, lw=1, color=line.get_color())
+        right.loglog(n, [row["memory"] for row in found], "o-", ms=4, lw=1, color=line.get_color(), label=CURVES[key].name)
     left.set(xlabel="how many, or seconds", ylabel="processor time [s]", title="Time, and a + b nᵖ")
     right.set(xlabel="how many, or seconds", ylabel="largest memory of a process [MiB]", title="Memory")
-    left.legend(fontsize=7)
+    right.legend(fontsize=8, loc="upper left")
     figure.tight_layout()
     figure.savefig(PICTURE, dpi=110)
     plt.close(figure)

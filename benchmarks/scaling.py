@@ -204,7 +204,7 @@ def page(kept: dict[str, list[dict[str, float]]]) -> str:
         over = f"{first['n']:g} to {last['n']:g} {curve.unit}".strip()
         law = "" if np.isnan(p) else f"{p:.2f} ± {error:.2f}"
         holds = "" if not curve.judged or np.isnan(p) else "yes" if p <= MOST else "**no**"
-        told = "" if np.isnan(p) else f"{once:.2g} s"
+        told = "" if np.isnan(p) else f"{once:.2f} s"
         rows.append((curve.name, over, f"{first['processor']:.2f} to {last['processor']:.2f} s", told, law, holds, memory))
     heads = ("what", "over", "processor time", "of it once", "exponent", f"at most {MOST}", "memory")
     return table(heads, rows)

@@ -1,6 +1,7 @@
 """What a communication step costs, in counts that are the same on every machine: a bound is between what is and its double."""
 
 import ctypes
+import gc
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -27,11 +28,14 @@ def calls(system, steps):
         made += event in ("call", "c_call") and frame.f_code.co_filename.startswith(ROOM)
 
     before = sys.getprofile()
+    gc.collect()  # what other tests left would be counted as it goes
+    gc.disable()
     sys.setprofile(count)
     try:
         master.run(system)
     finally:
         sys.setprofile(before)
+        gc.enable()
     return made
 
 

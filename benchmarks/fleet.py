@@ -1,12 +1,13 @@
 """A hidden fleet: many units over a year, some of them wearing; what is named, and what it costs.
 
-    python -m benchmarks.fleet [--search] [--units 50] [--months 12] [--worn 3] [--seconds 5] [--seed 0] [--workers 2]
+    python -m benchmarks.fleet [--search] [--units 50] [--months 12] [--worn 3] [--seconds 5] [--seed 0] [--workers 2] [--picture]
     python -m benchmarks.fleet --draw          only look at the diagnoses at hand again
 
 Units are of one type (the plant of tests/diagnosis/plant): each has tolerances of its own, a room that is warm in summer and
 different every day, and every month a short log of another motion. Some wear, from a month on that the seed draws: grease
 goes (viscous damping), the wedge is run in (friction falls), brushes go (resistance grows). Logs and diagnoses are kept in
-out/fleet_benchmark: an interrupted one goes on. What docs/track.md says is printed; the page is track.html there.
+out/fleet_benchmark: an interrupted one goes on. What docs/track.md says is printed; the page is track.html there, and --picture
+makes docs/track.png of it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.pictures import picture
 from tests.diagnosis.plant import bench
 from tests.diagnosis.plant.drive import Drive
 from tests.diagnosis.plant.rig import SEEN, rig
@@ -97,6 +99,7 @@ def main() -> None:
     for name, usual in (("units", 50), ("months", 12), ("worn", 3), ("seconds", 5.0), ("seed", 0), ("workers", 2)):
         parser.add_argument(f"--{name}", type=type(usual), default=usual)
     parser.add_argument("--draw", action="store_true")
+    parser.add_argument("--picture", action="store_true")
     parser.add_argument("--search", action="store_true", help="look for causes, too, where a log is not explained")
     given = parser.parse_args()
 
@@ -130,6 +133,8 @@ def main() -> None:
         "verdicts": result.diagnoses.table["verdict"].value_counts().to_dict(),
     }
     row["page"] = (OUT / "track.html").stat().st_size
+    if given.picture:
+        picture(OUT / "track.html", ROOT / "docs" / "track.png", width=1035, height=810)
     print(json.dumps(row))
 
 

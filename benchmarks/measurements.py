@@ -1,6 +1,6 @@
 """The real measurements in ../shared/data, diagnosed: writes docs/measurements.md and the figures beside it.
 
-    python benchmarks/measurements.py [lead_screw | worm_drive | emps | xl330 ...]
+    python -m benchmarks.measurements [lead_screw | worm_drive | emps | xl330 ...]
 
 Each is diagnosed with its rig in examples/rigs. Numbers go to docs/measurements/<name>.json and the page is written
 from these, so that one measurement can be done again without the others. Seeds of the draws are fixed.
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import sys
 import tomllib
 from dataclasses import replace
@@ -19,6 +18,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.pictures import picture
 from selflock.diagnosis import diagnose
 from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import read
@@ -168,9 +168,12 @@ def one(name: str) -> dict:
                 found |= angles(name, *values)
             if name == "worm_drive":
                 found["start_stop"] = start_stop(folder, DOCS / "measurements" / "start_stop.png")
-        for picture in ("missing", "traces", "faults", "search"):
-            if (folder / f"{picture}.png").exists():
-                shutil.copy(folder / f"{picture}.png", DOCS / "measurements" / f"{name}_{picture}.png")
+        report = folder / "report.html"
+        for old in (DOCS / "measurements").glob(f"{name}_*.png"):  # those that the page shows
+            figure = old.stem.removeprefix(f"{name}_")
+            shown = f'data-figure="{figure}"' if figure != "search" else 'class="bars"'
+            if shown in report.read_text(encoding="utf-8"):
+                picture(report, old, f"[{shown}]")
     return found
 
 

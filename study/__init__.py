@@ -58,9 +58,9 @@ def study(out: Path | str, progress: bool = False, workers: int = 2) -> StudyRes
         )
         bar.update(finishing, advance=1, description="figures")
         postures = next(one.postures for one in done if one.postures)
-        drawn = figures.draw(tables, postures, out)
+        pictured = figures.draw_postures(postures, out / "figure_06.png")
         bar.update(finishing, advance=1, description="report")
-        path = report.write(out / "report.html", tables, claims, drawn, done)
+        path = report.write(out / "report.html", tables, claims, pictured, done)
         bar.update(finishing, advance=1, description="claims, figures, report")
     return StudyResult(path, claims)
 

@@ -15,10 +15,11 @@ from selflock.master import load, read
 from selflock.master.files import told
 from selflock.vehicle import Robot
 from selflock.view import page, shown, stages
+from selflock.view.figures import carried
 from selflock.view.sheet import Sheet
 
 from .claims import Claim, Runs
-from .figures import COLOURS
+from .figures import COLOURS, FIGURES, POSTURES
 from .manoeuvre import DURATION, WINDOWS
 from .runs import SYSTEM, Done
 
@@ -34,27 +35,29 @@ PHASES = [
 ]
 
 
-def write(path: Path, runs: Runs, claims: list[Claim], figures: dict[int, tuple[Path, str]], done: list[Done]) -> Path:
+def write(path: Path, runs: Runs, claims: list[Claim], postures: Path, done: list[Done]) -> Path:
     """The report with everything inside: figures, claims, parameters, moving robot."""
+    curves = {f"figure_{number:02d}": [function(runs)] for number, (function, _) in FIGURES.items()}
     return page.write(
         path,
         page.environment("selflock.study"),
         "report.html.j2",
-        _motion(runs, next(one.path for one in done if one.postures)),
+        _motion(runs, next(one.path for one in done if one.postures)) | carried(curves, dict.fromkeys(curves, 600)),
         facts=runs.facts,
         claims=claims,
-        figures={number: _embedded(file, caption) for number, (file, caption) in figures.items()},
+        postures=_embedded(postures),
+        captions={6: POSTURES} | {number: caption for number, (_, caption) in FIGURES.items()},
         parameters=parameters(SYSTEM.read_text(encoding="utf-8")),
         step=load(SYSTEM).run.step,
         done=[(one.case.name, one.seconds, _worst_bond(one.energy)) for one in done],
     )
 
 
-def _embedded(file: Path, caption: str) -> dict:
+def _embedded(file: Path) -> dict:
     with Image.open(file) as image:
         width, height = image.size
     data = base64.b64encode(file.read_bytes()).decode()
-    return {"data": data, "width": width // 2, "height": height // 2, "caption": caption}
+    return {"data": data, "width": width // 2, "height": height // 2}
 
 
 def _worst_bond(energy: pd.DataFrame) -> tuple[str, float, float]:

@@ -19,8 +19,8 @@ __all__ = ["Interrupted", "SweepError", "SweepResult", "map_runs", "report", "sw
 
 
 def report(folder: str | Path) -> Path:
-    """Draw what the runs in a sweep's folder say; gives the path of report.html, with figures/ beside it."""
-    from .page import report  # workers, who draw nothing, do without matplotlib
+    """Draw what the runs in a sweep's folder say; gives the path of report.html."""
+    from .page import report  # workers draw nothing
 
     return report(folder)
 

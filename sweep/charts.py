@@ -1,179 +1,172 @@
-"""The figures of a sweep's report."""
+"""The figures of a sweep's report, as data for the page's script (selflock.view.figures), and its tables of shares."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
-from matplotlib import colormaps
-from matplotlib.colors import LogNorm, Normalize
-from matplotlib.figure import Figure as Plot
-from matplotlib.ticker import FuncFormatter
+
+from selflock.view import page
+from selflock.view.figures import axis, field, line, points, rule
 
 from .analysis import pareto
 from .study import Study
 
 SHOWN = 6  # rows and columns of the overview at most
+MOST = 24  # curves of a plot, or plots of a figure
+ENERGY = axis("energy of a cycle", "J")
+Plots = list[dict[str, Any]]
 
 
-def label(study: Study, name: str) -> str:
-    """A parameter's or a figure's name with its unit."""
+def over(study: Study, name: str, **more: Any) -> dict[str, Any]:
+    """A parameter or a figure as an axis, with its label and its unit."""
     table = study.data["vary"].get(name) or study.data["record"].get(name) or {}
-    unit = f" [{table['unit']}]" if table.get("unit") else ""
-    return table.get("label", name.replace("_", " ")) + unit
+    return axis(table.get("label", name.replace("_", " ")), table.get("unit", ""), **more)
 
 
-def duty(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
+def heading(study: Study, name: str) -> str:
+    """A column's name in a table."""
+    table = over(study, name)
+    return f"{table['label']} in {page.pretty(table['unit'])}" if table["unit"] else table["label"]
+
+
+def duty(study: Study, good: pd.DataFrame) -> tuple[Plots, pd.DataFrame]:
     """Energy of a cycle, a manoeuvre and a time of holding, over friction for each ratio; and the best friction."""
     wanted = study.report
-    friction, times = wanted["friction"], wanted["hold_times"]
-    moving, holding = good[wanted["moving"]["figure"]], good[wanted["holding"]["figure"]]
+    friction = wanted["friction"]
     ratio = good[wanted["ratio"]] if wanted["ratio"] in good else pd.Series(float(wanted["ratio"]), good.index)
-    levels = sorted(ratio.unique())
-    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(levels)))
-    plot = Plot(figsize=(5.2 * min(len(times), 2), 4.2 * ((len(times) + 1) // 2)), layout="constrained")
-    best = []
-    for axes, time in zip(np.ravel(plot.subplots((len(times) + 1) // 2, min(len(times), 2), squeeze=False)), times):
-        energy = moving + time * holding
-        for level, colour in zip(levels, colours):
+    plots, best = [], []
+    for time, energy in _cycles(study, good):
+        marks = []
+        for number, level in enumerate(sorted(ratio.unique())):
             mine = ratio == level
-            x, y = good[friction][mine].to_numpy(), energy[mine].to_numpy()
+            order = np.argsort(good[friction][mine].to_numpy())
+            x, y = good[friction][mine].to_numpy(float)[order], energy[mine].to_numpy(float)[order]
             lowest = int(np.argmin(y))
-            axes.plot(x, y, color=colour, label=f"r = {level:g}")
-            axes.plot(x[lowest], y[lowest], "o", color=colour)
-            axes.axvline(1.0 / level, color=colour, linestyle=":", linewidth=1.2)
             best.append((level, time, 1.0 / level, x[lowest], y[lowest]))
-        axes.set(
-            title=f"holding {time:g} s after each manoeuvre",
-            xlabel=label(study, friction),
-            ylabel="energy of a cycle [J]",
-            ylim=(0, None),
+            if number < MOST:
+                marks.append(line(x, y, f"r = {level:g}", number))
+                marks.append(points(x[[lowest]], y[[lowest]], "", number, size=4))
+                marks.append(rule(1.0 / level, colour=number))
+        plots.append(
+            {"title": _held(time), "x": over(study, friction), "y": ENERGY | {"from": 0.0}, "marks": marks, "shares": "friction"}
         )
-        axes.grid(alpha=0.3)
-    plot.axes[0].legend(title="dotted: self-locking limit\nμ = 1/r; dot: least energy", fontsize=8, title_fontsize=8)
-    return plot, pd.DataFrame(best, columns=["ratio", "holding [s]", "self-locking limit", "best friction", "energy [J]"])
+    return plots[:MOST], pd.DataFrame(
+        best, columns=["ratio", "holding in s", "self-locking limit", "best friction", "energy in J"]
+    )
 
 
-def chart(study: Study, good: pd.DataFrame) -> Plot | None:
-    """The same as a map over friction and ratio; None where it takes two of each to draw one."""
+def _cycles(study: Study, good: pd.DataFrame):
+    """Each time of holding in s, and the energy of a cycle with it in J, a number for each run."""
     wanted = study.report
-    friction, ratio, times = wanted["friction"], wanted["ratio"], wanted["hold_times"]
+    for time in wanted["hold_times"]:
+        yield time, good[wanted["moving"]["figure"]] + time * good[wanted["holding"]["figure"]]
+
+
+def _held(time: float) -> str:
+    return f"holding {time:g} s after each manoeuvre"
+
+
+def chart(study: Study, good: pd.DataFrame) -> Plots:
+    """The same as a map over friction and ratio; none where it takes two of each to draw one."""
+    friction, ratio = study.report["friction"], study.report["ratio"]
     if ratio not in good or good[ratio].nunique() < 2 or good[friction].nunique() < 2:
-        return None
-    plot = Plot(figsize=(5.2 * min(len(times), 2), 4.2 * ((len(times) + 1) // 2)), layout="constrained")
-    for axes, time in zip(np.ravel(plot.subplots((len(times) + 1) // 2, min(len(times), 2), squeeze=False)), times):
-        energy = good[wanted["moving"]["figure"]] + time * good[wanted["holding"]["figure"]]
+        return []
+    plots = []
+    for time, energy in list(_cycles(study, good))[:MOST]:
         grid = good.assign(energy=energy).pivot_table(index=ratio, columns=friction, values="energy")
-        low, high = grid.min().min(), grid.max().max()
-        norm = LogNorm(low, high) if 0.0 < low < high else None
-        levels = np.geomspace(low, high, 20) if norm else 18
-        drawn = axes.contourf(grid.columns, grid.index, grid.to_numpy(), levels=levels, norm=norm, cmap="YlOrRd")
-        digits = FuncFormatter(lambda x, _: f"{x:.0f}" if x >= 100.0 else f"{x:.3g}")
-        plot.colorbar(drawn, ax=axes, label="energy of a cycle [J]", format=digits)
-        r = np.linspace(grid.index.min(), grid.index.max(), 200)
-        axes.plot(1.0 / r, r, color="black", linewidth=2, label="self-locking limit μ = 1/r")
-        lowest = grid.columns.to_numpy()[np.nanargmin(grid.to_numpy(), axis=1)]
-        axes.plot(lowest, grid.index, "o", color="tab:blue", label="least energy")
-        axes.set(title=f"holding {time:g} s after each manoeuvre", xlabel=label(study, friction), ylabel=label(study, ratio))
-        axes.set_xlim(grid.columns.min(), grid.columns.max())
-    plot.axes[0].legend(fontsize=8)
-    return plot
+        x, y, z = grid.columns.to_numpy(float), grid.index.to_numpy(float), grid.to_numpy(float)
+        if not np.isfinite(z).any(axis=1).all():
+            continue
+        low, high = float(np.nanmin(z)), float(np.nanmax(z))
+        r = np.linspace(y[0], y[-1], 200)
+        marks = [field(x, y, z, ENERGY["label"]), line(1.0 / r, r, "self-locking limit μ = 1/r", "ink")]
+        marks.append(points(x[np.nanargmin(z, axis=1)], y, "least energy", 0, size=4, ring=True))
+        scale = ENERGY | {"low": low, "high": high, "log": 0.0 < low < high}
+        plots.append({"title": _held(time), "x": over(study, friction), "y": over(study, ratio), "scale": scale, "marks": marks})
+    return plots
 
 
-def front(study: Study, good: pd.DataFrame) -> tuple[Plot, pd.DataFrame]:
+def front(study: Study, good: pd.DataFrame) -> tuple[Plots, pd.DataFrame]:
     """Holding against moving, colour the peak torque; and the runs that no other beats in all three."""
     names = [study.report["pareto"][role] for role in ("holding", "moving", "torque")]
+    good = good.dropna(subset=names)
     best = good[pareto(good[names].to_numpy(float))].sort_values(names[0])
-    plot = Plot(figsize=(7, 4.8), layout="constrained")
-    axes = plot.subplots()
-    scale = Normalize(good[names[2]].min(), good[names[2]].max())
-    drawn = axes.scatter(good[names[0]], good[names[1]], c=good[names[2]], s=18, alpha=0.5, cmap="plasma", norm=scale)
-    axes.scatter(
-        best[names[0]],
-        best[names[1]],
-        c=best[names[2]],
-        s=55,
-        edgecolor="black",
-        cmap="plasma",
-        norm=scale,
-        label="no other run is better",
-    )
-    plot.colorbar(drawn, ax=axes, label=label(study, names[2]))
-    axes.set(xlabel=label(study, names[0]), ylabel=label(study, names[1]))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
-    return plot, best[[*study.varied, *names]]
+    columns = lambda table: [table[name].to_numpy(float) for name in names]
+    (x, y, torque), (a, b, c) = columns(good), columns(best)
+    marks = [points(x, y, "a run", "soft", by=torque), points(a, b, "no other run is better", "soft", by=c, size=5, ring=True)]
+    if not len(good):
+        return [], _table(study, best, [*study.varied, *names])
+    scale = over(study, names[2]) | {"low": float(torque.min()), "high": float(torque.max())}
+    plot = {"x": over(study, names[0]), "y": over(study, names[1]), "scale": scale, "marks": marks}
+    return [plot], _table(study, best, [*study.varied, *names])
 
 
-def sensitivities(study: Study, found: pd.DataFrame) -> Plot:
-    """A cell for each figure and parameter."""
-    kinds = [kind for kind in ("first", "total") if found[kind].notna().any()]
+def overview(study: Study, good: pd.DataFrame) -> Plots:
+    """Every figure against every parameter."""
+    plots = []
+    for figure in [one.name for one in study.record][:SHOWN]:
+        for name in study.varied[:SHOWN]:
+            x, names = good[name], None
+            if x.dtype.kind not in "fiub":
+                codes, found = pd.factorize(x.astype(str))
+                x, names = pd.Series(codes), [str(one) for one in found]
+            marks = [points(x.to_numpy(float), good[figure].to_numpy(float), size=2)]
+            plots.append({"x": over(study, name, names=names), "y": over(study, figure), "marks": marks, "shares": name})
+    return plots
+
+
+def _table(study: Study, runs: pd.DataFrame, names: list[str]) -> pd.DataFrame:
+    """Columns of runs under their headings."""
+    return runs[names].set_axis([heading(study, name) for name in names], axis=1)
+
+
+def figures_of(study: Study, good: pd.DataFrame, by: list[str]) -> pd.DataFrame:
+    """All figures of each run, behind what tells the runs apart."""
+    return _table(study, good, [*by, *(one.name for one in study.record)])
+
+
+def sensitivities(found: pd.DataFrame) -> list[dict[str, Any]]:
+    """A cell for each figure and parameter: the share of the variance."""
     order = {"index": found["figure"].unique(), "columns": found["parameter"].unique()}  # as in the study
-    grids = [found.pivot(index="figure", columns="parameter", values=kind).reindex(**order) for kind in kinds]
-    rows, columns = grids[0].shape
-    plot = Plot(figsize=(2.5 + 1.5 * columns * len(kinds), 1.6 + 0.42 * rows), layout="constrained")
-    for axes, kind, grid in zip(np.ravel(plot.subplots(1, len(kinds), squeeze=False, sharey=True)), kinds, grids):
-        axes.imshow(grid.to_numpy(float), vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")
-        for (row, column), value in np.ndenumerate(grid.to_numpy(float)):
-            axes.text(
-                column,
-                row,
-                f"{value:.2f}",
-                ha="center",
-                va="center",
-                color="white" if value > 0.6 else "black",
-                fontsize=9,
-            )
-        axes.set_xticks(range(columns), [name.replace("_", " ") for name in grid.columns], rotation=20)
-        axes.set_yticks(range(rows), [name.replace("_", " ") for name in grid.index])
-        axes.set_title({"first": "alone", "total": "with all interactions"}[kind], fontsize=10)
-    return plot
+    grids = []
+    for kind, title in (("first", "alone"), ("total", "with all interactions")):
+        if found[kind].notna().any():
+            grid = found.pivot(index="figure", columns="parameter", values=kind).reindex(**order)
+            cell = lambda v: {"share": min(max(v, 0.0), 1.0) if np.isfinite(v) else 0.0, "said": _share(v), "kind": ""}
+            grids.append(_cells(title, [_plain(name) for name in grid.columns], map(_plain, grid.index), grid, cell))
+    return grids
 
 
-def margins(study: Study, good: pd.DataFrame) -> Plot:
+def margins(study: Study, good: pd.DataFrame) -> dict[str, Any]:
     """What is left to each limit, as a share of the limit; below zero it is passed."""
     wanted = study.report["margins"]
     grid = good.groupby(wanted["by"], sort=False)[wanted["figures"]].min()
     names = [" · ".join(map(str, key if isinstance(key, tuple) else (key,))) for key in grid.index]
-    plot = Plot(figsize=(3.2 + 1.25 * len(grid.columns), 1.5 + 0.34 * len(grid)), layout="constrained")
-    axes = plot.subplots()
-    axes.imshow(grid.to_numpy(float), vmin=-1.0, vmax=1.0, cmap="RdYlGn", aspect="auto")
-    for (row, column), value in np.ndenumerate(grid.to_numpy(float)):
-        text, color = f"{100 * value:.0f} %" if np.isfinite(value) else "–", "white" if abs(value) > 0.7 else "black"
-        axes.text(column, row, text, ha="center", va="center", fontsize=9, color=color)
-    axes.set_xticks(range(len(grid.columns)), [label(study, name) for name in grid.columns], rotation=20, ha="right")
-    axes.set_yticks(range(len(grid)), names)
-    return plot
+
+    def cell(v: float) -> dict[str, Any]:
+        return {"share": min(abs(v), 1.0) if np.isfinite(v) else 0.0, "said": _share(v), "kind": "bad" if v < 0.0 else "good"}
+
+    return _cells("", [heading(study, name) for name in grid.columns], names, grid, cell)
 
 
-def overview(study: Study, good: pd.DataFrame) -> Plot:
-    """Every figure against every parameter."""
-    figures, parameters = [one.name for one in study.record][:SHOWN], study.varied[:SHOWN]
-    plot = Plot(figsize=(1.0 + 3.0 * len(parameters), 0.6 + 2.2 * len(figures)), layout="constrained")
-    grid = plot.subplots(len(figures), len(parameters), squeeze=False, sharex="col", sharey="row")
-    for row, figure in zip(grid, figures):
-        for axes, parameter in zip(row, parameters):
-            axes.plot(
-                good[parameter].astype(str) if good[parameter].dtype.kind not in "fib" else good[parameter],
-                good[figure],
-                ".",
-                alpha=0.6,
-            )
-            axes.grid(alpha=0.3)
-        row[0].set_ylabel(label(study, figure), fontsize=8)
-    for axes, parameter in zip(grid[-1], parameters):
-        axes.set_xlabel(label(study, parameter), fontsize=9)
-        axes.tick_params(axis="x", labelrotation=20 if good[parameter].dtype.kind in "fib" else 90, labelsize=8)
-    return plot
+def _cells(title: str, columns: list[str], names, grid: pd.DataFrame, cell) -> dict[str, Any]:
+    return {"title": title, "columns": columns, "rows": [(n, [cell(v) for v in row]) for n, row in zip(names, grid.to_numpy(float))]}  # fmt: skip
 
 
-def failures(causes: dict[str, int]) -> Plot:
+def _share(v: float) -> str:
+    return f"{100.0 * v:.0f} %".replace("-", "−") if np.isfinite(v) else "–"
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def failures(causes: dict[str, int]) -> list[dict[str, Any]]:
     """How many runs failed of what."""
-    plot = Plot(figsize=(8, 1.0 + 0.45 * len(causes)), layout="constrained")
-    axes = plot.subplots()
-    axes.barh([text[:90] for text in causes], list(causes.values()), color="tab:red", height=0.6)
-    axes.invert_yaxis()
-    axes.set_xlabel("failed runs")
-    return plot
+    most = max(causes.values())
+    return [{"label": text, "share": count / most, "said": f"{count} runs", "kind": "failed"} for text, count in causes.items()]
 
 
 def role(study: Study, *names: str) -> bool:

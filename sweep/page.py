@@ -1,21 +1,16 @@
-"""The report of a sweep: what a designer looks at, in one HTML file and as PNGs."""
+"""The report of a sweep: what a designer looks at, in one HTML file."""
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
 from markupsafe import Markup
-from matplotlib.figure import Figure as Plot
 
-from selflock.fmus.shown import literal
-from selflock.view import page
+from selflock.view import figures, page
 
 from . import charts
 from .analysis import sensitivity
@@ -24,39 +19,39 @@ from .errors import SweepError
 from .store import digest, rows_in
 from .study import Study, from_dict
 
+ROWS = 400  # of a table on the page
+LEAST = {"duty_cycle": 420, "chart": 420, "overview": 200, "pareto": 420}  # px of a plot
+
 
 @dataclass
 class Section:
     title: str
     text: str = ""
-    plots: Mapping[str, Plot] = field(default_factory=dict)  # by file name
+    figures: dict[str, charts.Plots] = field(default_factory=dict)  # by name
     rows: pd.DataFrame | None = None
-    images: list[tuple[str, int]] = field(default_factory=list)  # PNG, and its width on the page in px
+    shares: list[dict] = field(default_factory=list)  # tables of shares
+    bars: list[dict] = field(default_factory=list)
 
     @property
     def table(self) -> Markup | None:
         if self.rows is None or self.rows.empty:
             return None
-        return Markup(self.rows.to_html(index=False, border=0, float_format=lambda value: f"{value:.4g}"))
+        shown = Markup(self.rows.head(ROWS).to_html(index=False, border=0, float_format=lambda value: f"{value:.4g}"))
+        return shown + (f"The first {ROWS} of {len(self.rows)} rows; all are in runs.parquet." if len(self.rows) > ROWS else "")
 
 
 def report(folder: str | Path) -> Path:
-    """Draw what the runs in a sweep's folder say; gives the path of report.html, with figures/ beside it."""
+    """Draw what the runs in a sweep's folder say; gives the path of report.html."""
     folder = Path(folder)
     study, table, about = read_folder(folder)
     good = table[table["status"] == "ok"]
     sections = list(_sections(study, table, good))
-    (folder / "figures").mkdir(exist_ok=True)
-    for section in sections:
-        for name, plot in section.plots.items():
-            buffer = io.BytesIO()
-            literal(plot).savefig(buffer, dpi=130, metadata={"Software": None})
-            (folder / "figures" / f"{name}.png").write_bytes(buffer.getvalue())
-            section.images.append((base64.b64encode(buffer.getvalue()).decode(), round(96 * plot.get_figwidth())))
+    drawn = figures.carried({name: plots for one in sections for name, plots in one.figures.items()}, LEAST)
     return page.write(
         folder / "report.html",
         page.environment("selflock.sweep"),
         "report.html.j2",
+        drawn,
         name=study.name,
         description=study.data.get("description", ""),
         sections=sections,
@@ -92,41 +87,38 @@ def _sections(study: Study, table: pd.DataFrame, good: pd.DataFrame):
             yield Section(
                 "What suffices",
                 "What is left to each limit, as a share of the limit. Below zero the limit is passed.",
-                {"margins": charts.margins(study, good)},
-                good[[*study.report["margins"]["by"], *(one.name for one in study.record)]],
+                rows=charts.figures_of(study, good, study.report["margins"]["by"]),
+                shares=[charts.margins(study, good)],
             )
         if charts.role(study, "friction", "ratio", "moving", "holding", "hold_times"):
-            plot, best = charts.duty(study, good)
-            chart = charts.chart(study, good)
+            plots, best = charts.duty(study, good)
             yield Section(
                 "Energy of a duty cycle",
                 "One manoeuvre and then holding still. At and beyond the self-locking limit, tan φ = tan α, holding"
-                " costs nothing; every bit of friction more makes moving dearer.",
-                {"duty_cycle": plot} | ({"chart": chart} if chart is not None else {}),
+                " costs nothing; every bit of friction more makes moving dearer. Dotted: the limit μ = 1/r of each ratio; dot: least"
+                " energy.",
+                {"duty_cycle": plots, "chart": charts.chart(study, good)},
                 best,
             )
         if charts.role(study, "pareto"):
-            plot, best = charts.front(study, good)
+            plots, best = charts.front(study, good)
             yield Section(
                 "Holding against moving",
                 "Of the marked runs none is beaten by another in all three.",
-                {"pareto": plot},
+                {"pareto": plots},
                 best,
             )
         found, how = sensitivity(study, table)
-        plots = {"sensitivity": charts.sensitivities(study, found)} if len(found) else {}
-        yield Section("What depends on what", f"Share of each figure's variance. {how}", plots)
+        yield Section(
+            "What depends on what",
+            f"Share of each figure's variance. {how}",
+            shares=charts.sensitivities(found) if len(found) else [],
+        )
         if study.record:
             shown, count = min(charts.SHOWN, len(study.record)), len(study.record)
             text = f"The first {shown} of {count}; the others are in runs.parquet." if shown < count else ""
             yield Section("All figures", text, {"overview": charts.overview(study, good)})
     causes = Counter(cause(reason) for reason in table.loc[table["status"] == "failed", "reason"])
     if causes:
-        ordered = dict(causes.most_common())
-        rows = pd.DataFrame({"cause": ordered.keys(), "runs": ordered.values()})
-        yield Section(
-            "Failed runs",
-            "By cause; each run's own reason is in runs.parquet.",
-            {"failures": charts.failures(ordered)},
-            rows,
-        )
+        text = "By cause; each run's own reason is in runs.parquet."
+        yield Section("Failed runs", text, bars=charts.failures(dict(causes.most_common())))

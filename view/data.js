@@ -55,7 +55,7 @@ class Run {
   held(name, t) { return this.at(name, Math.min(Math.max(t, this.time[0]), this.time[this.time.length - 1])); }
 }
 
-const runs = D.runs.map(told => new Run(told));
+const runs = (D.runs || []).map(told => new Run(told));
 const BEGIN = Math.min(...runs.map(run => run.time[0])), END = Math.max(...runs.map(run => run.time[run.time.length - 1]));
 
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
@@ -98,7 +98,10 @@ const THEMES = {
   dark: { ink: "#e4e8ec", soft: "#9aa5b1", line: "#2b333c", zero: "#5b6570", paper: "#14181d", shade: "#222932", ground: "#2c353f", edge: "#6b7785", body: "#3a4653", ends: ["#93a0ad", "#b79be0", "#56bccf"] },
 };
 const theme = () => THEMES[dark.matches ? "dark" : "light"];
-const colour = number => { const all = PALETTES[dark.matches ? "dark" : "light"]; return typeof number === "string" ? number : all[number % all.length]; };
+const colour = number => {  // of a palette by its number, of the theme by its name, or as it is
+  const all = PALETTES[dark.matches ? "dark" : "light"];
+  return typeof number === "string" ? theme()[number] || number : all[number % all.length];
+};
 const DASHES = [[], [7, 5], [2, 4], [10, 4, 2, 4]];  // of the first run, the second, …
 function sample(dash, tint) {  // the same as a background
   let at = 0;

@@ -18,7 +18,14 @@ from selflock.fmus.shown import policy
 
 HERE = Path(__file__).parent
 POWER, RAISED = re.compile(r"([A-Za-z])(-?\d+)"), str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-SCRIPT = ("data.js", "stage.js", "curves.js", "viewer.js")  # of a page with moving pictures and curves, in this order
+SCRIPT = {  # of a page, in this order, by what of its data it draws
+    "data.js": ("runs", "figures"),
+    "axes.js": ("runs", "figures"),
+    "stage.js": ("runs",),  # what moves,
+    "curves.js": ("runs",),  # its curves over time,
+    "viewer.js": ("runs",),  # and the time they share
+    "figures.js": ("figures",),  # over anything
+}
 
 
 def environment(package: str, strict: bool = True) -> Environment:
@@ -56,8 +63,8 @@ def number(value: float) -> str:
 
 
 def write(path: Path, made: Environment, template: str, data: dict[str, Any] | None = None, **words: Any) -> Path:
-    """Render a page into a file. `data`: what its curves are drawn from (selflock.view.shown); none, and it runs no script."""
-    script = viewer(data) if data is not None else ""
+    """Render a page into a file. `data`: what is drawn (selflock.view.shown, selflock.view.figures); none, and it runs no script."""
+    script = viewer(data) if data else ""
     html = made.get_template(template).render(
         policy=Markup(policy(script) if script else policy()),
         page_style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
@@ -73,4 +80,6 @@ def write(path: Path, made: Environment, template: str, data: dict[str, Any] | N
 def viewer(data: dict[str, Any]) -> str:
     """The script with its data inside. No text in it ends the script's element, or leaves UTF-8."""
     carried = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    return f"const D = {carried};\n" + "\n".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPT)
+    return f"const D = {carried};\n" + "\n".join(
+        (HERE / name).read_text(encoding="utf-8") for name, draws in SCRIPT.items() if any(one in data for one in draws)
+    )

@@ -34,7 +34,7 @@ class Board {
     const zoom = make("span", { className: "group", role: "group", ariaLabel: "Zoom" },
       make("button", { onclick: () => this.zoom(2), ariaLabel: "See more time", title: "see more time (-)" }, "−"),
       make("button", { onclick: () => this.zoom(0.5), ariaLabel: "See less time", title: "see less time (+)" }, "+"),
-      make("button", { onclick: () => this.show(BEGIN, END), ariaLabel: "See all of the time", title: "all of the time (0)" }, "all"));
+      make("button", { onclick: () => this.all(), ariaLabel: "See all of the time", title: "all of the time (0)" }, "all"));
     const played = D.dates ? [] : [this.play, this.slider, this.clock, make("label", { className: "speed" }, pace)];
     const bar = make("div", { className: "bar" }, ...played, zoom);
     if (D.choices && D.choices.length > 1) {
@@ -87,6 +87,8 @@ class Board {
     this.view = [a, a + span];
     for (const panel of this.panels.values()) panel.draw();
   }
+
+  all() { this.show(BEGIN, END); }
 
   zoom(share) {
     const [a, b] = this.view, middle = this.time >= a && this.time <= b ? this.time : (a + b) / 2;
@@ -179,7 +181,7 @@ document.addEventListener("keydown", event => {
   const keys = {
     ArrowLeft: () => board.seek(board.time - step), ArrowRight: () => board.seek(board.time + step),
     Home: () => board.seek(BEGIN), End: () => board.seek(END),
-    "+": () => board.zoom(0.5), "=": () => board.zoom(0.5), "-": () => board.zoom(2), 0: () => board.show(BEGIN, END),
+    "+": () => board.zoom(0.5), "=": () => board.zoom(0.5), "-": () => board.zoom(2), 0: () => board.all(),
     "/": () => board.search?.focus(),
   };
   if (event.key === " " && !pressing) { event.preventDefault(); board.start(!board.playing); }

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import base64
 from pathlib import Path
 
 import numpy as np
 
-from selflock.view import page
+from selflock.view import figures, page
 
 from ..data.faults import DataFault
+from ..judge.cause import Cause
 from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
 from ..judge.together import against
 from ..residuals.mending import Mending
 from ..search.selection import Selection
-from . import figures, spectrum
+from . import pictures, spectrum
 
 SAYS = {
     "explained": "A cause was found.",
@@ -25,26 +25,46 @@ SAYS = {
     "none": "Nothing is missing: what remains is noise.",
 }
 
+LEFT_OVER = {  # what remains, by the variable it depends on
+    "direction": "is another one way than the other",
+    "speed": "goes with the speed",
+    "load": "goes with the load that is carried",
+    "acceleration": "goes with speeding up and slowing down",
+    "position": "comes at places of the input shaft's turn",
+    "output position": "pulls at places of the output's turn",
+    "current": "goes with the current",
+    "temperature": "goes with the temperature",
+    "supply voltage": "goes with the voltage of the supply",
+    "set-point change": "comes when set-points change",
+    "time": "changes with time",
+}
+QUARTER = np.pi / 2.0
+NEAR = np.radians(1.0)  # to a quarter of a turn: angles are mounted and counted no finer by eye
+
 
 def write(
     result: Diagnosis, mending: Mending, outcome: Selection | None, left: list[Dependence], faults: list[DataFault], out: Path
 ) -> Path:
-    """Draw the figures as PNG files and write the page that holds them; `outcome`: of a search, where there was one."""
-    experiment, rng = mending.experiment, np.random.default_rng(1)
-    pictures = {
-        "traces": figures.traces(mending, out / "traces.png"),
-        "where": figures.where(mending, result.gain.noise_floor, out / "where.png"),
-        "spectrum": spectrum.draw(mending, result.gain.noise_floor, out / "spectrum.png"),
-        "search": figures.search(outcome, out / "search.png") if outcome else None,
-        "missing": figures.missing(mending, outcome, out / "missing.png", rng) if outcome and outcome.causes else None,
-        "faults": figures.faults(experiment.original, faults, out / "faults.png"),
-    }
+    """Write the page with its figures; `outcome`: of a search, where there was one."""
+    experiment, noise = mending.experiment, result.gain.noise_floor
+    found = outcome if outcome and outcome.causes else None
+    drawn = figures.carried(
+        {
+            "missing": pictures.missing(mending, found, np.random.default_rng(1)) if found else None,
+            "traces": pictures.traces(mending),
+            "where": pictures.where(mending, noise),
+            "spectrum": spectrum.plots(mending, noise),
+            "faults": pictures.faults(experiment.original, faults),
+        },
+        least={"traces": 900, "where": 230, "spectrum": 420},
+    )
     environment = page.environment("selflock.diagnosis.output", strict=False)
     environment.filters["estimate"] = estimate
     return page.write(
         out / "report.html",
         environment,
         "report.html.j2",
+        drawn,
         rig=experiment.rig,
         result=result,
         says=SAYS["contrary" if result.causes and against(result.whole) else result.verdict],
@@ -52,9 +72,34 @@ def write(
         stages=result.rivals,
         left=left,
         faults=faults,
-        pictures={k: base64.b64encode(p.read_bytes()).decode() for k, p in pictures.items() if p},
+        drawn=set(drawn.get("figures", ())),
+        next=following(result),
+        dependences="; ".join(LEFT_OVER.get(name, f"depends on {name}") for name in result.remainder["depends_on"]),
+        bars=pictures.search(outcome) if outcome else [],
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},
     )
+
+
+def following(result: Diagnosis) -> list[str]:
+    """What to do next, sentences."""
+    said = [sentence for cause in result.causes for sentence in (convention(cause), cause.separate_by) if sentence]
+    if result.verdict == "none":
+        said.append("Nothing: the simulation is as good as this log can tell.")
+    if result.best:
+        said.append("The best model is written with all else, to use or to doubt.")
+    return list(dict.fromkeys(said))
+
+
+def convention(cause: Cause) -> str:
+    """Of a bias of an angle that is quarters of a turn: that nothing is wrong with the sensor."""
+    for name, number in cause.parameters.items():
+        quarters = round(number["value"] / QUARTER)
+        if cause.effect == "bias" and number["unit"] == "rad" and quarters and abs(number["value"] - quarters * QUARTER) < NEAR:
+            return (
+                f"{name} is {90 * quarters:g}°: no fault of a sensor, but an angle that is counted from another zero. In the rig, "
+                f"{-number['value']:+.5g} belongs to the offset of its column."
+            )
+    return ""
 
 
 def estimate(number: dict) -> str:

@@ -6,15 +6,17 @@ Over an angle, not over time: a wave that is fixed to a shaft is sharp there how
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
 import numpy as np
+
+from selflock.view.figures import axis, line, rule
 
 from ..residuals import drive
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import Mending
 from ..rules import RULES
-from .figures import AFTER, BEFORE, save, styled, subplots
+from .pictures import AFTER, BEFORE
 
 SHAFTS = ("the input shaft", "the output shaft")
 
@@ -84,22 +86,13 @@ def shafts(mending: Mending) -> dict[str, list[Way]]:
     return found
 
 
-@styled
-def draw(mending: Mending, noise: float, path: Path) -> Path | None:
-    """The spectrum of the error over the angles that the log knows, before and after; None where no shaft turns once."""
-    known, unit = shafts(mending), mending.residual.unit
-    if not known:
-        return None
-    figure, axes = subplots(len(known), 1, figsize=(9, 2.7 * len(known)), squeeze=False)
-    for axis, (name, ways) in zip(axes[:, 0], known.items()):
-        old = waves(mending.old, ways)
-        axis.plot(*old, color=BEFORE, lw=1.1, label="nominal")
+def plots(mending: Mending, noise: float) -> list[dict[str, Any]]:
+    """The spectrum of the error over the angles that the log knows, before and after; none where no shaft turns once."""
+    made = []
+    for name, ways in shafts(mending).items():
+        marks = [rule(by_chance(noise, ways), "y", "noise floor"), line(*waves(mending.old, ways), "nominal", BEFORE, thin=True)]
         if mending.changed:
-            axis.plot(*waves(mending.new, ways), color=AFTER, lw=1.1, label="extended")
-        axis.axhline(by_chance(noise, ways), color="gray", ls=":", lw=1.0, label="noise floor")
-        axis.set_xlim(0.0, old[0][-1])
-        axis.set_ylim(0.0)
-        axis.set_xlabel(f"waves in a turn of {name}")
-        axis.set_ylabel(f"amplitude of the error\n{unit}")
-        axis.legend(loc="best", ncols=3, fontsize=9)
-    return save(figure, path)
+            marks.append(line(*waves(mending.new, ways), "extended", AFTER, thin=True))
+        amplitude = axis("amplitude of the error", mending.residual.unit, start=0.0)
+        made.append({"x": axis(f"waves in a turn of {name}"), "y": amplitude, "marks": marks})
+    return made

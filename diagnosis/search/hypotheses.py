@@ -10,7 +10,7 @@ import numpy as np
 from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, VALUE, Effect, Parameter
 
 from ..data.rig import Rig, split
-from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES
+from ..data.signals import COMMANDS, MOVES, RELATIVE, SIGNALS, VOLTAGES
 from ..data.stuck import resolution
 from ..residuals import whole
 from ..residuals.drive import both
@@ -109,7 +109,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
             for effect in effects("sensor"):
                 zero = signal in RELATIVE and any(p.role == OFFSET for p in effect.parameters)
                 if not zero and not (points and effect.needs):
-                    found.append(_sensor(channel, effect, spread(experiment, channel)))
+                    found.append(_sensor(channel, effect, spread(experiment, channel), SIGNALS.get(signal, ("",))[0]))
     found = [_seen_whole(_tried(h, experiment), experiment) for h in found]
     return [h for h in found if h.free]
 
@@ -285,10 +285,11 @@ def between_rows(experiment: DriveExperiment) -> list[str]:
     return found
 
 
-def _sensor(channel: str, effect: Effect, reach: float) -> Hypothesis:
-    """A sensor's law knows no unit: what carries the channel's is searched within the channel's reach."""
+def _sensor(channel: str, effect: Effect, reach: float, unit: str) -> Hypothesis:
+    """A sensor's law knows no unit: what carries the channel's is told in it, and searched within the channel's reach."""
     free = []
     for p in effect.parameters:
         low, high = (max(p.low, -reach), min(p.high, reach)) if p.of_value else (p.low, p.high)
-        free.append(_free(f"sensor.{channel}.{p.name}", p, p.off, low, high))
+        told = p._replace(unit=unit) if p.of_value else p
+        free.append(_free(f"sensor.{channel}.{p.name}", told, p.off, low, high))
     return _of(effect, "sensor", tuple(free), channel)

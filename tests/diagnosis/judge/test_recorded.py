@@ -113,7 +113,7 @@ def test_it_stands_in_the_result_and_on_the_page(counted, tmp_path, monkeypatch)
         told[mode] = json.loads((out / "diagnosis.json").read_text())["recorder"]
         texts = html.parse(out / "report.html").getroot().find("body").itertext()
         words[mode] = " ".join(" ".join(texts).split())
-        assert (out / "spectrum.png").exists() and "as waves over the angle of a shaft" in words[mode]
+        assert "Spectrum of the error over angle" in words[mode] and "as waves over the angle of a shaft" in words[mode]
         assert f'the rig asks for it (simulate = "{mode}")' in words[mode]
     assert "load.speed the difference of an angle's counts over 3 rows, divided by their time 0.0007854 rad" in words[WHOLE]
     assert " ms (" in words[WHOLE] and "controller acts later than its row" in words[WHOLE]

@@ -34,6 +34,8 @@ ELSEWHERE = {  # what decides nothing
     "search/hypotheses.py": {"SIDES"},  # places in a tuple
     "pipeline/chance.py": {"LEVELS"},  # quantiles that are told
     "output/figures.py": {"STYLE"},
+    "output/pictures.py": {"BEFORE", "AFTER", "MEASURED"},  # colours
+    "output/report.py": {"QUARTER", "NEAR"},  # which words are said of an angle
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
     "data/rig.py": {"SHARES"},
     "data/table.py": {"LARGEST", "LARGEST_JSON", "WIDEST", "DEEPEST", "MOST_NAMES"},  # how much of a stranger's file is read

@@ -84,7 +84,7 @@ def page() -> str:
 
 selflock itself is under the MIT licence; its FMUs hold the notices of what is inside them (`documentation/licenses/license.txt`). These packages are installed beside it, under their own licences, as each says of itself; nothing of them is copied in. Written by `python -m benchmarks.supply licences`.
 
-The lowest versions are those of pyproject.toml; `make lowest` asks pip for exactly these and runs the quick tests with them (not yet run to its end: three bounds that no release met are mended, others may follow).
+The lowest versions are those of pyproject.toml; `make lowest` asks pip for exactly these and runs the quick tests with them (2219 passed, 2026-11-24; before that nine bounds named releases with which it could not be installed, or did not work).
 
 {tally.table(("package", "version looked at", "licence", "needed by"), rows)}
 """

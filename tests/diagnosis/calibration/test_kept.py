@@ -55,6 +55,7 @@ def goes_on(call, tmp_path, name, stop, fits):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")  # the limit may come between a file's opening and its `with`
 def test_a_calibration_goes_on(tmp_path, oscillator, rng, fits):
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng, count=200)
     wanted = {f"oscillator.{name}": oscillators.RANGES[name] for name in ("stiffness", "gain")}

@@ -69,7 +69,9 @@ class Step:
         self.fitted = problem.residual_errors(base.misfit)
         if problem.by_channel:  # samples tell: averages of many show what no formula has
             without = first.values if found and first else None
-            self.off = problem.excess(base.values, without) > RULES.search.natural
+            excess = problem.excess(base.values, without)
+            self.off = excess > (RULES.search.natural if found else RULES.search.sound)
+            self.half = 0.5 * (1.0 - 1.0 / np.maximum(excess, 1.0))  # of what bringing a channel to its noise takes
         else:
             self.off = problem.experiment.steady | (self.errors > clean * problem.quiet)
         taken = {p.name for p in base.free}
@@ -162,7 +164,8 @@ class Step:
         before, after = (self.problem.absolute(fit.values) for fit in (self.base, candidate.fitted))
         mended = lambda one: Mending(experiment, one, before, after, train).improvement
         if self.problem.by_channel:
-            return any(off and mended(one) >= RULES.search.shows_whole for one, off in zip(experiment.residuals, self.off))
+            enough = np.minimum(self.half, RULES.search.shows_whole)
+            return any(off and mended(one) >= least for one, off, least in zip(experiment.residuals, self.off, enough))
         if experiment.layout.per_bin == 1:  # then bins are samples
             return True
         return any(mended(one) >= RULES.search.shows for one in experiment.residuals)

@@ -63,7 +63,7 @@ def test_the_simulation_converges_with_its_step(seed, tmp_path):
 
 @pytest.mark.slow
 def test_a_sound_drive_is_off_by_little_more_than_its_noise_whatever_the_recorder(seed, tmp_path):
-    """Nature's forms of friction, contact and armature are not ours; mostly they leave less than `natural`, here twice its excess."""
+    """Nature's forms of friction, contact and armature are not ours; mostly they leave less than `natural`."""
     bench = experiment(recordings.hide([], seed, longest=10.0, duration=10.0), tmp_path)
     problem = Problem.of(bench, np.ones(bench.layout.count, bool)).with_noise()
     fitted = problem.fit(problem.base_free, problem.nominal)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -55,6 +56,13 @@ class Work:
     inserts: tuple[Insert, ...] = ()
     found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
+    opened: ExitStack = field(default_factory=ExitStack)  # systems that run, to be closed whatever happens
+
+    def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
+        """A system of one's own on these runs."""
+        played = Extended(self.rig, parts, runs, numbers)
+        self.opened.callback(played.close)
+        return played
 
     @property
     def which(self) -> list[int]:
@@ -74,7 +82,7 @@ class Work:
         """The same in half the steps."""
         parts = copy(self.parts)
         parts.system = replace(parts.system, run=replace(parts.system.run, step=parts.system.run.step / 2.0))
-        return replace(self, parts=parts, played=Extended(self.rig, parts, self.runs, self.numbers))
+        return replace(self, parts=parts, played=self.played_on(parts, self.runs, self.numbers))
 
     def with_also(self, guess: Guess) -> Work:
         """The same with one more that was found; a run is counted among all, not among those that teach."""
@@ -111,13 +119,12 @@ def name_system(
     numbers = of_rig(rig, parts, runs) if rig.wanted or rig.uncertain else ()
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-    played = Extended(rig, parts, runs, numbers)
     layout = Blocks(runs, False)
-    work = Work(rig, parts, runs, numbers, set(), [np.ones(len(run), bool) for run in runs], "", layout, played, kept)
-    found: Search | None = None
-    try:
-        problem = work.problem()
-        work.judges, work.rows, work.words = division(problem, held, [layout.block(i) for i in range(len(runs))])
+    rows = [np.ones(len(run), bool) for run in runs]
+    with ExitStack() as opened:
+        opened.callback((played := Extended(rig, parts, runs, numbers)).close)
+        work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, kept, opened=opened)
+        work.judges, work.rows, work.words = division(work.problem(), held, [layout.block(i) for i in range(len(runs))])
         found = _searched(work, tell, starts, seed, kinds)
         result = _told_of(found, seed)
         result.faults = [fault.row() for fault in faults]
@@ -127,8 +134,6 @@ def name_system(
             extend(result, found.work, found.best, out)
             result.effort["elapsed"] = time.monotonic() - begun
             write(result, found, out)
-    finally:
-        (found.work.played if found else played).close()
     return result
 
 
@@ -165,7 +170,7 @@ def _near(work: Work) -> Extending:
     runs = [work.runs[i].head(max(2, int(np.ceil(share * len(work.runs[i]))))) for i in work.which]
     place = {i: k for k, i in enumerate(work.which)}
     numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
-    played = Extended(work.rig, work.parts, runs, numbers)
+    played = work.played_on(work.parts, runs, numbers)
     rows = [work.rows[i][: len(run)] for i, run in zip(work.which, runs)]
     problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows, kept=work.kept)
     vars(problem)["played"] = played
@@ -175,53 +180,50 @@ def _near(work: Work) -> Extending:
 
 def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str]) -> Search:
     near = _near(work)
-    try:
-        tell("the base", 0.02)
-        assert isinstance(near.played, Extended)
-        places, notes = _base(work, near, near.played, starts, seed)
-        given_step = work.parts.system.run.step
-        work, near, places = _fine_enough(work, near, places)
-        rng = np.random.default_rng(seed)
-        problem = work.problem()
-        nothing = End(np.zeros(0), np.zeros(0), np.inf)
-        given = _measured(work, problem, nothing, {n.name: n.start for n in work.numbers})
-        base = best = _fitted(work, near.values(places), near.fixed)
-        found = Search(work, given, base, best, [], notes, near.played, work)
-        for k in range(RULES.naming.rounds):
-            prefix = PREFIX + (f"_{k + 1}" if k else "")
-            taken = {n.variable for n in near.numbers}
-            contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds)
-            outcome = contest.play(rng)
-            found.outcomes.append(outcome)
-            outcome.winner = None
-            for rival in outcome.order[: RULES.naming.vetoed]:
-                wider = found.work.with_also(rival.guess)
-                after = _fitted(wider, rival.values, near.fixed)
-                if _helps(after, found.best, rival.guess.kind):
-                    base_loss = outcome.base.errors.mean()
-                    outcome.winner = rival
-                    outcome.beside = beside(rival, outcome.order, outcome.chance_level, base_loss)
-                    break
-                rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
-            if outcome.winner is None:
+    tell("the base", 0.02)
+    assert isinstance(near.played, Extended)
+    places, notes = _base(work, near, near.played, starts, seed)
+    given_step = work.parts.system.run.step
+    work, near, places = _fine_enough(work, near, places)
+    rng = np.random.default_rng(seed)
+    problem = work.problem()
+    nothing = End(np.zeros(0), np.zeros(0), np.inf)
+    given = _measured(work, problem, nothing, {n.name: n.start for n in work.numbers})
+    base = best = _fitted(work, near.values(places), near.fixed)
+    found = Search(work, given, base, best, [], notes, near.played, work)
+    for k in range(RULES.naming.rounds):
+        prefix = PREFIX + (f"_{k + 1}" if k else "")
+        taken = {n.variable for n in near.numbers}
+        contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds)
+        outcome = contest.play(rng)
+        found.outcomes.append(outcome)
+        outcome.winner = None
+        for rival in outcome.order[: RULES.naming.vetoed]:
+            wider = found.work.with_also(rival.guess)
+            after = _fitted(wider, rival.values, near.fixed)
+            if _helps(after, found.best, rival.guess.kind):
+                base_loss = outcome.base.errors.mean()
+                outcome.winner = rival
+                outcome.beside = beside(rival, outcome.order, outcome.chance_level, base_loss)
                 break
-            found.work, found.best = wider, after
-            near, places = outcome.winner.problem, outcome.winner.end.places
-            assert isinstance(near.played, Extended)
-            near.played.extend(wider.inserts)
-            found.work, near, places = _fine_enough(wider, near, places)
-            if found.work is not wider:
-                found.best = _fitted(found.work, near.values(places), near.fixed)
-                found.begins = replace(found.work, inserts=(), found=[], acts={})
-        _curve_instead(found)
-        found.work.played.extend(found.work.inserts)
-        step = found.work.parts.system.run.step
-        if step != given_step:
-            notes.append(f"steps of {given_step:g} s are too long for this system, by what they leave: {step:g} s are taken")
-        found.near = near.played
-        return found
-    finally:
-        near.played.close()
+            rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
+        if outcome.winner is None:
+            break
+        found.work, found.best = wider, after
+        near, places = outcome.winner.problem, outcome.winner.end.places
+        assert isinstance(near.played, Extended)
+        near.played.extend(wider.inserts)
+        found.work, near, places = _fine_enough(wider, near, places)
+        if found.work is not wider:
+            found.best = _fitted(found.work, near.values(places), near.fixed)
+            found.begins = replace(found.work, inserts=(), found=[], acts={})
+    _curve_instead(found)
+    found.work.played.extend(found.work.inserts)
+    step = found.work.parts.system.run.step
+    if step != given_step:
+        notes.append(f"steps of {given_step:g} s are too long for this system, by what they leave: {step:g} s are taken")
+    found.near = near.played
+    return found
 
 
 def _curve_instead(found: Search) -> None:
@@ -245,7 +247,7 @@ def _fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work,
     for _ in range(RULES.naming.halved):
         finer = work.finer()
         other = replace(near)
-        vars(other)["played"] = played = Extended(work.rig, finer.parts, near.runs, work.numbers)
+        vars(other)["played"] = played = work.played_on(finer.parts, near.runs, work.numbers)
         played.extend(work.inserts)
         end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended)
         before, after = (sizes(one, one.values(at), one.rows) for one, at in ((near, places), (other, end.places)))

@@ -12,6 +12,7 @@ import pytest
 
 from selflock import master
 from selflock.diagnosis import name
+from selflock.diagnosis.naming import extended, run
 from selflock.diagnosis.rules import RULES
 from selflock.master import ssp
 
@@ -43,6 +44,26 @@ def told(result):
 
 def near(number, truth, slack=0.0):
     assert abs(number.value - truth) < 2.0 * (number.high - number.low) + slack, (number, truth)
+
+
+def test_nothing_that_runs_is_left_open_by_what_stops_a_search(tmp_path, native, rng, monkeypatch):
+    """Also where half the steps are tried, and their systems stand beside those that were there."""
+    every, went = [], extended.Extended.__init__
+
+    def begun(self, *given):
+        went(self, *given)
+        every.append(self)
+
+    def stopped(problem, *given):
+        problem.loss(problem.misfit(np.array([n.place(n.start) for n in problem.free])))
+        assert any(played.kept for played in every)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(extended.Extended, "__init__", begun)
+    monkeypatch.setattr(run, "fit_from", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        named(tmp_path, native, rng, count=100)
+    assert len(every) > 2 and not any(played.kept for played in every)
 
 
 @pytest.mark.slow

@@ -155,7 +155,7 @@ def _filled(run: MeasuredRun, name: str, bad: np.ndarray | None = None) -> np.nd
 
 
 def _felt(places: list[list[np.ndarray]], length: int, samples: int) -> np.ndarray:
-    """Rows about which channels of several places bend, over a spike of this length, as they rarely do."""
+    """Rows about which channels of several places bend, over a spike of this length, as they rarely do, and there alone."""
     rules, span = RULES.data, length + 2
     count = np.zeros(samples, int)
     for there in places:
@@ -163,7 +163,8 @@ def _felt(places: list[list[np.ndarray]], length: int, samples: int) -> np.ndarr
         for x in there:
             bend = np.zeros(samples)
             bend[span:-span] = abs(x[2 * span :] - 2.0 * x[span:-span] + x[: -2 * span])
-            bent |= bend > np.quantile(bend, rules.spike_tail)
+            about = median_filter(bend, size=2 * rules.impact_about * span + 1, mode="reflect")
+            bent |= bend > np.maximum(np.quantile(bend, rules.spike_tail), rules.impact_sharp * about)
         count += maximum_filter1d(bent.astype(int), 2 * rules.impact_reach + 1)
     return count >= rules.impact_witnesses
 

@@ -186,6 +186,15 @@ def test_a_spike_that_others_feel_is_an_impact(rig, rng, speed, felt):
     assert kinds(check([run], rig)) == (set() if felt else {("corrupted", CURRENT)})
 
 
+def test_a_spike_where_a_motion_turns_is_none_that_others_feel(rig, rng, speed):
+    run, row = recorded(rng, speed, noise=0.05), fast(speed, 300) + 100
+    run.signals[CURRENT][row] += 30.0
+    bends = np.clip(np.arange(len(speed)) - row + 40.0, 0.0, 80.0) ** 2  # all the way, as nothing does elsewhere
+    run.signals[SPEED] = run.signals[SPEED] + 0.05 * bends
+    run.signals["motor.torque"] = 0.01 * rng.standard_normal(len(speed)) + 0.01 * bends
+    assert kinds(check([run], rig)) == {("corrupted", CURRENT)}
+
+
 @pytest.mark.slow
 def test_what_builds_up_or_rings_down_is_no_corrupted_sample(rig, rng, speed):
     for shape in ([1.0, -0.6, 0.4, -0.2, 0.1], [0.3, 0.8, 1.0, 0.7, 0.2], [1.0, 0.8, 0.6, 0.5, 0.4, 0.3]):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -14,9 +14,10 @@ from selflock.master import ssp
 from selflock.master.dump import save as save_system
 from selflock.master.dump import toml
 from selflock.master.errors import DescriptionError, ResultError
-from selflock.view import page
+from selflock.view import figures, page
+from selflock.view.figures import axis, line
 
-from ..output import figures
+from ..output.pictures import AFTER, BEFORE, MEASURED, Plots
 from .fit import Calibrating
 from .numbers import label
 from .result import Calibration, FittedNumber, environment
@@ -28,10 +29,10 @@ def write(result: Calibration, problem: Calibrating, out: Path) -> Path:
     """All files of a calibration; `result` then knows them."""
     result.folder = out
     result.files = [path.name for path in (_system(result, problem, out), _table(result, out)) if path is not None]
-    result.files += [result.write(out).name, "report.html", "traces.png"]
-    picture = base64.b64encode(traces(result, problem, out / "traces.png").read_bytes()).decode()
+    result.files += [result.write(out).name, "report.html"]
+    drawn = figures.carried({"traces": traces(result, problem)}, least={"traces": 400})
     tables = Markup(environment().get_template("tables.html.j2").render(result=result))
-    return page.write(out / "report.html", environment(), "report.html.j2", result=result, picture=picture, tables=tables)
+    return page.write(out / "report.html", environment(), "report.html.j2", drawn, result=result, tables=tables)
 
 
 def _shared(result: Calibration) -> list[FittedNumber]:
@@ -74,32 +75,26 @@ def _line(number: FittedNumber) -> str:
     return f"{toml(number.variable)} = {number.value!r}" + f"  # {about}" * bool(about)
 
 
-@figures.styled
-def traces(result: Calibration, problem: Calibrating, path: Path) -> Path:
-    """Measured and simulated over time, with the numbers as they were given and as they were found."""
-    played = problem.played
-    names, which = played.outputs[:ROWS], _drawn(problem)
-    values = result.values
+def traces(result: Calibration, problem: Calibrating) -> Plots:
+    """Measured and simulated over time, with the numbers as they were given and as they were found; all of a run zoom together."""
+    played, which = problem.played, _drawn(problem)
     before = problem.errors({n.name: n.start for n in problem.numbers}, which)
-    after = problem.errors(values, which)
-    rows, columns = len(names), len(which)
-    figure, axes = figures.subplots(
-        rows, columns, figsize=(4.6 * max(columns, 2), 2.6 * rows), layout="constrained", squeeze=False
-    )
-    for row, name in enumerate(names):
+    after = problem.errors(result.values, which)
+    plots = []
+    for name in played.outputs[:ROWS]:
         for column, i in enumerate(which):
-            run, axis = problem.runs[i], axes[row][column]
-            time, measured = run.time, run.signals[name]
-            good = played.trusted(name, [i])[0]
-            axis.plot(time, np.where(good, measured, np.nan), color=figures.MEASURED, lw=1.0, label="measured")
-            for errors, color, words in ((before, figures.BEFORE, "as given"), (after, figures.AFTER, "calibrated")):
+            run, over = problem.runs[i], axis(name, played.parts.variables[name].unit)
+            marks = measured(run.time, run.signals[name], played.trusted(name, [i])[0])
+            for errors, words, colour in ((before, "as given", BEFORE), (after, "calibrated", AFTER)):
                 if errors is not None:
-                    axis.plot(time, measured - errors[name][column], color=color, lw=0.9, label=words)
-            axis.set_title(label(run), fontsize=8)
-            axis.set_ylabel(f"{name} in {played.parts.variables[name].unit or '1'}", fontsize=8)
-            axis.set_xlabel("time in s", fontsize=8)
-    axes[0][0].legend(fontsize=8)
-    return figures.save(figure, path)
+                    marks.append(line(run.time, run.signals[name] - errors[name][column], words, colour))
+            plots.append({"title": label(run), "x": axis("time", "s"), "y": over, "marks": marks, "shares": label(run)})
+    return plots
+
+
+def measured(time: np.ndarray, x: np.ndarray, good: np.ndarray) -> list[dict[str, Any]]:
+    """What was measured, where it counts, as marks."""
+    return [line(time, np.where(good, x, np.nan), "measured", MEASURED)]
 
 
 def _drawn(problem: Calibrating) -> Sequence[int]:

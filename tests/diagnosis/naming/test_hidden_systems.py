@@ -141,7 +141,7 @@ def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path,
     data = json.loads((out / "naming.json").read_text())
     assert data["verdict"] == result.verdict and data["rivals"][0]["rows"]
     page = (out / "report.html").read_text()
-    assert "cubic of relaxation.x" in page and "<script" not in page
+    assert "cubic of relaxation.x" in page and page.count("data-figure=") == 1 + bool(result.curve)
 
 
 @pytest.mark.in_turn

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from ..data.signals import ANGLE_OF
-from ..data.stuck import resolution
+from ..data.stuck import resolution, stretches
 from ..rules import RULES
 from .channels import Channels
 
@@ -36,7 +36,7 @@ def _difference(x: np.ndarray, good: np.ndarray, time: np.ndarray, own: float) -
         count, levels = _on_counts(x, good, time, rows)
         if count == 0.0:
             continue
-        if (told := _missing(levels)) and (its := _on_counts(x, good, time, told)[0]) > 0.0:
+        if (told := _missing(levels, _together(good, time, rows))) and (its := _on_counts(x, good, time, told)[0]) > 0.0:
             return its, told
         if rows > 1 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own:
             return count, rows
@@ -45,18 +45,34 @@ def _difference(x: np.ndarray, good: np.ndarray, time: np.ndarray, own: float) -
     return 0.0, 0
 
 
-def _missing(levels: np.ndarray) -> int:
+def _together(good: np.ndarray, time: np.ndarray, rows: int) -> np.ndarray:
+    """Where a difference over so many rows, and the next one, are of sound rows without a gap between any of them."""
+    step = np.diff(time)
+    begins = ~good[1:] | ~good[:-1] | (step > 1.5 * np.median(step))
+    return maximum_filter1d(begins.astype(int), 2 * rows + 1)[rows - 1 :] == 0
+
+
+def _missing(levels: np.ndarray, sound: np.ndarray) -> int:
     """The most rows n over which this may be a difference, by what its spectrum lacks; 0 where it lacks nothing.
 
-    A difference over n rows passes nothing, be it motion or rounding, at 1, 2, ... waves in n rows. Second differences
-    first, so that the slow motion does not leak into all others.
+    A difference over n rows passes nothing, be it motion or rounding, at 1, 2, ... waves in n rows; a row that is wrong, or
+    lacks, has all waves. Second differences first, so that the slow motion does not leak into all others.
     """
     from scipy.signal import welch  # a second to load, for those whose recorder is asked
 
     rules = RULES.residuals
-    fast = np.diff(levels, n=2)
-    segment = min(rules.longest_segment, 2 ** int(np.log2(max(len(fast) / rules.segments, 2.0))))
-    frequency, power = welch(fast, nperseg=segment, detrend=False)
+    starts, lengths = stretches(sound)
+    pieces = [np.diff(levels[a : a + n], n=2) for a, n in zip(starts, lengths) if sound[a] and n > 2]
+    longest = max(map(len, pieces), default=0)
+    if longest < 2:
+        return 0
+    total = sum(map(len, pieces))
+    segment = 2 ** int(np.log2(max(min(longest, total / rules.segments), 2.0)))
+    segment = min(rules.longest_segment, segment)
+    pieces = [piece for piece in pieces if len(piece) >= segment]
+    each = [welch(piece, nperseg=segment, detrend=False) for piece in pieces]
+    frequency = each[0][0]
+    power = np.average([found for _, found in each], axis=0, weights=[len(piece) for piece in pieces])
     power = power[1:] / np.sin(np.pi * frequency[1:]) ** 4
     found = 0
     for rows in range(2, min(RULES.search.differenced, segment // rules.segment_rows) + 1):

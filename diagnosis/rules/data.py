@@ -55,9 +55,9 @@ class DataRules:
         IMPACT,
     )
     impact_sharp: float = rule(
-        4.0,
+        5.0,
         "times the usual bend about a spike that they bend at it: where a motion turns, all bend for many samples",
-        "chosen on seeds 10 000 to 10 039; on 10 600 to 10 719 all of 360 corrupted rows are told, and no impact",
+        "theory: of noise one row in 1500 bends as much. Seeds 10 000 to 10 039; on 10 600 to 10 719 all of 360 corrupted rows are told, and no impact",
     )
     impact_about: int = rule(10, "widths of the bend to both sides that are about a spike", "as impact_sharp")
     spike_range_at_ends: float = rule(

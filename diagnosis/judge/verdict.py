@@ -60,6 +60,10 @@ class Judge:
         if outcome.causes and not silent and now > (1.0 - RULES.judge.help) * was:
             why = f"it lowers the error of held-out data by less than {100 * RULES.judge.help:.0f} %"
             found = replace(self._gained(nothing, before), dropped=found, why=why)
+        faint = self.experiment.by_channel and problem.excess(base.values).max() <= RULES.search.natural
+        if found.outcome.causes and faint and not silent and found.gain.closed < RULES.search.closes:
+            why = f"there is little to explain, and it closes {100 * found.gain.closed:.0f} % of that in held-out data"
+            found = replace(self._gained(nothing, before), dropped=found, why=why)
         found.left = self._dependences(found.mending.after, found.mending.before if found.outcome.causes else None)
         if found.outcome.causes and found.left:
             missing = self._dependences(before)

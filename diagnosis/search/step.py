@@ -71,7 +71,8 @@ class Step:
             without = first.values if found and first else None
             excess = problem.excess(base.values, without)
             self.off = excess > (RULES.search.natural if found else RULES.search.sound)
-            self.half = 0.5 * (1.0 - 1.0 / np.maximum(excess, 1.0))  # of what bringing a channel to its noise takes
+            whole = 1.0 - 1.0 / np.maximum(excess, 1.0)  # what brings a channel to its noise
+            self.enough = np.where(excess > RULES.search.natural, RULES.search.shows_whole, RULES.search.closes * whole)
         else:
             self.off = problem.experiment.steady | (self.errors > clean * problem.quiet)
         taken = {p.name for p in base.free}
@@ -164,8 +165,8 @@ class Step:
         before, after = (self.problem.absolute(fit.values) for fit in (self.base, candidate.fitted))
         mended = lambda one: Mending(experiment, one, before, after, train).improvement
         if self.problem.by_channel:
-            enough = np.minimum(self.half, RULES.search.shows_whole)
-            return any(off and mended(one) >= least for one, off, least in zip(experiment.residuals, self.off, enough))
+            asked = zip(experiment.residuals, self.off, self.enough)
+            return any(off and mended(one) >= least for one, off, least in asked)
         if experiment.layout.per_bin == 1:  # then bins are samples
             return True
         return any(mended(one) >= RULES.search.shows for one in experiment.residuals)

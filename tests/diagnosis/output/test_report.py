@@ -1,10 +1,14 @@
 """What a report says in words."""
 
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from selflock.diagnosis.judge.cause import Cause
-from selflock.diagnosis.output.report import convention
+from selflock.diagnosis.judge.models import OpenModel
+from selflock.diagnosis.output.report import convention, following
 
 
 @pytest.mark.parametrize(
@@ -15,3 +19,12 @@ def test_a_bias_of_quarters_of_a_turn_is_another_zero(value, unit, said):
     number = {"value": value, "low": value - 0.001, "high": value + 0.001, "unit": unit, "determined": True, "doubt": ""}
     told = convention(Cause("sensor", "bias", {"sensor.load.angle.bias": number}, 1.0, channel="load.angle"))
     assert (f" is {said}: no fault of a sensor" in told) if said else told == ""
+
+
+@pytest.mark.parametrize(
+    "verdict, count, loop", [("ambiguous", 2, True), ("unknown", 2, False), ("none", 2, True), ("explained", 1, True)]
+)
+def test_a_plan_is_offered_where_there_is_something_to_tell_apart_and_a_loop_to_plan_for(verdict, count, loop):
+    models = [OpenModel(name, {}, {}) for name in ("wear", "warm-up")[:count]]
+    told = " ".join(following(SimpleNamespace(causes=[], verdict=verdict, models=models, best=None, folder=Path("out")), loop))
+    assert ("selflock plan out finds the run to record that tells apart: wear; warm-up." in told) == (verdict == "ambiguous")

@@ -93,7 +93,10 @@ def _keeping(
     try:
         with stops:
             yield kept
-    except KeyboardInterrupt:
+    except BaseException as error:
+        # what reads a file in C may meet the interrupt, and tell of a damaged file in its place
+        if not (stops.asked or isinstance(error, KeyboardInterrupt)):
+            raise
         why = "nothing is kept"
         if kept and folder:
             why = f"{kept.count} fits are kept in {folder / FOLDER}, and the same command goes on with them"

@@ -2,14 +2,17 @@
 
 import json
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
 import oscillators
+import pandas as pd
 import pytest
 
 from selflock import diagnosis
 from selflock.diagnosis.calibration import fit
+from selflock.diagnosis.data import table
 from selflock.master import TimeUp
 
 sys.path.append(str(Path(__file__).parents[1] / "naming"))
@@ -68,6 +71,22 @@ def test_a_calibration_goes_on(tmp_path, oscillator, rng, fits):
     goes_on(call, tmp_path, "calibration.json", lambda what, share: share >= 0.7, fits)
     with pytest.raises(TimeUp, match="The calibration took more than its time limit, 0.001 s"):
         call(tmp_path / "late", max_time=1e-3)
+
+
+def test_a_limit_that_a_reader_meets_is_told_as_one(tmp_path, oscillator, rng, monkeypatch):
+    """pandas' reader in C makes an error of its own of the interrupt, and the file would pass for a damaged one."""
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng, count=20)
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", {"oscillator.gain": oscillators.RANGES["gain"]})
+
+    def met(path, ending):
+        try:
+            threading.Event().wait(60.0)
+        except KeyboardInterrupt:
+            raise pd.errors.ParserError("Calling read(nbytes) on source failed") from None
+
+    monkeypatch.setattr(table, "_read", met)
+    with pytest.raises(TimeUp, match="The calibration took more than its time limit, 0.05 s"):
+        diagnosis.calibrate(rig, [log], out=tmp_path / "out", max_time=0.05)
 
 
 @pytest.mark.slow

@@ -65,7 +65,8 @@ def spoil_recording(table: pd.DataFrame, rng: np.random.Generator, channels: tup
     *others, clipped = rng.permutation([name for name in channels if name != "angle"])
     x = table[clipped].to_numpy(copy=True)
     limit = 0.7 * np.quantile(abs(x), 0.999)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], (abs(x) > limit).astype(int), [0]])))
+    at_limit = (abs(x) >= limit).astype(int)  # of a value just there, as counts have, nobody can tell that it was not cut
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], at_limit, [0]])))
     table[clipped] = np.clip(x, -limit, limit)
     for first, last in zip(edges[::2], edges[1::2] - 1):
         note(clipped, first, last, "clipped")

@@ -75,7 +75,10 @@ def _compiled(module_name: str, second: str) -> ModuleType:
 
 
 def compiled_loops(path: Path) -> dict[str, object]:
-    """The functions of a source file, by name, compiled on first use, with the compiled selves of the laws that it imports."""
+    """The functions of a source file, by name, compiled on first use, with the compiled selves of the laws that it imports.
+
+    Those whose names begin with _ serve the others.
+    """
     second = _second()
     name = f"{second.__name__}_{path.parent.name}_{path.stem}"
     if name not in sys.modules:
@@ -86,7 +89,8 @@ def compiled_loops(path: Path) -> dict[str, object]:
                 setattr(sys.modules[name], key, _compiled(value.__name__, second.__name__))
             elif isinstance(value, FunctionType):
                 setattr(sys.modules[name], key, _wrap(value, name, {}, {}))
-    return {key: value for key, value in vars(sys.modules[name]).items() if hasattr(value, "py_func")}
+    made = vars(sys.modules[name]).items()
+    return {key: value for key, value in made if hasattr(value, "py_func") and not key.startswith("_")}
 
 
 def _folder(module: ModuleType) -> Path:

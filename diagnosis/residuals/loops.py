@@ -4,11 +4,15 @@ Plain functions, compiled together with the laws (kernels.py). Times: sample i i
 sample i is held until t[i + 1]. Arrays are float64, SI.
 """
 
+from math import floor, pi
+
 from selflock.fmus.controller import pd
 from selflock.fmus.load import load
 from selflock.fmus.motor import dc
 from selflock.fmus.reducer import law, shaft
 from selflock.fmus.sensor import sensor
+
+TURN = 2.0 * pi
 
 
 def read(p, value, dt, reading):
@@ -122,15 +126,50 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
         out[7, i] = l.speed
 
 
-def closed(pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, speed_setpoint, dt, parts, ticked, at, starts, out):
+def _straight(knots, heights, x):
+    """A function that is straight between knots, constant beyond the first and the last."""
+    last = len(knots) - 1
+    if x <= knots[0]:
+        return heights[0]
+    if x >= knots[last]:
+        return heights[last]
+    low, high = 0, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x < knots[middle]:
+            high = middle
+        else:
+            low = middle
+    return heights[low] + (heights[high] - heights[low]) * (x - knots[low]) / (knots[high] - knots[low])
+
+
+def _met(over, g, l, delivered, time, current):
+    """The variable of a free law, by its number in free_law.VARIABLES."""
+    if over == 1:
+        return g.speed
+    if over == 2:
+        return delivered
+    if over == 3:
+        return g.angle - TURN * floor(g.angle / TURN)
+    if over == 4:
+        return l.angle
+    if over == 5:
+        return time
+    return current
+
+
+def closed(
+    pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, speed_setpoint, dt, parts, ticked, at, starts,
+    place, over, knots, heights, out,
+):  # fmt: skip
     """A drive from its set-points with the loop closed; the controller acts at every sample, or as its period says.
 
     pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor > 0: these are the
     input shaft's, seen through the gear's ratio. ticked: s since it acted last, of one with a period. at: samples at which
     the shafts are put where they were measured, 0 first, each with its row of starts, as `start` in `whole`; heat and wear
-    go on. powered and rows of out as in `whole`.
+    go on. place, over, knots, heights: of a free law (free_law), with place 0 none. powered and rows of out as in `whole`.
     """
-    ratio = pr.gear_ratio
+    ratio, since, push = pr.gear_ratio, 0.0, 0.0
     start, put = starts[0], 1
     m, g = dc.start(pm), shaft.start(pr, start[0], start[1], start[2], start[3])
     m = dc.State(m.current, start[0], m.heat, m.effects)  # waves over the rotor go with the angle that is measured
@@ -149,14 +188,23 @@ def closed(pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, sp
             h = dt[i] / parts
             for _ in range(parts):
                 turned, moved, before = g.speed, l.speed, delivered
-                m, mo = dc.advance(pm, m, u, turned + 0.5 * rising, h)
-                g, go = shaft.advance(pr, g, mo.torque, l.angle, moved + 0.5 * falling, h)
+                held, carried = u, 0.0
+                if place > 0:
+                    push = _straight(knots, heights, _met(over, g, l, delivered, since, m.current))
+                    if place == 1:
+                        carried = push
+                    elif place == 2:  # as friction: against the motion, and none at rest
+                        carried = push if turned > 0.0 else -push if turned < 0.0 else 0.0
+                    else:
+                        held = u - push
+                m, mo = dc.advance(pm, m, held, turned + 0.5 * rising, h)
+                g, go = shaft.advance(pr, g, mo.torque - carried, l.angle, moved + 0.5 * falling, h)
                 delivered = go.output_torque
                 if delivered != 0.0:  # its damper was told the speed in the middle of the step
                     delivered -= 0.5 * pr.shaft_damping * falling
                 l, lo = load.advance(pl, l, 0.5 * (before + delivered) if i > 1 else delivered, h)
                 rising, falling = g.speed - turned, l.speed - moved
-            current, torque = mo.current, mo.torque
+            current, torque, since = mo.current, mo.torque, since + dt[i]
         anew = put < len(at) and at[put] == i
         if anew:
             g = shaft.State(starts[put, 0], starts[put, 1], g.effects, g.time, g.heat, g.distance)

@@ -25,7 +25,7 @@ from typing import Any
 
 from ..data.signals import MOVES, SPEED_OF, unit
 from ..errors import DataError
-from . import compare, drive, forward, laws, phase, whole
+from . import compare, drive, forward, free_law, laws, phase, whole
 from .channels import Channels
 from .compare import Compared
 
@@ -64,7 +64,7 @@ class Residual:
         name = phase.parameter(name)
         owner = name.rpartition(".")[0]
         what, _, channel = owner.partition(".")
-        if name == whole.HOLD:
+        if name == whole.HOLD or name.startswith(free_law.PREFIX):
             return self.kind == "whole"
         if what in ("sensor", "recorder"):
             return channel in (*self.reads, self.output) or (what == "sensor" and channel in self.through)

@@ -26,7 +26,7 @@ from ..data.rig import Rig
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..rules import RULES
-from . import drive, laws, memory
+from . import drive, free_law, laws, memory
 from .channels import Channels
 from .compare import Compared
 from .forward import ROWS, carried
@@ -161,7 +161,7 @@ def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[
     given = here.powered, here.wanted, here.rate, here.dt
     ch.setting.kernels.closed(
         pc, pm, pr, pl, *(off if p is None else p for p in seen), float(any(p is not None for p in seen)), float(at_motor),
-        *given, parts, ticked, places, starts, out,
+        *given, parts, ticked, places, starts, *free_law.of(values), out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out))
     return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}

@@ -1,0 +1,64 @@
+"""A law that nobody knows, inside a whole drive: a free function of one variable, straight between knots.
+
+It is no function of an error: the drive is simulated with it, so that what it does goes through gear, load and loop, as
+the effects of the vocabulary do whose rival it is. Its numbers are the heights at its knots, and each says in its name
+where it stands:
+
+    free.torque.output position@0.35     N.m at the motor's shaft, against positive motion
+    free.friction.speed@12.0             N.m at the motor's shaft, against the motion, none at rest
+    free.voltage.current@1.5             V that the motor has less
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+PREFIX = "free."
+PLACES = {"torque": "N.m", "friction": "N.m", "voltage": "V"}
+VARIABLES = ("speed", "load", "position", "output position", "time", "current")
+"""As the remainder is told to depend on them (judge.depends); position: of the input shaft, within a turn."""
+
+
+class FreeLaw(NamedTuple):
+    """As the loops take it: numbers of place and variable from 1 on, 0 for none."""
+
+    place: int
+    over: int
+    knots: np.ndarray
+    heights: np.ndarray
+
+
+NONE = FreeLaw(0, 0, np.zeros(1), np.zeros(1))
+
+
+def name(place: str, variable: str, knot: float) -> str:
+    """Of the height at a knot."""
+    return f"{PREFIX}{place}.{variable}@{float(knot)!r}"
+
+
+def names(values: Iterable[str]) -> tuple[str, ...]:
+    """Those of these names that are of a free law."""
+    return tuple(key for key in values if key.startswith(PREFIX))
+
+
+def of(values: dict[str, float]) -> FreeLaw:
+    """The free law that these values hold."""
+    found = names(values)
+    if not found:
+        return NONE
+    place, over, knots = _read(found)
+    return FreeLaw(place, over, knots, np.array([values[key] for key in found], float))
+
+
+@lru_cache
+def _read(found: tuple[str, ...]) -> tuple[int, int, np.ndarray]:
+    law = {key.partition("@")[0] for key in found}
+    assert len(law) == 1, "one free law at a time"
+    place, variable = law.pop().removeprefix(PREFIX).split(".")
+    knots = np.array([float(key.partition("@")[2]) for key in found])
+    assert np.all(np.diff(knots) > 0.0), "knots in their order"
+    return 1 + list(PLACES).index(place), 1 + VARIABLES.index(variable), knots

@@ -7,17 +7,20 @@ unseen entries of -rho / 2, the logarithm of the density that the robust loss st
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..search.candidate import Candidate
+from ..search.freely import FreeLaw
 from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import Stage
 from .depends import depends, without
 
 BASE = "nothing more"
+BENDS = "it is no law: it bends as the log asks"
 
 
 @dataclass
@@ -41,15 +44,17 @@ class Rival:
         return told | {"free": self.free, "chance": self.chance, "drop": self.drop, "doubt": self.doubt, "role": self.role}
 
 
-def rivals(outcome: Selection, rng: np.random.Generator) -> list[dict]:
+def rivals(outcome: Selection, rng: np.random.Generator, free: Sequence[FreeLaw] = ()) -> list[dict]:
     """Each step of a search: how many entries told it, and its models, best first; those only looked at by their names.
 
-    rng: of the draws that tell whether a free curve predicts more than chance.
+    rng: of the draws that tell whether a free curve predicts more than chance. free: free laws of a whole drive, of the first step.
     """
     found, problem = [], outcome.searched
     for stage in outcome.stages:
         rows = _competed(outcome, stage)
-        if rows[1:] and (curve := _free_curve(outcome, stage, rng)):
+        if free and stage is outcome.stages[0]:
+            rows += [_of_law(problem, law) for law in free]
+        elif rows[1:] and (curve := _free_curve(outcome, stage, rng)):
             rows.append(curve)
         best = max(rows, key=lambda rival: rival.density.sum())
         told = [rival.row(best) for rival in rows]
@@ -95,6 +100,11 @@ def _competed(outcome: Selection, stage: Stage) -> list[Rival]:
     return rows
 
 
+def _of_law(problem: Problem, law: FreeLaw) -> Rival:
+    """A free law as a row."""
+    return Rival(law.label, _density(problem, law.candidate.losses), len(law.candidate.free), "curve", doubt=BENDS)
+
+
 def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> Rival | None:
     """The free function of one variable that predicts most of what the base leaves, where one predicts more than chance.
 
@@ -109,5 +119,5 @@ def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> R
         if bent is not None:
             left, knots = bent
             density, label = _density(problem, problem.block_loss(left.ravel())), f"free curve of {one.variable} ({one.residual})"
-            found.append(Rival(label, density, knots, "curve", one.chance, doubt="it is no law: it bends as the log asks"))
+            found.append(Rival(label, density, knots, "curve", one.chance, doubt=BENDS))
     return max(found, key=lambda rival: rival.density.sum(), default=None)

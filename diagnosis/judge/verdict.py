@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,8 +13,9 @@ from ..residuals.mending import Mending, excess, most_mended, sizes
 from ..residuals.phase import name, parameter
 from ..residuals.residual import Residual
 from ..rules import RULES
-from ..search.candidate import Candidate, nearest, surer
+from ..search.candidate import Candidate, nearest, surer, worse
 from ..search.fit import Fit
+from ..search.freely import FreeLaw, free_laws
 from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import CHANCE
@@ -32,6 +33,7 @@ class Judgement:
     mending: Mending  # of the residual in which the gain is told: nominal, what is uncertain refitted; with the causes
     gain: Gain
     left: list[Dependence]  # with what the remainder goes
+    free: list[FreeLaw] = field(default_factory=list)  # of a whole drive in which something is left, rivals of its causes
     dropped: Judgement | None = None  # with the causes that are not believed
     why: str = ""  # not
 
@@ -65,20 +67,27 @@ class Judge:
             why = f"there is little to explain, and it closes {100 * found.gain.closed:.0f} % of that in held-out data"
             found = replace(self._gained(nothing, before), dropped=found, why=why)
         found.left = self._dependences(found.mending.after, found.mending.before if found.outcome.causes else None)
+        if found.left and self.experiment.by_channel and outcome.stages:
+            found.free = free_laws(outcome.searched, outcome.stages[0].base.fitted)
         if found.outcome.causes and found.left:
             missing = self._dependences(before)
             why = self._doubted(found, missing, silent)
             if why:
-                found = replace(self._gained(nothing, before), left=missing or found.left, dropped=found, why=why)
+                found = replace(
+                    self._gained(nothing, before), left=missing or found.left, free=found.free, dropped=found, why=why
+                )
+        if not found.outcome.causes:
+            found.left = [*_goes_with(found.free, outcome), *found.left]
         return found
 
     def _doubted(self, found: Judgement, missing: list[Dependence], silent: bool) -> str:
         """Why causes are not believed where something is left, as a sentence without its subject; "" where they are."""
-        enough = RULES.judge.nearly if self.experiment.by_channel else RULES.judge.enough
-        if found.gain.closed < enough and not silent:
+        if found.gain.closed < RULES.judge.enough and not silent:
             return f"it closes {100 * found.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
         if _guesses(found.outcome):
             return "several causes that take a little each are guesses"
+        if self.experiment.by_channel:
+            return next((why for law in found.free if (why := _ahead(law, found.outcome))), "")
         if self._stands_there(found, missing):
             return f"the error goes most with the {missing[0].variable}, and what it leaves still does"
         if self._outdone(found, missing):
@@ -112,7 +121,8 @@ class Judge:
         silent = was < RULES.judge.quiet * noise  # data without the error can refute nothing
         if silent or now <= (1.0 - RULES.search.shows) * was:
             return None
-        return replace(outcome, causes=rest, kept=outcome.kept[:-1], final=without)
+        kept = outcome.kept[:-1]
+        return replace(outcome, causes=rest, kept=kept, final=without, standing=kept[-1].winner)
 
     def _everywhere(self, problem: Problem, fit: Fit) -> dict:
         """Values of a fit as the laws have them, for all runs: what belongs to a run is found for those that judge, too."""
@@ -196,6 +206,36 @@ class Judge:
             if claimed and still and d.share > (min(closed, rules.half) if many else closed + rules.ahead):
                 return True
         return False
+
+
+def _ahead(law: FreeLaw, outcome: Selection) -> str:
+    """Why a free law of a whole drive speaks against the causes, as a sentence without its subject; "" where it does not.
+
+    It does where it predicts more of unseen blocks. One of a variable over which a cause acts itself may: nature's formula is
+    not the cause's. Then the cause must explain much of what the free law does.
+    """
+    without, named, free = outcome.stages[0].base, outcome.standing, law.candidate
+    if named is None or not worse(named, free, outcome.stages[-1].chance_level):
+        return ""
+    most = float((without.errors - free.errors).mean())
+    share = float((without.errors - named.errors).mean()) / max(most, 1e-300)
+    own = any(law.variable == cause.hypothesis.shown_over for cause in outcome.causes)
+    if share >= (RULES.judge.formula if own else 1.0 - RULES.judge.ahead):
+        return ""
+    return f"it explains {100 * max(share, 0.0):.0f} % of what a {law.label} does, which bends as the log asks"
+
+
+def _goes_with(free: list[FreeLaw], outcome: Selection) -> list[Dependence]:
+    """With what goes what is missing in a whole drive: the variable of the free law that predicts most of it."""
+    if not free:
+        return []
+    best, (base, problem) = free[0], (outcome.stages[0].base, outcome.searched)
+    level = outcome.stages[0].chance_level
+    if not worse(base, best.candidate, level if np.isfinite(level) else 0.0):
+        return []
+    drop = (base.losses - best.candidate.losses).mean(0)
+    share = float(drop.sum() / max(base.errors.mean(), 1e-300))
+    return [Dependence(best.variable, problem.experiment.residuals[int(drop.argmax())].name, share, 0.0)]
 
 
 def _guesses(outcome: Selection) -> bool:

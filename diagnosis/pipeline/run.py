@@ -144,7 +144,7 @@ def diagnose_runs(
     mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
-    result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]))
+    result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]), found.free)
     if extended.outcome.causes and asked(rig, experiment):
         tell("the whole drive", 0.0)
         result.whole = together(experiment, train, judged, extended.mending.before, extended.mending.after)

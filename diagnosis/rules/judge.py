@@ -67,6 +67,11 @@ class JudgeRules:
     ahead: float = rule(
         0.05, "share of the error by which a free function of one variable, which may bend as it likes, must outdo causes", FREE
     )
+    formula: float = rule(
+        0.75,
+        "share of what a free law of its own variable explains that a cause of a whole drive must: another formula leaves less",
+        "set before any case was looked at: half of the way from a law that explains all to one that explains half",
+    )
     half: float = rule(
         0.5,
         "and from which on many causes are guesses, whatever they explain",

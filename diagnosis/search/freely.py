@@ -42,7 +42,8 @@ class FreeLaw:
 
     @property
     def label(self) -> str:
-        return self.candidate.hypothesis.label
+        """In words."""
+        return self.candidate.hypothesis.effect
 
 
 def free_laws(problem: Problem, base: Fit) -> list[FreeLaw]:

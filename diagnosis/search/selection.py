@@ -32,6 +32,7 @@ class Selection:
     final: Fit
     base: Fit
     searched: Problem  # with the samples and the noise of the contests
+    standing: Candidate | None = None  # all causes together, as they do there; None without any
 
 
 class ForwardSelection:
@@ -72,7 +73,8 @@ class ForwardSelection:
             else:  # what hid some of its numbers is found by now
                 causes[again] = replace(causes[again], free=causes[again].free + stage.winner.free)
                 kept[again] = replace(kept[again], winner=causes[again])
-        if len(causes) > 1:
+        standing = (stages[-1].winner or stages[-1].base) if causes else None
+        if standing and len(causes) > 1:
             causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
             base = standing.fitted
         searched, whole = problem, problem.experiment.whole()
@@ -81,7 +83,7 @@ class ForwardSelection:
             problem = problem.on(whole).with_noise_at(problem.nominal)
             first = problem.fit(first.free, dict(first.values), RULES.search.effort_last)
             base = problem.fit(base.free, dict(base.values), RULES.search.effort_last)
-        return Selection(problem, stages, causes, kept, base, first, searched)
+        return Selection(problem, stages, causes, kept, base, first, searched, standing)
 
     def step(self, base: Fit, found: list[Hypothesis], first: Fit | None = None) -> Stage:
         """One step over a base that holds the causes `found`; `first` is the base fit without any."""

@@ -79,9 +79,11 @@ def test_the_last_of_several_causes_must_lower_the_error_of_the_data_that_judge(
     told = {"gear": (before, after, floor), "motor": None}
     monkeypatch.setattr(Mending, "improvement", property(lambda self: {"gear": 0.1, "motor": 0.05}[self.residual]))
     monkeypatch.setattr(Mending, "levels", lambda self: told[self.residual])
-    kept, final = ["stage of the first", "of the last"], SimpleNamespace(values={"last": 1.0}, free=())
+    kept = [SimpleNamespace(winner="the first alone"), SimpleNamespace(winner="both")]
+    final = SimpleNamespace(values={"last": 1.0}, free=())
     fewer = Judge(experiment, None, None, [], None)._refuted(Selection(problem, [], [first, last], kept, final, None, problem))
     if stays:
         assert fewer is None
     else:
-        assert (fewer.causes, fewer.kept, fewer.final) == ([first], ["stage of the first"], without)
+        assert (fewer.causes, fewer.kept, fewer.final) == ([first], kept[:1], without)
+        assert fewer.standing == "the first alone"

@@ -160,7 +160,13 @@ LAWS_OF = {
     "closed": (loops.pd, loops.dc, loops.shaft, loops.load, loops.sensor, loops.sensor),
 }  # fmt: skip
 NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2, "sensed": 1.0, "at_motor": 0.0, "ticked": 0.0, "at": np.array([0, 20])}
-NUMBERS |= {"begins": np.array([0, 13, 20]), "place": 2, "over": 1, "knots": np.array([-9.0, 0.0, 1.0, 7.0]), "heights": np.full(4, 1e-3)}
+NUMBERS |= {
+    "begins": np.array([0, 13, 20]),
+    "place": 2,
+    "over": 1,
+    "knots": np.array([-9.0, 0.0, 1.0, 7.0]),
+    "heights": np.full(4, 1e-3),
+}
 
 
 def test_stretches_of_rows_are_read_as_logs_of_their_own(rng):

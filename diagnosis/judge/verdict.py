@@ -37,6 +37,15 @@ class Judgement:
     dropped: Judgement | None = None  # with the causes that are not believed
     why: str = ""  # not
 
+    @property
+    def reserve(self) -> str:
+        """What makes all causes of a whole drive weak, as a sentence; "" where nothing does."""
+        if not (
+            self.left and self.outcome.causes and self.gain.closed < RULES.judge.nearly and self.mending.residual.kind == "whole"
+        ):
+            return ""
+        return f"it closes {100 * self.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
+
 
 class Judge:
     """The data that judge: `judged` blocks, called `names`, of the whole `experiment`; `train` are those of the search."""
@@ -86,9 +95,9 @@ class Judge:
             return f"it closes {100 * found.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
         if _guesses(found.outcome):
             return "several causes that take a little each are guesses"
-        if self.experiment.by_channel:
-            return next((why for law in found.free if (why := _ahead(law, found.outcome))), "")
-        if self._stands_there(found, missing):
+        if why := next((why for law in found.free if (why := _ahead(law, found.outcome))), ""):
+            return why
+        if not self.experiment.by_channel and self._stands_there(found, missing):
             return f"the error goes most with the {missing[0].variable}, and what it leaves still does"
         if self._outdone(found, missing):
             return "a free function of one variable explains more"

@@ -121,6 +121,9 @@ def diagnose_runs(
         coarse, by_step = [cause], step.residual
     left, problem = found.left, outcome.problem
     causes = named(found.outcome) + coarse
+    if found.reserve:
+        for cause in causes:
+            cause.doubts.append(found.reserve)
     answer = verdict(causes, left, found.outcome)
     shares = blamed
     if shares is None:

@@ -12,7 +12,7 @@ where it stands:
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,10 @@ class FreeLaw(NamedTuple):
     heights: np.ndarray
 
 
-NONE = FreeLaw(0, 0, np.zeros(1), np.zeros(1))
+@cache
+def none() -> FreeLaw:
+    """No free law."""
+    return FreeLaw(0, 0, np.zeros(1), np.zeros(1))
 
 
 def name(place: str, variable: str, knot: float) -> str:
@@ -49,7 +52,7 @@ def of(values: dict[str, float]) -> FreeLaw:
     """The free law that these values hold."""
     found = names(values)
     if not found:
-        return NONE
+        return none()
     place, over, knots = _read(found)
     return FreeLaw(place, over, knots, np.array([values[key] for key in found], float))
 

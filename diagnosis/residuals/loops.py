@@ -12,8 +12,6 @@ from selflock.fmus.motor import dc
 from selflock.fmus.reducer import law, shaft
 from selflock.fmus.sensor import sensor
 
-TURN = 2.0 * pi
-
 
 def read(p, value, dt, reading):
     """What a sensor, settled at the start, makes of values held over each step."""
@@ -150,7 +148,7 @@ def _met(over, g, l, delivered, time, current):
     if over == 2:
         return delivered
     if over == 3:
-        return g.angle - TURN * floor(g.angle / TURN)
+        return g.angle - 2.0 * pi * floor(g.angle / (2.0 * pi))
     if over == 4:
         return l.angle
     if over == 5:

@@ -29,10 +29,7 @@ class SearchRules:
     periods: tuple[int, int] = rule((2, 40), "samples of the sampling periods that are tried", AMOUNTS)
 
     # --- free laws inside a whole drive, which rival all causes: search.freely
-    free_knots: int = rule(
-        9, "knots where samples are many, and as many evenly over a variable's range", "a limit of time; not studied"
-    )
-    free_apart: float = rule(4.0, "of these, no two nearer than this share of an even distance, one over it", "not studied")
+    free_apart: float = rule(0.01, "share of its variable's range by which knots are apart at least", "not studied")
     free_fits: int = rule(2, "free laws that are fitted, those that look best", "a limit of time; not studied")
 
     # --- what recorders do, and is no cause: search.hypotheses.recorder

@@ -58,23 +58,20 @@ def free_laws(problem: Problem, base: Fit) -> list[FreeLaw]:
         problem.experiment.layout.run_of[problem.train],
     )
     errors = linear.draws(problem.taught(base.misfit * base.weights))
-    ways = []
+    best: dict[tuple[str, str], Direction] = {}
     for place, variable, free in _laws(problem, fixed):
         none = {p.name: 0.0 for p in free}
-        columns = []
-        for p in free:
-            step = RULES.search.difference * p.high
-            columns.append(slope(near.misfit({**fixed, **none, p.name: step}).reshape(near.shape), at, step))
-        stacked = np.stack(columns, -1)
-        if not (np.all(np.isfinite(stacked)) and np.any(stacked)):
+        moved = lambda p, none=none: near.misfit({**fixed, **none, p.name: RULES.search.difference * p.high}).reshape(near.shape)
+        columns = np.stack([slope(moved(p), at, RULES.search.difference * p.high) for p in free], -1)
+        if not (np.all(np.isfinite(columns)) and np.any(columns)):
             continue
-        hypothesis = Hypothesis("drive", f"free {place} over {variable}", free, shown_over=variable)
-        way = Direction(hypothesis, {}, free, stacked)
+        way = Direction(Hypothesis("drive", f"free {place} over {variable}", free, shown_over=variable), {}, free, columns)
         way.columns = way.columns[problem.train]
         linear.look(way, errors)
-        ways.append((place, variable, way))
-    best = sorted((way for way in ways if way[2].gain > 0.0), key=lambda way: -way[2].gain)[: RULES.search.free_fits]
-    found = [FreeLaw(place, variable, _fitted(problem, base, way)) for place, variable, way in best]
+        if way.gain > max(0.0, best[place, variable].gain if (place, variable) in best else 0.0):
+            best[place, variable] = way
+    most = sorted(best.items(), key=lambda item: -item[1].gain)[: RULES.search.free_fits]
+    found = [FreeLaw(place, variable, _fitted(problem, base, way)) for (place, variable), way in most]
     return sorted(found, key=lambda law: law.candidate.errors.mean())
 
 
@@ -94,9 +91,8 @@ def _laws(problem: Problem, fixed: dict) -> Iterator[tuple[str, str, tuple[Free,
     for place, variables in OVER.items():
         row = "voltage" if place == "voltage" else "torque"
         most = max(float(abs(one[row]).max()) for one in rows)
-        for variable in variables:
-            knots = _knots(np.concatenate([_along(variable, one, ch) for one, ch in zip(rows, runs)]))
-            if len(knots) > 2 and most > 0.0:
+        for variable in variables if most > 0.0 else ():
+            for knots in _knots(np.concatenate([_along(variable, one, ch) for one, ch in zip(rows, runs)])):
                 names = [free_law.name(place, variable, x) for x in knots]
                 yield place, variable, tuple(Free(n, 0.0, -most, most, free_law.PLACES[place]) for n in names)
 
@@ -110,17 +106,20 @@ def _along(variable: str, rows: dict[str, np.ndarray], ch) -> np.ndarray:
     return rows[ROWS[variable]]
 
 
-def _knots(x: np.ndarray) -> np.ndarray:
-    """Places where there is something to learn: where samples are many, and evenly over the range."""
+def _knots(x: np.ndarray) -> list[np.ndarray]:
+    """Knots in two ways: where samples are many and evenly over the range, and close at its ends, where stops are."""
     x = x[np.isfinite(x)]
-    count = RULES.search.free_knots
     if not len(x) or np.ptp(x) <= RULES.judge.constant * max(1.0, float(abs(x).max())):
-        return np.zeros(0)
-    many = np.quantile(x, np.linspace(0.0, 1.0, count))
-    places = np.sort(np.concatenate([many, np.linspace(x.min(), x.max(), count)[1:-1]]))
-    least = np.ptp(x) / (RULES.search.free_apart * count)
+        return []
+    few, ends = (np.quantile(x, quantiles) for quantiles in RULES.judge.knots)
+    even = np.linspace(x.min(), x.max(), len(few))[1:-1]
+    return [_apart(np.sort(np.append(few, even)), np.ptp(x)), _apart(ends, np.ptp(x))]
+
+
+def _apart(places: np.ndarray, whole_range: float) -> np.ndarray:
+    """Those of the places, ascending, that are far enough from the one before."""
     found = [places[0]]
     for place in places[1:]:
-        if place - found[-1] >= least:
+        if place - found[-1] >= RULES.search.free_apart * whole_range:
             found.append(place)
     return np.array(found)

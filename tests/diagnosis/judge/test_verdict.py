@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.judge.depends import Dependence
-from selflock.diagnosis.judge.verdict import Judge
+from selflock.diagnosis.judge.verdict import Judge, _ahead
 from selflock.diagnosis.residuals.mending import Mending
+from selflock.diagnosis.search.freely import FreeLaw
 from selflock.diagnosis.search.selection import Selection
 from selflock.diagnosis.search.step import Step
 
@@ -29,6 +30,24 @@ def test_the_error_is_that_of_the_comparison_that_is_off_most(sizes, shares, tol
     judge = Judge(experiment, None, None, [], rng)
     outcome = SimpleNamespace(problem=problem, base=SimpleNamespace(misfit=misfit.ravel()))
     assert judge._most_off(outcome).name == told
+
+
+@pytest.mark.parametrize("named, free, over, believed", [
+    (1.2, 1.1, "load", True),  # of 10 both leave as good as nothing
+    (3.0, 1.0, "load", False),  # a law over another variable does more
+    (3.0, 1.0, "speed", True),  # one of the cause's own bends as nature's formula does
+    (5.0, 1.0, "speed", False),  # but the cause must explain much of it
+    (1.0, 4.0, "load", True),
+])  # fmt: skip
+def test_a_free_law_in_the_drive_speaks_against_a_cause_where_it_does_more(named, free, over, believed, rng):
+    left = lambda level: SimpleNamespace(
+        losses=(x := level * rng.uniform(0.9, 1.1, (30, 1))), errors=x.sum(1), fit=SimpleNamespace(by_channel=True)
+    )
+    cause = SimpleNamespace(hypothesis=SimpleNamespace(shown_over="speed"))
+    outcome = SimpleNamespace(stages=[SimpleNamespace(base=left(10.0), chance_level=0.01)], standing=left(named), causes=[cause])
+    law = FreeLaw("torque", over, left(free))
+    law.candidate.hypothesis = SimpleNamespace(effect=f"free torque over {over}")
+    assert (_ahead(law, outcome) == "") == believed
 
 
 def _goes_with(*variables):

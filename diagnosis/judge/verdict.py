@@ -244,6 +244,8 @@ def _goes_with(free: list[FreeLaw], outcome: Selection) -> list[Dependence]:
         return []
     drop = (base.losses - best.candidate.losses).mean(0)
     share = float(drop.sum() / max(base.errors.mean(), 1e-300))
+    if share < RULES.judge.half:
+        return []
     return [Dependence(best.variable, problem.experiment.residuals[int(drop.argmax())].name, share, 0.0)]
 
 

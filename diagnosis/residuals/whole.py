@@ -31,6 +31,7 @@ from .channels import Channels
 from .compare import Compared
 from .forward import ROWS, carried
 from .recorder import counts, ticks
+from .set_points import about, between, jumps
 
 SUPPLY = "supply"
 
@@ -98,7 +99,7 @@ class Grid:
 
 
 def grid(ch: Channels) -> Grid:
-    """Of a run, made once: between two rows set-points go straight."""
+    """Of a run, made once; set-points between two rows: see set_points."""
     found = ch.memory.get("grid")
     if found is None:
         time = ch.run.time - ch.run.time[0]
@@ -108,7 +109,7 @@ def grid(ch: Channels) -> Grid:
         first = np.repeat(np.arange(len(steps)), parts)
         inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
         fine = np.append(time[first] + steps[first] * inside / parts[first], time[-1])
-        line = lambda x: np.interp(fine, time, x[: len(time)])
+        line = lambda x: between(fine, time, x[: len(time)])
         wanted = ch.raw("controller.angle_setpoint")
         powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.append(first, len(time) - 1)]
         dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
@@ -248,12 +249,17 @@ def channel(name: str, values: dict, ch: Channels) -> Compared:
 
 
 def settled(ch: Channels) -> np.ndarray:
-    """Rows away from the start of the run and from gaps, where nobody knows what the drive did before."""
+    """Rows away from the start of the run and from gaps, where nobody knows what the drive did before; and from jumps of a set-point.
+
+    When within a row it jumped nobody knows, nor which of the controller's next acts was the first to see it.
+    """
     if "settled" not in ch.memory:
         time, rules = ch.run.time, RULES.residuals
         begins = time[np.append(0, np.flatnonzero(ch.run.behind_gaps))]
         since = time - begins[np.searchsorted(begins, time, side="right") - 1]
-        ch.memory["settled"] = since >= min(rules.settling, rules.settling_share * (time[-1] - time[0]))
+        late = ch.setting.value(ch.prefix + "controller.sample_period", {}) + 2.0 * float(np.median(np.diff(time)))
+        jumped = about(jumps(ch.raw("controller.angle_setpoint")), time, late)
+        ch.memory["settled"] = (since >= min(rules.settling, rules.settling_share * (time[-1] - time[0]))) & ~jumped
     return ch.memory["settled"]
 
 

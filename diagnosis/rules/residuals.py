@@ -114,6 +114,14 @@ class ResidualRules:
         5e-4, "s; the longest step of the simulation, and the longest time between two acts of a continuous controller", CLOSED
     )
     whole_look: float = rule(1e-3, "s, the longest step of the first look at all hypotheses", "a limit of time")
+    jump_beside: float = rule(
+        0.1,
+        "share of a set-point's change below which those before and behind it are for it to be a jump",
+        "theory: a motion's are as large",
+    )
+    most_jumps: float = rule(
+        0.02, "share of the rows that may jump; a set-point that does so oftener goes in steps", "not studied"
+    )
     whole_fits: float = rule(
         30.0, "s of log on which hypotheses are fitted, the first part of each run; the last fit has all", "a limit of time"
     )

@@ -1,0 +1,33 @@
+"""Set-points between rows: straight, but where they jump."""
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.residuals.set_points import about, between, jumps
+
+TIME = np.arange(1000) * 1e-3
+
+
+def test_a_step_is_a_jump_and_a_motion_is_none(rng):
+    at, height = int(rng.integers(5, 990)), rng.uniform(1e-3, 1.0)
+    assert jumps(np.where(np.arange(1000) >= at, height, 0.0)).tolist() == [at]
+    assert jumps(0.3 * np.sin(7.0 * TIME) + np.where(np.arange(1000) >= at, 0.2, 0.0)).tolist() == [at]
+    for motion in (np.sin(7.0 * TIME), np.clip(TIME - 0.3, 0.0, 0.2), np.abs(TIME - 0.4), np.zeros(1000)):
+        assert not len(jumps(motion))
+
+
+def test_what_goes_in_counts_all_the_time_does_not_jump():
+    assert not len(jumps(np.floor(TIME / 0.017) * 1e-3))
+
+
+def test_between_rows_a_set_point_is_straight_and_held_before_its_jump(rng):
+    fine = np.sort(rng.uniform(0.0, 0.999, 5000))
+    motion = 0.3 * np.sin(7.0 * TIME)
+    assert np.array_equal(between(fine, TIME, motion), np.interp(fine, TIME, motion))
+    stepped = np.where(np.arange(1000) >= 400, 1.0, 0.0)
+    assert np.array_equal(between(fine, TIME, stepped), np.where(fine >= TIME[400], 1.0, 0.0))
+
+
+@pytest.mark.parametrize("late, last", [(0.0, 400), (4.5e-3, 404)])
+def test_rows_that_a_jump_may_have_reached(late, last):
+    assert np.flatnonzero(about(np.array([400]), TIME, late)).tolist() == list(range(399, last + 1))

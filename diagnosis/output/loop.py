@@ -27,6 +27,7 @@ from ..residuals.laws import as_fmu, effects
 from ..residuals.mending import rms
 from ..residuals.phase import own
 from ..residuals.residual import Residual
+from ..residuals.set_points import upright
 from ..rules import RULES
 from .playback import written
 
@@ -71,7 +72,8 @@ def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path],
         connections = [line for line in connections if not line.startswith(f'"controller.{target}" ')]
         connections.append(f'"controller.{target}" = {source}')
     wanted = ch.raw("controller.angle_setpoint")
-    columns = {"time": run.time - run.time[0], "angle_setpoint": wanted, "speed_setpoint": drive.speed_setpoint(wanted, {}, ch)}
+    asked = {"angle_setpoint": wanted, "speed_setpoint": drive.speed_setpoint(wanted, {}, ch)}
+    columns = upright(run.time - run.time[0], asked)
     for name in ("angle_setpoint", "speed_setpoint"):
         connections.append(f'"controller.{name}" = {{ from = "log.{name}", convert = false }}')
     step = float(f"{whole.grid(ch).dt[1:].max() / parts:.6g}")

@@ -33,6 +33,14 @@ def between(when: np.ndarray, time: np.ndarray, x: np.ndarray) -> np.ndarray:
     return found
 
 
+def upright(time: np.ndarray, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Times and set-points of which straight lines make the same: before each row that is behind a jump one more, hardly sooner."""
+    rows = np.unique(np.concatenate([jumps(x) for x in columns.values()]))
+    sooner = time[rows] - RULES.residuals.upright * (time[rows] - time[rows - 1])
+    found = {name: np.insert(x, rows, between(sooner, time, x)) for name, x in columns.items()}
+    return {"time": np.insert(time, rows, sooner), **found}
+
+
 def about(rows: np.ndarray, time: np.ndarray, late: float) -> np.ndarray:
     """Which rows a jump may have reached that came at any instant of the row before: up to so many s behind it."""
     found = np.zeros(len(time), bool)

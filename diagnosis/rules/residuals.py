@@ -119,6 +119,9 @@ class ResidualRules:
         "share of a set-point's change below which those before and behind it are for it to be a jump",
         "theory: a motion's are as large",
     )
+    upright: float = rule(
+        1e-3, "rows that a jump takes where straight lines draw it, for FMUs that are run again", "theory: next to none"
+    )
     most_jumps: float = rule(
         0.02, "share of the rows that may jump; a set-point that does so oftener goes in steps", "not studied"
     )

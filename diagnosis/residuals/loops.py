@@ -175,6 +175,9 @@ def closed(
     angle, speed = start[2], start[3]
     if at_motor > 0.0:
         angle, speed = start[0] / ratio, start[1] / ratio
+    if place == 4:
+        push = _straight(knots, heights, _met(over, g, l, 0.0, since, m.current))
+        angle += push / ratio if at_motor > 0.0 else push
     sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
     if sensed > 0.0:
         angle, speed = sensor.exact(pa, angle), sensor.exact(ps, speed)
@@ -193,7 +196,7 @@ def closed(
                         carried = push
                     elif place == 2:  # as friction: against the motion, and none at rest
                         carried = push if turned > 0.0 else -push if turned < 0.0 else 0.0
-                    else:
+                    elif place == 3:
                         held = u - push
                 m, mo = dc.advance(pm, m, held, turned + 0.5 * rising, h)
                 g, go = shaft.advance(pr, g, mo.torque - carried, l.angle, moved + 0.5 * falling, h)
@@ -212,6 +215,9 @@ def closed(
         angle, speed = l.angle, l.speed
         if at_motor > 0.0:
             angle, speed = g.angle / ratio, g.speed / ratio
+        if place == 4:  # the angle's own reading, of whichever shaft
+            push = _straight(knots, heights, _met(over, g, l, delivered, since, current))
+            angle += push / ratio if at_motor > 0.0 else push
         if anew and sensed > 0.0:
             sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
         if sensed > 0.0:

@@ -64,8 +64,11 @@ class Residual:
         name = phase.parameter(name)
         owner = name.rpartition(".")[0]
         what, _, channel = owner.partition(".")
-        if name == whole.HOLD or name.startswith(free_law.PREFIX):
+        if name == whole.HOLD:
             return self.kind == "whole"
+        if name.startswith(free_law.PREFIX):
+            of = free_law.channel(name)
+            return self.kind == "whole" and (not of or of in (self.output, *self.reads, *self.through))
         if what in ("sensor", "recorder"):
             return channel in (*self.reads, self.output) or (what == "sensor" and channel in self.through)
         if owner == self.prefix + "reducer" and self.kind in ("twist", "shafts"):

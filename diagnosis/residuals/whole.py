@@ -49,6 +49,9 @@ SHOWN = {
 }
 """Signals that are compared, and their rows in a simulation."""
 
+VARIED = {"speed": "input_speed", "load": "output_torque", "output position": "angle", "current": "current", "voltage": "voltage"}
+"""Variables of free laws that are rows of a simulation."""
+
 TURNS = {speed: SHOWN[angle] for speed, angle in ANGLE_OF.items()}
 """Speeds, and the row of the angle with which a tacho's ripple goes."""
 
@@ -128,6 +131,8 @@ def matters(name: str, ch: Channels) -> bool:
     """Whether a value changes the motion itself: a component's, or a sensor's that the controller sees."""
     if name.startswith("recorder."):
         return name == HOLD
+    if of := free_law.channel(name) if name.startswith(free_law.PREFIX) else "":
+        return of == seen_by_controller(ch)[0]
     if name.startswith("sensor."):
         return name.removeprefix("sensor.").rpartition(".")[0] in seen_by_controller(ch)
     return True
@@ -160,9 +165,12 @@ def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[
     seen = [ch.sensor(name, values) for name in (angle, speed)]
     out = np.empty((len(ROWS), len(here.time)))
     given = here.powered, here.wanted, here.rate, here.dt
+    place, over, knots, heights, of = free_law.of(values)
+    if of == angle:
+        place = free_law.IN_LOOP
     ch.setting.kernels.closed(
         pc, pm, pr, pl, *(off if p is None else p for p in seen), float(any(p is not None for p in seen)), float(at_motor),
-        *given, parts, ticked, places, starts, *free_law.of(values), out,
+        *given, parts, ticked, places, starts, place, over, knots, heights, out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out))
     return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}
@@ -263,15 +271,33 @@ def settled(ch: Channels) -> np.ndarray:
     return ch.memory["settled"]
 
 
+def along(variable: str, rows: dict[str, np.ndarray], ch: Channels) -> np.ndarray:
+    """A free law's variable at the instants of the grid of a simulation."""
+    if variable == "time":
+        return grid(ch).time
+    if variable == "position":
+        return rows["input_angle"] % (2.0 * np.pi)
+    return rows[VARIED[variable]]
+
+
+def _freely(name: str, x: np.ndarray, when: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
+    """A reading at these instants, with the free law that the values hold of it."""
+    law = free_law.of(values)
+    if law.channel != name:
+        return x
+    at = np.interp(when, grid(ch).time, along(free_law.VARIABLES[law.over - 1], simulate(values, ch), ch))
+    return x + np.interp(at, law.knots, law.heights)
+
+
 def read(name: str, values: dict, ch: Channels) -> np.ndarray:
     """What stands in the rows of a channel: the simulated signal behind its sensor and its recorder."""
     here, rows = grid(ch), simulate(values, ch)
     of = lambda key: values.get(f"recorder.{name}.{key}", 0.0)
-    if over := counts(name, ch)[1]:
-        x = differences(rows[TURNS[name]], here.time, of("shift"), over, ch)
-        return drive.sensed(name, x, ch.taken_steps(), values, ch)
     when = ch.taken(ch.run.time) - ch.run.time[0] - of("shift")
-    x = drive.sensed(name, rows[SHOWN[name]], here.dt, values, ch)
+    if over := counts(name, ch)[1]:
+        x = _freely(name, differences(rows[TURNS[name]], here.time, of("shift"), over, ch), when, values, ch)
+        return drive.sensed(name, x, ch.taken_steps(), values, ch)
+    x = drive.sensed(name, _freely(name, rows[SHOWN[name]], here.time, values, ch), here.dt, values, ch)
     if late := of("filter"):
         lag, filtered = laws.no_sensor()._replace(lag_time=late), np.empty(len(x))
         ch.setting.kernels.read(lag, x, here.dt, filtered)

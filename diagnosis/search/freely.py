@@ -28,8 +28,18 @@ OVER = {
 }
 """Of what a free law at each place is a function. A torque over the current is a voltage's matter, one over the speed is both's."""
 
-ROWS = {"speed": "input_speed", "load": "output_torque", "output position": "angle", "current": "current"}
-"""Of a simulation (residuals.forward.ROWS); the others are made of them."""
+OWN = {
+    "load.angle": "output position",
+    "load.speed": "speed",
+    "reducer.input_angle": "position",
+    "reducer.input_speed": "speed",
+    "motor.current": "current",
+    "motor.torque": "current",
+    "reducer.output_torque": "load",
+    "motor.voltage": "voltage",
+    "controller.voltage": "voltage",
+}
+"""Of what a channel's reading is a function where its sensor is not straight."""
 
 
 @dataclass(frozen=True)
@@ -84,26 +94,23 @@ def _fitted(problem: Problem, base: Fit, way: Direction) -> Candidate:
 
 
 def _laws(problem: Problem, fixed: dict) -> Iterator[tuple[str, str, tuple[Free, ...]]]:
-    """Every free law as the heights at its knots; a height may be as much as the motor gives, or is given, at most."""
+    """Every free law as the heights at its knots; a height may be as much as there is of what it is added to, at most."""
     experiment = problem.experiment
     runs = [experiment.channels[i, ""] for i in problem.teaching]
     rows = [whole.simulate(problem.absolute(fixed), ch) for ch in runs]
-    for place, variables in OVER.items():
-        row = "voltage" if place == "voltage" else "torque"
+    places = [
+        (place, free_law.PLACES[place], over, "voltage" if place == "voltage" else "torque") for place, over in OVER.items()
+    ]
+    for residual in experiment.residuals:
+        if residual.output in OWN:
+            place, over = free_law.READING + residual.output, OWN[residual.output]
+            places.append((place, residual.unit, (over,), whole.SHOWN[residual.output]))
+    for place, unit, variables, row in places:
         most = max(float(abs(one[row]).max()) for one in rows)
         for variable in variables if most > 0.0 else ():
-            for knots in _knots(np.concatenate([_along(variable, one, ch) for one, ch in zip(rows, runs)])):
+            for knots in _knots(np.concatenate([whole.along(variable, one, ch) for one, ch in zip(rows, runs)])):
                 names = [free_law.name(place, variable, x) for x in knots]
-                yield place, variable, tuple(Free(n, 0.0, -most, most, free_law.PLACES[place]) for n in names)
-
-
-def _along(variable: str, rows: dict[str, np.ndarray], ch) -> np.ndarray:
-    """A variable along a simulation."""
-    if variable == "time":
-        return whole.grid(ch).time
-    if variable == "position":
-        return rows["input_angle"] % (2.0 * np.pi)
-    return rows[ROWS[variable]]
+                yield place, variable, tuple(Free(n, 0.0, -most, most, unit) for n in names)
 
 
 def _knots(x: np.ndarray) -> list[np.ndarray]:

@@ -17,6 +17,8 @@ def test_its_numbers_say_where_they_stand():
     assert (law.place, law.over) == (3, 6)
     assert law.knots.tolist() == [-1.5, 0.0, 1e-3] and law.heights.tolist() == [0.2, 0.0, 0.7]
     assert free_law.of({"reducer.viscous_damping": 1e-3}).place == 0
+    reading = free_law.of({free_law.name("reading motor.current", "current", x): x for x in (-1.0, 2.0)})
+    assert (reading.place, reading.over, reading.channel) == (0, 6, "motor.current")
 
 
 def test_it_is_straight_between_knots_and_constant_beyond(rng):
@@ -38,3 +40,18 @@ def test_a_free_law_of_a_shape_that_has_a_name_moves_a_drive_as_that_does(tmp_pa
         size = np.sqrt(np.mean((named - plain) ** 2))
         apart.append(np.sqrt(np.mean((named - free) ** 2)) / size)
     assert apart[1] < 0.05 and apart[1] < 0.5 * apart[0]
+
+
+@pytest.mark.slow
+def test_a_free_reading_is_what_a_sensor_of_that_shape_reads(tmp_path):
+    """Of a channel beside the loop, and of the angle that the controller acts on; a sensor's scale is a straight line."""
+    bench = experiment(recordings.hide([], recordings.DEVELOPMENT + 7, longest=6.0, duration=6.0), tmp_path)
+    (ch,) = bench.channels.values()
+    for channel, variable in (("motor.current", "current"), ("load.angle", "output position")):
+        line = {free_law.name(f"reading {channel}", variable, x): 0.05 * x for x in (-100.0, 100.0)}
+        scaled = {f"sensor.{channel}.scale_factor": 1.05}
+        for shown in ("motor.current", "load.angle", "controller.voltage"):
+            if ch.has(shown):
+                named, free, plain = (whole.read(shown, values, ch) for values in (scaled, line, {}))
+                size = np.sqrt(np.mean((named - plain) ** 2))
+                assert np.sqrt(np.mean((named - free) ** 2)) < 1e-6 * max(size, 1.0)

@@ -50,6 +50,7 @@ ELSEWHERE = {  # what decides nothing
     "naming/guesses.py": {"FAR"},  # beyond all numbers
     "naming/kernels.py": {"SIGNAL", "X", "OUT", "P"},  # places in a block
     "naming/places.py": {"MIDDLE"},  # a half of a step
+    "residuals/free_law.py": {"IN_LOOP"},  # a code of the loops
     "systems/parts.py": {"CLOSE"},  # digits of a time
     "tracking/changes.py": {"NORMAL"},  # a quantile of what is told
     "tracking/page.py": {"UNITS", "POINTS", "ROWS", "COLOURED", "SECONDS"},  # how much is drawn

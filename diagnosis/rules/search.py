@@ -30,6 +30,14 @@ class SearchRules:
 
     # --- free laws inside a whole drive, which rival all causes: search.freely
     free_apart: float = rule(0.01, "share of its variable's range by which knots are apart at least", "not studied")
+    free_ridges: tuple[float, ...] = rule(
+        (0.001, 0.01, 0.1),
+        "shares of what all blocks know of a height that hold it back; what predicts most of unseen blocks",
+        "not studied",
+    )
+    free_steps: tuple[float, ...] = rule(
+        (1.0, 0.3, 0.1), "shares of a Gauss-Newton step of one that are tried, until one helps", "a limit of time"
+    )
     free_fits: int = rule(2, "free laws that are fitted, those that look best", "a limit of time; not studied")
 
     # --- what recorders do, and is no cause: search.hypotheses.recorder

@@ -15,11 +15,9 @@ import numpy as np
 from ..residuals import free_law, whole
 from ..rules import RULES
 from .candidate import Candidate
-from .fit import Fit, slope
+from .fit import Fit, rho, slope, weight
 from .hypotheses import Free, Hypothesis
-from .linear import Linear
 from .problem import Problem
-from .screen import Direction
 
 OVER = {
     "torque": ("speed", "load", "position", "output position", "time"),
@@ -44,7 +42,7 @@ OWN = {
 
 @dataclass(frozen=True)
 class FreeLaw:
-    """A free law that was fitted, as a candidate of the first step of a search."""
+    """A free law as a candidate of the first step of a search."""
 
     place: str
     variable: str
@@ -56,41 +54,113 @@ class FreeLaw:
         return self.candidate.hypothesis.effect
 
 
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations of each block that teaches: the base's columns, then a free law's, each of length 1 over all blocks."""
+
+    gram: np.ndarray  # (blocks, k, k)
+    cross: np.ndarray  # (blocks, k), with the misfit
+    lengths: np.ndarray  # (k,)
+
+    def step(self, seen: np.ndarray, amounts: np.ndarray, ridge: float) -> np.ndarray:
+        """Least squares over the blocks seen, from these amounts of the free law.
+
+        ridge: holds the heights back, as a share of what all blocks know of each, for little is known of a knot that these
+        hardly meet.
+        """
+        first = len(self.lengths) - len(amounts)
+        held = np.full(len(self.lengths), RULES.search.ridge)
+        held[first:] = ridge
+        pull = self.cross[seen].sum(0)
+        pull[first:] += ridge * amounts * self.lengths[first:]
+        return -np.linalg.solve(self.gram[seen].sum(0) + np.diag(held), pull)
+
+
 def free_laws(problem: Problem, base: Fit) -> list[FreeLaw]:
-    """The free laws that look best over the base, fitted; best first."""
+    """The free laws that look best over the base, as they do when they are simulated; best first."""
     near = problem.glance(True)
-    fixed = dict(base.values)
-    at = near.misfit(fixed).reshape(near.shape)
-    linear = Linear(
-        base.open.reshape(*problem.shape, -1)[problem.train],
-        problem.taught(base.weights),
-        problem.fold_of_block[problem.train],
-        problem.experiment.layout.run_of[problem.train],
-    )
-    errors = linear.draws(problem.taught(base.misfit * base.weights))
-    best: dict[tuple[str, str], Direction] = {}
-    for place, variable, free in _laws(problem, fixed):
-        none = {p.name: 0.0 for p in free}
-        moved = lambda p, none=none: near.misfit({**fixed, **none, p.name: RULES.search.difference * p.high}).reshape(near.shape)
-        columns = np.stack([slope(moved(p), at, RULES.search.difference * p.high) for p in free], -1)
+    folds = problem.fold_of_block[problem.train]
+    looked: dict[tuple[str, str], tuple[float, float, tuple[Free, ...]]] = {}
+    for place, variable, free in _laws(problem, base.values):
+        columns = _columns(near, base.values, free, np.zeros(len(free)))
         if not (np.all(np.isfinite(columns)) and np.any(columns)):
             continue
-        way = Direction(Hypothesis("drive", f"free {place} over {variable}", free, shown_over=variable), {}, free, columns)
-        way.columns = way.columns[problem.train]
-        linear.look(way, errors)
-        if way.gain > max(0.0, best[place, variable].gain if (place, variable) in best else 0.0):
-            best[place, variable] = way
-    most = sorted(best.items(), key=lambda item: -item[1].gain)[: RULES.search.free_fits]
-    found = [FreeLaw(place, variable, _fitted(problem, base, way)) for (place, variable), way in most]
+        normal = _normal(problem, base, columns, base.misfit)
+        gain, ridge = max((_gain(normal, folds, len(free), ridge), ridge) for ridge in RULES.search.free_ridges)
+        if gain > max(0.0, looked[place, variable][0] if (place, variable) in looked else 0.0):
+            looked[place, variable] = gain, ridge, free
+    most = sorted(looked.items(), key=lambda item: -item[1][0])[: RULES.search.free_fits]
+    found = [FreeLaw(*where, _simulated(problem, base, *where, *how)) for where, (_, *how) in most]
     return sorted(found, key=lambda law: law.candidate.errors.mean())
 
 
-def _fitted(problem: Problem, base: Fit, way: Direction) -> Candidate:
-    """The fit of a free law, begun at what the linear look says."""
-    free = (*base.free, *way.free)
-    fitted = problem.fit(free, base.values | way.start(), RULES.search.effort_begin)
-    losses = problem.block_loss(problem.held_out(fitted))
-    return Candidate(way.hypothesis, way.free, fitted, losses, linear=way.gain)
+def _columns(problem: Problem, fixed: dict, free: tuple[Free, ...], amounts: np.ndarray) -> np.ndarray:
+    """How the misfit moves with each height, (blocks, samples, heights), at these amounts."""
+    values = fixed | {p.name: float(a) for p, a in zip(free, amounts)}
+    at = problem.misfit(values).reshape(problem.shape)
+    found = []
+    for p in free:
+        step = RULES.search.difference * p.high
+        step = -step if values[p.name] + step > p.high else step
+        found.append(slope(problem.misfit({**values, p.name: values[p.name] + step}).reshape(problem.shape), at, step))
+    return np.stack(found, -1)
+
+
+def _normal(problem: Problem, base: Fit, columns: np.ndarray, misfit: np.ndarray) -> Normal:
+    """Around a misfit, robust as its samples ask."""
+    weights = weight(misfit, problem.loss_scale)
+    every = np.concatenate([base.open.reshape(*problem.shape, -1), columns], -1) * weights.reshape(problem.shape)[..., None]
+    every = np.nan_to_num(every)[problem.train]
+    lengths = np.sqrt(np.maximum(np.einsum("bsk,bsk->k", every, every), 1e-30))
+    every /= lengths
+    turned = every.transpose(0, 2, 1)
+    errors = problem.taught(misfit * weights)
+    return Normal(turned @ every, (turned @ errors[..., None])[..., 0], lengths)
+
+
+def _gain(normal: Normal, folds: np.ndarray, heights: int, ridge: float) -> float:
+    """Drop of the squared misfit in each fold under the step that the others ask for, over that of the base alone."""
+    numbers = len(normal.lengths) - heights
+    alone = Normal(normal.gram[:, :numbers, :numbers], normal.cross[:, :numbers], normal.lengths[:numbers])
+    total = 0.0
+    for one, amounts, sign in ((normal, np.zeros(heights), -1.0), (alone, np.zeros(0), 1.0)):
+        for fold in np.unique(folds) if len(one.lengths) else ():
+            step, unseen = one.step(folds != fold, amounts, ridge), folds == fold
+            total += sign * float(step @ (2.0 * one.cross[unseen].sum(0) + one.gram[unseen].sum(0) @ step))
+    return total
+
+
+def _simulated(problem: Problem, base: Fit, place: str, variable: str, ridge: float, free: tuple[Free, ...]) -> Candidate:
+    """What a free law leaves of each fold, simulated with the heights that the others ask for: two Gauss-Newton steps."""
+    every = (*base.free, *free)
+    low, high = (np.array([getattr(p, end) for p in every]) for end in ("low", "high"))
+    at = np.array([*(base.values[p.name] for p in base.free), *(0.0 for _ in free)])
+    named = lambda x: base.values | {p.name: float(v) for p, v in zip(every, x)}
+    loss = lambda misfit, rows: float(rho(misfit[rows], problem.loss_scale).sum())
+    misfit, all_blocks = base.misfit, np.ones(int(problem.train.sum()), bool)
+
+    def moved(normal: Normal, seen: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The longest part of the step that helps where it was learnt, and its misfit; none where none does."""
+        step = normal.step(seen, at[len(base.free) :], ridge) / normal.lengths
+        for share in RULES.search.free_steps:
+            there = np.clip(at + share * step, low, high)
+            left = problem.misfit(named(there))
+            if loss(left, rows) < loss(misfit, rows):
+                return there, left
+        return at, misfit
+
+    normal = _normal(problem, base, _columns(problem, base.values, free, at[len(base.free) :]), misfit)
+    at, misfit = moved(normal, all_blocks, problem.rows)
+    columns = _columns(problem, named(at), free, at[len(base.free) :])
+    normal, unseen = _normal(problem, base, columns, misfit), misfit.copy()
+    for fold in np.unique(problem.fold_of_block[problem.train]):
+        inside = problem.folds == fold
+        _, left = moved(normal, problem.fold_of_block[problem.train] != fold, problem.rows & ~inside)
+        unseen[inside] = left[inside]
+    jacobian = np.concatenate([base.jacobian, columns.reshape(len(misfit), -1)], axis=1)
+    fitted = Fit(every, named(at), misfit, jacobian, weight(misfit, problem.loss_scale), problem.by_channel)
+    hypothesis = Hypothesis("drive", f"free {place} over {variable}", free, shown_over=variable)
+    return Candidate(hypothesis, free, fitted, problem.block_loss(unseen))
 
 
 def _laws(problem: Problem, fixed: dict) -> Iterator[tuple[str, str, tuple[Free, ...]]]:

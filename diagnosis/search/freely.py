@@ -90,7 +90,10 @@ def free_laws(problem: Problem, base: Fit) -> list[FreeLaw]:
         if gain > max(0.0, looked[place, variable][0] if (place, variable) in looked else 0.0):
             looked[place, variable] = gain, ridge, free
     most = sorted(looked.items(), key=lambda item: -item[1][0])[: RULES.search.free_fits]
-    found = [FreeLaw(*where, _simulated(problem, base, *where, *how)) for where, (_, *how) in most]
+    found = [
+        FreeLaw(place, variable, _simulated(problem, base, f"free {place} over {variable}", variable, ridge, free))
+        for (place, variable), (_, ridge, free) in most
+    ]
     return sorted(found, key=lambda law: law.candidate.errors.mean())
 
 
@@ -130,7 +133,7 @@ def _gain(normal: Normal, folds: np.ndarray, heights: int, ridge: float) -> floa
     return total
 
 
-def _simulated(problem: Problem, base: Fit, place: str, variable: str, ridge: float, free: tuple[Free, ...]) -> Candidate:
+def _simulated(problem: Problem, base: Fit, label: str, variable: str, ridge: float, free: tuple[Free, ...]) -> Candidate:
     """What a free law leaves of each fold, simulated with the heights that the others ask for: two Gauss-Newton steps."""
     every = (*base.free, *free)
     low, high = (np.array([getattr(p, end) for p in every]) for end in ("low", "high"))
@@ -159,7 +162,7 @@ def _simulated(problem: Problem, base: Fit, place: str, variable: str, ridge: fl
         unseen[inside] = left[inside]
     jacobian = np.concatenate([base.jacobian, columns.reshape(len(misfit), -1)], axis=1)
     fitted = Fit(every, named(at), misfit, jacobian, weight(misfit, problem.loss_scale), problem.by_channel)
-    hypothesis = Hypothesis("drive", f"free {place} over {variable}", free, shown_over=variable)
+    hypothesis = Hypothesis("drive", label, free, shown_over=variable)
     return Candidate(hypothesis, free, fitted, problem.block_loss(unseen))
 
 

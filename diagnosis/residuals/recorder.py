@@ -109,9 +109,14 @@ def _on_counts(x: np.ndarray, good: np.ndarray, time: np.ndarray, rows: int) -> 
     return 0.0, np.zeros(0)
 
 
+def commanded(ch: Channels) -> str:
+    """The channel in which a controller's acts are seen: its command, or the voltage that it makes; "" where there is none."""
+    return next((name for name in (COMMAND, "motor.voltage") if ch.has(name)), "")
+
+
 def ticks(period: float, ch: Channels) -> float:
     """How long before the first row a controller of this period, s, ticked, as the steps of its logged command tell; s."""
-    if not ch.has(COMMAND):
+    if not commanded(ch):
         return 0.0
     known = ch.run.memory.setdefault("ticks", {})  # the rows tell it, whatever is simulated
     if period not in known:
@@ -143,7 +148,7 @@ def period(ch: Channels) -> float:
     A command averaged over its row shares a step between two, so changes are those over two rows. Steps that are hardly farther
     apart are in all of these, and are seen in changes over one; a part of a period that is seen in both is none.
     """
-    if not ch.has(COMMAND):
+    if not commanded(ch):
         return 0.0
     (short, step), (long, _) = (_line(*_jumps(ch, rows)) for rows in (1, 2))
     if not short or not long:
@@ -171,7 +176,7 @@ def _line(jumps: np.ndarray, when: np.ndarray) -> tuple[float, float]:
 
 def _jumps(ch: Channels, rows: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """By how much the command changes over so many rows, V, and when, s, from the first row on."""
-    time, command = ch.run.time - ch.run.time[0], ch.raw(COMMAND)
+    time, command = ch.run.time - ch.run.time[0], ch.raw(commanded(ch))
     return abs(command[rows:] - command[:-rows]), 0.5 * (time[rows:] + time[:-rows])
 
 

@@ -111,13 +111,28 @@ def grid(ch: Channels) -> Grid:
         parts = np.maximum(1, np.ceil(steps / ch.setting.whole_step - 1e-6)).astype(int)
         first = np.repeat(np.arange(len(steps)), parts)
         inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
-        fine = np.append(time[first] + steps[first] * inside / parts[first], time[-1])
+        fine = _with_acts(np.append(time[first] + steps[first] * inside / parts[first], time[-1]), ch)
         line = lambda x: between(fine, time, x[: len(time)])
         wanted = ch.raw("controller.angle_setpoint")
-        powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.append(first, len(time) - 1)]
+        powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.searchsorted(time, fine + 1e-9, side="right") - 1]
         dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
         found = ch.memory["grid"] = Grid(fine, dt, line(wanted), line(drive.speed_setpoint(wanted, {}, ch)), powered)
     return found
+
+
+def _with_acts(fine: np.ndarray, ch: Channels) -> np.ndarray:
+    """Instants, and those at which a controller that is slower than they are acts: else it would at the next of them."""
+    period = ch.setting.value(ch.prefix + "controller.sample_period", {})
+    step = float(np.median(np.diff(fine)))
+    if not period > step:
+        return fine
+    acts = np.arange(period - ticks(period, ch), fine[-1], period)
+    acts = acts[(acts > fine[0] + 1e-3 * step) & (acts < fine[-1] - 1e-3 * step)]
+    away = np.ones(len(fine), bool)
+    near = np.searchsorted(fine, acts)
+    for beside in (near - 1, near):  # an instant that is hardly another gives way
+        away[beside[abs(fine[beside] - acts) < 1e-3 * step]] = False
+    return np.sort(np.append(fine[away], acts))
 
 
 def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:

@@ -48,6 +48,9 @@ class SearchRules:
     )
     differenced: int = rule(12, "steps of the log over which a speed may be a difference of angles, at most", RECORDERS)
     slowest_filter: float = rule(0.010, "s, the longest time constant of a speed's filter", RECORDERS)
+    shift_places: int = rule(
+        13, "times of a channel's shift, evenly over its range, of which the best is where fits begin", "a limit of time"
+    )
     window_start: float = rule(0.25, "steps over which a converter's mean is first taken to go", RECORDERS)
     filter_start: float = rule(5e-4, "s from which a fit of it starts: at 0 it has no slope", RECORDERS)
     tacho_ripple: float = rule(0.02, "largest relative ripple of a tacho", RECORDERS)

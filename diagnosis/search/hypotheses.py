@@ -262,7 +262,8 @@ def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
         ch = experiment.channels[0, residual.prefix]
         if channel in whole.TURNS and not counts(channel, ch)[1]:
             numbers["filter"] = (rules.filter_start, 0.0, rules.slowest_filter)
-            for order in RULES.residuals.ripples:
+            turned = _turns(experiment, residual.prefix, SIDES["output" if channel.startswith("load") else "input"])
+            for order in (n for n in RULES.residuals.ripples if n * turned >= 1.0):  # of less than a wave nothing tells it
                 numbers |= {f"ripple_{wave}_{order}": (0.0, -rules.tacho_ripple, rules.tacho_ripple) for wave in ("cos", "sin")}
         elif channel in VOLTAGES:
             numbers["window"] = (rules.window_start * step, 0.0, step)

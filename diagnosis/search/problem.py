@@ -84,7 +84,9 @@ class Problem:
         found = self.with_noise_at(self.nominal)
         if not self.base_free:
             return found
-        endings = [found._ending(self.nominal | start) for start in starts(self.asked, self.nominal)]
+        if self.by_channel:
+            found = found.with_noise_at(found._read_when(found.nominal))
+        endings = [found._ending(found.nominal | start) for start in starts(self.asked, found.nominal)]
         best = min(endings, key=lambda e: e.loss).end
         if (
             self.whole
@@ -95,6 +97,15 @@ class Problem:
         found = replace(found, base_free=near).with_noise_at(best)
         endings = [replace(found._ending(e.end), start=e.start) for e in endings]
         return replace(found.with_noise_at(min(endings, key=lambda e: e.loss).end), endings=tuple(endings))
+
+    def _read_when(self, values: dict[str, float]) -> dict[str, float]:
+        """Values with each channel's shift where it fits best by itself: a signal in steps has slopes that lead nowhere."""
+        loss = lambda tried: float(rho(self.misfit(tried)[self.rows], self.loss_scale).sum())
+        for p in self.base_free:
+            if p.of_recorder and p.name.endswith(".shift"):
+                places = [values[p.name], *np.linspace(p.low, p.high, RULES.search.shift_places)]
+                values = values | {p.name: min(map(float, places), key=lambda place, p=p: loss(values | {p.name: place}))}
+        return values
 
     @property
     def asked(self) -> tuple[Free, ...]:

@@ -181,7 +181,9 @@ def closed(
     sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
     if sensed > 0.0:
         angle, speed = sensor.exact(pa, angle), sensor.exact(ps, speed)
-    c = pd.after(pd.start(pc, angle_setpoint[0], speed_setpoint[0], angle, speed, start[1], 0.0), ticked)
+    c = pd.after(
+        pd.start(pc, angle_setpoint[0], speed_setpoint[0], angle, speed, start[1], 0.0), ticked - dt[0]
+    )  # at the first sample it is so long ago
     u = c.command
     current = torque = delivered = rising = falling = 0.0
     for i in range(len(dt)):

@@ -19,6 +19,7 @@ from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.problem import Problem
 
 from ..plant import recordings
+from ..plant.recorder import Speed, draw
 from ..plant.rig import COLUMNS
 
 
@@ -200,3 +201,35 @@ def test_what_describes_no_loop_is_told_by_name(lost, said, tmp_path):
     assert whole.lacking(bench.rig, set(bench.runs[0].signals)) == ""
     with pytest.raises(DataError, match=f'simulate = "whole" needs {said}'):
         DriveExperiment(rig, [replace(bench.runs[0], signals=signals)])
+
+
+@pytest.mark.parametrize("channel", ["controller.voltage", "motor.voltage"])
+def test_a_controller_slower_than_its_log_acts_when_it_did(seed, channel, tmp_path):
+    """Whatever its voltage is called, and wherever the instants of the simulation lie."""
+    rng = np.random.default_rng(seed)
+    control = rng.uniform(2.5e-3, 5e-3)
+    recorder = replace(draw(rng), control=control, step=1e-3, jitter=0.0, duration=3.0, averaged=False)
+    case = recordings.hide([], seed, recorder=replace(recorder, lags=dict.fromkeys(recorder.lags, 0.0)))
+    rig, train, _ = case.write(tmp_path)
+    rig.write_text(rig.read_text().replace('"controller.voltage"', f'"{channel}"'))
+    found = replace(load(rig), simulate=whole.WHOLE)
+    runs = read(train, found)
+    check(runs, found)
+    (ch,) = DriveExperiment(found, runs).channels.values()
+    rows, ticked = whole.simulate({}, ch), ticks(control, ch)
+    acted = whole.grid(ch).time[1:][np.diff(rows["voltage"]) != 0.0]
+    off = (acted + ticked + 0.5 * control) % control - 0.5 * control
+    assert len(acted) > 100 and abs(off).max() < 1e-6
+    assert whole.grid(ch).dt.min() > 0.0
+
+
+def test_of_less_than_a_wave_no_tachos_ripple_is_asked(seed, tmp_path):
+    slow = Speed("tacho", ripple=0.01, order=1.0)
+    recorder = replace(draw(np.random.default_rng(seed), ("speed", "motor_speed")), duration=3.0, step=1e-3)
+    case = recordings.hide([], seed, recorder=replace(recorder, speeds=dict.fromkeys(recorder.speeds, slow)))
+    bench = experiment(case, tmp_path)
+    turned = np.ptp(case.logs[0]["angle"]) / (2.0 * np.pi)
+    asked = [p.name for p in Problem.of(bench, np.ones(bench.layout.count, bool)).base_free if "load.speed.ripple_cos" in p.name]
+    orders = [int(name.rsplit("_", 1)[1]) for name in asked]
+    assert all(n * turned > 0.9 for n in orders)
+    assert all(n in orders for n in RULES.residuals.ripples if n * turned > 1.1)

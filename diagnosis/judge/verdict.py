@@ -15,7 +15,7 @@ from ..residuals.residual import Residual
 from ..rules import RULES
 from ..search.candidate import Candidate, nearest, surer, worse
 from ..search.fit import Fit
-from ..search.freely import FreeLaw, free_laws
+from ..search.freely import FreeRival, free_laws
 from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import CHANCE
@@ -33,7 +33,7 @@ class Judgement:
     mending: Mending  # of the residual in which the gain is told: nominal, what is uncertain refitted; with the causes
     gain: Gain
     left: list[Dependence]  # with what the remainder goes
-    free: list[FreeLaw] = field(default_factory=list)  # of a whole drive in which something is left, rivals of its causes
+    free: list[FreeRival] = field(default_factory=list)  # of a whole drive in which something is left, rivals of its causes
     dropped: Judgement | None = None  # with the causes that are not believed
     why: str = ""  # not
 
@@ -217,7 +217,7 @@ class Judge:
         return False
 
 
-def _ahead(law: FreeLaw, outcome: Selection) -> str:
+def _ahead(law: FreeRival, outcome: Selection) -> str:
     """Why a free law of a whole drive speaks against the causes, as a sentence without its subject; "" where it does not.
 
     It does where it predicts more of unseen blocks. One of a variable over which a cause acts itself may: nature's formula is
@@ -234,7 +234,7 @@ def _ahead(law: FreeLaw, outcome: Selection) -> str:
     return f"it explains {100 * max(share, 0.0):.0f} % of what a {law.label} does, which bends as the log asks"
 
 
-def _goes_with(free: list[FreeLaw], outcome: Selection) -> list[Dependence]:
+def _goes_with(free: list[FreeRival], outcome: Selection) -> list[Dependence]:
     """With what goes what is missing in a whole drive: the variable of the free law that predicts most of it."""
     if not free:
         return []

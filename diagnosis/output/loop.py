@@ -73,7 +73,7 @@ def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path],
         connections.append(f'"controller.{target}" = {source}')
     wanted = ch.raw("controller.angle_setpoint")
     asked = {"angle_setpoint": wanted, "speed_setpoint": drive.speed_setpoint(wanted, {}, ch)}
-    columns = upright(run.time - run.time[0], asked)
+    columns = upright(run.time - run.time[0], asked, whole.sooner(ch))
     for name in ("angle_setpoint", "speed_setpoint"):
         connections.append(f'"controller.{name}" = {{ from = "log.{name}", convert = false }}')
     step = float(f"{whole.grid(ch).dt[1:].max() / parts:.6g}")

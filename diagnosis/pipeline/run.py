@@ -38,6 +38,7 @@ from ..residuals.recorder import counts, measured
 from ..residuals.setting import Setting
 from ..residuals.whole import WHOLE, lacking
 from ..rules import RULES
+from ..search.instants import place_jumps
 from ..search.kept import Kept
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
@@ -107,7 +108,11 @@ def diagnose_runs(
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     judged = ~train
     experiment.forget()  # an hour's motions, which the search makes for itself
-    selection = ForwardSelection(problem_of(experiment, runs, held, train, kept), rng, tell)
+    problem = problem_of(experiment, runs, held, train, kept)
+    if experiment.by_channel and place_jumps(experiment, problem):
+        experiment = DriveExperiment(rig, runs)
+        problem = problem_of(experiment, runs, held, train, kept)
+    selection = ForwardSelection(problem, rng, tell)
     outcome = selection.run() if search else selection.run(0)
     for problem in (outcome.problem, outcome.searched):
         problem.experiment.forget()

@@ -6,9 +6,15 @@ a controller faster than the log would be asked for a part of it, and answer wit
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from ..rules import RULES
+
+NOWHERE: Mapping[int, float] = MappingProxyType({})
+"""Of no jump is it known when it came: each at its row."""
 
 
 def jumps(x: np.ndarray) -> np.ndarray:
@@ -24,21 +30,27 @@ def jumps(x: np.ndarray) -> np.ndarray:
     return found if len(found) <= RULES.residuals.most_jumps * len(x) else np.zeros(0, int)
 
 
-def between(when: np.ndarray, time: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """A set-point at these instants: straight between its rows, held before a jump until the row that has it."""
+def between(when: np.ndarray, time: np.ndarray, x: np.ndarray, sooner: Mapping[int, float] = NOWHERE) -> np.ndarray:
+    """A set-point at these instants: straight between its rows, held before a jump until the row that has it.
+
+    sooner: for rows behind a jump the share of the row before by which it came sooner, less than 1.
+    """
     found = np.interp(when, time, x)
     for row in jumps(x):
-        inside = slice(*np.searchsorted(when, [time[row - 1], time[row]]))
-        found[inside] = x[row - 1]
+        first, last = time[row - 1], time[row]
+        jumped = last - sooner.get(int(row), 0.0) * (last - first)
+        start, middle, end = np.searchsorted(when, [first, jumped, last])
+        found[start:middle], found[middle:end] = x[row - 1], x[row]
     return found
 
 
-def upright(time: np.ndarray, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Times and set-points of which straight lines make the same: before each row that is behind a jump one more, hardly sooner."""
+def upright(time: np.ndarray, columns: dict[str, np.ndarray], sooner: Mapping[int, float] = NOWHERE) -> dict[str, np.ndarray]:
+    """Times and set-points of which straight lines make the same: two rows for a jump, hardly apart."""
     rows = np.unique(np.concatenate([jumps(x) for x in columns.values()]))
-    sooner = time[rows] - RULES.residuals.upright * (time[rows] - time[rows - 1])
-    found = {name: np.insert(x, rows, between(sooner, time, x)) for name, x in columns.items()}
-    return {"time": np.insert(time, rows, sooner), **found}
+    steps = time[rows] - time[rows - 1]
+    jumped = time[rows] - np.array([sooner.get(int(row), 0.0) for row in rows]) * steps
+    new = np.sort(np.concatenate([time, jumped - RULES.residuals.upright * steps, jumped[jumped < time[rows]]]))
+    return {"time": new, **{name: between(new, time, x, sooner) for name, x in columns.items()}}
 
 
 def about(rows: np.ndarray, time: np.ndarray, late: float) -> np.ndarray:

@@ -112,12 +112,17 @@ def grid(ch: Channels) -> Grid:
         first = np.repeat(np.arange(len(steps)), parts)
         inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
         fine = _with_acts(np.append(time[first] + steps[first] * inside / parts[first], time[-1]), ch)
-        line = lambda x: between(fine, time, x[: len(time)])
+        line = lambda x: between(fine, time, x[: len(time)], sooner(ch))
         wanted = ch.raw("controller.angle_setpoint")
         powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.searchsorted(time, fine + 1e-9, side="right") - 1]
         dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
         found = ch.memory["grid"] = Grid(fine, dt, line(wanted), line(drive.speed_setpoint(wanted, {}, ch)), powered)
     return found
+
+
+def sooner(ch: Channels) -> dict[int, float]:
+    """Of rows behind a jump of the set-point: the share of the row before by which it came sooner, once that is found."""
+    return ch.run.memory.setdefault("jumped sooner", {})
 
 
 def _with_acts(fine: np.ndarray, ch: Channels) -> np.ndarray:

@@ -28,6 +28,17 @@ class SearchRules:
     )
     periods: tuple[int, int] = rule((2, 40), "samples of the sampling periods that are tried", AMOUNTS)
 
+    # --- when set-points jumped: search.instants
+    jump_places: int = rule(
+        5,
+        "places within its row at which a jump is tried, evenly, and then half as far to both sides of the best",
+        "a limit of time",
+    )
+    jump_shows: float = rule(0.3, "s after a jump by which its instant is told", "not studied")
+    jump_wild: float = rule(
+        1e4, "square of an error, in those usual for its channel, from which on it counts no more", "not studied"
+    )
+
     # --- free laws inside a whole drive, which rival all causes: search.freely
     free_apart: float = rule(0.01, "share of its variable's range by which knots are apart at least", "not studied")
     free_ridges: tuple[float, ...] = rule(

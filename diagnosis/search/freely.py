@@ -41,7 +41,7 @@ OWN = {
 
 
 @dataclass(frozen=True)
-class FreeLaw:
+class FreeRival:
     """A free law as a candidate of the first step of a search."""
 
     place: str
@@ -76,7 +76,7 @@ class Normal:
         return -np.linalg.solve(self.gram[seen].sum(0) + np.diag(held), pull)
 
 
-def free_laws(problem: Problem, base: Fit) -> list[FreeLaw]:
+def free_laws(problem: Problem, base: Fit) -> list[FreeRival]:
     """The free laws that look best over the base, as they do when they are simulated; best first."""
     near = problem.glance(True)
     folds = problem.fold_of_block[problem.train]
@@ -91,7 +91,7 @@ def free_laws(problem: Problem, base: Fit) -> list[FreeLaw]:
             looked[place, variable] = gain, ridge, free
     most = sorted(looked.items(), key=lambda item: -item[1][0])[: RULES.search.free_fits]
     found = [
-        FreeLaw(place, variable, _simulated(problem, base, f"free {place} over {variable}", variable, ridge, free))
+        FreeRival(place, variable, _simulated(problem, base, f"free {place} over {variable}", variable, ridge, free))
         for (place, variable), (_, ridge, free) in most
     ]
     return sorted(found, key=lambda law: law.candidate.errors.mean())

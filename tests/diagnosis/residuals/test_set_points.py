@@ -26,16 +26,20 @@ def test_between_rows_a_set_point_is_straight_and_held_before_its_jump(rng):
     assert np.array_equal(between(fine, TIME, motion), np.interp(fine, TIME, motion))
     stepped = np.where(np.arange(1000) >= 400, 1.0, 0.0)
     assert np.array_equal(between(fine, TIME, stepped), np.where(fine >= TIME[400], 1.0, 0.0))
+    at = TIME[400] - 0.3e-3
+    assert np.array_equal(between(fine, TIME, stepped, {400: 0.3}), np.where(fine >= at, 1.0, 0.0))
 
 
 def test_straight_lines_draw_jumps_where_rows_are_put_before_them(rng):
     fine = np.sort(rng.uniform(0.0, 0.999, 5000))
     asked = {"angle": np.where(np.arange(1000) >= 400, 1.0, 0.2 * TIME), "speed": np.sin(7.0 * TIME)}
-    drawn = upright(TIME, asked)
-    assert np.all(np.diff(drawn["time"]) > 0.0) and len(drawn["time"]) == 1001
-    away = abs(fine - TIME[400] + 5e-7) > 5e-7
-    for name, x in asked.items():
-        assert np.allclose(np.interp(fine, drawn["time"], drawn[name])[away], between(fine, TIME, x)[away], atol=1e-4)
+    for sooner, rows in ({}, 1001), ({400: 0.3}, 1002), ({400: 0.99}, 1002):
+        drawn = upright(TIME, asked, sooner)
+        assert np.all(np.diff(drawn["time"]) > 0.0) and len(drawn["time"]) == rows
+        away = abs(fine - TIME[400] + 1e-3 * sooner.get(400, 0.0)) > 2e-6
+        for name, x in asked.items():
+            apart = abs(np.interp(fine, drawn["time"], drawn[name]) - between(fine, TIME, x, sooner))[away]
+            assert apart.max() < 1e-4, (sooner, name)
 
 
 @pytest.mark.parametrize("late, last", [(0.0, 400), (4.5e-3, 404)])

@@ -1,0 +1,69 @@
+"""When a set-point jumped: within a row nobody logged it, and all that a drive does after a step depends on it.
+
+It belongs to a run, as where it begins does, and is no cause. The drive that fits best as it is described, recorder and all, is
+simulated with its jumps at several places of their rows; each is left where its next moments fit best.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..residuals import whole
+from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.set_points import jumps
+from ..rules import RULES
+from .problem import Problem
+
+
+def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
+    """Find when each jump of a whole drive's set-points came, and keep it with its run; whether there is any."""
+    channels = list(experiment.channels.values())
+    if not any(len(jumps(ch.raw("controller.angle_setpoint"))) for ch in channels):
+        return False
+    problem = problem.with_noise()
+    values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
+    values = problem.settled(experiment, values, problem.base_free)
+    for ch in channels:
+        _place(experiment, ch, values)
+    return True
+
+
+def _place(experiment: DriveExperiment, ch, values: dict) -> None:
+    """Each jump of a run at the best of some places, then of some about it."""
+    rows, time = jumps(ch.raw("controller.angle_setpoint")), ch.taken(ch.run.time)
+    known, rules = whole.sooner(ch), RULES.search
+    if not len(rows):
+        return
+    ends = np.minimum(ch.run.time[rows] + rules.jump_shows, np.append(ch.run.time[rows[1:] - 1], np.inf))
+    windows = [(time >= ch.run.time[row]) & (time < end) for row, end in zip(rows, ends)]
+    apart = 1.0 / (rules.jump_places - 1)
+    best = np.zeros(len(rows))
+    for offsets in (np.linspace(0.0, 1.0, rules.jump_places), np.array([-0.5, 0.0, 0.5]) * apart):
+        tried = np.clip(best[:, None] + offsets, 0.0, 1.0 - 2.0 * RULES.residuals.upright)
+        losses = []
+        for places in tried.T:
+            known.update(zip(map(int, rows), map(float, places)))
+            losses.append(_losses(experiment, ch, values, windows))
+        best = tried[np.arange(len(rows)), np.argmin(losses, axis=0)]
+    known.update(zip(map(int, rows), map(float, best)))
+    _forget(ch)
+
+
+def _losses(experiment: DriveExperiment, ch, values: dict, windows: list[np.ndarray]) -> np.ndarray:
+    """Of each window: squared errors of all channels in units of what is usual for each, wild ones held back."""
+    _forget(ch)
+    found = np.zeros(len(windows))
+    for residual in experiment.residuals:
+        simulated, measured, good = residual.compute(values, ch)
+        error = np.where(good & np.isfinite(simulated), measured - simulated, 0.0)
+        usual = float(np.median(abs(error[good]))) / RULES.residuals.normal_median if good.any() else 0.0
+        if usual > 0.0:
+            squares = np.minimum((error / usual) ** 2, RULES.search.jump_wild)
+            found += [float(squares[window].sum()) for window in windows]
+    return found
+
+
+def _forget(ch) -> None:
+    """What was simulated with other instants."""
+    ch.memory.pop("grid", None)
+    ch.memory.pop(whole.WHOLE, None)

@@ -57,7 +57,7 @@ class SearchRules:
         "s that a channel may be read late beside one step of the log; a step early, for a row may be stamped before",
         RECORDERS,
     )
-    differenced: int = rule(12, "steps of the log over which a speed may be a difference of angles, at most", RECORDERS)
+    differenced: int = rule(20, "steps of the log over which a speed may be a difference of angles, at most", RECORDERS)
     slowest_filter: float = rule(0.010, "s, the longest time constant of a speed's filter", RECORDERS)
     shift_places: int = rule(
         13, "times of a channel's shift, evenly over its range, of which the best is where fits begin", "a limit of time"

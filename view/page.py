@@ -34,10 +34,9 @@ def environment(package: str, strict: bool = True) -> Environment:
     made = Environment(
         loader=loader, undefined=StrictUndefined if strict else Undefined, autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
-    made.filters["num"] = lambda v: "-" if v is None else f"{v:.4g}"
-    made.filters["percent"] = lambda v: "-" if v is None else f"{100 * v:.3g} %"
-    made.filters["unit"] = pretty
     made.filters["number"] = number
+    made.filters["percent"] = lambda v: "–" if v is None else f"{number(100 * v, 3)} %"
+    made.filters["unit"] = pretty
     made.filters["breaks"] = breaks
     return made
 
@@ -53,10 +52,12 @@ def breaks(name: str) -> Markup:
     return Markup(re.sub("([._])", r"\1<wbr>", str(escape(name))))
 
 
-def number(value: float) -> str:
-    """Four digits, as the script writes them."""
-    text = f"{value:.4g}"
-    if "e" in text and 1e4 <= abs(value) < 1e6:
+def number(value: float | None, digits: int = 4) -> str:
+    """Four digits, as the script writes them; a dash where there is none."""
+    if value is None:
+        return "–"
+    text = f"{value:.{digits}g}"
+    if "e" in text and 1.0 <= abs(value) < 1e6:
         text = f"{value:.0f}"
     mantissa, e, power = text.replace("-", "−").partition("e")
     return f"{mantissa}·10{str(int(power.replace('−', '-'))).translate(RAISED)}" if e else mantissa

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from jinja2 import Environment
-from markupsafe import Markup
 
 from selflock.fmus.shown import visible
 from selflock.view import page
@@ -204,7 +203,4 @@ def pairs(names: list[str], like: np.ndarray) -> list[dict[str, Any]]:
 
 def environment() -> Environment:
     """Where the pages' templates are; whatever is put into them is escaped."""
-    made = page.environment("selflock.diagnosis.calibration", strict=False)
-    made.filters["num"] = lambda v: Markup("&ndash;") if v is None else f"{v:.5g}"
-    made.filters["percent"] = lambda v: Markup("&ndash;") if v is None else f"{100.0 * v:.4g} %"
-    return made
+    return page.environment("selflock.diagnosis.calibration", strict=False)

@@ -26,6 +26,7 @@ class Cause:
     separate_by: str = ""
     channel: str = ""  # of a sensor
     doubts: list[str] = field(default_factory=list)  # about its numbers, that make it weak
+    closest: str = ""  # the rival that is least surely worse; none where chance comes closer than any
 
     @property
     def label(self) -> str:
@@ -39,8 +40,16 @@ class Cause:
         if self.indistinguishable_from:
             found.append("this log cannot tell it from another")
         if self.confidence * (1 + len(self.indistinguishable_from)) < level:  # rivals have shared it
-            found.append(f"its confidence is {self.confidence:.2g}, below {level:g}: chance or another cause may do as well")
+            found.append(f"its confidence is {self.sure}, below {level:g}: {self.closest or 'chance'} may do as well")
         return found + self.doubts
+
+    @property
+    def sure(self) -> str:
+        """Its confidence as it is told: two digits, for its ends are estimates from some tens of blocks."""
+        least = 0.01
+        if self.confidence < least:
+            return f"below {least:g}"
+        return f"above {1.0 - least:g}" if self.confidence > 1.0 - least else f"{self.confidence:.2f}"
 
     @property
     def mark(self) -> str:

@@ -46,7 +46,7 @@ def models(outcome: Selection, doubted: list[bool]) -> list[OpenModel]:
         mine = {p.name for p in candidate.free}
         rest = {name: value for name, value in final.items() if name not in mine}
         beside = [c.hypothesis.label for c in others]
-        closest = None if stage.tied or not weak else nearest(candidate, stage.candidates, [])
+        closest = None if stage.tied or not weak else nearest(candidate, stage.candidates, stage.aside)
         for rival in stage.tied or [c for c in [closest] if c]:
             own = {p.name: rival.fitted.values[p.name] for p in rival.free}
             found.append(_model(problem, " and ".join([rival.hypothesis.label, *beside]), rest | own, [rival, *others]))

@@ -18,7 +18,7 @@ from ..search.fit import Fit
 from ..search.freely import FreeRival, free_laws
 from ..search.problem import Problem
 from ..search.selection import Selection
-from ..search.step import CHANCE
+from ..search.step import CHANCE, Stage
 from . import advice
 from .cause import Cause, doubts, weakening
 from .depends import Dependence, depends
@@ -297,16 +297,18 @@ def named(outcome: Selection) -> list[Cause]:
                 "doubt": doubted.get(p.name, ""),
             }
         h, rivals = candidate.hypothesis, [c.hypothesis for c in stage.tied]
+        confidence, closest = _confidence(candidate, stage)
         found.append(
             Cause(
                 h.component,
                 h.effect,
                 parameters,
-                _confidence(candidate, stage.candidates, stage.tied),
+                confidence,
                 [rival.label for rival in rivals],
                 advice.separate(h, rivals),
                 h.channel,
                 weakening(candidate.free, doubted),
+                closest,
             )
         )
     return found
@@ -327,9 +329,13 @@ def of_runs(found: Judgement) -> list[dict]:
     return rows
 
 
-def _confidence(winner: Candidate, candidates: list[Candidate], tied: list[Candidate]) -> float:
-    """That chance is not it, and that no rival but those named with it is better: over training blocks."""
-    confidence = 1.0 - winner.chance
-    if closest := nearest(winner, candidates, tied):
-        confidence = min(confidence, surer(winner, closest))
-    return round(confidence / (1 + len(tied)), 4)
+def _confidence(winner: Candidate, stage: Stage) -> tuple[float, str]:
+    """That chance is not it, and that no rival but those named with it is better, over training blocks; and which rival is closest.
+
+    No name where chance is closer than any rival.
+    """
+    confidence, rival = 1.0 - winner.chance, ""
+    closest = nearest(winner, stage.candidates, [*stage.tied, *stage.aside])
+    if closest and surer(winner, closest) < confidence:
+        confidence, rival = surer(winner, closest), closest.hypothesis.label
+    return round(confidence / (1 + len(stage.tied)), 4), rival

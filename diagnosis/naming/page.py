@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from markupsafe import Markup
 
 from selflock.fmus.correction import law
 from selflock.view import figures, page
@@ -30,7 +29,6 @@ def write(result: Naming, found: Search, out: Path) -> Path:
     drawn = figures.carried({"missing": missing, "traces": traces(found)}, least={"missing": 900, "traces": 400})
     result.files += ["report.html", result.write(out).name]
     made = page.environment("selflock.diagnosis.naming", strict=False)
-    made.filters["num"] = lambda v: Markup("&ndash;") if v is None else f"{v:.4g}"
     return page.write(out / "report.html", made, "naming.html.j2", drawn, result=result)
 
 

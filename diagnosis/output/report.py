@@ -109,7 +109,8 @@ def convention(cause: Cause) -> str:
 def estimate(number: dict) -> str:
     """A number with its unit, its 95 % interval where it has one, and whether it wants to leave its range."""
     factor, unit = {"s": (1e3, "ms"), "1": (100.0, "%")}.get(number["unit"], (1.0, number["unit"]))
-    text = f"{factor * number['value']:.3g} {unit}"
+    said = lambda key: page.number(factor * number[key], 3)
+    text = f"{said('value')} {page.pretty(unit)}"
     if number.get("low") is not None:
-        text += f" ({factor * number['low']:.3g} to {factor * number['high']:.3g})"
+        text += f" ({said('low')} to {said('high')})"
     return text + ", at the end of its range" * bool(number.get("at_end"))

@@ -22,7 +22,6 @@ def write(plan: NextRun, out: Path) -> None:
     (out / "plan.json").write_text(json.dumps(plan.data(), indent=2) + "\n")
     drawn = figures.carried({"expected": expected(plan)}, least={"expected": 900})
     made = page.environment("selflock.diagnosis.planning", strict=False)
-    made.filters["num"] = lambda v: f"{v:.4g}"
     page.write(
         out / "report.html", made, "plan.html.j2", drawn, plan=plan,
         decided=plan.run.decided.tolist(), usual=plan.usual.decided.tolist(),

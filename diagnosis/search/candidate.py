@@ -76,12 +76,18 @@ def surer(winner: Candidate, rival: Candidate) -> float:
     return float(ndtr(difference.mean() / max(spread, 1e-300)))
 
 
-def nearest(winner: Candidate, candidates: Sequence[Candidate], tied: Sequence[Candidate]) -> Candidate | None:
-    """The rival with no more numbers, beside those tied with the winner, of which it is least sure that it does worse."""
+def nearest(winner: Candidate, candidates: Sequence[Candidate], aside: Sequence[Candidate]) -> Candidate | None:
+    """The rival with no more numbers, beside those put aside, of which it is least sure that it does worse.
+
+    The winner may have got further numbers since: it is known by its hypothesis.
+    """
     rivals = [
         c
         for c in candidates
-        if c.fit is not None and c is not winner and not any(c is t for t in tied) and len(c.free) <= len(winner.free)
+        if c.fit is not None
+        and c.hypothesis is not winner.hypothesis
+        and not any(c is one for one in aside)
+        and len(c.free) <= len(winner.free)
     ]
     return min(rivals, key=lambda c: surer(winner, c), default=None)
 

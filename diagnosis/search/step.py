@@ -34,6 +34,7 @@ class Stage:
     winner: Candidate | None = None
     by_chance: np.ndarray = field(default_factory=lambda: np.zeros(0))  # largest gain in each draw without an effect
     tied: list[Candidate] = field(default_factory=list)  # cannot be told from the winner
+    aside: list[Candidate] = field(default_factory=list)  # no rivals: refused, the winner's law by another name, beaten in pairs
     chance_level: float = np.inf  # gain that the best hypothesis finds by chance in one draw of twenty
     unseen: np.ndarray = field(default_factory=lambda: np.zeros(0))  # misfit of the base on blocks that its fit did not see
 
@@ -123,6 +124,7 @@ class Step:
             usual = problem.loss_scale / rules.same_misfit
             winner = stage.winner = simplest(real, self.found, self.chance_level, problem.rows, usual)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
+            stage.aside = [c for c in fitted if c is not winner and (c.doubt or self._same_law(c, winner))]
         return stage
 
     def _doubt(self, candidate: Candidate) -> str:
@@ -154,10 +156,11 @@ class Step:
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""
         return (
-            equal(rival, winner, self.chance_level)
-            and len(rival.free) <= len(winner.free)
-            and not same_law(rival, winner, self.problem.rows, self.problem.loss_scale / RULES.search.same_misfit)
+            equal(rival, winner, self.chance_level) and len(rival.free) <= len(winner.free) and not self._same_law(rival, winner)
         )
+
+    def _same_law(self, rival: Candidate, winner: Candidate) -> bool:
+        return same_law(rival, winner, self.problem.rows, self.problem.loss_scale / RULES.search.same_misfit)
 
     def _shows(self, candidate: Candidate) -> bool:
         """Whether a cause lowers the error of samples somewhere, not of their averages alone."""

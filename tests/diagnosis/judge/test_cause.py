@@ -1,5 +1,6 @@
 """Which causes are marked weak, and why, in words."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,9 +10,11 @@ from lxml import html
 from selflock.diagnosis.judge.cause import Cause, doubts, weakening
 from selflock.diagnosis.judge.gain import Gain
 from selflock.diagnosis.judge.result import Diagnosis
-from selflock.diagnosis.judge.verdict import named
+from selflock.diagnosis.judge.verdict import _confidence, named
+from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.fit import Fit
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
+from selflock.diagnosis.search.step import Stage
 from selflock.fmus.effect import AMPLITUDE, SHAPE
 
 DROP = Free("motor.brush_voltage", 0.0, 0.0, 5.0, "V", role=AMPLITUDE)
@@ -61,6 +64,31 @@ def test_confidence_makes_a_cause_weak(confidence, rivals, said):
     assert cause.mark == ("weak" if said else "certain") and cause.row()["weak"] == cause.weak and "doubts" not in cause.row()
 
 
+@pytest.mark.parametrize("confidence, told", [(0.0, "below 0.01"), (1.0, "above 0.99"), (0.9312, "0.93")])
+def test_confidence_is_told_without_a_certainty_that_it_has_not(confidence, told):
+    assert Cause("motor", "brush_drop", {}, confidence).sure == told
+    weak = Cause("motor", "brush_drop", {}, confidence, closest="load tilt").weak
+    assert not weak or weak == [f"its confidence is {told}, below 0.95: load tilt may do as well"]
+
+
+def test_confidence_asks_rivals_alone():
+    """Φ of the mean difference over its standard error; what is put aside, and the winner with more numbers, ask nothing."""
+
+    def fitted(name, losses, numbers=1):
+        free = tuple(Free(f"load.{name}{k}", 0.0, -1.0, 1.0) for k in range(numbers))
+        return Candidate(Hypothesis("load", name, free), free, Fit(free, {}, *[np.zeros(1)] * 3), np.c_[losses], chance=0.005)
+
+    difference = np.array([0.3, -0.1, 0.2, 0.0])  # mean 0.1, standard error 0.0913
+    winner = fitted("mass", np.ones(4))
+    rival, better, wide = fitted("tilt", 1.0 + difference), fitted("drag", np.full(4, 0.9)), fitted("ripple", np.full(4, 0.9), 2)
+    stage = Stage(winner, [better, wide, winner, rival], winner, aside=[better])
+    grown = replace(winner, free=winner.free + rival.free[:0])
+    for one in (winner, grown):
+        assert _confidence(one, stage) == (pytest.approx(0.8634, abs=2e-4), "load tilt")  # Φ(1.0954)
+    assert _confidence(winner, replace(stage, tied=[rival])) == (pytest.approx(0.995 / 2, abs=1e-4), "")
+    assert _confidence(winner, replace(stage, aside=[])) == (0.0, "load drag")
+
+
 def test_marks_stand_in_the_summary():
     gain = Gain("", "", 1.0, 1.0, 1.0, 1.0, 0.0, 1.0, [])
     causes = [Cause("motor", "brush_drop", {}, 0.99), Cause("load", "tilt", {}, 0.99, doubts=["load.tilt lies at the end"])]
@@ -93,6 +121,6 @@ def test_the_interval_of_the_last_fit_decides(size, weak, rng):
         rows=np.ones(n, bool), blocks=np.arange(n) // 10, absolute=dict, experiment=SimpleNamespace(step=1e-3)
     )
     candidate = SimpleNamespace(hypothesis=Hypothesis("load", "tilt", free), free=free, chance=0.005)
-    stage = SimpleNamespace(candidates=[], tied=[])
+    stage = Stage(candidate, [])
     (cause,) = named(SimpleNamespace(causes=[candidate], kept=[stage], problem=problem, final=fit))
     assert (cause.mark == "weak") == weak and bool(cause.parameters["load.tilt"]["doubt"]) == weak

@@ -25,7 +25,7 @@ from .turns import FRONT, REAR, motion
 
 COLOURS = {0.0: "#2f6fae", 0.01: "#3c9a74", 0.02: "#d99a1c", 0.03: "#c2413a"}
 ENDS = {"front": "#7a5ea8", "rear": "#1f7f93"}
-FAINT, INK = "#9aa3ad", "#20262e"
+INK = "#20262e"
 STYLE: dict[Any, Any] = {  # of matplotlib's rcParams
     "font.size": 9.5,
     "axes.spines.top": False,
@@ -105,7 +105,7 @@ def input_torque(mu: float) -> Callable[[Runs], Plot]:
 
     def function(runs: Runs) -> Plot:
         run, base = runs.kinematic[mu], runs.kinematic[0.0]
-        beside = [line(base.time, base.F, "μ = 0", FAINT)] if mu else []
+        beside = [line(base.time, base.F, "μ = 0", COLOURS[0.0], thin=True)] if mu else []
         return _over_time("rear input torque", "N.m", *beside, line(run.time, run.F, f"μ = {mu:g}", COLOURS[mu]))
 
     return function
@@ -138,7 +138,7 @@ def electric_power(runs: Runs) -> Plot:
 def both_powers(runs: Runs) -> Plot:
     run = runs.dynamic[0.0]
     electric = line(run.time, run[ELECTRIC], "electric", COLOURS[0.0])
-    return _over_time("rear motor's power", "W", electric, line(run.time, run[MECHANICAL], "mechanical", COLOURS[0.03], dash=1))
+    return _over_time("rear motor's power", "W", electric, line(run.time, run[MECHANICAL], "mechanical", COLOURS[0.0], dash=1))
 
 
 def advice(runs: Runs) -> Plot:

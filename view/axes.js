@@ -2,10 +2,11 @@
 
 const LEFT = 58, RIGHT = 10, TOP = 8, BOTTOM = 34;
 
-function ticks(low, high, count) {  // their distance, the ticks, and the power of ten that is taken out of their labels
+function ticks(low, high, count) {  // their distance, the ticks, two at least, and the power of ten that is taken out of their labels
   const raw = (high - low) / count, ten = 10 ** Math.floor(Math.log10(raw)), step = ten * ([1, 2, 5].find(m => m * ten >= raw * 0.999) || 10);
   const all = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step && all.length < 60; k++) all.push(k * step);
+  if (all.length < 2 && high > low && count < 16) return ticks(low, high, 2 * count);
   const size = Math.max(Math.abs(low), Math.abs(high)), power = size >= 1e5 || size < 5e-3 ? 3 * Math.floor(Math.log10(size) / 3) : 0;
   return [step, all, power];
 }

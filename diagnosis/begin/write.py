@@ -13,6 +13,7 @@ from selflock.fmus.shown import visible
 
 from ..data.rig import Rig
 from ..data.sanity import assumed
+from ..data.signals import along
 from .guess import LogGuess, Taken
 from .raw import LIKELY, SURE, UNSURE
 
@@ -178,11 +179,15 @@ def parameters(guess: LogGuess, kind: str, path: Path) -> dict[str, tuple[float,
     seen = {"load.mass": ("load.arm", "load.arm_angle", "load.gravity")}
     rows = {}
     for name, (value, unit) in found.items():
-        rows[name] = (value, _unit(unit, guess.linear), _about(name))
+        rows[name] = (value, unit, _about(name))
     for owner, more in seen.items():
         for name in more:
             if owner in rows and name not in rows and (row := _row(name)) is not None:
-                rows[name] = (row.off, _unit(row.unit, guess.linear), f"{_about(name)}, where there is a {owner}")
+                rows[name] = (
+                    row.off,
+                    along(row.unit, name) if guess.linear else row.unit,
+                    f"{_about(name)}, where there is a {owner}",
+                )
     return rows
 
 
@@ -194,10 +199,6 @@ def _row(name: str):
 def _about(name: str) -> str:
     row = _row(name)
     return row.description if row is not None else ""
-
-
-def _unit(unit: str, linear: bool) -> str:
-    return unit.replace("N.m", "N").replace("kg.m2", "kg").replace("rad", "m") if linear else unit
 
 
 def table(guess: LogGuess) -> list[tuple[str, str, str, str]]:

@@ -10,6 +10,7 @@ from selflock.fmus.effect import CONSTANT, SWITCH
 from selflock.fmus.effect_file import LAWS
 
 from .rig import Rig
+from .signals import along
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Said:
         """Value and unit of what a simulation needs and nobody gave, of components, or of one parameter."""
         unused = ("load.arm", "load.arm_angle") if not self.value("load.mass") else ()
         return {
-            f"{self.prefix}{component}.{p.name}": (p.off, p.unit)
+            f"{self.prefix}{component}.{p.name}": (p.off, along(p.unit, p.name) if self.rig.linear else p.unit)
             for component, _, only in (name.partition(".") for name in names)
             for p in laws.module(LAWS[component]).BASE
             if only in ("", p.name)

@@ -61,8 +61,6 @@ GIVEN = COMMANDS | {"motor.voltage"}
 VOLTAGES = ("controller.voltage", "motor.voltage")
 """What a converter may average over its step."""
 
-_LINEAR = {"rad": "m", "rad/s": "m/s", "N.m": "N"}
-
 
 def canonical(name: str) -> str:
     """The one name of a signal."""
@@ -72,4 +70,14 @@ def canonical(name: str) -> str:
 def unit(name: str, linear: bool = False) -> str:
     """SI unit of a signal; on a linear drive m, m/s and N stand for rad, rad/s and N.m. Unknown names have none."""
     base = SIGNALS.get(name, ("", ""))[0]
-    return _LINEAR.get(base, base) if linear else base
+    return along(base) if linear else base
+
+
+def along(unit: str, name: str = "") -> str:
+    """The unit of a number of a linear drive, where a turning one has `unit`: kg for kg.m2, N.s/m for N.m.s/rad.
+
+    name: of the number; a slope, a tilt and the phase of a wave stay angles.
+    """
+    if name.endswith(("_phase", "wedge_angle", "arm_angle", "tilt_error")):
+        return unit
+    return unit.replace("N.m", "N").replace("kg.m2", "kg").replace("rad", "m")

@@ -4,7 +4,7 @@ the error was, the search, the cause as a curve, faults.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -145,27 +145,37 @@ def variable(experiment: Experiment, label: str) -> dict[str, Any]:
     return axis(label, LINEAR.get(unit, unit) if experiment.rig.linear else unit)
 
 
-def missing(mending: Mending, outcome: Selection, rng: np.random.Generator) -> Plots:
-    """What the nominal simulation lacks, as a curve: measured means, what the cause adds, with its 95 % band."""
-    experiment, residual, problem = mending.experiment, mending.residual, outcome.problem
+def missing(mending: Mending, outcome: Selection | None, rng: np.random.Generator, over: str = "") -> Plots:
+    """What the nominal simulation lacks, as a curve: measured means, what the cause adds, with its 95 % band.
+
+    outcome: a search that found causes; else the means stand alone. over: the variable that they are then drawn over, if known.
+    """
+    experiment, residual = mending.experiment, mending.residual
     known = experiment.variables(residual, mending.after)
-    label = outcome.causes[0].hypothesis.shown_over
-    label = label if label in known else "speed" if "speed" in known else next(iter(known))
+    label = outcome.causes[0].hypothesis.shown_over if outcome else over
+    label = label if label in known else "speed" if "speed" in known else next(iter(known), "")
     everywhere = replace(mending, blocks=np.ones(experiment.layout.count, bool))
     old, trusted = everywhere.old, everywhere.trusted
     take = lambda parts: np.concatenate([p[t] for p, t in zip(parts, trusted)])
-    x, lacking = take(known[label]), take(old)
+    x, lacking = take(known[label]) if label else np.zeros(0), take(old)
     if len(x) < 4 or np.ptp(x) == 0.0:
         return []
     edges, place = _places(x, 31, 2)
     count = np.maximum(np.bincount(place, minlength=len(edges) - 1), 1)
     mean = lambda y: np.bincount(place, y, len(edges) - 1) / count
     middle, lacks = mean(x), mean(lacking)
+    added = lambda values: mean(lacking - take(replace(everywhere, after=values).new))
+    marks = [rule(0.0, "y", "", BEFORE, dash=0)] + (_explained(mending, outcome, rng, middle, added) if outcome else [])
+    error = np.sqrt(np.maximum(mean(lacking**2) - lacks**2, 0) / count)
+    marks.append(points(middle, lacks, "missing in the nominal simulation, measured", MEASURED, (lacks - error, lacks + error)))
+    return [{"x": variable(experiment, label), "y": axis(residual.quantity, residual.unit), "marks": marks}]
 
-    def added(values: dict) -> np.ndarray:
-        return mean(lacking - take(replace(everywhere, after=values).new))
 
-    fit = outcome.final
+def _explained(
+    mending: Mending, outcome: Selection, rng: np.random.Generator, x: np.ndarray, added: Callable[[dict], np.ndarray]
+) -> list[dict[str, Any]]:
+    """What the causes add at each x, and its 95 % band. added: what values of all numbers add."""
+    fit, problem = outcome.final, outcome.problem
     spread = fit.covariance(problem.rows, problem.blocks)
     names = [p.name for p in fit.free]
     center = np.array([fit.values[n] for n in names])
@@ -175,15 +185,8 @@ def missing(mending: Mending, outcome: Selection, rng: np.random.Generator) -> P
     draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
     curves = [added(mending.after | problem.absolute(dict(zip(names, row)))) for row in draws]
     curves = [curve for curve in curves if np.isfinite(curve).all()]
-    error = np.sqrt(np.maximum(mean(lacking**2) - lacks**2, 0) / count)
-    marks = [rule(0.0, "y", "", BEFORE, dash=0)]
-    if curves:
-        low, high = np.quantile(curves, [0.025, 0.975], axis=0)
-        marks.append(band(middle, low, high, "95 % band", AFTER))
-    marks.append(line(middle, added(mending.after), " and ".join(c.hypothesis.label for c in outcome.causes), AFTER))
-    ends = (lacks - error, lacks + error)
-    marks.append(points(middle, lacks, "missing in the nominal simulation, measured", MEASURED, ends))
-    return [{"x": variable(experiment, label), "y": axis(residual.quantity, residual.unit), "marks": marks}]
+    marks = [band(x, *np.quantile(curves, [0.025, 0.975], axis=0), "95 % band", AFTER)] if curves else []
+    return [*marks, line(x, added(mending.after), " and ".join(c.hypothesis.label for c in outcome.causes), AFTER)]
 
 
 def faults(measured_runs: Sequence[MeasuredRun], found: Sequence[DataFault], most: int = 6) -> Plots:

@@ -51,7 +51,9 @@ def write(
     found = outcome if outcome and outcome.causes else None
     drawn = figures.carried(
         {
-            "missing": pictures.missing(mending, found, np.random.default_rng(1)) if found else None,
+            "missing": pictures.missing(mending, found, np.random.default_rng(1), left[0].variable if left else "")
+            if found or result.verdict == "unknown"
+            else None,
             "traces": pictures.traces(mending),
             "where": pictures.where(mending, noise),
             "spectrum": spectrum.plots(mending, noise),
@@ -75,10 +77,18 @@ def write(
         faults=faults,
         drawn=set(drawn.get("figures", ())),
         next=following(result, not whole.lacking(experiment.rig, set(experiment.runs[0].signals))),
-        dependences="; ".join(LEFT_OVER.get(name, f"depends on {name}") for name in result.remainder["depends_on"]),
+        dependences="; ".join(dict.fromkeys(left_over(name, experiment.rig.linear) for name in result.remainder["depends_on"])),
         bars=pictures.search(outcome) if outcome else [],
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},
     )
+
+
+def left_over(name: str, linear: bool = False) -> str:
+    """How what is left goes with a variable, in words."""
+    if linear and name in ("position", "output position"):
+        return "comes at places of its way"
+    every = name.removeprefix("time, period ")
+    return f"comes again every {every}" if every != name else LEFT_OVER.get(name, f"depends on {name}")
 
 
 def following(result: Diagnosis, loop: bool = False) -> list[str]:

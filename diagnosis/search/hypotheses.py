@@ -10,7 +10,7 @@ import numpy as np
 from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, VALUE, Effect, Parameter
 
 from ..data.rig import Rig, split
-from ..data.signals import COMMANDS, MOVES, RELATIVE, SIGNALS, VOLTAGES
+from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES, along, unit
 from ..data.stuck import resolution
 from ..residuals import whole
 from ..residuals.drive import both
@@ -109,7 +109,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
             for effect in effects("sensor"):
                 zero = signal in RELATIVE and any(p.role == OFFSET for p in effect.parameters)
                 if not zero and not (points and effect.needs):
-                    found.append(_sensor(channel, effect, spread(experiment, channel), SIGNALS.get(signal, ("",))[0]))
+                    found.append(_sensor(channel, effect, spread(experiment, channel), unit(signal, experiment.rig.linear)))
     found = [_seen_whole(_tried(h, experiment), experiment) for h in found]
     return [h for h in found if h.free]
 
@@ -181,7 +181,7 @@ def _effect(rig: Rig, name: str, component: str, effect: Effect) -> Hypothesis:
         if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
         low, high = rig.uncertain.get(full, (p.low, p.high))
-        free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high), told=full in rig.parameters))
+        free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high, rig.linear), told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
@@ -202,11 +202,12 @@ def _of(effect: Effect, component: str, free: tuple[Free, ...], channel: str = "
     return Hypothesis(component, effect.name, free, channel, *said)
 
 
-def _free(full: str, p: Parameter, nominal: float, low: float, high: float) -> Free:
+def _free(full: str, p: Parameter, nominal: float, low: float, high: float, linear: bool = False) -> Free:
     """A parameter of a law as a fit may change it."""
     inside = tuple(x for x in p.trials if low <= x <= high)
+    measure = along(p.unit, p.name) if linear else p.unit
     return Free(
-        full, nominal, low, high, p.unit, p.description, places=inside, role=p.role, shaft=p.shaft, on_request=p.on_request
+        full, nominal, low, high, measure, p.description, places=inside, role=p.role, shaft=p.shaft, on_request=p.on_request
     )
 
 
@@ -217,7 +218,7 @@ def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:
         owner, (name, most, description) = full.rpartition(".")[0], parameter.above
         usual = next(p.off for p in base(split(owner, rig.drives)[1]) if p.name == name)
         over = max(0.0, nominal - rig.parameters.get(f"{owner}.{name}", usual))
-        return replace(_free(full, parameter, over, 0.0, most), description=description, above=f"{owner}.{name}")
+        return replace(_free(full, parameter, over, 0.0, most, rig.linear), description=description, above=f"{owner}.{name}")
     low, high, factor = parameter.low, parameter.high, RULES.search.nominal_factor
     if nominal > 0.0:
         low, high = max(low, nominal / factor), min(high, nominal * factor)
@@ -225,7 +226,7 @@ def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:
         low, high = max(low, nominal * factor), min(high, nominal / factor)
     elif not isfinite(high - low):
         low, high = max(low, -RULES.search.nominal_zero), min(high, RULES.search.nominal_zero)
-    return _free(full, parameter, nominal, low, high)
+    return _free(full, parameter, nominal, low, high, rig.linear)
 
 
 def uncertain(rig: Rig) -> tuple[Free, ...]:
@@ -241,7 +242,7 @@ def uncertain(rig: Rig) -> tuple[Free, ...]:
                     known = p
                     nominal = p.off if nominal is None else nominal
         nominal = 0.5 * (low + high) if nominal is None else min(max(nominal, low), high)
-        found.append(_free(full, known, nominal, low, high))
+        found.append(_free(full, known, nominal, low, high, rig.linear))
     return tuple(found)
 
 

@@ -120,8 +120,9 @@ class ForwardSelection:
                 pair = self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
                 merit = len(free), pair.errors.mean()
                 if not worse(pair, whole, self.chance_level) and (best is None or merit < best[0]):
-                    alone = [c for c in opening.candidates if c.fit and (c.doubt or c.errors.mean() <= rival.errors.mean())]
-                    best = merit, [rival, cause], [replace(opening, winner=rival, tied=[], aside=alone), stage], pair
+                    beaten = [c for c in opening.candidates if c.fit and c.errors.mean() <= rival.errors.mean()]
+                    begun = replace(opening, winner=rival, tied=[], aside=[*opening.aside, *beaten])
+                    best = merit, [rival, cause], [begun, stage], pair
         return best[1:] if best else (causes, stages, whole)
 
     def _standing(self, fitted: Fit) -> Candidate:

@@ -34,7 +34,7 @@ class Stage:
     winner: Candidate | None = None
     by_chance: np.ndarray = field(default_factory=lambda: np.zeros(0))  # largest gain in each draw without an effect
     tied: list[Candidate] = field(default_factory=list)  # cannot be told from the winner
-    aside: list[Candidate] = field(default_factory=list)  # no rivals: refused, the winner's law by another name, beaten in pairs
+    aside: list[Candidate] = field(default_factory=list)  # no rivals: refused for what they are, the same law, beaten in pairs
     chance_level: float = np.inf  # gain that the best hypothesis finds by chance in one draw of twenty
     unseen: np.ndarray = field(default_factory=lambda: np.zeros(0))  # misfit of the base on blocks that its fit did not see
 
@@ -124,7 +124,7 @@ class Step:
             usual = problem.loss_scale / rules.same_misfit
             winner = stage.winner = simplest(real, self.found, self.chance_level, problem.rows, usual)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
-            stage.aside = [c for c in fitted if c is not winner and (c.doubt or self._same_law(c, winner))]
+            stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or self._same_law(c, winner))]
         return stage
 
     def _doubt(self, candidate: Candidate) -> str:
@@ -138,6 +138,12 @@ class Step:
         if self.problem.by_channel and self._reaches_an_end(candidate):
             return "a number of it lies at the end of its range"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
+
+    @staticmethod
+    def _no_cause(candidate: Candidate) -> bool:
+        """Whether a candidate is refused for what it is, and not for how little it finds: then it may yet fit better."""
+        rules = RULES.search
+        return bool(candidate.doubt) and candidate.chance <= rules.significant and candidate.drop >= rules.relevant
 
     def _reaches_an_end(self, candidate: Candidate) -> bool:
         """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure.

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from selflock.master.errors import SelflockError
+from selflock.view.page import number, pretty
 
 RELATIONS = {"<=": operator.le, "<": operator.lt, ">=": operator.ge, ">": operator.gt}
 
@@ -38,17 +39,13 @@ class Check:
         return room / (abs(self.bound) or abs(self.value) or 1.0)
 
     def __str__(self) -> str:
-        unit = f" {self.unit}" if self.unit else ""
-        told = f"{self.what}: {_number(self.value)}{unit}"
+        unit = f" {pretty(self.unit)}" if self.unit else ""
+        told = f"{self.what}: {number(self.value)}{unit}"
         return (
-            f"{told} ({self.relation.replace('<=', '≤').replace('>=', '≥')} {_number(self.bound)}{unit})"
+            f"{told} ({self.relation.replace('<=', '≤').replace('>=', '≥')} {number(self.bound)}{unit})"
             if self.relation
             else told
         )
-
-
-def _number(value: float) -> str:
-    return f"{value:.4g}"
 
 
 @dataclass(frozen=True)

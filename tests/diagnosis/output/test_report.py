@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from selflock.diagnosis.data.signals import along
 from selflock.diagnosis.judge.cause import Cause
 from selflock.diagnosis.judge.models import OpenModel
-from selflock.diagnosis.output.report import convention, following
+from selflock.diagnosis.output.report import convention, following, left_over
 
 
 @pytest.mark.parametrize(
@@ -28,3 +29,18 @@ def test_a_plan_is_offered_where_there_is_something_to_tell_apart_and_a_loop_to_
     models = [OpenModel(name, {}, {}) for name in ("wear", "warm-up")[:count]]
     told = " ".join(following(SimpleNamespace(causes=[], verdict=verdict, models=models, best=None, folder=Path("out")), loop))
     assert ("selflock plan out finds the run to record that tells apart: wear; warm-up." in told) == (verdict == "ambiguous")
+
+
+def test_what_is_left_is_said_in_words():
+    assert left_over("time, period 2.35 s") == "comes again every 2.35 s" and left_over("time") == "changes with time"
+    assert left_over("position", linear=True) == left_over("output position", linear=True) == "comes at places of its way"
+    assert left_over("room.temperature") == "depends on room.temperature"
+
+
+@pytest.mark.parametrize(
+    "name, unit, told",
+    [("shaft_inertia", "kg.m2", "kg"), ("damping", "N.m.s/rad", "N.s/m"), ("torque_constant", "N.m/A", "N/A"), ("backlash", "rad", "m"),
+     ("shaft_stiffness", "N.m/rad", "N/m"), ("compliance", "rad/N.m", "m/N"), ("input_ripple_phase", "rad", "rad"), ("wedge_angle", "rad", "rad")],
+)  # fmt: skip
+def test_units_of_a_linear_drive(name, unit, told):
+    assert along(unit, name) == told

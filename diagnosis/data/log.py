@@ -222,6 +222,8 @@ def _share(path: Path, header: str, column: LogColumn, rig: Rig) -> float:
 def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Rig) -> tuple[float, float]:
     """To the wanted unit from the rig's or the header's, which must not contradict each other."""
     said = _parts(header)[1]
+    if not column.unit and abs(column.factor) != 1.0 and not is_unit(said) and said not in SHARES:
+        return 1.0, 0.0  # counts, increments: the factor says what one of them is
     if (column.unit or said) in SHARES and wanted not in ("", "1"):
         raise DataError(
             f"{path}: column {column.column!r} is in {column.unit or said}: say in {rig.path.name} what 100 % is, "
@@ -230,7 +232,8 @@ def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Ri
     try:
         factor, offset = conversion(column.unit or said, wanted)
     except ValueError as error:
-        raise DataError(f"{path}: column {column.column!r}: {error}. Write the unit of the values in {rig.path.name}.") from None
+        mend = f"Write the unit of the values in {rig.path.name}, or as factor what one of it is in {wanted}"
+        raise DataError(f"{path}: column {column.column!r}: {error}. {mend}.") from None
     if column.unit and is_unit(said):
         try:
             agree = conversion(said, wanted) == (factor, offset)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import DataError
 from ..rules import RULES
-from . import balances, motions
+from . import balances, electric, motions
 from .finding import Finding, Said
 from .log import MeasuredRun
 from .pieces import Pieces
@@ -99,11 +99,13 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
     findings = motions.contradictions(found, said, rig, balances.borne_out(coarse, said))
     suspects = {name for f in findings for name in f.about}
     if "time" not in suspects:
-        electric = balances.voltage(coarse, said, suspects)
-        findings += electric
+        volts = balances.voltage(coarse, said, suspects)
+        findings += volts
         seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
-        if seen & ELECTRIC and not any(balances.KE in f.about and "given as" in f.sentence for f in electric):
+        if seen & ELECTRIC and not any(balances.KE in f.about and "given as" in f.sentence for f in volts):
             findings += balances.motor_constants(said)
+        suspects |= {name for f in findings for name in f.about}
+        findings += electric.torque(coarse, said, suspects)
         suspects |= {name for f in findings for name in f.about}
         findings += balances.torque(Pieces(runs, prefix, RULES.data.fine_pieces), coarse, said, suspects)
     if not suspects and (zero := motions.zero(coarse, said)):

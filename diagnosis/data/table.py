@@ -7,6 +7,7 @@ attrs["scalars"]: single numbers beside the columns, such as a sampling time.
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -26,6 +27,7 @@ MOST_NAMES = 5000
 TEXTS = {".csv", ".txt", ".tsv", ".dat", ".log", ".asc", ".lvm", ".tab", ".prn"}
 HDF = b"\x89HDF\r\n\x1a\n"
 BOOKS = {".xlsx", ".xlsm"}
+SECONDS, NANOSECONDS = re.compile(r"(.*?)secs?"), ("nanosec", "nanosecs", "nsec", "nsecs")  # of a stamp in two parts
 ENDINGS = TEXTS | BOOKS | {".parquet", ".pq", ".mat", ".h5", ".hdf5", ".json", ".jsonl", ".ndjson", ".npy", ".npz"}
 """Of files that are read as logs."""
 
@@ -45,7 +47,7 @@ def table(path: str | Path) -> pd.DataFrame:
     if size > most:
         raise DataError(f"{path}: has {size / 2**20:.0f} MiB; {most >> 20} at most are read. Cut the log into parts.")
     try:
-        return _read(path, ending)
+        return _stamped(_read(path, ending))
     except DataError:
         raise
     except UnicodeDecodeError:
@@ -78,6 +80,21 @@ def _read(path: Path, ending: str) -> pd.DataFrame:
     if ending == ".xls":
         raise DataError(f"{path}: is a workbook of Excel before 2007. Save it as .xlsx or .csv.")
     raise DataError(f"{path}: logs are {LOGS}, not {ending or 'without ending'}.")
+
+
+def _stamped(found: pd.DataFrame) -> pd.DataFrame:
+    """Seconds and nanoseconds in two columns, as of ROS, as one column in s."""
+    for name in [str(name) for name in found.columns]:
+        if (parts := SECONDS.fullmatch(name)) is None:
+            continue
+        rest = next((f"{parts[1]}{word}" for word in NANOSECONDS if f"{parts[1]}{word}" in found.columns), "")
+        stamp = parts[1].rstrip("._/ ") or "time"
+        if rest and stamp not in found.columns and all(found[one].dtype.kind in "fiu" for one in (name, rest)):
+            below = found[rest].to_numpy(float)
+            if np.all((below >= 0.0) & (below < 1e9)):
+                found[name] = found[name].to_numpy(float) + 1e-9 * below
+                found = found.drop(columns=rest).rename(columns={name: stamp})
+    return found
 
 
 def _parquet(path: Path) -> pd.DataFrame:
@@ -123,14 +140,30 @@ def _mat(path: Path) -> pd.DataFrame:
 
 
 def _fields(held: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
-    """The arrays in structures of one element each, by name."""
+    """The arrays in structures, by name. An array of structures has them by label, as scopes of Simulink do, or by number."""
     for name, value in held.items():
         value = np.asarray(value)
-        if value.dtype.names and value.size == 1 and depth < DEEPEST:
-            only = value.reshape(-1)[0]
-            yield from _fields({field: only[field] for field in value.dtype.names}, f"{prefix}{name}.", depth + 1)
+        if value.dtype.names and 1 <= value.size <= WIDEST and depth < DEEPEST:
+            every = value.reshape(-1)
+            labels = [""] if len(every) == 1 else _labels(every)
+            for label, only in zip(labels, every):
+                here = f"{prefix}{name}.{label}".rstrip(".")
+                within = {field: only[field] for field in value.dtype.names}
+                if label and "values" in within:
+                    yield from _fields({here: within.pop("values")}, "", depth + 1)
+                yield from _fields(within, f"{here}.", depth + 1)
         elif value.dtype.kind in "fiubUS":
             yield prefix + name, value
+
+
+def _labels(every: np.ndarray) -> list[str]:
+    """What tells the structures of an array apart: their labels or names, where each has its own, or their numbers."""
+    for field in ("label", "name"):
+        if field in every.dtype.names:
+            told = [str(np.squeeze(one[field])) if np.size(one[field]) == 1 else "" for one in every]
+            if all(told) and len({*told}) == len(told):
+                return told
+    return [str(k + 1) for k in range(len(every))]
 
 
 def _hdf(path: Path) -> pd.DataFrame:

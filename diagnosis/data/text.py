@@ -21,6 +21,7 @@ LOOKED_AT = 1 << 20  # bytes of a file's begin by which its form is told
 LINES = 400  # of it, at most
 ALIKE = 3  # lines of data in a row with which a table begins
 MOST_COLUMNS = 10_000
+UNIT_LINES = {"y_unit_label", "unit", "units", "einheit", "einheiten"}
 
 _POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _COMMA = re.compile(r"[+-]?(\d+|\d*,\d+)([eE][+-]?\d+)?")
@@ -189,6 +190,8 @@ def _names(above: list[list[str]], width: int) -> list[str]:
     header, units = above[-1], [""] * width
     if len(above) > 1 and wide(above[-2]) and _units(header):
         header, units = above[-2], header
+    else:  # a line of units that says so in its first cell, above the header, as LabVIEW writes it
+        units = next((["", *row[1:]] for row in above[:-1] if row[0].lower() in UNIT_LINES and _units(row[1:])), units)
     header = list(header)
     if header and header[0][:1] in "#%" or header[0].startswith("//"):
         header[0] = header[0].lstrip("#%/ ")

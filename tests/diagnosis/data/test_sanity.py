@@ -147,6 +147,24 @@ def test_a_slip_shows_in_the_voltages_balance_alone(log, words, tmp_path):
     assert all(word in text for word in words), text
 
 
+TORQUED = ("motor.voltage", "reducer.input_speed", "motor.torque")
+
+
+@pytest.mark.parametrize(
+    "log, channels, words",
+    [
+        (LOG.assign(m=LOG.i), TORQUED, ("times what the motor can give with column 'u'", "a current in A? Then it is \"motor.current\"")),
+        (LOG.assign(m=1e3 * LOG.i), TORQUED, ("a current in mA? Then it is \"motor.current\", unit = \"mA\"",)),
+        (LOG.assign(m=1e3 * LOG.m), (*TORQUED, "motor.current"), ("1000 times what column 'i' (motor.current) makes of it", "mN.m read as N.m")),
+        (LOG, (*TORQUED, "motor.current"), ()),
+    ],
+    ids=["amperes", "milliamperes", "millinewtonmetres", "as it is"],
+)  # fmt: skip
+def test_a_torque_is_what_the_motor_can_give(log, channels, words, tmp_path):
+    found = boxed(tmp_path, written("forward", channels), log)
+    assert len(found.gross) == bool(words) and all(word in found.gross[0] for word in words), found.gross
+
+
 def test_a_clock_that_no_second_channel_shows_is_remarked_on(tmp_path):
     found = boxed(tmp_path, written("forward", ONE_SHAFT), LOG.assign(time=1e3 * LOG.time))
     (remark,) = (f.sentence for f in found.findings)

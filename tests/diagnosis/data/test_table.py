@@ -113,6 +113,27 @@ def _write(path, how):
     if how == "struct.mat":
         scipy.io.savemat(path, {"log": {"t": T, "sig": {"n": W, "m": M}}})
         return "log.t", "log.sig.n", "log.sig.m"
+    if how == "scope.mat":  # Simulink's "structure with time"
+        signals = np.zeros(2, [("values", "O"), ("dimensions", "O"), ("label", "O")])
+        signals[:] = [(W[:, None], 1.0, "omega [rad/s]"), (M[:, None], 1.0, "torque")]
+        scipy.io.savemat(path, {"scope": {"time": T[:, None], "signals": signals, "blockName": "model/Scope"}})
+        return "scope.time", "scope.signals.omega [rad/s]", "scope.signals.torque"
+    if how == "unlabelled.mat":
+        signals = np.zeros(2, [("values", "O"), ("label", "O")])
+        signals[:] = [(W, ""), (M, "")]
+        scipy.io.savemat(path, {"t": T, "signals": signals})
+        return "t", "signals.1", "signals.2"
+    if how == "ros.jsonl":
+        stamps = [{"sec": int(t), "nanosec": round(1e9 * (t - int(t)))} for t in T]
+        rows = [{"header": {"stamp": s}, "n": float(w), "m": float(m)} for s, w, m in zip(stamps, W, M)]
+        path.write_text("\n".join(json.dumps(row) for row in rows))
+        return "header.stamp", "n", "m"
+    if how == "labview.lvm":
+        head = ["LabVIEW Measurement", "Separator\tTab", "Decimal_Separator\t.", "***End_of_Header***", "", "Channels\t2",
+                f"Samples\t{N}\t{N}", "Y_Unit_Label\tdeg/s\tmN.m", "Delta_X\t0.01\t0.01", "***End_of_Header***", "X_Value\tn\tm\tComment"]  # fmt: skip
+        rows = [f"{t:.2f}\t{np.degrees(w):.17g}\t{1000.0 * m:.17g}\t" for t, w, m in zip(T, W, M)]
+        path.write_text("\n".join([*head, *rows]))
+        return "X_Value", "n", "m"
     if how == "7.3.mat":
         h5py = pytest.importorskip("h5py")
         with h5py.File(path, "w", userblock_size=512) as file:
@@ -157,7 +178,7 @@ def _write(path, how):
 
 
 FORMS = ["matrix.mat", "lying.mat", "struct.mat", "7.3.mat", "columns.json", "records.json", "entries.json", "lines.jsonl", "plain.npy",
-         "named.npy", "several.npz", "lists.parquet", "book.xlsx"]  # fmt: skip
+         "named.npy", "several.npz", "lists.parquet", "book.xlsx", "scope.mat", "unlabelled.mat", "ros.jsonl", "labview.lvm"]  # fmt: skip
 
 
 @pytest.mark.parametrize("how", FORMS)
@@ -200,6 +221,15 @@ def test_a_torque_in_percent_of_its_nominal_one(tmp_path):
         rig(tmp_path, torque='column = "m", unit = "%"')
     with pytest.raises(DataError, match="A sign belongs in factor"):
         rig(tmp_path, torque='column = "m", unit = "%", nominal = -1.0')
+
+
+def test_increments_are_read_by_their_factor(tmp_path):
+    frame(n=W / 0.003).rename(columns={"n": "n [inc/s]"}).to_csv(tmp_path / "log.csv", index=False)
+    (run,) = read(tmp_path / "log.csv", rig(tmp_path, speed='column = "n", factor = 0.003'))
+    np.testing.assert_allclose(run.signals["reducer.input_speed"], W, rtol=1e-12, atol=1e-12)
+    for factor in ("", ", factor = -1.0"):  # a sign does not say what one of them is
+        with pytest.raises(DataError, match="unit 'inc/s' is not known.* or as factor what one of it is in rad/s"):
+            read(tmp_path / "log.csv", rig(tmp_path, speed=f'column = "n"{factor}'))
 
 
 def test_times_that_are_written_too_coarsely_are_spread_where_the_rig_says_so(tmp_path):

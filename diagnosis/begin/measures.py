@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..data import wrapped
 from ..rules import RULES
 from . import numbers as of
 from . import words
@@ -84,7 +85,7 @@ class Measures(Looking):
             else:
                 one.why.append(why)
             one.unit = unit
-            period = of.wraps(self.columns.values[one.column]) if signal.endswith("angle") else 0.0
+            period = wrapped.period(self.columns.values[one.column]) if signal.endswith("angle") else 0.0
             if period:
                 one.wraps = period if unit != "rad" or period < 7.0 else 0.0
                 one.why.append(f"begins anew at {period:g}")

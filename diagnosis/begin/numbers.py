@@ -180,21 +180,6 @@ def grain(x: np.ndarray) -> float:
     return float(np.mean(near))
 
 
-def wraps(x: np.ndarray) -> float:
-    """The period at which an angle begins anew; 0 where it does not."""
-    x = x[np.isfinite(x)]
-    width = float(np.ptp(x)) if len(x) else 0.0
-    steps = np.diff(x)
-    jumps = steps[abs(steps) > 0.8 * width]
-    usual = float(np.quantile(abs(steps), 0.9)) if len(steps) else 0.0
-    if not len(jumps) or usual > 0.2 * width or len(jumps) > 0.1 * len(x):
-        return 0.0
-    for period in (360.0, 2.0 * np.pi, 1.0, 4096.0, 65536.0, 16384.0, 8192.0, 1024.0, 32768.0):
-        if width <= 1.001 * period and width > 0.9 * period and len(jumps) > 0:
-            return period
-    return 0.0
-
-
 def fitted(y: np.ndarray, *parts: np.ndarray) -> tuple[list[float], float]:
     """y as a sum of parts: their factors, and the share of y (its root mean square about 0) that is left."""
     matrix = np.column_stack(parts)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..rules import RULES
-from .balances import CURRENT, KE, KT, R, SPEED, rms
+from .balances import CURRENT, KE, KT, SPEED, R, rms
 from .finding import Finding, Said
 from .motions import near, number
 from .pieces import Pieces

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import DataError
 from ..rules import RULES
-from . import balances, electric, motions
+from . import balances, electric, motions, wrapped
 from .finding import Finding, Said
 from .log import MeasuredRun
 from .pieces import Pieces
@@ -92,6 +92,7 @@ def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) ->
 def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[list[Finding], list[str]]:
     coarse = Pieces(runs, prefix, RULES.data.pieces)
     kind = _kind(rig, runs, prefix, said, coarse)
+    kind += wrapped.contradictions(runs, prefix, said)
     if any(f.gross for f in kind):
         return kind, []
     ratio = said.value("reducer.gear_ratio")

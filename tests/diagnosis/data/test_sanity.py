@@ -165,6 +165,18 @@ def test_a_torque_is_what_the_motor_can_give(log, channels, words, tmp_path):
     assert len(found.gross) == bool(words) and all(word in found.gross[0] for word in words), found.gross
 
 
+@pytest.mark.parametrize("turning, stops", [(1.0, True), (0.0, False)])
+def test_an_angle_that_begins_anew_is_no_motion(turning, stops, tmp_path):
+    """A load that goes on turning; as it is written by an encoder of one turn, and where it never comes round."""
+    phi = np.mod(LOG.phi + turning * 2.0 * LOG.time, 2.0 * np.pi) if turning else LOG.phi
+    column = '{ column = "phi", unit = "rad" }'
+    found = boxed(tmp_path, written("inverse", phi=column), LOG.assign(phi=phi, n=LOG.n + turning * 2.0 * RATIO))
+    assert any("'phi' (load.angle) jumps back by a turn" in text and "wraps = 360.0" in text for text in found.gross) == stops
+    mended = written("inverse", phi=column.replace(" }", ", wraps = 6.283185307 }"))
+    found = boxed(tmp_path, mended, LOG.assign(phi=phi, n=LOG.n + turning * 2.0 * RATIO))
+    assert not any("jumps back" in text for text in found.gross)
+
+
 def test_a_clock_that_no_second_channel_shows_is_remarked_on(tmp_path):
     found = boxed(tmp_path, written("forward", ONE_SHAFT), LOG.assign(time=1e3 * LOG.time))
     (remark,) = (f.sentence for f in found.findings)

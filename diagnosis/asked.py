@@ -47,7 +47,7 @@ def answer(
 ) -> Diagnosis:
     """The diagnosis of a rig, under its `laws`; the arguments are those of `diagnose`."""
     if rig.system is not None:
-        return diagnose_system(rig, logs, test, out, tell, seed, kept, search)
+        return diagnose_system(rig, logs, test, out, tell, seed, kept, search, anyway)
     check_names(rig)
     tell("reading", 0.0)
     runs, faults, held = gather(rig, logs, test)

@@ -49,7 +49,7 @@ def replay(
     rig = asked(rig, allow_code)
     with laws(rig):
         out = claim(Path(out), "replay", "replay.json") if out else None
-        return replay_drive(rig, log, out, anyway) if rig.system is None else replay_system(rig, log, out)
+        return replay_drive(rig, log, out, anyway) if rig.system is None else replay_system(rig, log, out, anyway)
 
 
 @threadpool_limits.wrap(limits=1)  # the search has threads of its own: BLAS's beside them only cost

@@ -5,6 +5,7 @@ It looks for slips (a unit, a sign, a ratio, exchanged columns), not for causes:
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,7 @@ class Box:
     shows: tuple[str, ...]  # what was measured of the relations, one by one
     findings: tuple[Finding, ...]
     assumed: dict[str, tuple[float, str]]  # value and unit of what nobody gave, by component.parameter
+    made: tuple[str, ...] = ()  # channels that nobody recorded, and what they were made of
 
     @property
     def gross(self) -> list[str]:
@@ -41,6 +43,7 @@ class Box:
             "contradictions": self.gross,
             "remarks": [f.sentence for f in self.findings if not f.gross],
             "assumed": {name: {"value": value, "unit": unit} for name, (value, unit) in self.assumed.items()},
+            "made": list(self.made),
         }
 
     def lines(self) -> list[str]:
@@ -48,15 +51,15 @@ class Box:
         told = [f"  {'CONTRADICTION' if f.gross else 'remark'}: {f.sentence}" for f in self.findings]
         if self.shows:
             told.insert(0, f"  log: {'; '.join(self.shows)}")
-        if self.assumed:
+        if self.assumed or self.made:
             told.append(f"  assumed, for nobody gave it: {', '.join(self.assumptions())}")
         return ["Log against rig:", *told] if told else []
 
     def assumptions(self) -> list[str]:
-        """name = value unit of all that was assumed; what is 0 together."""
+        """Channels and what they were made of, name = value unit of all that was assumed; what is 0 together."""
         told = [f"{name} = {value:g} {unit}".rstrip() for name, (value, unit) in self.assumed.items() if value]
         none = [name for name, (value, _) in self.assumed.items() if not value]
-        return told + [f"and 0 for {', '.join(none)}"] * bool(none)
+        return list(self.made) + told + [f"and 0 for {', '.join(none)}"] * bool(none)
 
     def refuse(self, rig: Rig, anyway: bool) -> None:
         """DataError where log and rig contradict each other beyond what a drive can do, and nobody says to go on."""
@@ -76,7 +79,7 @@ def box(rig: Rig, runs: list[MeasuredRun]) -> Box:
         mine, shown = _drive(rig, runs, prefix, said)
         findings += mine
         shows += shown
-    return Box(tuple(filter(None, shows)), tuple(findings), assumed(rig, set(runs[0].signals), own))
+    return Box(tuple(filter(None, shows)), tuple(findings), assumed(rig, set(runs[0].signals), own), tuple(_made(rig, runs)))
 
 
 def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) -> dict[str, tuple[float, str]]:
@@ -87,6 +90,15 @@ def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) ->
         seen = {name.removeprefix(prefix) for name in signals if name.startswith(prefix)}
         found |= Said(rig, prefix, {**rig.parameters, **own}).assumed(_components(seen, rig.simulate in ("closed", "whole")))
     return found
+
+
+def _made(rig: Rig, runs: list[MeasuredRun]) -> Iterator[str]:
+    """The set-point of a speed that no column has: a controller may do without."""
+    for prefix in rig.drives:
+        seen = {name.removeprefix(prefix) for name in runs[0].signals if name.startswith(prefix)}
+        compared = "controller" in _components(seen, rig.simulate in ("closed", "whole"))
+        if compared and "controller.angle_setpoint" in seen and "controller.speed_setpoint" not in seen:
+            yield f"{prefix}controller.speed_setpoint as the rate of {prefix}controller.angle_setpoint"
 
 
 def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[list[Finding], list[str]]:

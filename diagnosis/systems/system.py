@@ -34,6 +34,7 @@ from ..rules import RULES
 from ..search.kept import Kept
 from .ours import as_drive
 from .parts import Group, Parts
+from .sanity import box
 
 
 @dataclass(frozen=True)
@@ -105,8 +106,11 @@ def prepare(rig: Rig) -> tuple[Rig, Parts]:
     return replace(rig, units={name: variable.unit for name, variable in parts.variables.items()}), parts
 
 
-def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
-    """The whole system from its set-points and each component alone on its measured inputs, over what was measured."""
+def replay_system(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool = False) -> Replay:
+    """The whole system from its set-points and each component alone on its measured inputs, over what was measured.
+
+    anyway: also where the log and what the FMUs compute contradict each other.
+    """
     rig, parts = prepare(rig)
     runs, faults = gathered(log, rig)
     folder = Path(out) if out else None
@@ -115,6 +119,9 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
     comparisons, drawn = [], []
     for whole in (False, True):
         experiment = SystemExperiment(rig, parts, runs, whole)
+        if not whole:
+            sanity = box(experiment, rig)
+            sanity.refuse(rig, anyway)
         for residual in experiment.residuals:
             compared = experiment.compare(residual, {})
             errors = [m - s for s, m, _ in compared]
@@ -133,9 +140,9 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None) -> Replay:
                 path = folder / f"{name.replace(' ', '_')}.png"
                 figures.traces(Mending(experiment, residual, {}, {}, np.ones(experiment.layout.count, bool)), path)
                 drawn.append(path.name)
-    result = Replay(comparisons, [f.row() for f in faults], folder, drawn)
+    result = Replay(comparisons, [f.row() for f in faults], folder, drawn, sanity=sanity)
     if folder:
-        data = {"comparisons": [asdict(c) for c in comparisons], "faults": result.faults}
+        data = {"sanity": sanity.row(), "comparisons": [asdict(c) for c in comparisons], "faults": result.faults}
         (folder / "replay.json").write_text(json.dumps(data, indent=2) + "\n")
     return result
 
@@ -165,6 +172,7 @@ def diagnose_system(
     seed: int,
     kept: Kept | None = None,
     search: bool = True,
+    anyway: bool = False,
 ) -> Diagnosis:
     """Blame and dependences; `unknown` where a component is off, `none` where what remains is noise."""
     rng = np.random.default_rng(seed)
@@ -172,6 +180,8 @@ def diagnose_system(
     runs, faults, held = gather(rig, logs, test)
     tell("replay of each component", 0.1)
     experiment = SystemExperiment(rig, parts, runs)
+    sanity = box(experiment, rig)
+    sanity.refuse(rig, anyway)
     train, names = division.split(experiment, runs, held)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -193,7 +203,7 @@ def diagnose_system(
         or list(dict.fromkeys(d.variable for d in left)),
     }
     result = Diagnosis("unknown" if off else "none", [f.row() for f in faults], shares, [], gain, remainder)
-    result.comparisons = comparisons(mending, gain)
+    result.comparisons, result.sanity = comparisons(mending, gain), sanity
     named = _name(rig, parts, shares, logs, test, out, tell, seed, kept) if off and search else None
     if named is not None:
         return named

@@ -142,6 +142,27 @@ def test_report_replay_and_exit_codes_from_the_command_line(tmp_path, fmu):
     assert (tmp_path / "replay" / "replay.json").exists()
 
 
+SLIPS = {
+    "millikelvin": (dict(unit="K"), ("'middle' (second.x) is 1000 times what second computes", "milli (mV, mA, mN.m) read as")),
+    "a sign": (dict(unit="mK", factor=-1.0), ("'middle' (second.x) goes against what second computes", "factor = -1.0")),
+    "another scale": (dict(unit="mK", offset=273.15), ("'middle' (second.x) lies +273.", "K and degC exchanged?")),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_of_a_systems_rig_is_told_before_anything_is_judged(tmp_path, fmu, slip):
+    rig, log = chain(tmp_path, fmu)
+    entry, words = SLIPS[slip]
+    told = "".join(f", {key} = {value!r}".replace("'", '"') for key, value in entry.items())
+    rig.write_text(rig.read_text().replace('column = "middle", unit = "mK"', f'column = "middle"{told}'))
+    for call in (replay, lambda *a, **k: diagnose(a[0], [a[1]], **k)):
+        with pytest.raises(DataError) as refused:
+            call(rig, log, out=None)
+        assert all(word in str(refused.value) for word in words) and "--anyway" in str(refused.value)
+    found = replay(rig, log, out=None, anyway=True)
+    assert found.sanity.gross and any("first.x = 1 times what first computes" in line for line in found.sanity.lines())
+
+
 def test_a_column_that_is_no_variable_is_refused(tmp_path, fmu):
     rig, log = chain(tmp_path, fmu)
     rig.write_text(rig.read_text().replace('"first.u"', '"first.uu"'))

@@ -188,7 +188,9 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise DescriptionError(f"There is no system file {path}.") from None
+        beside = [one.name for one in path.parent.glob(f"*{path.suffix}")] if path.parent.is_dir() else []
+        near = get_close_matches(path.name, beside[:1000], 1, 0.6)
+        raise DescriptionError(f"There is no system file {path}.{f' Did you mean {near[0]}?' if near else ''}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise DescriptionError(f"The system file {path} cannot be read: {error}.") from None
     except ValueError as error:  # a zero byte in its name

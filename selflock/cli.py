@@ -52,8 +52,8 @@ Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made
 
 
 def say(text: object, highlight: bool | None = None) -> None:
-    """Print what may hold names of strangers."""
-    console.print(visible(text), highlight=highlight)
+    """Print what may hold names of strangers; a file or a pipe gets its lines as they are."""
+    console.print(visible(text), highlight=highlight, soft_wrap=not console.is_terminal)
 
 
 def _overrides(pairs: list[str]) -> dict[str, str]:

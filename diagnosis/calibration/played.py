@@ -80,6 +80,11 @@ class Played:
         self.outputs = [name for name in parts.variables if name in logged - given and causality[name] == "output"]
         if not self.outputs:
             known = [name for name, kind in causality.items() if kind == "output" and name not in given]
+            if alone := sorted({parts.owner(name) for name in given if causality[name] == "output"}):
+                raise DataError(
+                    f"{rig.path}: {', '.join(alone)} has no inputs, so that what was measured of it is taken as given to others, and nothing is "
+                    f"left to compare. Name a number of it under [calibrate], such as {_number_of(parts, alone[0])!r}, and it is simulated."
+                )
             raise DataError(
                 f"{rig.path}: no column is an output of the system that is simulated, so nothing can be compared. Map one under "
                 f"[columns], such as {(known or ['component.output'])[0]!r}."
@@ -238,3 +243,9 @@ def _said(error: Exception) -> str:
     if isinstance(error, PartFailed):
         return f"{error.part} answered {error.status}"
     return str(error).splitlines()[0]
+
+
+def _number_of(parts: Parts, component: str) -> str:
+    """A parameter of a component, by its name; any word where it has none."""
+    of = (name for name, v in parts.variables.items() if parts.owner(name) == component and v.causality == "parameter")
+    return next(of, f"{component}.parameter")

@@ -78,7 +78,7 @@ def _runs(numbers: list[AllUnits], units: list[str]) -> tuple[list[dict[str, Any
             value[place], low[place], high[place] = one.value, one.value - reach, one.value + reach
             packed = {name: thin.packed(x[::every], "<f4") for name, x in (("values", value), ("low", low), ("high", high))}
             columns.append({"name": one.parameter, "unit": one.measure, "steps": False, **packed})
-        found.append({"label": f"unit {unit}", "time": thin.packed(SECONDS * time[::every], "<f8"), "columns": columns})
+        found.append({"label": _called(unit), "time": thin.packed(SECONDS * time[::every], "<f8"), "columns": columns})
     return found, thinned
 
 
@@ -89,7 +89,7 @@ def _choices(numbers: list[AllUnits], units: list[str], changed: list[str]) -> l
     for watched in numbers:
         have = {one.unit for one in watched.series}
         curves = [
-            {"run": k, "name": watched.parameter, "panel": watched.parameter, "label": f"unit {unit}", "quiet": unit not in bright,
+            {"run": k, "name": watched.parameter, "panel": watched.parameter, "label": _called(unit), "quiet": unit not in bright,
              "colour": bright.index(unit) if unit in bright else GREY}
             for k, unit in enumerate(units) if unit in have
         ]  # fmt: skip
@@ -118,3 +118,8 @@ def _all(track: Track) -> pd.DataFrame:
     }
     keys = zip(table["parameter"], table["unit"], days(table["recorded"]))
     return table.assign(set_aside=[key in aside for key in keys])
+
+
+def _called(unit: str) -> str:
+    """A unit in a legend; one that is a mere number says what it is the number of."""
+    return unit if unit.lower().startswith("unit") else f"unit {unit}"

@@ -101,7 +101,7 @@ def size(change: Change) -> str:
 def chance(change: Change) -> str:
     """As few digits as tell it."""
     least = 1e-12
-    return f"{change.chance:.1g}" if change.chance > least else f"below {least:g}"
+    return number(change.chance, 1) if change.chance > least else f"below {number(least)}"
 
 
 def amount(watched: AllUnits, x: float) -> str:

@@ -91,7 +91,7 @@ def test_a_fleet_is_shown_over_dates_with_intervals(tmp_path, rng, tab, width):
     shown = tab(tmp_path / "p.html", width=width)
     assert shown.js("document.documentElement.scrollWidth") == width
     legend = shown.js("document.querySelector('.legend').textContent")
-    assert "unit unit 3" in legend and "11 others" in legend and "N·m·s/rad" in legend
+    assert "unit 3" in legend and "unit unit" not in legend and "11 others" in legend and "N·m·s/rad" in legend
     x, y, w, h = shown.js("(r => [r.x, r.y, r.width, r.height])(document.querySelector('.plot').getBoundingClientRect())")
     shown.mouse("mouseMoved", x + 0.99 * w, y + 10.0)
     assert shown.js("day(runs[0].time[runs[0].near('reducer.viscous_damping', board.hover)])") == "2026-09-28"

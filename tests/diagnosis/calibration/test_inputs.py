@@ -8,7 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from selflock.cli import app
-from selflock.diagnosis import DataError, calibrate, name
+from selflock.diagnosis import DataError, calibrate
+from selflock.diagnosis import name as naming
 
 
 @pytest.fixture
@@ -68,7 +69,7 @@ def test_a_system_without_inputs_of_which_no_number_is_free_is_told(native, tmp_
     (tmp_path / "log.csv").write_text("time,h\n" + "".join(f"{0.01 * k:g},{1.0 - 4.9e-4 * k * k:g}\n" for k in range(40)))
     (rig := tmp_path / "rig.toml").write_text('[rig]\nsystem = "fall.fmu"\n[columns]\n"fall.h" = "h"\n')
     with pytest.raises(DataError, match=r"fall has no inputs, .* Name a number of it under \[calibrate\], such as 'fall\.g'"):
-        name(rig, [tmp_path / "log.csv"], out=None)
+        naming(rig, [tmp_path / "log.csv"], out=None)
 
 
 def test_a_log_in_which_nothing_moves_is_refused(refused, tmp_path, oscillator, rng):

@@ -36,6 +36,7 @@ def environment(package: str, strict: bool = True) -> Environment:
     )
     made.filters["number"] = number
     made.filters["percent"] = lambda v: "–" if v is None else f"{number(100 * v, 3)} %"
+    made.filters["probability"] = probability
     made.filters["unit"] = pretty
     made.filters["breaks"] = breaks
     return made
@@ -61,6 +62,14 @@ def number(value: float | None, digits: int = 4) -> str:
         text = f"{value:.0f}"
     mantissa, e, power = text.replace("-", "−").partition("e")
     return f"{mantissa}·10{str(int(power.replace('−', '-'))).translate(RAISED)}" if e else mantissa
+
+
+def probability(value: float) -> str:
+    """Two digits, and no certainty that an estimate has not: "below 0.01", "above 0.99"."""
+    least = 0.01
+    if value < least:
+        return f"below {least:g}"
+    return f"above {1.0 - least:g}" if value > 1.0 - least else f"{value:.2f}"
 
 
 def write(path: Path, made: Environment, template: str, data: dict[str, Any] | None = None, **words: Any) -> Path:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 
 from selflock.fmus.effect import SHAPES
+from selflock.view.page import probability
 
 from ..rules import RULES
 from ..search.candidate import pressed
@@ -45,11 +46,8 @@ class Cause:
 
     @property
     def sure(self) -> str:
-        """Its confidence as it is told: two digits, for its ends are estimates from some tens of blocks."""
-        least = 0.01
-        if self.confidence < least:
-            return f"below {least:g}"
-        return f"above {1.0 - least:g}" if self.confidence > 1.0 - least else f"{self.confidence:.2f}"
+        """Its confidence as it is told."""
+        return probability(self.confidence)
 
     @property
     def mark(self) -> str:

@@ -9,6 +9,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from selflock.fmus.shown import literal
+from selflock.view.page import pretty
 
 from ..residuals.mending import Mending
 from . import pictures
@@ -54,8 +55,8 @@ def traces(mending: Mending, path: Path, compared: list | None = None, title: st
             style = {"points": "o", "line": "o-" if mark.get("dots") else "-"}[mark["kind"]]
             look = {"lw": 0.9 if mark.get("thin") else 1.2, "ms": 3.5, "alpha": 0.25 if mark.get("faint") else 1.0}
             one.plot(mark["x"], mark["y"], style, color=COLOURS[mark["colour"]], label=mark["label"] or "_", **look)
-        one.set_ylabel(f"{plot['y']['label']}\nin {plot['y']['unit']}")
+        one.set_ylabel(f"{plot['y']['label']}\nin {pretty(plot['y']['unit'])}")
     axes[0].set_title(title, loc="left")
-    axes[1].set_xlabel(f"{plots[1]['x']['label']} in {plots[1]['x']['unit']}")
+    axes[1].set_xlabel(f"{plots[1]['x']['label']} in {pretty(plots[1]['x']['unit'])}")
     axes[0].legend(loc="best", ncols=3, fontsize=9)
     return save(figure, path)

@@ -165,10 +165,10 @@ def missing(mending: Mending, outcome: Selection | None, rng: np.random.Generato
     mean = lambda y: np.bincount(place, y, len(edges) - 1) / count
     middle, lacks = mean(x), mean(lacking)
     added = lambda values: mean(lacking - take(replace(everywhere, after=values).new))
-    marks = [rule(0.0, "y", "", BEFORE, dash=0)] + (_explained(mending, outcome, rng, middle, added) if outcome else [])
+    marks = [rule(0.0, "y", "nominal", BEFORE, dash=0)] + (_explained(mending, outcome, rng, middle, added) if outcome else [])
     error = np.sqrt(np.maximum(mean(lacking**2) - lacks**2, 0) / count)
-    marks.append(points(middle, lacks, "missing in the nominal simulation, measured", MEASURED, (lacks - error, lacks + error)))
-    return [{"x": variable(experiment, label), "y": axis(residual.quantity, residual.unit), "marks": marks}]
+    marks.append(points(middle, lacks, "measured", MEASURED, (lacks - error, lacks + error)))
+    return [{"x": variable(experiment, label), "y": axis(f"missing {residual.quantity}", residual.unit), "marks": marks}]
 
 
 def _explained(

@@ -159,7 +159,7 @@ def _fields(held: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterat
 def _labels(every: np.ndarray) -> list[str]:
     """What tells the structures of an array apart: their labels or names, where each has its own, or their numbers."""
     for field in ("label", "name"):
-        if field in every.dtype.names:
+        if field in (every.dtype.names or ()):
             told = [str(np.squeeze(one[field])) if np.size(one[field]) == 1 else "" for one in every]
             if all(told) and len({*told}) == len(told):
                 return told

@@ -185,7 +185,10 @@ def _explained(
     draws = np.clip(rng.multivariate_normal(center, spread, number, check_valid="ignore"), *bounds)
     curves = [added(mending.after | problem.absolute(dict(zip(names, row)))) for row in draws]
     curves = [curve for curve in curves if np.isfinite(curve).all()]
-    marks = [band(x, *np.quantile(curves, [0.025, 0.975], axis=0), "95 % band", AFTER)] if curves else []
+    marks = []
+    if curves:
+        low, high = np.quantile(curves, [0.025, 0.975], axis=0)
+        marks.append(band(x, low, high, "95 % band", AFTER))
     return [*marks, line(x, added(mending.after), " and ".join(c.hypothesis.label for c in outcome.causes), AFTER)]
 
 

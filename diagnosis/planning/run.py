@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from selflock.view.page import probability as told
+
 from ..data.log import MeasuredRun
 from ..data.rig import LogColumn, Rig, load, suggest
 from ..data.signals import SIGNALS
@@ -78,8 +80,8 @@ class NextRun:
             else "no run within these limits that was tried is sure to"
         )
         lines.append(
-            f"  it is decided rightly with a probability of {self.probability:.2f} at least ({sure}), "
-            f"by another run like the logs with {self.usual_probability:.2f}"
+            f"  it is decided rightly with a probability of {told(self.probability)} in the hardest case ({sure}), "
+            f"by another run like the logs, as long, {told(self.usual_probability)}"
         )
         lines.append(
             f"  angle {lim.low:.4g} to {lim.high:.4g} rad, speed up to {lim.speed:.4g} rad/s, acceleration up to {lim.acceleration:.4g} rad/s2"

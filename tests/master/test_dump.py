@@ -24,6 +24,8 @@ def test_the_examples_come_back(tmp_path, name):
         for component in one.components.values():
             if component.fmu and not component.fmu.startswith("selflock:"):
                 component.fmu = str((one.folder / component.fmu).resolve())
+            if component.manoeuvre:
+                component.manoeuvre = str((one.folder / component.manoeuvre).resolve())
     assert plain(again) == plain(system)
 
 

@@ -40,6 +40,8 @@ ELSEWHERE = {  # what decides nothing
     "data/rig.py": {"SHARES"},
     "data/table.py": {"LARGEST", "LARGEST_JSON", "WIDEST", "DEEPEST", "MOST_NAMES"},  # how much of a stranger's file is read
     "data/text.py": {"LOOKED_AT", "LINES", "ALIKE", "MOST_COLUMNS"},
+    "data/wrapped.py": {"PERIODS"},  # units, and the counts that encoders have
+    "systems/sanity.py": {"SLIPS", "KELVIN"},  # units and how slips of them are called
     "begin/guess.py": {"RPM", "DEG", "TURN", "FACTORS", "SLIPS", "ROUND"},  # units, and the counts that encoders have
     "begin/numbers.py": {"NONE"},
     "begin/raw.py": {"SECONDS", "EPOCHS", "BEYOND"},

@@ -1,4 +1,4 @@
-// Curves over time. Those of one unit share a panel and its axis; a column has one colour, a run one dash.
+// Curves over time. Those of one unit share a panel and its axis; a component has one colour, where an axis has one curve of it, a run one dash.
 
 class Panel {  // of one unit, or of what its curves call their panel: {label, colour, unit, lines: [{run, name}], drop, panel, quiet: without an entry in the legend}
   constructor(parent, board) {

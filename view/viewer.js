@@ -103,7 +103,10 @@ class Board {
       const used = new Set(this.picked.map(one => one.colour));
       let free = 0;
       while (used.has(free) && free < this.picked.length) free++;
-      this.picked.push({ name, colour: free });
+      const owner = text => text.slice(0, text.lastIndexOf(".")), unit = text => runs.find(run => run.has(text)).told.get(text).unit;
+      const beside = new Set(this.picked.filter(one => unit(one.name) === unit(name)).map(one => one.colour));  // on the same axis
+      const mine = this.picked.find(one => owner(name) && owner(one.name) === owner(name) && !beside.has(one.colour));
+      this.picked.push({ name, colour: mine ? mine.colour : free });  // a component keeps its colour from axis to axis
     } else if (!on && known >= 0) this.picked.splice(known, 1);
     const box = this.boxes && this.boxes.get(name);
     if (box) box.checked = on;

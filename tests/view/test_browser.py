@@ -77,6 +77,14 @@ def test_curves_are_picked_zoomed_and_read(tab, page):
     assert shown.complaints() == []
 
 
+def test_a_component_has_one_colour_on_all_axes(tab, write, drive):
+    """Torque, current and power of a motor; a second curve of it on one axis has another."""
+    shown = tab(view(write("a.csv", drive()), show=["motor.*", "gear.output_torque"]))
+    colours = dict(shown.js("board.picked.map(one => [one.name, one.colour])"))
+    assert colours["motor.torque"] == colours["motor.current"] == colours["motor.power"] != colours["gear.output_torque"]
+    assert shown.complaints() == []
+
+
 def test_no_name_runs(tab, write, hostile, rolling):
     columns = {name.replace("drive", hostile): (hostile if "drive" in name else unit, x) for name, (unit, x) in rolling().items()}
     shown = tab(view(write("a.parquet", columns, {"system": hostile}), show=["*torque"]), width=360)

@@ -39,7 +39,7 @@ class Said:
         """A signal as the log and the rig call it."""
         full = self.prefix + signal
         column = next((c.column for c in self.rig.columns if c.signal == full), full)
-        return full if column == full else f"column {column!r} ({full})"
+        return full if column in ("", full) else f"column {column!r} ({full})"
 
     def turned(self, signal: str) -> str:
         """The factor that turns a signal's sign."""

@@ -81,6 +81,9 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     columns = list(rig.columns) + named
     data: dict[str, np.ndarray] = {}
     for column in columns:
+        if column.value is not None:
+            data[column.signal] = _si(path, np.full(len(table), column.value), "", column, rig)
+            continue
         header = _find(path, table, column.column, rig)
         data[column.signal] = _si(path, _numbers(path, table, header), header, column, rig)
     time, began = _time(path, table, rig), _began(table, rig)

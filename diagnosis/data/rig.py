@@ -14,7 +14,7 @@ from selflock.master import toml
 
 from ..errors import DataError
 from ..rules import RULES
-from .signals import ALIASES, SIGNALS, canonical, unit
+from .signals import ALIASES, SETPOINTS, SIGNALS, canonical, unit
 from .units import conversion
 
 KINDS = ("inverse", "forward", "steady")
@@ -37,6 +37,7 @@ COLUMN: dict[str, type] = {
     "nominal": float,
     "commanded": bool,
     "wraps": float,
+    "value": float,
 }
 FLEET: dict[str, type] = {"logs": str}
 WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
@@ -57,6 +58,7 @@ class LogColumn:
     nominal: float = 0.0  # SI: what 100 % is, of a column that is a share of it
     commanded: bool = False  # somebody gave it as a number: it may rest and jump
     wraps: float = 0.0  # in the unit of the log: an angle that begins anew there; 0: it does not
+    value: float | None = None  # of a set-point that is one number, in no column
 
 
 @dataclass(frozen=True)
@@ -300,6 +302,8 @@ def split(name: str, drives: tuple[str, ...]) -> tuple[str, str]:
 def _column(path: Path, name: str, entry: Any, drives: tuple[str, ...], linear: bool, plain: bool) -> LogColumn:
     if isinstance(entry, str):
         entry = {"column": entry}
+    if isinstance(entry, dict) and "value" in entry:
+        return _one_number(path, name, entry, drives, linear)
     if not isinstance(entry, dict) or "column" not in entry:
         quotes = " A name with a dot stands in quotes." if "." not in name else ""
         raise DataError(f'{path}: [columns] "{name}": say which column, as "{name}" = {{ column = "..." }}.{quotes}')
@@ -321,6 +325,27 @@ def _column(path: Path, name: str, entry: Any, drives: tuple[str, ...], linear: 
         except ValueError as error:
             raise DataError(f"{path}: [columns] {name!r}: {error}.") from None
     return LogColumn(entry["column"], signal, given, entry.get("factor", 1.0), entry.get("offset", 0.0), False, nominal, entry.get("commanded", False), entry.get("wraps", 0.0))  # fmt: skip
+
+
+def _one_number(path: Path, name: str, entry: dict[str, Any], drives: tuple[str, ...], linear: bool) -> LogColumn:
+    """A set-point that is one number, as of a controller that is asked for no speed; whatever is measured stands in a column."""
+    prefix, bare = split(name, drives)
+    if canonical(bare) not in SETPOINTS:
+        raise DataError(
+            f"{path}: [columns] {name!r}: value = {entry['value']} is for what is asked for alone, "
+            f"{' or '.join(sorted(SETPOINTS))}: say which column has it."
+        )
+    if more := {*entry} - {"value", "unit"}:
+        raise DataError(
+            f"{path}: [columns] {name!r}: value stands in the place of a column: leave out {', '.join(sorted(more))}."
+        )
+    entry = _typed(path, f'[columns] "{name}"', entry, COLUMN)
+    signal, given = canonical(bare), entry.get("unit", "")
+    try:
+        conversion(given, unit(signal, linear))
+    except ValueError as error:
+        raise DataError(f"{path}: [columns] {name!r}: {error}.") from None
+    return LogColumn("", prefix + signal, given, value=entry["value"])
 
 
 def _signal(path: Path, name: str, bare: str) -> str:

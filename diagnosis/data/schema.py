@@ -17,7 +17,7 @@ from .signals import ALIASES, SIGNALS
 def schema() -> dict[str, Any]:
     """Of a rig file. Names of a drive's variables and parameters are checked where the rig has no others."""
     ends = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
-    column = {"anyOf": [TEXT, _of(rig.COLUMN) | {"required": ["column"]}]}
+    column = {"anyOf": [TEXT, _of(rig.COLUMN) | {"anyOf": [{"required": ["column"]}, {"required": ["value"]}]}]}
     wanted = {"anyOf": [ends, _of(rig.WANTED)]}
     head = _of(rig.HEAD)
     head["properties"] |= {key: {"enum": list(allowed)} for key, allowed in rig.CHOICES.items()} | {

@@ -102,6 +102,10 @@ def opened(folder: Path, rig: Path | None) -> tuple[dict, Rig]:
     found = load(path)
     if found.system is not None:
         raise DataError(f"{path}: describes a system of FMUs. A run is planned for a drive of ours alone.")
+    if fixed := [column.signal for column in found.columns if column.value is not None]:
+        raise DataError(
+            f"{path}: {', '.join(fixed)} is one number in this rig; a run is planned for controllers that follow a speed, too."
+        )
     return told, found
 
 

@@ -54,6 +54,33 @@ def test_all_formats_give_the_same_si_signals(tmp_path, ending):
     np.testing.assert_allclose(run.signals["motor.torque"], data.m * 1e-3, rtol=1e-12)
 
 
+SETPOINT = '"controller.speed_setpoint" = { value = 30.0, unit = "deg/s" }'
+
+
+def test_a_set_point_may_be_one_number(tmp_path):
+    text = write(tmp_path).read_text()
+    (tmp_path / "rig.toml").write_text(text.replace("[parameters]", f"{SETPOINT}\n[parameters]"))
+    table().to_csv(tmp_path / "log.csv", index=False)
+    (run,) = read(tmp_path / "log.csv", rigs.load(tmp_path / "rig.toml"))
+    np.testing.assert_allclose(run.signals["controller.speed_setpoint"], np.radians(30.0), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "entry, says",
+    [
+        (SETPOINT.replace("controller.speed_setpoint", "motor.current"), "is for what is asked for alone"),
+        (SETPOINT.replace("unit", "factor = 2.0, unit"), "leave out factor"),
+        (SETPOINT.replace("30.0", '"x"'), "value"),
+        (SETPOINT.replace("deg/s", "N.m"), "cannot be 'rad/s'"),
+    ],
+)
+def test_what_is_measured_is_no_number(tmp_path, entry, says):
+    text = write(tmp_path).read_text()
+    (tmp_path / "rig.toml").write_text(text.replace("[parameters]", f"{entry}\n[parameters]"))
+    with pytest.raises(diagnosis.DataError, match=says):
+        rigs.load(tmp_path / "rig.toml")
+
+
 def test_units_in_headers_and_runs_in_a_column(tmp_path):
     rig = rigs.load(write(tmp_path, 'run = "run"', ""))
     data = table().rename(columns={"m": "m [mN.m]"}).assign(run=["a"] * 60 + ["b"] * 40)

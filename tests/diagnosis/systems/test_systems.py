@@ -136,7 +136,8 @@ def test_report_replay_and_exit_codes_from_the_command_line(tmp_path, fmu):
     rig, log = chain(tmp_path, fmu, {"second": 0.7})
     said = CliRunner().invoke(app, ["diagnose", str(rig), str(log), "-o", str(tmp_path / "out")])
     assert said.exit_code == 4 and "unknown" in said.output
-    assert "second" in (tmp_path / "out" / "report.html").read_text()
+    report = (tmp_path / "out" / "report.html").read_text()
+    assert "second" in report and 'data-figure="missing"' in report  # a picture, though nothing has a name
     said = CliRunner().invoke(app, ["replay", str(rig), str(log), "-o", str(tmp_path / "replay")])
     assert said.exit_code == 0 and "whole third.x" in said.output
     assert (tmp_path / "replay" / "replay.json").exists()

@@ -165,6 +165,11 @@ def _first_look(problem: Calibrating, origin: np.ndarray) -> list[str]:
     if played.untaken:
         raise DataError(f"{rig.path}: [calibrate] {played.untaken}. Leave it out, or narrow its range to what the FMU takes.")
     notes += played.notes
+    step, rows = played.parts.system.run.step, float(np.median(np.diff(problem.runs[first].time)))
+    if step > 1.5 * rows:
+        notes.append(
+            f"the system goes in steps of {step:g} s, and the log has a row every {rows:.4g} s: with step = {rows:.4g} under [rig] it is as fine"
+        )
     if played.still():
         channels = ", ".join(feed.channel for feed in played.group.feeds)
         if not _moving(problem):

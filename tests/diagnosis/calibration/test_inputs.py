@@ -77,6 +77,15 @@ def test_a_log_in_which_nothing_moves_is_refused(refused, tmp_path, oscillator, 
     refused("still.csv", "the inputs do not move (oscillator.force)", "nothing can be learnt", log=log)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("times, told", [(1, False), (4, True)])
+def test_steps_that_are_longer_than_the_logs_rows_are_told(tmp_path, oscillator, rng, times, told):
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng, count=200)
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", more=f"step = {times * oscillators.STEP}")
+    said = calibrate(rig, [log], out=None, starts=1).summary()
+    assert (f"with step = {oscillators.STEP:.4g} under [rig]" in said) == told
+
+
 def test_a_system_that_always_breaks_off_is_told_with_its_words(refused):
     refused(
         "breaks off wherever its numbers are tried",

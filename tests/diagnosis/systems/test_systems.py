@@ -150,6 +150,7 @@ SLIPS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slip", SLIPS)
 def test_a_slip_of_a_systems_rig_is_told_before_anything_is_judged(tmp_path, fmu, slip):
     rig, log = chain(tmp_path, fmu)

@@ -46,7 +46,8 @@ Unlimited = Annotated[
 ]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Go on where the log and the rig contradict each other.")]
 MaxTime = Annotated[
-    float | None, typer.Option("--max-time", help="Seconds of wall time for all of it; rows or fits that there are by then are kept.")
+    float | None,
+    typer.Option("--max-time", help="Seconds of wall time for all of it; rows or fits that there are by then are kept."),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; made if it is missing.")]
 

@@ -159,8 +159,11 @@ def matters(name: str, ch: Channels) -> bool:
 
 
 def plain(values: dict, ch: Channels) -> dict[str, np.ndarray]:
-    """All signals of the drive itself at the instants of the run's grid: nothing is said of a recorder, nor when a controller ticked."""
-    return _simulated({name: value for name, value in values.items() if not name.startswith("recorder.")}, ch, 0.0)
+    """All signals of the drive itself at the instants of the run's grid: nothing is said of a recorder, nor when a controller ticked.
+
+    As FMUs that take turns make them: a controller's acts hold from the beginning of the step in which they fall.
+    """
+    return _simulated({n: v for n, v in values.items() if not n.startswith("recorder.")}, ch, float(grid(ch).dt[0]))
 
 
 def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:

@@ -100,11 +100,12 @@ class Problem:
 
     def _read_when(self, values: dict[str, float]) -> dict[str, float]:
         """Values with each channel's shift where it fits best by itself: a signal in steps has slopes that lead nowhere."""
-        loss = lambda tried: float(rho(self.misfit(tried)[self.rows], self.loss_scale).sum())
         for p in self.base_free:
             if p.of_recorder and p.name.endswith(".shift"):
-                places = [values[p.name], *np.linspace(p.low, p.high, RULES.search.shift_places)]
-                values = values | {p.name: min(map(float, places), key=lambda place, p=p: loss(values | {p.name: place}))}
+                places = [values[p.name], *map(float, np.linspace(p.low, p.high, RULES.search.shift_places))]
+                tried = [self.misfit(values | {p.name: place})[self.rows] for place in places]
+                best = int(np.argmin([rho(misfit, self.loss_scale).sum() for misfit in tried]))
+                values = values | {p.name: places[best]}
         return values
 
     @property

@@ -267,7 +267,7 @@ class Convoy:
 
 def fits(seat: Seat) -> Native | None:
     """What a convoy needs of a seat that does nothing but what a convoy knows."""
-    more = seat.between, seat.carried, seat.tilted, seat.texts, seat.input_faults, seat.output_faults
+    more = seat.between, seat.carried, seat.tilted, seat.texts, seat.mapped, seat.input_faults, seat.output_faults
     return seat.part.native() if seat.even and not seat.keep and not any(more) else None
 
 

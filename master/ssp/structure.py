@@ -9,7 +9,7 @@ from typing import Any
 from ...fmus import temporary
 from ..single import Table, single
 from ..system import Connection, System, from_dict, load_toml
-from .flat import Flat
+from .flat import Flat, Mapping
 from .read import read
 from .still import Still
 from .values import Item
@@ -69,9 +69,12 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
     if sorted(system.run.order) != sorted(system.components):  # another tool changed the file
         system.run.order = []
     for (component, variable), ((source, output), change) in flat.connections.items():
-        system.connections[f"{component}.{variable}"] = Connection(
-            f"{source}.{output}", change.factor, change.offset, convert=False
-        )
+        made = Connection(f"{source}.{output}", convert=False)
+        if isinstance(change, Mapping):
+            made.mapping = {str(old): new for old, new in change.entries}
+        else:
+            made.factor, made.offset = change.factor, change.offset
+        system.connections[f"{component}.{variable}"] = made
     return system
 
 

@@ -36,8 +36,8 @@ communication steps of it. *Difference*: from FMPy's own loop with the same step
 ({tolerance:g} where the FMU tells no tighter one); the largest of all outputs at all rows, over the output's largest value.
 
 **{ran} of {all} ran**, {same} of the {compared} that FMPy's loop ran, too, bit by bit as there; of model exchange, where each
-loop chooses its own internal steps, the largest difference is {worst:.1g}. Steps are of one size here, in FMPy's loop each is the
-difference of two times: where a model jumps at a communication point, that rounding decides in which row.
+loop chooses its own internal steps, the largest difference is {worst:.1g}. A step is the difference of two communication points,
+so that it ends at the very number where the next one begins (FMI 2.0, 4.2.2): a model that jumps there jumps in that row.
 """
 FMUS = """
 ## FMUs

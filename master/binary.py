@@ -66,6 +66,8 @@ class Binary:
         except OSError as error:
             said = str(error)
             missing = _missing(error)
+            if missing and (file.parent / missing).is_file():
+                missing, said = "", f"{missing}, which it needs, lies beside it without a soname, by which Linux would know it"
             why = (
                 f"it needs the system library {missing}, which is not on this machine. Install what brings it, or export the "
                 "FMU with its libraries inside"
@@ -81,17 +83,21 @@ def _missing(error: OSError) -> str:
     return found[1] if found else ""
 
 
-def _with_its_own(file: Path, waiting: tuple[str, ...] = ()) -> ctypes.CDLL:
-    """A library, and before it those that it needs where they lie beside it: Linux does not look there by itself."""
+def _with_its_own(file: Path, loaded: set[str] | None = None) -> ctypes.CDLL:
+    """A library, and before it those that it needs where they lie beside it: Linux does not look there by itself.
+
+    It then knows them by their soname; one that has none it does not find all the same.
+    """
+    mode, loaded = (ctypes.DEFAULT_MODE, set()) if loaded is None else (ctypes.RTLD_GLOBAL, loaded)
     while True:
         try:
-            return ctypes.CDLL(str(file), ctypes.RTLD_GLOBAL if waiting else ctypes.DEFAULT_MODE)
+            return ctypes.CDLL(str(file), mode)
         except OSError as error:
             needed = _missing(error)
-            beside = file.parent / needed
-            if not needed or needed in waiting or not beside.is_file():
+            if not needed or needed in loaded or not (file.parent / needed).is_file():
                 raise
-        _with_its_own(beside, (*waiting, file.name))
+        loaded.add(needed)
+        _with_its_own(file.parent / needed, loaded)
 
 
 def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:

@@ -136,7 +136,8 @@ def _carry_out(kinds, where, numbers, first, row, time, size):
 def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill):
     """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status)."""
     for index in range(first, first + count):
-        failed, status = _carry_out(kinds, where, numbers, 0, index - first, start + index * size, size)
+        time = start + index * size
+        failed, status = _carry_out(kinds, where, numbers, 0, index - first, time, start + (index + 1) * size - time)
         if failed >= 0:
             return index - first, fill, failed, status
         if (index + 1) % every == 0:
@@ -314,10 +315,10 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         running.time = start + running.index * size
         recorder.check()
         if failed >= 0:
-            program.mend(failed, status, running.time, size)
-            program.run(running.time, size, failed + 1, running.index - first)
+            now = start + (running.index + 1) * size
+            program.mend(failed, status, running.time, now - running.time)
+            program.run(running.time, now - running.time, failed + 1, running.index - first)
             running.index += 1
-            now = start + running.index * size
             if running.ends and running.over(now):
                 return
             running.time = now

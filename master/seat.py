@@ -38,7 +38,7 @@ class Seat:
         run = wiring.system.run
         own = wiring.system.components[name].step
         self.small, self.large = _ratios(name, own, run.step)
-        self.size = run.step / self.small * self.large
+        self.start, self.macro = run.start, run.step
         self.shown = view(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
         self.before = view(self.part.y.copy())  # `shown` at the start of the macro step
         self.even = self.small == self.large == 1  # steps with the master
@@ -236,14 +236,14 @@ class Seat:
                     self.gather(time + since, since, (k + 1) / self.small)
                 else:
                     self.look(time + since, since)
-                self.go(time + since, self.size)
+                self.go(time + since, time + step * (k + 1) / self.small - (time + since))
         else:
             phase = index % self.large
             if phase == 0:
                 self.origin[:] = self.out
                 if gather:
                     self.gather(time, 0.0, 1.0)
-                self.go(time, self.size)
+                self.go(time, self.start + (index + self.large) * self.macro - time)
             self.show((phase + 1) / self.large)
 
     def show(self, done: float) -> None:

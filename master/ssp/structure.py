@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...fmus import temporary
+from ..errors import DescriptionError
 from ..single import Table, single
 from ..system import Connection, System, from_dict, load_toml
 from .flat import Flat, Mapping
@@ -29,6 +30,11 @@ def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
         return replace(single(path, unlimited), isolate=isolate)
     if Path(path).suffix.lower() in (".ssp", ".ssd") or Path(path).is_dir():
         return replace(load(path, unlimited=unlimited), isolate=isolate)
+    if Path(path).suffix.lower() == ".xml":
+        raise DescriptionError(
+            f"{path}: systems are read from .toml, .ssp and .ssd files, from folders like an unpacked .ssp, and from an .fmu; "
+            "OspSystemStructure.xml and other .xml are not read."
+        )
     return load_toml(path, allow_code, unlimited, isolate)
 
 

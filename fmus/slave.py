@@ -81,6 +81,9 @@ class Slave(Fmi2Slave):
     identity = "unpacked"  # the content of the packed FMU, set by the build
     experiment = (0.0, 10.0, 1e-3)  # start, stop and step of the default experiment, s
 
+    _plain = 0  # so many leading inputs need no look beyond "is it finite?"
+    _other: frozenset[int] = frozenset()  # places of what is no Real
+
     script_globals: list[dict] = []  # see fmus.build.SCRIPT
 
     def __init_subclass__(cls, **kwargs: Any):
@@ -90,7 +93,7 @@ class Slave(Fmi2Slave):
         cls._table = table
         cls._place = {row.name: place for place, row in enumerate(table)}
         cls._first_output, cls._first_parameter = len(cls.inputs), len(cls.inputs) + len(cls.outputs)
-        plain = 0  # the leading inputs that need no look beyond "is it finite?"
+        plain = 0
         while plain < len(cls.inputs) and table[plain].type == "Real" and table[plain].minimum is table[plain].maximum is None:
             plain += 1
         cls._plain = plain

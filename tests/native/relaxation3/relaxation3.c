@@ -1,13 +1,14 @@
-/* The relaxation of FMI 2.0 beside it, in FMI 3.0: dx/dt = -rate (x - u), exact for a held u at any step. */
+/* The relaxation of FMI 2.0 beside it, in FMI 3.0: dx/dt = -rate (x - u), exact for a held u at any step.
+   At each whole second it tells of an event, which it has no mode for, and at `ends_at` it ends the run itself. */
 #include "../fmi3.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { TIME, RATE, U, X, COUNT };
+enum { TIME, RATE, U, X, ENDS_AT, COUNT };
 typedef struct { double v[COUNT]; } Slave;
 
-static void defaults(Slave *s) { *s = (Slave){{0, 1e6, 0, 1}}; }
+static void defaults(Slave *s) { *s = (Slave){{0, 1e6, 0, 1, 1e9}}; }
 
 FMI fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, bool visible, bool logging,
                                              bool events, bool early, const fmi3ValueReference required[], size_t n,
@@ -42,8 +43,10 @@ FMI fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], siz
 FMI fmi3Status fmi3DoStep(fmi3Instance c, double t, double h, bool keep, bool *event, bool *over, bool *early, double *reached) {
     Slave *s = c;
     s->v[X] = s->v[U] + (s->v[X] - s->v[U]) * exp(-s->v[RATE] * h);
-    s->v[TIME] = *reached = t + h;
-    *event = *over = *early = false;
+    *over = t + h >= s->v[ENDS_AT] - 1e-9;
+    s->v[TIME] = *reached = *over ? s->v[ENDS_AT] : t + h;
+    *event = floor(t + h + 1e-9) > floor(t + 1e-9);
+    *early = false;
     return fmi3OK;
 }
 

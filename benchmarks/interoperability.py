@@ -36,8 +36,8 @@ communication steps of it. *Difference*: from FMPy's own loop with the same step
 ({tolerance:g} where the FMU tells no tighter one); the largest of all outputs at all rows, over the output's largest value.
 
 **{ran} of {all} ran**, {same} of the {compared} that FMPy's loop ran, too, bit by bit as there; of model exchange, where each
-loop chooses its own internal steps, the largest difference is {worst:.1g}. Steps are of one size here, in FMPy's loop each is the
-difference of two times: where a model jumps at a communication point, that rounding decides in which row.
+loop chooses its own internal steps, the largest difference is {worst:.1g}. A step is the difference of two communication points,
+so that it ends at the very number where the next one begins (FMI 2.0, 4.2.2): a model that jumps there jumps in that row.
 """
 FMUS = """
 ## FMUs
@@ -180,7 +180,7 @@ def sentence(text: str, folder: Path) -> str:
     said = " ".join(lines[:3]) if lines and " answered " in lines[0] else lines[0] if lines else ""
     for known in sorted({str(folder), str(folder.resolve()), tempfile.gettempdir()}, key=len, reverse=True):
         said = said.replace(f"{known}/", "")
-    return cell(re.sub(r"selflock_ssp_\w+/", "", said), 300)
+    return cell(re.sub(r"selflock_ssp_\w+/(files/)?", "", said), 300)
 
 
 def cell(text: Any, width: int = 60) -> str:

@@ -1,12 +1,14 @@
 """Masters compared in one run on the same FMUs and the same step: ours, Ecos, libcosim and a plain FMPy loop.
 
-    python benchmarks/masters.py [--instances 2 8 32 100] [--steps 1000]
+    python benchmarks/masters.py [--instances 2 8 32 100] [--steps 1000] [--processor]
 
 A ring of equal FMUs, each given its neighbour's output, coupled by Jacobi with a fixed step of 1 ms; every master
 reads the same .ssp. Timed from the first step to the last; loading and initialization are left out. The masters
 take turns, the least of several turns counts. Ecos and libcosim are left out with a word where they are not
 installed (extra `masters`; Ecos needs libtbb12). They can be called once for many steps, or once for each step, as
-who wants to look or to steer between steps does. Our master is called once; it keeps a table of every output at every
+who wants to look or to steer between steps does. The same native FMU comes in FMI 3.0, and one for model exchange, which FMPy's loop integrates by
+CVODE as ours does; the other masters take neither, or say so. --processor: processor time of all threads in place of the
+clock's, where the machine has other work. Our master is called once; it keeps a table of every output at every
 step and checks every number, which the others do not. Bare: the C calls alone, through ctypes.
 """
 
@@ -19,9 +21,12 @@ import time
 import zipfile
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import fmpy
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmpy.sundials import CVodeSolver
 from master_cost import bare
 from rich.console import Console
 from rich.table import Table
@@ -57,15 +62,19 @@ def trivial(folder: Path) -> Path:
     return FmuBuilder.build_FMU(script, dest=folder) or folder / "Trivial.fmu"
 
 
-def ring(fmu: Path, count: int, given: str, taken: str, start: dict, folder: Path) -> Path:
+clock = time.perf_counter
+
+
+def ring(fmu: Path, count: int, given: str, taken: str, start: dict, folder: Path, interface: str = "") -> Path:
     """The .ssp of `count` instances in a ring."""
     system = master.from_dict(
         {
             "run": {"step": STEP, "algorithm": "jacobi", "open_inputs": True},
-            "components": {f"i{k}": {"fmu": str(fmu), "start": start} for k in range(count)},
+            "components": {f"i{k}": {"fmu": str(fmu), "start": start, "interface": interface} for k in range(count)},
             "connections": {f"i{k}.{given}": {"from": f"i{(k + 1) % count}.{taken}", "convert": False} for k in range(count)},
         }
     )
+    system.run.coupling_tolerance = 0.0  # a loop through the ring lags, as it does in the others
     return export(system, folder / f"{fmu.stem}_{count}.ssp")
 
 
@@ -74,19 +83,19 @@ def ours(ssp: Path, steps: int, count: int, given: str, taken: str) -> float:
     system.run.stop, system.run.record = steps * STEP, [f"*.{taken}"]
     system.run.coupling_tolerance = 0.0  # a loop through the ring lags, as it does in the others
     marks = []
-    master.run(system, progress=lambda fraction: marks.append(time.perf_counter()))  # called at the start and at the end at least
+    master.run(system, progress=lambda fraction: marks.append(clock()))  # called at the start and at the end at least
     return marks[-1] - marks[0]
 
 
 def _timed(step, steps: int, each: bool) -> float:
     """Seconds that `step(count)` takes for all steps, in one call or call by call."""
-    began = time.perf_counter()
+    began = clock()
     if each:
         for _ in range(steps):
             step(1)
     else:
         step(steps)
-    return time.perf_counter() - began
+    return clock() - began
 
 
 def ecos(ssp: Path, steps: int, count: int, given: str, taken: str, each: bool = False) -> float:
@@ -119,31 +128,73 @@ def fmpy_loop(ssp: Path, steps: int, count: int, given: str, taken: str) -> floa
         file = next(Path(folder, "resources").glob("*.fmu"))
         described, unpacked = fmpy.read_model_description(str(file), validate=False), fmpy.extract(str(file))
         reference = {v.name: v.valueReference for v in described.modelVariables}
-        slaves = []
+        third, way = described.fmiVersion.startswith("3"), described.coSimulation or described.modelExchange
+        if described.coSimulation and "lag" not in file.stem:
+            kind = FMU3Slave if third else FMU2Slave
+        else:
+            kind, way = FMU2Model, described.modelExchange
+        slaves, solvers = [], []
         for k in range(count):
-            slave = FMU2Slave(
-                guid=described.guid,
-                unzipDirectory=unpacked,
-                modelIdentifier=described.coSimulation.modelIdentifier,
-                instanceName=f"i{k}",
-            )
+            about = {"guid": described.guid, "unzipDirectory": unpacked, "instanceName": f"i{k}"}
+            slave = kind(modelIdentifier=way.modelIdentifier, **about)
             slave.instantiate()
-            slave.setupExperiment(startTime=0.0)
-            slave.enterInitializationMode()
+            if third:
+                slave.enterInitializationMode(startTime=0.0)
+            else:
+                slave.setupExperiment(startTime=0.0)
+                slave.enterInitializationMode()
             slave.exitInitializationMode()
             slaves.append(slave)
-        began = time.perf_counter()
-        values = [slave.getReal([reference[taken]])[0] for slave in slaves]
+            if kind is FMU2Model:
+                slave.newDiscreteStates()
+                slave.enterContinuousTimeMode()
+                solvers.append(_solver(slave, described))
+        began = clock()
+        get, put = ("getFloat64", "setFloat64") if third else ("getReal", "setReal")
+        values = [getattr(slave, get)([reference[taken]])[0] for slave in slaves]
         for index in range(steps):
             for k, slave in enumerate(slaves):
-                slave.setReal([reference[given]], [values[(k + 1) % count]])
-                slave.doStep(currentCommunicationPoint=index * STEP, communicationStepSize=STEP)
-            values = [slave.getReal([reference[taken]])[0] for slave in slaves]
-        took = time.perf_counter() - began
+                getattr(slave, put)([reference[given]], [values[(k + 1) % count]])
+                if solvers:
+                    solvers[k].reset(index * STEP)
+                    solvers[k].step(index * STEP, (index + 1) * STEP)
+                    slave.setTime((index + 1) * STEP)
+                else:
+                    slave.doStep(currentCommunicationPoint=index * STEP, communicationStepSize=STEP)
+            values = [getattr(slave, get)([reference[taken]])[0] for slave in slaves]
+        took = clock() - began
+        solvers.clear()
         for slave in slaves:
             slave.terminate()
             slave.freeInstance()
         return took
+
+
+def _solver(model: FMU2Model, described: fmpy.model_description.ModelDescription) -> CVodeSolver:
+    """CVODE over a model, as FMPy's own simulation sets it up."""
+    return CVodeSolver(
+        nx=described.numberOfContinuousStates,
+        nz=0,
+        get_x=model.getContinuousStates,
+        set_x=model.setContinuousStates,
+        get_dx=model.getDerivatives,
+        get_z=model.getEventIndicators,
+        get_nominals=model.getNominalsOfContinuousStates,
+        set_time=model.setTime,
+        input=SimpleNamespace(apply=lambda time: None),
+        startTime=0.0,
+        maxStep=STEP,
+        relativeTolerance=1e-8,
+    )
+
+
+def tried(run, *given) -> float:
+    """Seconds that a master takes; inf where it does not take this FMU."""
+    try:
+        return run(*given)
+    except Exception as error:
+        Console().print(f"not run: {str(error).splitlines()[0][:120]}")
+        return float("inf")
 
 
 def present(names: dict[str, str]) -> dict[str, str]:
@@ -163,7 +214,11 @@ def main() -> None:
     options.add_argument("--instances", type=int, nargs="+", default=[2, 8, 32, 100])
     options.add_argument("--steps", type=int, default=1000, help="steps with 8 instances; fewer with more")
     options.add_argument("--turns", type=int, default=3)
+    options.add_argument("--processor", action="store_true", help="processor time of all threads, not the clock's")
+    options.add_argument("--only", nargs="+", default=[], help="FMUs whose label holds one of these")
     chosen = options.parse_args()
+    global clock
+    clock = time.process_time if chosen.processor else time.perf_counter
     sys.path.insert(0, str(ROOT / "tests" / "native"))
     from pack import pack
 
@@ -178,17 +233,27 @@ def main() -> None:
             ("pythonfmu, smallest", trivial(folder), "u", "y", {}),
             ("pythonfmu, Motor", built("Motor"), "voltage", "torque", {"speed": 0.0}),
             ("native C", pack("relaxation", folder), "u", "x", {"rate": 1.0}),
+            ("native C, FMI 3.0", pack("relaxation3", folder), "u", "x", {"rate": 1.0}),
+            ("native C, model exchange", pack("lag", folder), "u", "y", {"through": 0.0}),
         ]
+        cases = [case for case in cases if not chosen.only or any(word in case[0] for word in chosen.only)]
         for label, fmu, given, taken, start in cases:
+            plain = label.startswith("pythonfmu") or label == "native C"  # FMI 2.0 for co-simulation, which all take
+            way = "me" if "exchange" in label else ""
             for count in chosen.instances:
                 steps = max(50, chosen.steps * 8 // count) * (1 if "python" in label else 5)
-                ssp = ring(fmu, count, given, taken, start, folder)
+                ssp = ring(fmu, count, given, taken, start, folder, way)
                 least = {name: float("inf") for name in ("bare", *runners)}
                 for _ in range(chosen.turns):
-                    least["bare"] = min(least["bare"], bare(fmu, count, steps, STEP, given, taken))
+                    if plain:
+                        least["bare"] = min(least["bare"], bare(fmu, count, steps, STEP, given, taken))
                     for name, run in runners.items():
-                        least[name] = min(least[name], run(ssp, steps, count, given, taken) / (steps * count))
-                table.add_row(label, str(count), *(f"{1e6 * took:.2f} ({took / least['ours']:.2f})" for took in least.values()))
+                        if plain or name in ("ours", "FMPy loop") or "ecos" in name and not way:
+                            least[name] = min(least[name], tried(run, ssp, steps, count, given, taken) / (steps * count))
+                shown = (
+                    f"{1e6 * took:.2f} ({took / least['ours']:.2f})" if took < float("inf") else "—" for took in least.values()
+                )
+                table.add_row(label, str(count), *shown)
     Console(width=180).print(table)
 
 

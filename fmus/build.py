@@ -141,6 +141,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     files["documentation/licenses/license.txt"] = LICENSE.read_bytes()
     files["model.png"] = documentation.icon(name)
     model.guid = _guid(files)
+    files["resources/guid.txt"] = model.guid.encode()  # by which the loader knows that a host means this FMU
     xml = describe(model)
     indent(xml)
     files["modelDescription.xml"] = tostring(xml, encoding="UTF-8", xml_declaration=True)

@@ -22,6 +22,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import replace
+from hashlib import sha256
 from math import inf, nan
 from typing import Any, Callable
 
@@ -58,7 +59,12 @@ def _unready(*given: Any) -> Any:
     raise RuntimeError("not initialized")
 
 
-INSTANTIATED, INITIALIZING, STEPPING, TERMINATED = range(4)
+INSTANTIATED, INITIALIZING, STEPPING, TERMINATED, TUNED = range(5)
+RUNNING = (
+    STEPPING,
+    TUNED,
+)  # TUNED: a parameter changed, which the next step takes over; whoever sets two may set one after the other
+CHECK = 64  # bytes behind a state that is kept as bytes, by which it is known again
 
 
 class Slave(Fmi2Slave):
@@ -68,11 +74,15 @@ class Slave(Fmi2Slave):
     inputs: tuple[Variable, ...] = ()
     outputs: tuple[Variable, ...] = ()
     parameters: tuple[Variable, ...] = ()
+    tunable: tuple[str, ...] = ()  # parameters that may change between steps: the state goes on with the new ones
     needs: tuple[str, ...] = ()  # files of other components that the face imports
     explained: tuple[Any, ...] = ()  # modules whose text the documentation shows; the law's if empty
     starts: dict[str, Any] = {}  # other start values, baked in by the build
     identity = "unpacked"  # the content of the packed FMU, set by the build
     experiment = (0.0, 10.0, 1e-3)  # start, stop and step of the default experiment, s
+
+    _plain = 0  # so many leading inputs need no look beyond "is it finite?"
+    _other: frozenset[int] = frozenset()  # places of what is no Real
 
     script_globals: list[dict] = []  # see fmus.build.SCRIPT
 
@@ -83,16 +93,17 @@ class Slave(Fmi2Slave):
         cls._table = table
         cls._place = {row.name: place for place, row in enumerate(table)}
         cls._first_output, cls._first_parameter = len(cls.inputs), len(cls.inputs) + len(cls.outputs)
-        plain = 0  # the leading inputs that need no look beyond "is it finite?"
+        plain = 0
         while plain < len(cls.inputs) and table[plain].type == "Real" and table[plain].minimum is table[plain].maximum is None:
             plain += 1
         cls._plain = plain
+        cls._other = frozenset(place for place, row in enumerate(table) if row.type != "Real")
 
     @classmethod
     def _row(cls, row: Variable, causality: str) -> Variable:
         """A row of a face's tables with what follows from the table that it stands in, and the start value of the build."""
         start = type(row.start)(cls.starts.get(row.name, row.start))
-        tunable = "tunable" if row.variability == "tunable" else ""
+        tunable = "tunable" if row.variability == "tunable" or row.name in cls.tunable else ""
         return replace(row, start=start, causality=causality, variability=tunable, depends_on=row.depends_on or ())
 
     def __init__(self, **kwargs: Any):
@@ -139,17 +150,25 @@ class Slave(Fmi2Slave):
         return self._texts.get(place, self._values[place])
 
     def setup_experiment(self, start_time: float = 0.0, stop_time: float | None = None, tolerance: float | None = None) -> None:
-        if start_time - start_time != 0.0:
+        if self._phase != INSTANTIATED:
+            self.complain("the experiment is set up before initialization mode")
+        elif start_time - start_time != 0.0:
             self.complain(f"start time {start_time} is not a finite number")
 
     def enter_initialization_mode(self) -> None:
+        if self._phase != INSTANTIATED:
+            return self.complain("initialization mode is entered once, after instantiation or reset")
         self._phase, self._stale = INITIALIZING, True
+        return None
 
     def exit_initialization_mode(self) -> None:
+        if self._phase != INITIALIZING:
+            return self.complain("initialization mode was not entered, it cannot be left")
         self._initialize()
         if self._unfit:
             self.complain(self._unfit)
         self._phase = STEPPING
+        return None
 
     def _initialize(self) -> None:
         """State and outputs from the start values as they are now."""
@@ -193,6 +212,12 @@ class Slave(Fmi2Slave):
         return True
 
     def _refuse(self, time: float, size: float) -> bool:
+        """No step, and why; or one with parameters that were tuned."""
+        if self._phase == TUNED and not self._fault:
+            self._phase = STEPPING
+            self._tune()
+            if not self._fault:
+                return self.do_step(time, size)
         if self._fault:
             self.say(f"no step from t = {time:.9g} s: {self._fault}")
         elif self._phase != STEPPING:
@@ -218,7 +243,10 @@ class Slave(Fmi2Slave):
         return ", ".join(f"{row.name} = {value:.6g}" for row, value in zip(rows, self._values[first:])) or "none"
 
     def terminate(self) -> None:
-        self._phase = TERMINATED
+        if self._phase not in RUNNING:
+            return self.complain("nothing runs that could be terminated")
+        self._phase, self._plain = TERMINATED, 0  # nothing is set any more without a look at this
+        return None
 
     # What is wrong.
 
@@ -260,11 +288,13 @@ class Slave(Fmi2Slave):
         if not 0 <= vr < len(self._table):
             return self.complain(f"no variable has the value reference {vr}")
         row = self._table[vr]
+        if self._phase == TERMINATED:
+            return self.complain(f"{row.name} cannot be set any more: this run is terminated")
         if row.type != type:
             return self.complain(f"{row.name} is of type {row.type}, not {type}")
         if self._first_output <= vr < self._first_parameter:
             return self.complain(f"{row.name} is an output and cannot be set")
-        if vr >= self._first_parameter and self._phase == STEPPING and row.variability != "tunable":
+        if vr >= self._first_parameter and self._phase in RUNNING and row.variability != "tunable":
             return self.complain(f"{row.name} is a fixed parameter and cannot change after initialization")
         if type == "String":
             self._texts[vr] = value
@@ -275,11 +305,11 @@ class Slave(Fmi2Slave):
             return self.complain(f"{row.name} = {shown} {unfit}")
         self._values[vr] = float(value)
         if vr >= self._first_parameter and self._phase == STEPPING:
-            self._tune()
+            self._phase = TUNED
         return None
 
     def _tune(self) -> None:
-        """Take over a parameter that changed between steps; the state goes on."""
+        """Take over parameters that changed between steps; the state goes on."""
         try:
             parameters, unfit = self._fit_parameters()
         except Exception as error:
@@ -287,26 +317,42 @@ class Slave(Fmi2Slave):
         if unfit:
             self.complain(unfit)
         else:
-            self._parameters = parameters
+            self._parameters, self._advance = parameters, self.stepper()
 
     def get_real(self, vrs: list[int]) -> list[float]:
         if self._stale:
             self._initialize()
         v = self._values
+        if self._other and not self._other.isdisjoint(vrs):
+            return self._get(vrs, "Real", nan)
         try:
             return [v[vr] for vr in vrs]
         except IndexError:
-            self.complain(f"no variable has one of the value references {vrs}")
-            return [nan] * len(vrs)
+            return self._get(vrs, "Real", nan)
+
+    def _get(self, vrs: list[int], type: str, none: Any) -> list[Any]:
+        """Values with every check; `none` in the place of one that is of another type, or not there."""
+        if self._stale:
+            self._initialize()
+        found = []
+        for vr in vrs:
+            row = self._table[vr] if 0 <= vr < len(self._table) else None
+            if row is None:
+                self.complain(f"no variable has the value reference {vr}")
+            elif row.type != type:
+                self.complain(f"{row.name} is of type {row.type}, not {type}")
+            value = none if row is None or row.type != type else self._texts.get(vr, self._values[vr])
+            found.append(none if value != value else value)
+        return found
 
     def get_integer(self, vrs: list[int]) -> list[int]:
-        return [int(value) if value - value == 0.0 else 0 for value in self.get_real(vrs)]
+        return [int(value) for value in self._get(vrs, "Integer", 0)]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return [value - value == 0.0 and value != 0.0 for value in self.get_real(vrs)]
+        return [value != 0.0 for value in self._get(vrs, "Boolean", False)]
 
     def get_string(self, vrs: list[int]) -> list[str]:
-        return [self._texts.get(vr, "") for vr in vrs]
+        return self._get(vrs, "String", "")
 
     # The whole state: values, law's state, phase, fault.
 
@@ -315,24 +361,52 @@ class Slave(Fmi2Slave):
         return (self.identity, values, texts, self._state, self._phase, self._stale, self._fault, self._unfit)
 
     def _set_fmu_state(self, state: tuple) -> None:
-        if not isinstance(state, tuple) or state[0] != self.identity:
-            return self.complain("the state to restore is not one of this FMU")
+        if wrong := self._unsound(state):
+            return self.complain(wrong)
         _, values, texts, law_state, self._phase, self._stale, self._fault, self._unfit = state
         self._values, self._texts = list(values), dict(texts)
+        self._plain = 0 if self._phase == TERMINATED else type(self)._plain
         self._state = None if law_state is None else self.law.State(*law_state)
-        if self._phase == STEPPING and not self._unfit:
+        if self._phase in RUNNING and not self._unfit:
             self._parameters, self._unfit = self._fit_parameters()
             self._advance = self.stepper()
         return None
 
+    def _unsound(self, state: Any) -> str:
+        """What is wrong with a state that is to be restored, looked at field by field; "" where it is sound."""
+        if isinstance(state, str):
+            return state  # what was wrong with its bytes
+        if not isinstance(state, (tuple, list)) or len(state) != 8 or state[0] != self.identity:
+            return "the state to restore is not one of this FMU"
+        _, values, texts, law_state, phase, stale, fault, unfit = state
+        numbers = isinstance(values, list) and len(values) == len(self._table) and all(type(one) is float for one in values)
+        words = isinstance(texts, dict) and texts.keys() == self._texts.keys() and all(type(one) is str for one in texts.values())
+        told = type(stale) is bool and type(fault) is str and type(unfit) is str and phase in range(5)
+        if not (numbers and words and told and self._is_state(law_state)):
+            return "the state to restore is damaged"
+        return ""
+
+    def _is_state(self, state: Any) -> bool:
+        """Whether it has the fields of the law's state, each a number."""
+        if state is None:
+            return True
+        fields = getattr(self.law.State, "_fields", ())
+        return (
+            isinstance(state, (tuple, list)) and len(state) == len(fields) and all(isinstance(one, (int, float)) for one in state)
+        )
+
     @staticmethod
     def _fmu_state_to_bytes(state: tuple) -> bytes:
-        return json.dumps(state).encode()  # floats as repr: exact
+        content = json.dumps(state).encode()  # floats as repr: exact
+        return content + sha256(content).hexdigest().encode()
 
     @staticmethod
     def _fmu_state_from_bytes(data: bytes) -> Any:
+        content, check = data[:-CHECK], data[-CHECK:]
+        if sha256(content).hexdigest().encode() != check:
+            return "the state to restore is damaged: its checksum is another"
         try:
-            identity, values, texts, *rest = json.loads(data.decode())
+            identity, values, texts, *rest = json.loads(content.decode())
             return (identity, values, {int(place): text for place, text in texts.items()}, *rest)
         except (ValueError, TypeError, AttributeError):
             return None  # restoring it complains: an exception must not leave here

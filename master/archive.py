@@ -7,10 +7,12 @@ import stat
 import struct
 import zipfile
 import zlib
+from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 from xml.parsers import expat
 
+from . import xml
 from .errors import DescriptionError
 
 ENTRIES = 10_000
@@ -85,20 +87,20 @@ def _checked(archive: zipfile.ZipFile, path: Path, unlimited: bool) -> list[tupl
             raise _too_much(path, f"it would grow to {total // packed} times its size, {total >> 20} MiB")
     files: dict[str, zipfile.ZipInfo] = {}
     for one in infos:
-        name, kind = one.filename, stat.S_IFMT(one.external_attr >> 16)
+        name, kind = one.filename.replace("\\", "/"), stat.S_IFMT(one.external_attr >> 16)  # as some tools of Windows write them
         parts = PurePosixPath(name).parts
-        if not parts or name.startswith("/") or ".." in parts or any(sign in name for sign in "\\:") or not name.isprintable():
+        if not parts or name.startswith("/") or ".." in parts or ":" in name or not name.isprintable():
             raise _refuse(path, f"{name!r} in it lies outside the archive, or is no name that every system takes")
         if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
             raise _refuse(path, f"{name!r} in it is a link or a device, no file")
         if one.flag_bits & 0x1:
             raise _refuse(path, f"{name!r} in it is encrypted. Ask for it without a password")
-        if one.is_dir():
+        if name.endswith("/"):
             continue
         plain = "/".join(parts)
-        if plain in files:
+        if plain in files and (one.CRC, one.file_size) != (files[plain].CRC, files[plain].file_size):
             raise _refuse(path, f"{name!r} is in it twice")
-        files[plain] = one
+        files.setdefault(plain, one)
     for plain in files:
         if any(str(parent) in files for parent in PurePosixPath(plain).parents):
             raise _refuse(path, f"{plain!r} in it lies below another file")
@@ -115,6 +117,8 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, path:
                 if room is not None and (room := room - len(piece)) < 0:
                     raise _too_much(path, f"it holds more than it says, {entry.filename!r} in it first")
                 file.write(piece)
+        if entry.external_attr >> 16 & stat.S_IXUSR:  # a program that an FMU calls
+            target.chmod(0o700)
     except (zipfile.BadZipFile, zlib.error, EOFError):
         raise DescriptionError(
             f"{path} is damaged: {entry.filename} in it does not match its checksum. Copy or build it again."
@@ -138,6 +142,26 @@ def root_of(file: Path, what: str, unlimited: bool = False) -> dict[str, str]:
         raise DescriptionError(
             f"{what} has {size >> 20} MiB; at most {XML >> 20} MiB are read. --unlimited takes the limit away."
         )
+    try:
+        with file.open("rb") as source:
+            found = _attributes(source, what)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        content, mended = xml.sound(file.read_bytes())
+        if not mended:
+            raise DescriptionError(f"{what} cannot be understood: {error}") from None
+        return _of_mended(content, what)
+    return found
+
+
+def _of_mended(content: bytes, what: str) -> dict[str, str]:
+    try:
+        return _attributes(BytesIO(content), what)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise DescriptionError(f"{what} cannot be understood: {error}") from None
+
+
+def _attributes(source: BinaryIO, what: str) -> dict[str, str]:
+    """The attributes of the root, or a sentence; raises what the parser does."""
     found: dict[str, str] = {}
 
     def start(name: str, attributes: dict[str, str]) -> Any:
@@ -150,16 +174,9 @@ def root_of(file: Path, what: str, unlimited: bool = False) -> dict[str, str]:
     parser = expat.ParserCreate()
     parser.StartElementHandler, parser.StartDoctypeDeclHandler = start, refuse
     try:
-        with file.open("rb") as source:
-            _feed(parser, source)
+        while piece := source.read(65536):
+            parser.Parse(piece, False)
+        parser.Parse(b"", True)
     except _Enough:
         return found
-    except (expat.ExpatError, ValueError, LookupError) as error:
-        raise DescriptionError(f"{what} cannot be understood: {error}") from None
     raise DescriptionError(f"{what} cannot be understood: it is empty")
-
-
-def _feed(parser: Any, source: BinaryIO) -> None:
-    while piece := source.read(65536):
-        parser.Parse(piece, False)
-    parser.Parse(b"", True)

@@ -60,18 +60,44 @@ class Binary:
 
     def _load(self, identifier: str) -> ctypes.CDLL:
         _check_binary(self.folder, self.description, identifier, self.path)
+        file = _file(self.folder, self.description, identifier)
         try:
-            return ctypes.CDLL(str(_file(self.folder, self.description, identifier)))
+            return _with_its_own(file)
         except OSError as error:
             said = str(error)
-            missing = re.match(r"([^/:]+): cannot open shared object file", said)  # as Linux says it of what is needed
+            missing = _missing(error)
+            if missing and (file.parent / missing).is_file():
+                missing, said = "", f"{missing}, which it needs, lies beside it without a soname, by which Linux would know it"
             why = (
-                f"it needs the system library {missing[1]}, which is not on this machine. Install what brings it, or export the "
+                f"it needs the system library {missing}, which is not on this machine. Install what brings it, or export the "
                 "FMU with its libraries inside"
                 if missing
                 else said
             )
             raise DescriptionError(f"The binary of {self.path} cannot be loaded: {why}.") from None
+
+
+def _missing(error: OSError) -> str:
+    """The library that another one needs and that is not found, as Linux says it; "" where it is something else."""
+    found = re.match(r"([^/:]+): cannot open shared object file", str(error))
+    return found[1] if found else ""
+
+
+def _with_its_own(file: Path, loaded: set[str] | None = None) -> ctypes.CDLL:
+    """A library, and before it those that it needs where they lie beside it: Linux does not look there by itself.
+
+    It then knows them by their soname; one that has none it does not find all the same.
+    """
+    mode, loaded = (ctypes.DEFAULT_MODE, set()) if loaded is None else (ctypes.RTLD_GLOBAL, loaded)
+    while True:
+        try:
+            return ctypes.CDLL(str(file), mode)
+        except OSError as error:
+            needed = _missing(error)
+            if not needed or needed in loaded or not (file.parent / needed).is_file():
+                raise
+        loaded.add(needed)
+        _with_its_own(file.parent / needed, loaded)
 
 
 def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
@@ -112,16 +138,25 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
     if not has:
         raise DescriptionError(f"{path} is for nothing: its modelDescription.xml names neither co-simulation nor model exchange.")
     for way in list(has.values())[:1]:
-        if not re.fullmatch(r"[^\W\d]\w*", way.modelIdentifier or ""):
+        if not _is_name(way.modelIdentifier or ""):
             raise DescriptionError(f"{path}: {way.modelIdentifier!r} is no modelIdentifier, which names its binary.")
         _check_binary(folder, description, way.modelIdentifier, path)
     _check_script(folder, path)
     return description
 
 
-def _platform(description: ModelDescription) -> str:
-    """The name of this machine in an FMU of that version."""
-    return fmpy.platform_tuple if description.fmiMajorVersion == 3 else fmpy.platform
+def _is_name(text: str) -> bool:
+    """Whether it names a file in its folder. FMI wants a name of C; that matters in FMI 1.0, whose functions begin with it."""
+    return 0 < len(text) <= 200 and text.isprintable() and not text.startswith(".") and not set(text) & set("/\\:")
+
+
+def _platform(folder: Path, description: ModelDescription) -> str:
+    """The folder for this machine in an FMU of that version; that of another version where the FMU has it under that name."""
+    own, other = fmpy.platform, fmpy.platform_tuple
+    if description.fmiMajorVersion == 3:
+        own, other = other, own
+    there = [(folder / "binaries" / one).is_dir() for one in (own, other)]
+    return other if there == [False, True] else own
 
 
 def _check_binary(folder: Path, description: ModelDescription, identifier: str, path: Path) -> None:
@@ -129,13 +164,12 @@ def _check_binary(folder: Path, description: ModelDescription, identifier: str, 
     file = _file(folder, description, identifier)
     if file.is_file():
         return
-    own = _platform(description)
+    own = _platform(folder, description)
     if not file.parent.is_dir():
         has = sorted(one.name for one in (folder / "binaries").iterdir()) if (folder / "binaries").is_dir() else []
-        has += ["c-code"] if (folder / "sources").is_dir() else []
-        raise DescriptionError(
-            f"{path} has no binary for this machine ({own}; it has: {', '.join(has) or 'none'}). Export it for {own}."
-        )
+        sources = (folder / "sources").is_dir()
+        said = f"{path} has no binary for this machine ({own}; it has: {', '.join(has + ['c-code'] * sources) or 'none'}). Export it for {own}"
+        raise DescriptionError(f"{said}, or compile its sources into it: `fmpy compile {path.name}`." if sources else f"{said}.")
     there = ", ".join(sorted(one.name for one in file.parent.iterdir())[:5]) or "nothing"
     raise DescriptionError(
         f"{path} has no binary named after its modelIdentifier: in {file.parent.relative_to(folder)} there is {there}, "
@@ -145,7 +179,7 @@ def _check_binary(folder: Path, description: ModelDescription, identifier: str, 
 
 def _file(folder: Path, description: ModelDescription, identifier: str) -> Path:
     """Where the binary of an unpacked FMU lies, on this machine."""
-    return folder / "binaries" / _platform(description) / f"{identifier}{fmpy.sharedLibraryExtension}"
+    return folder / "binaries" / _platform(folder, description) / f"{identifier}{fmpy.sharedLibraryExtension}"
 
 
 def _check_script(folder: Path, path: Path) -> None:

@@ -63,6 +63,9 @@ class Snapshot:
             values[:] = old
 
 
+Times = tuple[float, float, float]  # where a step begins, its middle and its end, s
+
+
 class Control(ABC):
     """Makes a step and estimates its error."""
 
@@ -80,7 +83,7 @@ class Control(ABC):
         """Refuse parts that this control cannot do with. Raises DescriptionError."""
 
     @abstractmethod
-    def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
+    def step(self, index: int, times: Times, snapshot: Snapshot | None) -> float:
         """Make a step; gives its error in tolerances. `snapshot`: all parts at its start, where this goes back."""
 
 
@@ -99,7 +102,8 @@ class Power(Control):
         if not pairs:
             raise DescriptionError(f"{where}: there are no bonds at which to see power. Declare them as [[bonds]].")
 
-    def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
+    def step(self, index: int, times: Times, snapshot: Snapshot | None) -> float:
+        time, size = times[0], times[2] - times[0]
         old = [(b.lost, b.turnover) for b in self.balances]
         self.advance(self.stepped, index, time, size)
         worst = 0.0
@@ -128,13 +132,14 @@ class Doubling(Control):
         if wiring.system.faults:
             raise DescriptionError(f"{where} does not go with [[faults]], which do not roll back. Use a fixed step.")
 
-    def step(self, index: int, time: float, size: float, snapshot: Snapshot | None) -> float:
-        self.advance(self.stepped, index, time, size)
+    def step(self, index: int, times: Times, snapshot: Snapshot | None) -> float:
+        begin, middle, end = times
+        self.advance(self.stepped, index, begin, end - begin)
         coarse = [seat.part.y.copy() for seat in self.stepped]
         assert snapshot is not None  # it goes back
         snapshot.restore()
-        self.advance(self.stepped, index, time, size / 2)
-        self.advance(self.stepped, index, time + size / 2, size / 2)
+        self.advance(self.stepped, index, begin, middle - begin)
+        self.advance(self.stepped, index, middle, end - middle)
         worst = 0.0
         for seat, rough, scale in zip(self.stepped, coarse, self.largest):
             fine = seat.part.y

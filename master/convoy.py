@@ -24,7 +24,7 @@ from numba.extending import intrinsic as numba_intrinsic
 from ..fmus.variable import INTEGERS
 from .algorithms import Algorithm
 from .energy import Port
-from .native import BEYOND, Exchange, Native
+from .native import BEYOND, MORE, Exchange, Native
 from .seat import Seat
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 STRETCH = 1000  # macro steps between two looks at the results
 LEAST, MOST = INTEGERS[0] - 1.0, INTEGERS[1] + 1.0
-MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK, LOOK = range(7)
+MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK, LOOK, STEP3 = range(8)
+FLAGS = 0xFFFFFF  # the three bytes of what a step of FMI 3.0 tells
 
 
 def intrinsic(function: Callable) -> Callable[..., Any]:
@@ -46,10 +47,13 @@ def _call(builder, address, kinds, args):
 
 @intrinsic
 def _exchange(context, function, instance, references, count, values):
-    """fmi2SetXxx or fmi2GetXxx by the address of the function."""
+    """fmi2SetXxx or fmi2GetXxx by the address of the function; of FMI 3.0, too, which wants the count of values behind them.
+
+    C lets a function that does not want it pass over it.
+    """
 
     def code(context, builder, signature, args):
-        return _call(builder, args[0], [ir.IntType(64)] * 4, args[1:])
+        return _call(builder, args[0], [ir.IntType(64)] * 5, [*args[1:], args[3]])
 
     return types.int32(types.int64, types.int64, types.int64, types.int64, types.int64), code
 
@@ -62,6 +66,18 @@ def _do_step(context, function, instance, time, size, free):
         return _call(builder, args[0], [ir.IntType(64), ir.DoubleType(), ir.DoubleType(), ir.IntType(32)], args[1:])
 
     return types.int32(types.int64, types.int64, types.float64, types.float64, types.int32), code
+
+
+@intrinsic
+def _do_step3(context, function, instance, time, size, free, told):
+    """fmi3DoStep by the address of the function."""
+
+    def code(context, builder, signature, args):
+        places = [builder.add(args[5], ir.Constant(ir.IntType(64), k)) for k in (0, 1, 2, 8)]
+        kinds = [ir.IntType(64), ir.DoubleType(), ir.DoubleType(), ir.IntType(32), *[ir.IntType(64)] * 4]
+        return _call(builder, args[0], kinds, [*args[1:5], *places])
+
+    return types.int32(types.int64, types.int64, types.float64, types.float64, types.int32, types.int64), code
 
 
 def _memory(kind, numba_kind):
@@ -108,6 +124,11 @@ def _carry_out(kinds, where, numbers, first, row, time, size):
             status = _exchange(a, b, where[k, 2], where[k, 3], where[k, 4])
         elif kind == STEP:
             status = _do_step(a, b, time, size, np.int32(where[k, 2]))
+        elif kind == STEP3:
+            _store_int(where[k, 3], np.int32(0))
+            status = _do_step3(a, b, time, size, np.int32(where[k, 2]), where[k, 3])
+            if status <= 1 and _load_int(where[k, 3]) & FLAGS:
+                status = MORE
         elif kind == WORK:  # as master.energy.Port.add
             state, now = where[k, 2], _load(a)
             work = 0.5 * (_load(state) + now) * _load(b) * size * numbers[k, 0]
@@ -136,7 +157,8 @@ def _carry_out(kinds, where, numbers, first, row, time, size):
 def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill):
     """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status)."""
     for index in range(first, first + count):
-        failed, status = _carry_out(kinds, where, numbers, 0, index - first, start + index * size, size)
+        time = start + index * size
+        failed, status = _carry_out(kinds, where, numbers, 0, index - first, time, start + (index + 1) * size - time)
         if failed >= 0:
             return index - first, fill, failed, status
         if (index + 1) % every == 0:
@@ -183,7 +205,7 @@ class Program:
             for place, own in exchange.copies:
                 self.add(seat, TO_INT, address(seat.u, place), own, name=exchange.name)
             self.exchange(seat, native, exchange)
-        self.add(seat, STEP, native.do_step, native.instance, native.free)
+        self.add(seat, STEP3 if native.told else STEP, native.do_step, native.instance, native.free, native.told)
         for exchange in native.reads:
             self.exchange(seat, native, exchange)
             for place, own in exchange.copies:
@@ -216,7 +238,7 @@ class Program:
     def mend(self, failed: int, status: int, time: float, size: float) -> None:
         """Let the part finish what ended with `status`; raises PartFailed where it cannot."""
         native = self.natives[self.seats[failed].name]
-        if self.kinds[failed] == STEP:
+        if self.kinds[failed] in (STEP, STEP3):
             native.finish(status, time, size)
         else:
             native.fail(status, self.names[failed], time, size)
@@ -267,7 +289,7 @@ class Convoy:
 
 def fits(seat: Seat) -> Native | None:
     """What a convoy needs of a seat that does nothing but what a convoy knows."""
-    more = seat.between, seat.carried, seat.tilted, seat.texts, seat.input_faults, seat.output_faults
+    more = seat.between, seat.carried, seat.tilted, seat.texts, seat.mapped, seat.input_faults, seat.output_faults
     return seat.part.native() if seat.even and not seat.keep and not any(more) else None
 
 
@@ -314,10 +336,10 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         running.time = start + running.index * size
         recorder.check()
         if failed >= 0:
-            program.mend(failed, status, running.time, size)
-            program.run(running.time, size, failed + 1, running.index - first)
+            now = start + (running.index + 1) * size
+            program.mend(failed, status, running.time, now - running.time)
+            program.run(running.time, now - running.time, failed + 1, running.index - first)
             running.index += 1
-            now = start + running.index * size
             if running.ends and running.over(now):
                 return
             running.time = now

@@ -187,13 +187,18 @@ def _face(v: ModelVariable, depends_on: tuple[str, ...] | None, shapes: Mapping[
             minimum=limit("min"),
             maximum=limit("max"),
             nominal=limit("nominal"),
-            variability=v.variability or "continuous",
+            variability=_variability(v.variability or "continuous", type_),
             description=v.description or "",
             depends_on=depends_on if v.causality == "output" else None,
             initial=v.initial or "",
             derivative_of=_derived(v, index, shapes),
             sized=v.type if v.type in SIZED and v.type != "Int32" else "",
         )
+
+
+def _variability(told: str, type_: str) -> str:
+    """What is no Real changes at events only, also where its variability is left to the default, which is meant for Reals."""
+    return "discrete" if told == "continuous" and type_ != "Real" else told
 
 
 def _start(type_: str, text: Any) -> Any:

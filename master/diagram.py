@@ -131,7 +131,8 @@ def _read(system: System) -> tuple[dict[str, Placed], list[Wire], list[str]]:
 def _words(target: str, connection: Connection) -> str:
     factor = "" if connection.factor == 1.0 else f" · {connection.factor}"
     offset = "" if connection.offset == 0.0 else f" + {connection.offset}"
-    return f"{target} = {connection.source}{factor}{offset}"
+    mapping = "".join(f", {old} → {new}" for old, new in connection.mapping.items())
+    return f"{target} = {connection.source}{factor}{offset}{mapping}"
 
 
 def _kind(component: Component) -> str:

@@ -19,7 +19,8 @@ import numpy as np
 from . import binary
 from .clocks import Ticks, clocks_in
 from .errors import DescriptionError, PartFailed
-from .instance import WARNING, Block, Fmu
+from .instance import WARNING, Block, Fmu, address
+from .native import MORE, Native
 
 EVENTS = 100_000  # most in one step, and most iterations of one event: beyond them it does not end
 CLOCK = "Clock"
@@ -276,6 +277,12 @@ class Fmi3(Fmu):
             block.last = None
 
 
+class Said(ctypes.Structure):
+    """What fmi3DoStep tells; the compiled loop knows these places."""
+
+    _fields_ = [("event", c_bool), ("ended", c_bool), ("early", c_bool), ("reached", c_double)]
+
+
 class CoSimulation3(Fmi3):
     """One instance of an FMI 3.0 co-simulation FMU."""
 
@@ -285,8 +292,7 @@ class CoSimulation3(Fmi3):
         instantiate = self._function("fmi3InstantiateCoSimulation", c_void_p)
         self._do_step = self._function("fmi3DoStep")
         flags = c_bool(False), c_bool(True), c_bool(self.events), c_bool(early)
-        self._event, self._ended, self._early = c_bool(False), c_bool(False), c_bool(False)
-        self._reached = c_double(0.0)
+        self._said = Said()
         nothing = (c_uint * 1)(), c_size_t(0)  # intermediate variables
         log = c_void_p(self._number), binary.hear3
         return instantiate(name, token, resources, *flags, *nothing, *log, None)  # and no intermediate update
@@ -320,18 +326,23 @@ class CoSimulation3(Fmi3):
             return
         for reference in self._ticked:
             self._ticked[reference] = False
-        end, slack = time + size, 1e-9 * size
         self._size.value, self.now = size, time
+        self._go(time + size, size)
+
+    def _go(self, end: float, size: float, made: bool = False) -> None:
+        """On to `end`, from event to event. made: the first fmi3DoStep is made already."""
+        slack = 1e-9 * size
         for _ in range(EVENTS):
             goal = min(end, max(self._ticks.next, self.now)) if self._ticks.next <= end + slack and self.variable_step else end
-            if goal > self.now + slack:
-                reached = self._advance(goal)
-                if self._ended.value:
+            if made or goal > self.now + slack:
+                reached = self._far(goal) if made else self._advance(goal)
+                made = False
+                if self._said.ended:
                     self.now = reached
-                    return self.end(min(max(reached, time), end))
+                    return self.end(min(reached, end))
                 self.now = reached
-            if self._event.value and self.events or self._ticks.next <= self.now + slack:
-                self._event.value = False
+            if self._said.event and self.events or self._ticks.next <= self.now + slack:
+                self._said.event = False
                 self._changed(())
                 if self._over():
                     return
@@ -342,15 +353,45 @@ class CoSimulation3(Fmi3):
     def _advance(self, goal: float) -> float:
         """One fmi3DoStep: how far it went."""
         self._time.value, self._size.value = self.now, goal - self.now
-        self._event.value = self._ended.value = self._early.value = False
-        self._reached.value = math.nan
-        told = byref(self._event), byref(self._ended), byref(self._early), byref(self._reached)
+        said = self._said
+        said.event = said.ended = said.early = False
+        said.reached = math.nan
+        told = byref(said), byref(said, 1), byref(said, 2), byref(said, 8)
         status = self._do_step(self._instance, self._time, self._size, c_bool(self._free.value != 0), *told)
         if status > WARNING:
             self._fail(status, "fmi3DoStep")
-        reached = self._reached.value
-        stopped = (self._early.value or self._ended.value) and math.isfinite(reached)
-        return min(max(reached, self.now), goal) if stopped else goal
+        return self._far(goal)
+
+    def _far(self, goal: float) -> float:
+        """How far the last fmi3DoStep went."""
+        said = self._said
+        stopped = (said.early or said.ended) and math.isfinite(said.reached)
+        return min(max(said.reached, self.now), goal) if stopped else goal
+
+    def native(self) -> Native | None:
+        plain = all(block.kind == "Float64" and block.real for block in (*self._writes, *self._reads))
+        if not plain or self._ticks.clocks or self._ticked or self.events and any(block.discrete for block in self._writes):
+            return None
+        return Native(
+            address(self._instance),
+            address(self._do_step),
+            int(self._free.value != 0),
+            tuple(block.native() for block in self._writes),
+            tuple(block.native() for block in self._reads),
+            self._finish_native,
+            self._fail_native,
+            ctypes.addressof(self._said),
+        )
+
+    def _finish_native(self, status: int, time: float, size: float) -> None:
+        self._time.value, self._size.value, self.now = time, size, time
+        if status != MORE:
+            self._fail(status, "fmi3DoStep")
+        self._go(time + size, size, made=True)
+
+    def _fail_native(self, status: int, function: str, time: float, size: float) -> NoReturn:
+        self._time.value, self._size.value = time, size
+        self._fail(status, function)
 
 
 class Scheduled(Fmi3):

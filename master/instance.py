@@ -139,9 +139,10 @@ class Fmu(Part):
     def _made(self, instance: Any) -> None:
         self._instance = c_void_p(instance)
         if not self._instance:
-            raise PartFailed(
-                self.name, 0.0, 0.0, "no instance", {}, list(self.log), f"see whether {self.path} runs alone in another tool."
-            )
+            hint = f"see whether {self.path} runs alone in another tool."
+            if getattr(self._way, "needsExecutionTool", False):
+                hint = f"{self.path} needs the tool that made it (needsExecutionTool); install that on this machine, with its licence."
+            raise PartFailed(self.name, 0.0, 0.0, "no instance", {}, list(self.log), hint)
 
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self._time.value = start

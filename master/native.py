@@ -11,6 +11,8 @@ Whoever gives a `Native` (Part.native) promises:
   PartFailed, `fail` raises PartFailed for an exchange.
 
 - An Integer beyond 32 bits is handed back with the status BEYOND before the call.
+- An FMU of FMI 3.0 exchanges Float64 alone, scalars. Where a step tells of an event, an end or an early return, it is handed back
+  with the status MORE, what was told lying at `told`.
 
 The loop promises to call from one thread at a time, and between initialization and termination only.
 """
@@ -21,6 +23,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn
 
+MORE = 9  # no status either: a step of FMI 3.0 told of an event, an end or an early return
 BEYOND = 7  # no fmi2Status: a number for an Integer that none can hold
 
 
@@ -38,7 +41,7 @@ class Exchange:
 
 @dataclass(frozen=True, slots=True)
 class Native:
-    """An instance of an FMI 2.0 co-simulation FMU as addresses; see the module's text."""
+    """An instance of an FMU for co-simulation, 2.0 or 3.0, as addresses; see the module's text."""
 
     instance: int
     do_step: int
@@ -47,3 +50,6 @@ class Native:
     reads: tuple[Exchange, ...]
     finish: Callable[[int, float, float], None]  # (status of do_step, time, size)
     fail: Callable[[int, str, float, float], NoReturn]  # (status, name of the exchange, time, size)
+    told: int = (
+        0  # of FMI 3.0: where fmi3DoStep tells of an event, an end, an early return (a byte each), and 8 bytes on how far it went
+    )

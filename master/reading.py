@@ -15,66 +15,132 @@ import fmpy
 from fmpy.model_description import ModelDescription, SimpleType
 from lxml import etree
 
+from . import archive, xml
 from .described import number_of
+from .errors import DescriptionError
 
-PARSER = {"resolve_entities": False, "no_network": True, "load_dtd": False, "remove_comments": True, "remove_pis": True}
 PARAMETERS = ("parameter", "calculatedParameter", "structuralParameter")
 VARIABILITIES = {"independent": ("continuous",), "input": ("discrete", "continuous")}
 BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+REFERENCES = 2**32 - 1
+TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 CAPABILITIES = ("canHandleVariableCommunicationStepSize", "canBeInstantiatedOnlyOncePerProcess")
 
 
 def read_description(path: Path) -> tuple[ModelDescription, list[str]]:
     """What an FMU, packed or unpacked, says of itself, and what was mended in it. Raises whatever a parser meets."""
+    root, notes = xml.root_of(_content(path))
+    said = dict[str, list[str]]()
+
+    def note(what: str, name: str) -> None:
+        said.setdefault(what, []).append(name)
+
+    _complete(root)
+    _unheard(root, note)
     try:
-        described = fmpy.read_model_description(str(path), validate=False)
+        described = _read(root)  # without comments, which FMPy takes for a type where they stand in front of one
     except Exception as error:
         try:
-            return _mended(path)
+            _mend(root, note)
+            described = _read(root)
         except Exception:
             raise error from None
+    notes += [f"{what}: {', '.join(n[:5])}" + (f" and {len(n) - 5} more" if len(n) > 5 else "") for what, n in said.items()]
     if described.fmiVersion == "1.0" and described.coSimulation is not None:
-        for node in _root(path).iter("Capabilities"):  # which FMPy passes over
+        for node in root.iter("Capabilities"):  # which FMPy passes over
             for name in CAPABILITIES:
                 setattr(described.coSimulation, name, node.get(name) in ("true", "1"))
-    return described, []
+        described.coSimulation.needsExecutionTool = next(root.iter("CoSimulation_Tool"), None) is not None
+    return described, notes + _doubles(described)
 
 
-def _root(path: Path) -> etree._Element:
+def _content(path: Path) -> bytes:
     if path.is_dir():
-        return etree.parse(str(path / "modelDescription.xml"), etree.XMLParser(**PARSER)).getroot()
-    with zipfile.ZipFile(path) as archive, archive.open("modelDescription.xml") as file:
-        return etree.parse(file, etree.XMLParser(**PARSER)).getroot()
+        return (path / "modelDescription.xml").read_bytes()
+    with zipfile.ZipFile(path) as packed:
+        if (size := packed.getinfo("modelDescription.xml").file_size) > archive.XML:
+            raise DescriptionError(f"it has {size >> 20} MiB; at most {archive.XML >> 20} MiB are read.")
+        return packed.read("modelDescription.xml")
 
 
-def _mended(path: Path) -> tuple[ModelDescription, list[str]]:
-    root, said = _root(path), dict[str, list[str]]()
-    _mend(root, lambda what, name: said.setdefault(what, []).append(name))
+def _read(root: etree._Element) -> ModelDescription:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "modelDescription.xml"
         etree.ElementTree(root).write(str(file), encoding="utf-8", xml_declaration=True)
-        return fmpy.read_model_description(str(file), validate=False), [
-            f"{what}: {', '.join(names[:5])}" + (f" and {len(names) - 5} more" if len(names) > 5 else "")
-            for what, names in said.items()
-        ]
+        return fmpy.read_model_description(str(file), validate=False)
+
+
+def _complete(root: etree._Element) -> None:
+    """Refuse by name what lacks what nobody can guess: FMPy passes over it, or takes a type from the variable before."""
+    if root.tag != "fmiModelDescription":
+        raise DescriptionError(f"its root element is {root.tag}, not fmiModelDescription.")
+    variables = root.find("ModelVariables")
+    if variables is None:
+        raise DescriptionError("it has no ModelVariables.")
+    typed = not root.get("fmiVersion", "").startswith("3.")
+    for node in variables:
+        name = node.get("name")
+        if name is None:
+            raise DescriptionError(f"line {node.sourceline}: a variable has no name.")
+        reference = node.get("valueReference", "").strip()
+        if not reference.isdecimal() or int(reference) > REFERENCES:
+            raise DescriptionError(f"its variable {name} has the valueReference {node.get('valueReference')!r}, which is none.")
+        if typed and not any(child.tag in TYPES for child in node):
+            raise DescriptionError(f"its variable {name} is of no type.")
+
+
+def _unheard(root: etree._Element, note: Any) -> None:
+    """Mend what FMPy reads as something else: an index below 1 counts from the end in Python, and True is no true."""
+    for way in root.iter("CoSimulation", "ModelExchange", "ScheduledExecution"):
+        for name, text in way.attrib.items():
+            if (
+                name.startswith(("can", "needs", "provides", "has", "is"))
+                and text.lower() in ("true", "false")
+                and text != text.lower()
+            ):
+                note(f"{text} is taken as {text.lower()}", name)
+                way.set(name, text.lower())
+    known = list(root.iterfind("ModelVariables/*"))
+    references = {node.get("valueReference") for node in known}
+    for node in list(root.iterfind("ModelStructure//*")):
+        _unknown(node, len(known), references, note)
+    if root.get("fmiVersion", "").startswith("2."):
+        for node in known:
+            for holder in node:
+                derivative = number_of(holder.get("derivative", "1"))
+                if derivative is None or not 1 <= derivative <= len(known):
+                    note("the derivative of what is not there; it is the derivative of nothing", node.get("name"))
+                    del holder.attrib["derivative"]
+
+
+def _doubles(described: ModelDescription) -> list[str]:
+    """Variables of one name: each but the first gets a number behind it, so that none stands in another's place."""
+    seen, notes = dict[str, int](), []
+    for variable in described.modelVariables:
+        name = variable.name
+        seen[name] = seen.get(name, 0) + 1
+        if seen[name] > 1:
+            variable.name = f"{name} ({seen[name]})"
+            notes.append(f"several variables are named {name!r}; the first is that, this one is {variable.name!r}")
+    return notes
 
 
 def _mend(root: etree._Element, note: Any) -> None:
     version = root.get("fmiVersion", "")
     if version.startswith("2.0."):
         root.set("fmiVersion", "2.0")
+    for node in root.iter("CoSimulation", "ModelExchange"):
+        order = node.get("maxOutputDerivativeOrder")
+        if order is not None and not order.strip().isdecimal():
+            note("maxOutputDerivativeOrder is no number; it is taken as 0", order)
+            del node.attrib["maxOutputDerivativeOrder"]
     if number_of(root.get("numberOfEventIndicators", "0")) is None:
         note("numberOfEventIndicators is no number; it is taken as 0", root.get("numberOfEventIndicators"))
         del root.attrib["numberOfEventIndicators"]
     _units(root, note)
     types = _types(root)
-    variables = root.find("ModelVariables")
-    known = [] if variables is None else list(variables)
-    for node in known:
-        _variable(node, types, len(known), version, note)
-    references = {node.get("valueReference") for node in known}
-    for node in root.iterfind("ModelStructure//*"):
-        _unknown(node, len(known), references, note)
+    for node in root.iterfind("ModelVariables/*"):
+        _variable(node, types, version, note)
 
 
 def _units(root: etree._Element, note: Any) -> None:
@@ -105,19 +171,18 @@ def _types(root: etree._Element) -> set[str]:
     return names
 
 
-def _variable(node: etree._Element, types: set[str], count: int, version: str, note: Any) -> None:
+def _variable(node: etree._Element, types: set[str], version: str, note: Any) -> None:
     name = node.get("name", "")
     for holder in (node, *node):
         if holder.get("declaredType") is not None and holder.get("declaredType") not in types:
             note(f"the type {holder.get('declaredType')!r} is not defined; variables of it go without", name)
             del holder.attrib["declaredType"]
-        derivative = number_of(holder.get("derivative", "1"))
-        if version.startswith("2.") and (derivative is None or not 1 <= derivative <= count):
-            note("the derivative of what is not there; it is the derivative of nothing", name)
-            del holder.attrib["derivative"]
         if holder.get("clocks") is not None:
             holder.set("clocks", " ".join(holder.get("clocks", "").split()))
     causality, variability = node.get("causality", "local"), node.get("variability")
+    if variability is None and version.startswith("2.") and causality in PARAMETERS:
+        node.set("variability", "fixed")
+        note('a parameter without a variability would be continuous, which none can be; it is taken as "fixed"', name)
     if version.startswith("1.") or variability is None:
         return
     fits = ("fixed", "tunable") if causality in PARAMETERS else VARIABILITIES.get(causality)

@@ -38,7 +38,7 @@ class Seat:
         run = wiring.system.run
         own = wiring.system.components[name].step
         self.small, self.large = _ratios(name, own, run.step)
-        self.size = run.step / self.small * self.large
+        self.start, self.macro = run.start, run.step
         self.shown = view(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
         self.before = view(self.part.y.copy())  # `shown` at the start of the macro step
         self.even = self.small == self.large == 1  # steps with the master
@@ -57,6 +57,7 @@ class Seat:
         self.tilted: list[tuple[Seat, int, int, float, float, bool]] = []  # to a part that is told how its inputs change
         self.rates_in: dict[int, float] = {}  # what it is told, by places in `u`, per s
         self.texts: list[tuple[str, Part, str]] = []
+        self.mapped: list[tuple[int, Seat, int, dict[float, float]]] = []  # numbers that become others
         self.rates = {v.derivative_of: j for j, v in enumerate(variables) if v.derivative_of}
         self.ports: list[Port] = []
         self.held: dict[
@@ -71,7 +72,9 @@ class Seat:
             self.texts.append((link.input, source.part, link.output))
             return
         i, j = self.inputs.index(link.input), source.outputs.index(link.output)
-        if self.tilts and self.even and source.smooth[j] and (source.timed or source.even):
+        if link.mapping:
+            self.mapped.append((i, source, j, dict(link.mapping)))
+        elif self.tilts and self.even and source.smooth[j] and (source.timed or source.even):
             self.tilted.append((source, i, j, link.factor, link.offset, ahead))
             self.rates_in[i] = 0.0
             source.keep |= ahead
@@ -105,6 +108,11 @@ class Seat:
         if self.texts:
             for name, giver, output in self.texts:
                 self.part.set(name, giver.get(output))
+        for i, source, j, table in self.mapped:
+            if source.timed and source.evaluated != time:
+                source.evaluate(time)
+            value = (source.out if source.timed else source.shown)[j]
+            u[i] = table.get(value, value)
         if self.clocked or self.carried:
             self.look(time, since)
         if self.tilted:
@@ -173,6 +181,7 @@ class Seat:
             self.clocked,
             self.tilted,
             self.texts,
+            self.mapped,
             self.input_faults,
             self.output_faults,
         )
@@ -227,14 +236,14 @@ class Seat:
                     self.gather(time + since, since, (k + 1) / self.small)
                 else:
                     self.look(time + since, since)
-                self.go(time + since, self.size)
+                self.go(time + since, time + step * (k + 1) / self.small - (time + since))
         else:
             phase = index % self.large
             if phase == 0:
                 self.origin[:] = self.out
                 if gather:
                     self.gather(time, 0.0, 1.0)
-                self.go(time, self.size)
+                self.go(time, self.start + (index + self.large) * self.macro - time)
             self.show((phase + 1) / self.large)
 
     def show(self, done: float) -> None:

@@ -6,6 +6,7 @@ selflock run X.fmu --stop 5 --set a=1 --input u.csv -o x.csv
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def single(
     if step is None:
         step = told["stepSize"] or _internal(way, length / POINTS)
         step = length / max(1, math.ceil(length / step - 1e-6)) if length > 0.0 and step > 0.0 else 1e-3
-    name = way.modelIdentifier or path.stem
+    name = re.sub(r"\W", "_", way.modelIdentifier or path.stem)
     run = Run(start=start, stop=stop, step=step, open_inputs=True, record=[f"{name}.{one}" for one in _shown(description)])
     components = {name: Component(fmu=str(path), interface=interface)}
     return System(name, folder=path.parent, run=run, components=components, unlimited=unlimited, alone=name)

@@ -44,7 +44,7 @@ class Stepping(ABC):
 
 
 class Fixed(Stepping):
-    """Steps of one size."""
+    """Steps of one size: each ends at the very number that the next one begins at (FMI 2.0, 4.2.2: h = tc_i+1 - tc_i)."""
 
     def __init__(self, running: Running, stepped: Sequence[Stepped] = ()):
         super().__init__(running)
@@ -66,12 +66,12 @@ class Fixed(Stepping):
         time = self.start + index * self.size
         if self.windows.parameters:
             self.windows.switch(time)
-        self.advance(self.stepped, index, time, self.size)
+        end = self.start + (index + 1) * self.size
+        self.advance(self.stepped, index, time, end - time)
         running.index = index = index + 1
-        time = self.start + index * self.size
-        if running.ends and running.over(time):
+        if running.ends and running.over(end):
             return
-        running.arrive(time, index % self.every == 0)
+        running.arrive(end, index % self.every == 0)
 
     def save(self) -> Any:
         return self.coupling.save()
@@ -105,19 +105,19 @@ class Controlled(Stepping):
     def _accepted(self) -> bool:
         """Make a step; whether it was good enough to stay."""
         running, estimate, size = self.running, self.estimate, self.size
-        time = self.start + self.position * self.tick
+        time, middle, end = (self.start + (self.position + share * size) * self.tick for share in (0.0, 0.5, 1.0))
         if running.faults.parameters:
             running.faults.switch(time)
         snapshot = control.Snapshot(self.seats) if estimate.goes_back else None
         try:
-            error = estimate.step(running.index, time, size * self.tick, snapshot)
+            error = estimate.step(running.index, (time, middle, end), snapshot)
         except PartFailed as failure:
             if snapshot is None or size == 1 or not failure.status.startswith("Discard"):
                 raise
             error = math.inf
         if running.ends:
             running.index += 1
-            running.over(time + size * self.tick)
+            running.over(end)
             self.position = self.total
             return True
         if error > 1.0 and size > 1 and snapshot is not None:

@@ -71,12 +71,15 @@ class Component(Plain):
 
 @dataclass
 class Connection(Plain):
-    """target = factor · source + offset, after conversion of units."""
+    """target = factor · source + offset, after conversion of units; or what a mapping makes of the source."""
 
     source: str
     factor: float | str = 1.0  # or "= 1 / ratio", over the system's values
     offset: float | str = 0.0
     convert: bool = True  # False: the numbers are passed on whatever the units say
+    mapping: dict[str, int | bool] = field(
+        default_factory=dict
+    )  # whole numbers, true and false, that become others; what it does not name stays
 
     def __post_init__(self):
         if isinstance(self.source, str):

@@ -24,7 +24,7 @@ FITS = {"Real": ("Real", "Integer", "Boolean"), "Integer": ("Integer", "Boolean"
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """target.input = factor · source.output + offset; units are in the factor and the offset."""
+    """target.input = factor · source.output + offset, or what its mapping makes of it; units are in the factor and the offset."""
 
     source: str
     output: str
@@ -33,6 +33,7 @@ class Link:
     factor: float = 1.0
     offset: float = 0.0
     text: bool = False  # a string
+    mapping: tuple[tuple[float, float], ...] = ()  # numbers that become others
 
     def __str__(self) -> str:
         return f"{self.source}.{self.output} -> {self.target}.{self.input}"
@@ -230,6 +231,13 @@ def linked(wiring: Wiring, target: str, connection: Connection) -> Link:
         raise DescriptionError(f"{where}: {target} is a {sink.type}, factor and offset have no meaning there.")
     if sink.type == "Integer" and any(change != int(change) for change in changes):
         raise DescriptionError(f"{where}: {target} is an Integer; factor and offset must be whole numbers.")
+    if connection.mapping:
+        if sink.type not in ("Integer", "Boolean") or source.type not in ("Integer", "Boolean") or changes != (1.0, 0.0):
+            raise DescriptionError(
+                f"{where}: a mapping is of Integers and Booleans, without factor and offset; this is {source.type} to {sink.type}."
+            )
+        pairs = [(_mapped(old, source, where), _mapped(new, sink, where)) for old, new in connection.mapping.items()]
+        return Link(of, source.name, to, sink.name, mapping=tuple(pairs))
     if sink.type == "String":
         return Link(of, source.name, to, sink.name, text=True)
     factor, offset = 1.0, 0.0
@@ -240,6 +248,14 @@ def linked(wiring: Wiring, target: str, connection: Connection) -> Link:
         except DescriptionError as error:
             raise DescriptionError(f"{where}: {error}. Connect what has the same dimension, or say convert = false.") from None
     return Link(of, source.name, to, sink.name, gain * factor, gain * offset + shift)
+
+
+def _mapped(value: Any, variable: Variable, where: str) -> float:
+    """One side of an entry of a mapping as a number."""
+    try:
+        return float(Variable(variable.name, type=variable.type, sized=variable.sized).taken(value))
+    except ValueError as error:
+        raise DescriptionError(f"{where}: in its mapping {value} {error}.") from None
 
 
 def all_given(wiring: Wiring) -> None:

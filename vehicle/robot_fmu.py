@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ..fmus import cache
-from ..fmus.slave import Slave
+from ..fmus.slave import TERMINATED, Slave
 from . import tables
 
 HERE = Path(__file__).parent
@@ -82,13 +82,18 @@ class RobotFmu(Slave):
                 model = (memory.tolist(), [array.tolist() for array in own], dt)
         return (self.identity, list(self._values), dict(self._texts), model, self._phase, self._stale, self._fault, self._unfit)
 
+    def _is_state(self, state: Any) -> bool:
+        """Memory, our own arrays, and the step of the solver."""
+        return state is None or isinstance(state, (tuple, list)) and len(state) == 3 and isinstance(state[2], (int, float))
+
     def _set_fmu_state(self, state: tuple) -> None:
-        if not isinstance(state, (tuple, list)) or state[0] != self.identity:
-            return self.complain("the state to restore is not one of this FMU")
+        if wrong := self._unsound(state):
+            return self.complain(wrong)
         first = self._first_parameter
         same = self._state is not None and (self._values[first:], self._texts) == (list(state[1][first:]), dict(state[2]))
         _, values, texts, model, self._phase, self._stale, self._fault, self._unfit = state
         self._values, self._texts = list(values), dict(texts)
+        self._plain = 0 if self._phase == TERMINATED else type(self)._plain
         self._parameters, self._advance = self._fit_parameters()[0], self._step
         if model is None:
             self._state = None

@@ -75,7 +75,7 @@ def extended(
     """The system with corrections, each right before or behind its component; and what outputs are called behind them."""
     plain = {
         name: Connection(c.source, parts.links[name].factor, parts.links[name].offset, convert=False)
-        if name in parts.links and not c.source.startswith(f"{LOG}.")
+        if name in parts.links and not c.mapping and not c.source.startswith(f"{LOG}.")
         else c
         for name, c in system.connections.items()
     }

@@ -8,6 +8,7 @@ class Controller(Slave):
     """PD controller with limited voltage that lets go at rest (eq 21, 22): angles and speeds in, voltage out."""
 
     law = pd
+    tunable = ("angle_gain", "speed_gain", "voltage_min", "voltage_max")
     needs = ("reducer/wedge.py",)
     inputs = (
         Variable("angle_setpoint", "rad", 0.0, "wanted angle phi_D of what the gear drives"),

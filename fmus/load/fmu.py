@@ -8,6 +8,7 @@ class Load(Slave):
     """Rotary load with a mass on an arm: torque in, angle and speed out."""
 
     law = load
+    tunable = ("mass", "damping", "constant_torque")  # a mass that is taken up moves with the arm
     inputs = (Variable("torque", "N.m", 0.0, "driving torque M, held over the step", nominal=10.0),)
     outputs = (
         Variable("angle", "rad", 0.0, "angle of the load"),

@@ -6,7 +6,8 @@
      - an error that the slave logs during a call is the status of that call
      - an instance that the host frees is kept and given out again, reset: pythonfmu's library loses about 1 kB at
        every instantiation, and its states are freed with the instance
-     - a state that the slave did not give out is refused, and so is every call after a fatal one */
+     - a state that the slave did not give out is refused, and so is every call after a fatal one
+     - another GUID than that of the FMU makes no instance */
 #define _GNU_SOURCE
 #include "fmi2.h"
 #include "python.h"
@@ -271,6 +272,19 @@ static int holds_slave(const char *folder, char *content, size_t size)
     return 1;
 }
 
+/* Whether the host means this FMU: by the GUID in its resources, where there is one. */
+static int meant(const char *resources, const char *given, char *own, size_t size)
+{
+    char file[PATH_MAX];
+    *own = 0;
+    if (snprintf(file, sizeof file, "%s/guid.txt", resources) >= (int)sizeof file) return 1;
+    FILE *stream = fopen(file, "r");
+    if (!stream) return 1;
+    own[fread(own, 1, size - 1, stream)] = 0;
+    fclose(stream);
+    return given && !strcmp(given, own);
+}
+
 /* The resources folder as the host says it (decoded, then as it is), else beside this library. */
 static char *find_resources(const char *uri, const char *here, char *content, size_t size)
 {
@@ -415,7 +429,7 @@ static int quicken(Instance *it, fmi2String guid, fmi2Boolean visible)
 FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String uri,
                                           const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean talkative)
 {
-    char folder[PATH_MAX] = ".", why[2048] = "", content[sizeof ((Instance *)0)->content] = "";
+    char folder[PATH_MAX] = ".", why[2048] = "", content[sizeof ((Instance *)0)->content] = "", own[128];
     char *resources = NULL;
     Instance *it = NULL;
     if (!host) return NULL;
@@ -424,6 +438,9 @@ FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2St
     else if (!here(folder, sizeof folder)) snprintf(why, sizeof why, "cannot tell where this library lies");
     else if (!(resources = find_resources(uri, folder, content, sizeof content)))
         snprintf(why, sizeof why, "no resources of this FMU at %.1500s", uri ? uri : "(null)");
+    else if (!meant(resources, guid, own, sizeof own))
+        snprintf(why, sizeof why, "the GUID %.200s is not that of this FMU, %s: its modelDescription.xml is of another build",
+                 guid ? guid : "(null)", own);
     else if (open_library(folder, why, sizeof why) && (it = taken(resources, content))) {
         free(it->name), free(it->resources);
         it->name = strdup(name), it->resources = resources, resources = NULL;

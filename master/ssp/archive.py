@@ -73,6 +73,8 @@ def opened(path: Path, folder: Path, variant: str, unlimited: bool, notes: list[
     else:
         folder = path
     if not (folder / variant).is_file():
+        if (folder / "modelDescription.xml").is_file():
+            raise DescriptionError(f"{path} is an unpacked FMU: pack what is in it into a .fmu, a zip archive.")
         raise DescriptionError(f"{path}: there is no {variant} in it.")
     return folder / variant
 

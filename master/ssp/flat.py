@@ -10,6 +10,7 @@ from ..units import Declared, conversion
 from .others import Others
 
 Port = tuple[str, str]  # (element path, connector); the path of a system is that of the system itself
+Items = dict[str, int]  # of an enumeration: numbers by name
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,42 @@ class Affine:
 
     def __call__(self, value: float) -> float:
         return self.factor * value + self.offset
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """Whole numbers, Booleans as 0 and 1, that become others; those that it does not name stay (SSP, Transformation Choice)."""
+
+    entries: tuple[tuple[int, int], ...] = ()
+
+    def then(self, other: Mapping) -> Mapping:
+        first, second = dict(self.entries), dict(other.entries)
+        both = {**second, **{old: second.get(new, new) for old, new in first.items()}}
+        return Mapping(tuple(both.items()))
+
+    def __call__(self, value: float) -> float:
+        new = dict(self.entries).get(int(value), value) if value == int(value) else value
+        return bool(new) if isinstance(value, bool) else new
+
+
+@dataclass(frozen=True)
+class Renaming:
+    """Items of an enumeration that become others, by their names."""
+
+    entries: tuple[tuple[str, str], ...] = ()
+
+    def between(self, given: Items, taken: Items, where: str) -> Mapping:
+        """The same in numbers, from one enumeration to another. An item that it does not name stays what its name says."""
+        names = {name: name for name in given if name in taken} | dict(self.entries)
+        for name, items in [(old, given) for old in dict(self.entries)] + [(new, taken) for new in dict(self.entries).values()]:
+            if name not in items:
+                raise DescriptionError(
+                    f"{where}: its mapping names {name!r}, which is no item there ({', '.join(items) or 'none is known'})."
+                )
+        return Mapping(tuple((given[old], taken[new]) for old, new in names.items()))
+
+
+Change = Affine | Mapping | Renaming
 
 
 @dataclass(frozen=True)
@@ -57,8 +94,10 @@ class Joint:
 
     start: Port
     end: Port
-    transform: Affine
+    transform: Change
     convert: bool
+    indices: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())  # of the elements of arrays that it is about, as written; (): all
+    either: bool = False  # nobody has said yet which of its ends gives
 
 
 @dataclass
@@ -71,7 +110,7 @@ class Flat:
     interfaces: dict[str, str] = field(default_factory=dict)  # component path → "cs", "me" or "se", where it is told
     places: dict[str, str] = field(default_factory=dict)  # component path → "machine:port" where it runs; "": in a process here
     tables: dict[str, dict[str, str]] = field(default_factory=dict)  # component path → the types of its columns
-    connections: dict[Port, tuple[Port, Affine]] = field(default_factory=dict)  # input → (output, transform)
+    connections: dict[Port, tuple[Port, Affine | Mapping]] = field(default_factory=dict)  # input → (output, transform)
     start: dict[Port, object] = field(default_factory=dict)
     root: str = ""  # the name of the outermost system
     told: dict[Port, object] = field(default_factory=dict)  # values of connectors of systems

@@ -1,7 +1,7 @@
 """Slips that real SSP files have: mended where the meaning is clear, each told in a sentence; all else is left to the schema.
 
-What SSP 2.0 has more than 1.0, and FMI 2.0 has no use for, goes the same way: its number types become those of 1.0, and
-arrays and clocks are refused by name. What is left of a document is held to the schema of 1.0, whose namespaces 2.0 has, too.
+What SSP 2.0 has more than 1.0 goes the same way: its number types become those of 1.0. What is left of a document without
+arrays, clocks and its other news is held to the schema of 1.0, whose namespaces 2.0 has, too.
 
 Source: System Structure and Parameterization 1.0 and 2.0, Modelica Association, with their schemas.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 
 from lxml import etree
 
+from .. import xml
 from ..errors import DescriptionError
 
 BASE = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -22,8 +23,8 @@ NAMESPACES = {
     "ssc": BASE + "Common",
     "ssv": BASE + "ParameterValues",
     "ssm": BASE + "ParameterMapping",
+    "ssb": BASE + "SignalDictionary",
 }
-PREFIXES = NAMESPACES | {"ssb": BASE + "SignalDictionary"}
 
 REALS = ("Float64", "Float32")
 INTEGERS = tuple(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64))
@@ -43,8 +44,10 @@ ORDER = {  # of the elements in an element
 HOLDERS = ("Connectors", "ParameterBindings", "Elements", "Connections", "Units", "Enumerations", "Parameters", "Annotations")
 EMPTY_IS_NONE = ("unit", "startElement", "endElement", "startTime", "stopTime", "suppressUnitConversion", "sourceBase",
                  "implementation", "type", "factor", "offset")  # fmt: skip
-KNOWN = (*REALS, *INTEGERS, "String", "Enumeration", "Connector", "Dimension", "Clock")  # where 2.0 differs
+SIZED = "{urn:sized}type"  # where a node keeps the type that it had in 2.0
+KNOWN = (*REALS, *INTEGERS, "Connector")  # where 2.0 differs
 KINDS = {"local": "output", "constant": "output"}  # of 2.0: connected, they are as outputs
+FIRST = {"structuralParameter": "parameter", "unspecified": "inout"}  # kinds of 2.0 for the schema of 1.0
 
 
 class Slips(dict[str, list[int]]):
@@ -64,16 +67,17 @@ def _several(lines: list[int]) -> str:
 
 def tree(path: Path, notes: list[str]) -> etree._Element:
     """The root of a document, prefixes that it uses without saying what they mean taken as what they usually mean."""
-    options = {"resolve_entities": False, "no_network": True, "load_dtd": False, "remove_comments": True, "remove_pis": True}
-    parser = etree.XMLParser(recover=True, **options)
-    root = etree.parse(str(path), parser).getroot()
+    content, mended = xml.sound(path.read_bytes())
+    notes += [f"{path.name}: {what}" for what in mended]
+    parser = etree.XMLParser(recover=True, **xml.PARSER)
+    root = etree.fromstring(content, parser)
     if root is None or any(entry.domain_name != "NAMESPACE" for entry in parser.error_log):
-        return etree.parse(str(path), etree.XMLParser(**options)).getroot()  # which says what is wrong
+        return etree.fromstring(content, etree.XMLParser(**xml.PARSER))  # which says what is wrong
     slips = Slips()
     for node in root.iter():
         prefix, _, local = str(node.tag).rpartition(":")
         if not str(node.tag).startswith("{") and prefix:
-            node.tag = f"{{{PREFIXES.get(prefix, 'urn:unbound:' + prefix)}}}{local}"
+            node.tag = f"{{{NAMESPACES.get(prefix, 'urn:unbound:' + prefix)}}}{local}"
             slips.add(f"the prefix {prefix} is not declared; it is taken as what it usually means", node)
     notes += slips.sentences(path.name)
     return root
@@ -88,7 +92,7 @@ def mend(root: etree._Element, file: str, notes: list[str]) -> None:
         node = waiting.pop()
         local = _local(node)
         _namespace(node, local, slips)
-        _later(node, local, slips, file)
+        _later(node, local)
         if node is root or node.getparent() is not None:
             _attributes(node, local, slips)
             _order(node, local, slips)
@@ -104,16 +108,35 @@ def mend(root: etree._Element, file: str, notes: list[str]) -> None:
 def bare(root: etree._Element) -> etree._Element:
     """A copy without what bears on no number: it may be as it likes."""
     root = copy.deepcopy(root)
-    gone = [f"{{{space}}}{name}" for space in NAMESPACES.values() for name in (*DRAWN, "Annotations")]
+    gone = [f"{{{space}}}{name}" for space in NAMESPACES.values() for name in (*DRAWN, "Annotations", "Dimension", "Clock")]
     for node in list(root.iter(*gone)):
         if node.getparent() is not None:
             node.getparent().remove(node)
-    for node in root.iter(tag=etree.Element):
+    for node in list(root.iter(tag=etree.Element)):
         if _local(node) == "Component" and node.get("source") is None:
             node.set("source", "none")  # which 2.0 allows
-        for name in ("id", "generationDateAndTime"):
+        for name in ("id", "generationDateAndTime", "startIndices", "endIndices"):
             node.attrib.pop(name, None)
+        if _local(node) == "Connector" and node.get("kind") in FIRST:
+            node.set("kind", FIRST[node.get("kind", "")])
+        parent = node.getparent()
+        if parent is not None and _local(parent) == "Parameter" and _local(node) in TYPES:
+            _first_of_array(node)
+        node.attrib.pop(SIZED, None)
     return root
+
+
+def _first_of_array(node: etree._Element) -> None:
+    """Of the values of an array the first, in the place of a scalar's."""
+    listed = [child for child in node if _local(child) == "Value"]
+    if listed and node.get("value") is None:
+        node.set("value", listed[0].text or "")
+    for child in listed:
+        node.remove(child)
+    if node.attrib.pop(SIZED, "").endswith(("Int64", "UInt32")) and node.get("value", "").lstrip("+-").isdecimal():
+        node.set("value", "0")  # beyond what an Integer of 1.0 may be
+    if _local(node) not in ("String", "Enumeration", "Binary") and len(words := node.get("value", "").split()) > 1:
+        node.set("value", words[0])
 
 
 def _local(node: etree._Element) -> str:
@@ -129,7 +152,7 @@ def _version(root: etree._Element, slips: Slips, file: str) -> None:
     elif not re.match(r"[12]\.\d+", said):
         raise DescriptionError(f"{file}: version {said!r} of SSP is not known here; 1.0 and 2.0 are.")
     root.set("version", "1.0")
-    if root.get("name") is None and _local(root) != "ParameterMapping":
+    if root.get("name") is None and _local(root) not in ("ParameterMapping", "SignalDictionary"):
         slips.add("it has no name; its file's is taken", root)
         root.set("name", Path(file).stem)
 
@@ -139,8 +162,8 @@ def _namespace(node: etree._Element, local: str, slips: Slips) -> None:
     parent = node.getparent()
     above = "" if parent is None else _local(parent)
     wanted = None
-    if local in TYPES and above in ("Connector", "Parameter"):
-        wanted = "ssc" if above == "Connector" else "ssv"
+    if local in TYPES and above in ("Connector", "DictionaryEntry", "Parameter"):
+        wanted = "ssv" if above == "Parameter" else "ssc"
     elif local in (*CHANGES, "Unit", "BaseUnit", "Annotation") or local == "Enumeration" and above == "Enumerations":
         wanted = "ssc"
     space = None if wanted is None else etree.QName(node).namespace
@@ -149,41 +172,21 @@ def _namespace(node: etree._Element, local: str, slips: Slips) -> None:
         node.tag = f"{{{NAMESPACES[wanted]}}}{local}"
 
 
-def _later(node: etree._Element, local: str, slips: Slips, file: str) -> None:
+def _later(node: etree._Element, local: str) -> None:
     """What 2.0 has more."""
     parent = node.getparent()
-    if (
-        parent is None
-        or local not in KNOWN
-        and local not in LATER
-        and not {"startIndices", "endIndices"}.intersection(node.attrib)
-    ):
+    if parent is None or local not in KNOWN and local not in LATER:
         return
     space = etree.QName(node).namespace
     if space not in NAMESPACES.values():
         return
-    name = f"{file}, line {node.sourceline}: {parent.get('name', local)}"
     if local in LATER:
         parent.remove(node)
-    elif local == "Dimension" or "startIndices" in node.attrib or "endIndices" in node.attrib:
-        raise DescriptionError(f"{name} is an array, which is not supported.")
-    elif local == "Clock":
-        raise DescriptionError(f"{name} is of a clock, which is not supported.")
     elif local in REALS + INTEGERS:
         node.tag = f"{{{space}}}{'Real' if local in REALS else 'Integer'}"
-    elif local in ("String", "Enumeration") and len(node) and node.get("value") is None and node[0].tag.endswith("}Value"):
-        if len(node) > 1:
-            raise DescriptionError(f"{name} has {len(node)} values: it is an array, which is not supported.")
-        node.set("value", node[0].text or node[0].get("value") or "")
-        node.remove(node[0])
-    elif local == "Connector":
-        kind = node.get("kind", "")
-        if kind in ("structuralParameter", "unspecified"):
-            raise DescriptionError(
-                f"{file}, line {node.sourceline}: connector {node.get('name')!r} is of kind {kind}, which is not supported."
-            )
-        if kind in KINDS:
-            node.set("kind", KINDS[kind])
+        node.set(SIZED, local)
+    elif node.get("kind") in KINDS:
+        node.set("kind", KINDS[node.get("kind", "")])
 
 
 def _attributes(node: etree._Element, local: str, slips: Slips) -> None:

@@ -7,30 +7,39 @@ level wins over a lower one, a later binding over an earlier one (SSP 1.0, Param
 act after the conversion of units, at connections and in mappings alike. Which end of a connection gives is said by the
 kinds of its connectors, not by start and end (SSP 1.0, Connections). Enumerations cross as their numbers.
 
-Not supported, and refused by name: signal dictionaries, mapping transformations other than linear, binary and inout
-connectors, arrays, clocks, sources outside the archive. Slips are mended in mend.py.
+Signal dictionaries are as connectors of a system of their own, whose entries take from the one connection that gives.
+
+Not supported, and refused by name: connectors that are inout where nothing says which way, sources outside the archive.
+Slips are mended in mend.py; what was taken in is followed in resolve.py.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import posixpath
 import tempfile
-from collections.abc import Iterator
+import zipfile
 from pathlib import Path
+from urllib.parse import unquote
 
 from lxml import etree
 
 from ...fmus.units import Unit
-from ..described import number_of, units_of, variables_of
+from ..archive import XML
+from ..described import number_of
 from ..errors import DescriptionError
 from ..reading import read_description
 from .archive import ANNOTATION, inside, opened, parse, proxied, sound, tag, unpack
-from .flat import Affine, Flat, Joint, Named, Port, conversion_of
-from .values import Items, as_item, enumerations_in, is_number, items_of, transform, unit_of, units_in, value_of
+from .arrays import indices_of, shape_of
+from .flat import Affine, Change, Flat, Joint, Port, conversion_of
+from .resolve import resolve
+from .taken import Binding, Taken
+from .values import enumerations_in, transform, unit_of, units_in, value_of
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
 INTERFACES = {"CoSimulation": "cs", "ModelExchange": "me", "ScheduledExecution": "se"}  # by the words of SSP
+OPEN, TAKING = ("inout", "unspecified"), ("input", "parameter", "structuralParameter")  # kinds of connectors
 TABLE = "application/table"  # of OMSimulator: its ComponentTable.cpp
 
 NESTED = 100  # structures in a structure, on all levels together
@@ -53,14 +62,10 @@ class _Reader:
         room.mkdir(parents=True, exist_ok=True)
         self.nested = 0
         self.packed: dict[Path, Path] = {}  # archives in it and their .ssd, unpacked
-        self.units: dict[Port, Named | None] = {}
-        self.links: list[Joint] = []
-        self.kinds: dict[Port, str] = {}
-        self.items: dict[Port, Items] = {}  # of FMUs' variables that are enumerations
-        self.ports: dict[str, set[str]] = {}
-        self.bindings: list[tuple[int, int, Port, object, Named | None, Affine]] = []  # depth, order, …
         self.notes = notes  # what was mended or is not used, a sentence each
         self.flat = Flat("", "", notes=notes)
+        self.taken = Taken(self.flat)
+        self.kinds, self.units, self.ports = self.taken.kinds, self.taken.units, self.taken.ports
 
     def read(self, document: Path) -> Flat:
         root = parse(document, self.notes)
@@ -85,25 +90,26 @@ class _Reader:
         top = root.find(tag("ssd:System"))
         flat.root = top.get("name")
         self._system(top, "", document.parent, units_in(root), 0)
-        self._resolve()
+        resolve(self.taken)
         return flat
 
     def _system(self, node: etree._Element, path: str, base: Path, units: dict[str, Unit], depth: int) -> None:
         """Take in a system and all below it. `path` is "" for the outermost."""
         self.flat.others.look(node, path)
         self._connectors(node, path, units)
+        self._dictionaries(node, path, base)
         children = {}
         elements = node.find(tag("ssd:Elements"))
         for child in [] if elements is None else elements:
             if not isinstance(child.tag, str):
                 continue
             kind, name = etree.QName(child).localname, child.get("name")
-            if kind == "SignalDictionaryReference":
-                raise DescriptionError(f"{path or 'the system'}: {name!r} is a signal dictionary, which is not supported.")
             if name in children:
                 raise DescriptionError(f"{path or 'the system'}: two elements are named {name!r}.")
             children[name] = f"{path}/{name}" if path else name
-            if kind == "System":
+            if kind == "SignalDictionaryReference":
+                children[name] = self._dictionary(child, path, units)
+            elif kind == "System":
                 self._system(child, children[name], base, units, depth + 1)
             else:
                 self._component(child, children[name], base, units, depth + 1)
@@ -121,16 +127,19 @@ class _Reader:
             return
         if kind in (SSD, SSP):
             source, _, fragment = source.partition("#")
-            if not source:
-                raise DescriptionError(
-                    f"{path}: a reference to a system inside the same document (#{fragment}) is not supported."
-                )
-            file = inside(source, base, self.root, path, self.notes)
             self.nested += 1
             if self.nested > NESTED:
                 raise DescriptionError(
                     f"{path}: more than {NESTED} system structures are in one another; at most so many are read."
                 )
+            if not source:  # one in the same document
+                same = [one for one in node.getroottree().iter(tag("ssd:System")) if one.get("id") == fragment]
+                if len(same) != 1:
+                    raise DescriptionError(f"{path}: there is no system with the id {fragment!r} in its document.")
+                self._system(same[0], path, base, units, depth)
+                self._parameters(node, path, base, base, depth)
+                return
+            file = inside(source, base, self.root, path, self.notes)
             if kind == SSP:
                 self._package(file, fragment, path, node, base, depth)
                 return
@@ -159,15 +168,9 @@ class _Reader:
         step = description.defaultExperiment.stepSize if description.defaultExperiment else None
         if (step := number_of(step) or 0.0) > 0.0:
             self.flat.smallest_step = min(step, self.flat.smallest_step or step)
-        own = units_of(description)
-        for told in variables_of(description):
-            self.units[path, told.name] = Named(told.unit, own) if told.unit else None
-            self.kinds[path, told.name] = told.causality
-        for variable in description.modelVariables:
-            if items := items_of(variable):
-                self.items[path, variable.name] = items
+        self.taken.variables(path, description)
         self._connectors(node, path, units)
-        self._parameters(node, path, base, file.parent, depth)
+        self._parameters(node, path, base, file, depth)
 
     def _table(self, node: etree._Element, path: str, base: Path, units: dict[str, Unit]) -> None:
         """Columns of a table over time: straight between its rows where they are Reals, else held, as OMSimulator has it."""
@@ -200,10 +203,6 @@ class _Reader:
         self.ports[path] = {connector.get("name") for connector in connectors}
         for connector in connectors:
             name, where = connector.get("name"), path or "the system"
-            if connector.find(tag("ssc:Binary")) is not None:
-                raise DescriptionError(f"{path}.{name}: connectors of type Binary are not supported.")
-            if connector.get("kind") == "inout":
-                raise DescriptionError(f"{where}: connector {name!r} is of kind inout, which is not supported.")
             real = connector.find(tag("ssc:Real"))
             unit = None if real is None else unit_of(real, units, self.notes)
             if path in self.flat.fmus:
@@ -221,14 +220,62 @@ class _Reader:
                     raise DescriptionError(
                         f"{path}: connector {name!r} is in {unit.name}, its FMU says {own.name}; that is not supported."
                     )
+                self._of_fmu(connector, path, name)
                 self.units[path, name] = own or unit  # values cross the face of an FMU in its own unit
                 continue
             self.kinds[path, name] = connector.get("kind")
             self.units[path, name] = unit
+            if shape := shape_of(connector, f"{where}: connector {name!r}"):
+                self.taken.shapes[path, name] = shape
+
+    def _of_fmu(self, connector: etree._Element, path: str, name: str) -> None:
+        """Hold a connector against its FMU, which counts: its kind, and whether it is an array."""
+        kind, own = connector.get("kind"), self.kinds[path, name]
+        if kind in OPEN or (kind in TAKING) != (own in TAKING):
+            self.notes.append(f"{path}: connector {name!r} is of kind {kind}, its FMU says {own}; it is taken as that")
+        told, shape = shape_of(connector, f"{path}: connector {name!r}"), self.taken.shapes.get((path, name), ())
+        if told and len(told) != len(shape):
+            has = f"an array of {len(shape)} dimensions" if shape else "no array"
+            raise DescriptionError(f"{path}: connector {name!r} has {len(told)} dimensions; in its FMU it is {has}.")
+
+    def _dictionaries(self, node: etree._Element, path: str, base: Path) -> None:
+        """The signal dictionaries of a system, each with its entries as ports."""
+        known = self.taken.dictionaries.setdefault(path, {})
+        for told in node.iterfind(f"{tag('ssd:SignalDictionaries')}/{tag('ssd:SignalDictionary')}"):
+            name = told.get("name")
+            what = f"the signal dictionary {name!r} of {path or 'the system'}"
+            found = self._content(told, None, "ssb:SignalDictionary", base, base, what)
+            known[name] = place = f"{path}:{name}"
+            units = units_in(found)
+            self.ports[place] = set()
+            for entry in found.iterfind(tag("ssb:DictionaryEntry")):
+                port = place, entry.get("name")
+                real = entry.find(tag("ssc:Real"))
+                self.ports[place].add(port[1])
+                self.kinds[port], self.units[port] = "inout", None if real is None else unit_of(real, units, self.notes)
+                if shape := shape_of(entry, f"{what}: {port[1]!r}"):
+                    self.taken.shapes[port] = shape
+
+    def _dictionary(self, node: etree._Element, path: str, units: dict[str, Unit]) -> str:
+        """Where the dictionary lies that an element of the system at `path` refers to: in it, or in one around it."""
+        name, place = node.get("dictionary"), path
+        while name not in self.taken.dictionaries.get(place, {}):
+            if not place:
+                raise DescriptionError(f"{path or 'the system'}: there is no signal dictionary {name!r}, in it or around it.")
+            place = place.rpartition("/")[0]
+        found = self.taken.dictionaries[place][name]
+        for connector in node.iterfind(f"{tag('ssd:Connectors')}/{tag('ssd:Connector')}"):
+            port, real = (found, connector.get("name")), connector.find(tag("ssc:Real"))
+            if port not in self.kinds:
+                raise DescriptionError(f"{path or 'the system'}: the signal dictionary {name!r} has no entry {port[1]!r}.")
+            unit, own = None if real is None else unit_of(real, units, self.notes), self.units[port]
+            if unit and own and unit.to(own, f"the signal dictionary {name!r}, {port[1]}") != Affine():
+                raise DescriptionError(f"{name}: {port[1]!r} is in {unit.name} at a reference, in {own.name} in the dictionary.")
+        return found
 
     def _connection(self, node: etree._Element, path: str, children: dict[str, str]) -> None:
         ends: list[Port] = []
-        gives: list[bool] = []
+        gives: list[bool | None] = []  # None: as the other end wants it
         for side in ("start", "end"):
             element, connector = node.get(f"{side}Element"), node.get(f"{side}Connector")
             if element is not None and element not in children and element == node.getparent().getparent().get("name"):
@@ -238,25 +285,34 @@ class _Reader:
                 raise DescriptionError(f"{path or 'the system'}: a connection names {element!r}, which is not an element of it.")
             port = (path if element is None else children[element], connector)
             if connector not in self.ports[port[0]]:
-                if port not in self.kinds or port[0] not in self.flat.fmus:
+                stem, _, index = connector.rpartition("[")  # an element by its name
+                if stem not in self.ports[port[0]] and port not in self.kinds or port[0] not in self.flat.fmus:
                     raise DescriptionError(
                         f"{path or 'the system'}: a connection names {'.'.join(port)!r}, which is not a connector."
                     )
-                self.notes.append(f"a connection names {'.'.join(port)}, a variable of its FMU that is no connector; it is used")
+                if stem not in self.ports[port[0]]:
+                    self.notes.append(
+                        f"a connection names {'.'.join(port)}, a variable of its FMU that is no connector; it is used"
+                    )
             ends.append(port)
-            gives.append((self.kinds[port] in ("input", "parameter")) == (element is None))
+            kind = self.kinds.get(port) or self.kinds[port[0], connector.rpartition("[")[0]]
+            gives.append(None if kind in OPEN else (kind in TAKING) == (element is None))
+        either = gives == [None, None]
+        if None in gives:
+            gives = [not gives[1], gives[1]] if gives[0] is None else [gives[0], not gives[0]]
         start, end = ends if gives[0] or not gives[1] else reversed(ends)
+        indices = [indices_of(node, side, ".".join(ends[0])) for side in ("start", "end")]
         if gives[0] == gives[1]:
             raise DescriptionError(
                 f"the connection {'.'.join(start)} → {'.'.join(end)}: {'both' if gives[0] else 'neither'} of them "
                 f"{'give' if gives[0] else 'gives'} a value ({self.kinds[start]}, {self.kinds[end]})."
             )
-        self.links.append(
-            Joint(start, end, transform(node, ".".join(end)), node.get("suppressUnitConversion") not in ("true", "1"))
-        )
+        chosen = (indices[0], indices[1]) if [start, end] == ends else (indices[1], indices[0])
+        convert = node.get("suppressUnitConversion") not in ("true", "1")
+        self.taken.links.append(Joint(start, end, transform(node, ".".join(end)), convert, chosen, either))
 
     def _parameters(self, node: etree._Element, path: str, base: Path, component_base: Path, depth: int) -> None:
-        """Collect what the bindings of one element say, as (depth, order, port, value, unit)."""
+        """Collect what the bindings of one element say."""
         for binding in node.findall(f"{tag('ssd:ParameterBindings')}/{tag('ssd:ParameterBinding')}"):
             what = f"parameters of {path or 'the system'}"
             kind = binding.get("type", "application/x-ssp-parameter-set")
@@ -266,7 +322,7 @@ class _Reader:
             if values is None:
                 raise DescriptionError(f"{what}: neither a source nor values are given.")
             mapping = binding.find(tag("ssd:ParameterMapping"))
-            renamed: dict[str, list[tuple[str, Affine, bool]]] | None = None
+            renamed: dict[str, list[tuple[str, Change, bool]]] | None = None
             if mapping is not None:
                 entries = self._content(mapping, None, "ssm:ParameterMapping", base, component_base, what)
                 renamed = {}
@@ -283,131 +339,32 @@ class _Reader:
                 value, unit = value_of(parameter, units, enumerations, what, self.notes)
                 targets = [(name, Affine(), True)] if renamed is None else renamed.get(name, [])
                 for target, change, convert in targets:
-                    if change != Affine() and not is_number(value):
-                        raise DescriptionError(f"{what}: {name} = {value} is no number, its mapping cannot change it.")
                     said = unit if convert else None
-                    self.bindings.append((-depth, len(self.bindings), (path, target), value, said, change))
+                    self.taken.bindings.append(Binding(depth, path, target, value, said, f"{what}: {name}", change))
+
+    def _packed(self, source: str, component: Path) -> Path | None:
+        """A file inside a component's archive, unpacked; None where there is none of that name."""
+        name = posixpath.normpath(unquote(source))
+        if not zipfile.is_zipfile(component):
+            return None
+        with zipfile.ZipFile(component) as packed:
+            if name not in packed.namelist() or packed.getinfo(name).file_size > XML:
+                return None
+            file = Path(tempfile.mkdtemp(dir=self.room)) / Path(name).name
+            file.write_bytes(packed.read(name))
+            return file
 
     def _content(self, node, inline: str | None, wanted: str, base: Path, component_base: Path, what: str):
         """The document that a binding or mapping gives inline or by its source."""
         holder = node if inline is None else node.find(tag(inline))
-        if node.get("source"):
-            start = component_base if node.get("sourceBase") == "component" else base
-            return parse(inside(node.get("source"), start, self.root, what, self.notes), self.notes)
+        if source := node.get("source"):
+            if node.get("sourceBase") != "component":
+                return parse(inside(source, base, self.root, what, self.notes), self.notes)
+            if (packed := self._packed(source, component_base)) is not None:
+                return parse(packed, self.notes)
+            start = component_base if component_base.is_dir() else component_base.parent
+            return parse(inside(source, start, self.root, what, self.notes), self.notes)
         found = None if holder is None else holder.find(tag(wanted))
         if found is None and inline is None:
             raise DescriptionError(f"{what}: a mapping has neither a source nor entries.")
         return found if found is None else sound(found, what, self.notes)
-
-    def _resolve(self) -> None:
-        """Follow every connection from an FMU's input back to an FMU's output, and every value down to FMUs."""
-        into: dict[Port, Joint] = {}
-        for link in self.links:
-            if link == into.get(link.end):
-                self.notes.append(f"the connection {'.'.join(link.start)} → {'.'.join(link.end)} is there twice; it is used once")
-                continue
-            if link.end in into:
-                raise DescriptionError(
-                    f"{'.'.join(link.end)} has two sources: {'.'.join(into[link.end].start)} and {'.'.join(link.start)}."
-                )
-            into[link.end] = link
-        outof: dict[Port, list[Joint]] = {}
-        for link in into.values():
-            outof.setdefault(link.start, []).append(link)
-        self._silent(into, outof)
-        for port in into:
-            if port[0] in self.flat.fmus:
-                source, change, steps = port, Affine(), 0
-                while source in into and (source == port or source[0] not in self.flat.fmus):
-                    link = into[source]
-                    change, source, steps = self._through(link).then(change), link.start, steps + 1
-                    if steps > len(into):
-                        raise DescriptionError(f"{'.'.join(port)}: its connection goes round in a circle of system connectors.")
-                if source[0] in self.flat.fmus:
-                    self.flat.connections[port] = (source, change)
-                    self._compare(source, port)
-        self._give(outof)
-
-    def _give(self, outof: dict[Port, list[Joint]]) -> None:
-        """Take every value to the FMUs. What comes through a connection wins over what is given at its end."""
-        found: dict[Port, tuple[int, object]] = {}  # with the number of connections it came through
-        for _, _, (path, name), value, unit, change in sorted(self.bindings, key=lambda entry: entry[:2]):
-            port, own = self._port(path, name), path.rpartition("/")[2] or self.flat.root
-            if port is None and name.startswith(own + "."):
-                if port := self._port(path, name.removeprefix(own + ".")):
-                    self.notes.append(f"a parameter set of {own} names {name!r}; it is taken as that of {own} itself")
-            if port is None:
-                self.notes.append(
-                    f"a parameter set of {path or 'the system'} names {name!r}, which is neither a variable nor a connector "
-                    "of it; it is not used"
-                )
-                continue
-            if is_number(value):
-                inner = self.units.get(port)
-                convert = unit.to(inner, f"value of {'.'.join(port)}") if unit and inner else Affine()
-                value = convert.then(change)(value) if convert.then(change) != Affine() else value
-            for reached, given, steps in self._down(port, value, outof):
-                if steps >= found.get(reached, (0, None))[0]:
-                    found[reached] = steps, given
-        for (part, variable), (_, given) in found.items():
-            if part in self.flat.fmus:
-                given = as_item(given, self.items.get((part, variable)), f"{part}.{variable} = {given}")
-                self.flat.start[part, variable] = given
-            else:
-                self.flat.told[part, variable] = given
-
-    def _silent(self, into: dict[Port, Joint], outof: dict[Port, list[Joint]]) -> None:
-        """Connectors of systems that tell no unit have that of what they are connected to (SSP 1.0, Real)."""
-
-        def unit_at(port: Port, ahead: bool, steps: int = 0) -> Named | None:
-            if self.units.get(port) or steps > len(into):
-                return self.units.get(port)
-            links = outof.get(port, []) if ahead else [into[port]] if port in into else []
-            found = [unit_at(link.end if ahead else link.start, ahead, steps + 1) for link in links if link.convert]
-            return found[0] if found and len({one.name if one else "" for one in found}) == 1 else None
-
-        silent = [port for port, unit in self.units.items() if unit is None and port[0] not in self.flat.fmus]
-        for port, unit in [(port, unit_at(port, False) or unit_at(port, True)) for port in silent]:
-            self.units[port] = unit
-
-    def _compare(self, source: Port, end: Port) -> None:
-        """Enumerations cross as numbers: where these mean something else at the other end, that is told."""
-        ours, theirs = ({number: name for name, number in self.items.get(port, {}).items()} for port in (source, end))
-        for number in sorted(ours.keys() & theirs.keys()):
-            if ours[number] != theirs[number]:
-                self.notes.append(
-                    f"{'.'.join(source)} → {'.'.join(end)} passes on numbers: {number} is {ours[number]!r} there, {theirs[number]!r} here"
-                )
-                return
-
-    def _through(self, link: Joint) -> Affine:
-        where = f"{'.'.join(link.start)} → {'.'.join(link.end)}"
-        start, end = self.units.get(link.start), self.units.get(link.end)
-        change = start.to(end, where) if link.convert and start and end else Affine()
-        return change.then(link.transform)
-
-    def _port(self, path: str, name: str) -> Port | None:
-        """The port that a hierarchical parameter name means, seen from the element at `path`."""
-        if (path, name) in self.kinds:
-            return path, name
-        elements = name.split(".")
-        for cut in range(len(elements) - 1, 0, -1):
-            below = "/".join(([path] if path else []) + elements[:cut])
-            port = (below, ".".join(elements[cut:]))
-            if port in self.kinds:
-                return port
-        return None
-
-    def _down(
-        self, port: Port, value: object, outof: dict[Port, list[Joint]], steps: int = 0
-    ) -> Iterator[tuple[Port, object, int]]:
-        """The variables that a value given at a port reaches, and connectors on the way, each with the value in its unit."""
-        yield port, value, steps
-        if port[0] in self.flat.fmus:
-            return
-        if steps > len(self.links):
-            raise DescriptionError(f"{'.'.join(port)}: its connection goes round in a circle of system connectors.")
-        for link in outof.get(port, []):
-            change = self._through(link)
-            given = change(value) if is_number(value) and change != Affine() else value
-            yield from self._down(link.end, given, outof, steps + 1)

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from ...fmus import temporary
+from ..errors import DescriptionError
 from ..single import Table, single
 from ..system import Connection, System, from_dict, load_toml
-from .flat import Flat
+from .flat import Flat, Mapping
 from .read import read
 from .still import Still
 from .values import Item
@@ -29,6 +30,11 @@ def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
         return replace(single(path, unlimited), isolate=isolate)
     if Path(path).suffix.lower() in (".ssp", ".ssd") or Path(path).is_dir():
         return replace(load(path, unlimited=unlimited), isolate=isolate)
+    if Path(path).suffix.lower() == ".xml":
+        raise DescriptionError(
+            f"{path}: systems are read from .toml, .ssp and .ssd files, from folders like an unpacked .ssp, and from an .fmu; "
+            "OspSystemStructure.xml and other .xml are not read."
+        )
     return load_toml(path, allow_code, unlimited, isolate)
 
 
@@ -69,9 +75,12 @@ def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool
     if sorted(system.run.order) != sorted(system.components):  # another tool changed the file
         system.run.order = []
     for (component, variable), ((source, output), change) in flat.connections.items():
-        system.connections[f"{component}.{variable}"] = Connection(
-            f"{source}.{output}", change.factor, change.offset, convert=False
-        )
+        made = Connection(f"{source}.{output}", convert=False)
+        if isinstance(change, Mapping):
+            made.mapping = {str(old): new for old, new in change.entries}
+        else:
+            made.factor, made.offset = change.factor, change.offset
+        system.connections[f"{component}.{variable}"] = made
     return system
 
 

@@ -25,8 +25,10 @@ from ..errors import DescriptionError
 from ..face import Part, Variable
 from ..system import Component, Run, System, check_choice
 from ..units import unit as known_unit
-from ..wiring import Wiring, fmu_path, wire
+from ..wiring import Link, Wiring, fmu_path, wire
+from . import whole
 from .archive import ANNOTATION, NAMESPACES, check, tag
+from .mend import bare
 from .read import INTERFACES
 from .structure import system_of
 from .values import Items, items_of
@@ -35,7 +37,7 @@ Enumerations = dict[tuple[str, str], tuple[str, Items]]  # component, variable â
 
 DATE = (2020, 1, 1, 0, 0, 0)  # of every file in the archive: the same system gives the same bytes
 SET = "parameters"  # of every parameter set: some tools (Ecos) apply the sets of one name over all components
-VERSIONS = ("1.0", "2.0")  # 2.0 has the same elements for FMUs of FMI 2.0
+VERSIONS = ("1.0", "2.0")  # 2.0 has arrays more, and the same elements else
 CONNECTORS = ("input", "output", "parameter")
 
 
@@ -61,10 +63,16 @@ def export(system: System | Path | str, out: Path | str, allow_code: bool = Fals
         for name in system.components:
             if wiring.values.get(name):
                 documents[_set_file(system, name)] = _parameter_set(wiring, name, enumerations)
+        if version != "1.0":
+            shapes = whole.shapes_in(wiring)
+            whole.structure(documents["SystemStructure.ssd"], shapes)
+            for name, arrays in shapes.items():
+                if wiring.values.get(name):
+                    whole.parameters(documents[_set_file(system, name)], arrays, wiring.parts[name].variables)
     finally:
         wiring.close()
     for name, root in documents.items():
-        check(root, name)
+        check(bare(root), name)
         root.set("version", version)
     out.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -141,7 +149,11 @@ def _enumerations(wiring: Wiring) -> Enumerations:
 def _structure(wiring: Wiring, files: dict[str, tuple[str, bytes]], enumerations: Enumerations) -> etree._Element:
     system = wiring.system
     root = etree.Element(
-        tag("ssd:SystemStructureDescription"), version="1.0", name=system.name, nsmap=NAMESPACES, generationTool="selflock"
+        tag("ssd:SystemStructureDescription"),
+        version="1.0",
+        name=system.name,
+        nsmap={key: NAMESPACES[key] for key in ("ssd", "ssc", "ssv", "ssm")},
+        generationTool="selflock",
     )
     if system.description:
         root.set("description", system.description)
@@ -241,8 +253,20 @@ def _connections(top: etree._Element, wiring: Wiring) -> None:
         )
         if not said.convert:
             connection.set("suppressUnitConversion", "true")
-        if (said.factor, said.offset) != (1.0, 0.0):
+        if link.mapping:
+            _mapping(connection, link, wiring)
+        elif (said.factor, said.offset) != (1.0, 0.0):
             etree.SubElement(connection, tag("ssc:LinearTransformation"), factor=repr(said.factor), offset=repr(said.offset))
+
+
+def _mapping(connection: etree._Element, link: Link, wiring: Wiring) -> None:
+    """Values that become others, as Booleans where both ends are."""
+    ends = wiring.parts[link.source].variables[link.output], wiring.parts[link.target].variables[link.input]
+    truth = all(end.type == "Boolean" for end in ends)
+    table = etree.SubElement(connection, tag(f"ssc:{'Boolean' if truth else 'Integer'}MappingTransformation"))
+    for pair in link.mapping:
+        old, new = (str(bool(one)).lower() if truth else str(int(one)) for one in pair)
+        etree.SubElement(table, tag("ssc:MapEntry"), source=old, target=new)
 
 
 def _parameter_set(wiring: Wiring, name: str, enumerations: Enumerations) -> etree._Element:

@@ -1,14 +1,15 @@
 /* A host for FMI 2.0 co-simulation that is not Python. It reads commands from standard input and answers each with a line:
 
      load A FILE                      open an FMU's library
-     new i A NAME URI                 instantiate                         enter i · exit i · terminate i · reset i · free i
+     new i A NAME URI GUID            instantiate                         enter i · exit i · terminate i · reset i · free i
      setup i                          start time 0
      real i VR VALUE                  set (values as strtod reads them)   bool i VR VALUE
-     get i VR…                        reals, as exact hexadecimal         getb i VR
+     get i VR…                        reals, as exact hexadecimal         getb i VR · geti i VR · gets i VR
      step i T H                       a communication step                steps i T H COUNT VR    many, with a get after each
      save i K · restore i K · drop i K · pack i K    states; pack: to bytes, freed, and back from the bytes
-     together A URI B URI N           two threads at once, each instantiates, makes N steps and frees; answers with both statuses
-     cycles A NAME URI N              instantiate and free N times; answers with the growth of resident memory in kB
+     spoil i K PLACE                  as pack, with another byte at PLACE from the end
+     together A URI B URI N GUID GUID two threads at once, each instantiates, makes N steps and frees; answers with both statuses
+     cycles A NAME URI N GUID         instantiate and free N times; answers with the growth of resident memory in kB
 
    What an FMU logs comes as lines that begin with "log ". */
 #define _GNU_SOURCE
@@ -48,11 +49,11 @@ static void *function(void *from, const char *name)
     return found;
 }
 
-static fmi2Component instantiate(void *from, const char *name, const char *uri)
+static fmi2Component instantiate(void *from, const char *name, const char *uri, const char *guid)
 {
     fmi2Component (*make)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean) =
         function(from, "fmi2Instantiate");
-    return make(name, fmi2CoSimulation, "guid", uri, &callbacks, 0, 0);
+    return make(name, fmi2CoSimulation, guid, uri, &callbacks, 0, 0);
 }
 
 static void release(void *from, fmi2Component c) { ((void (*)(fmi2Component))function(from, "fmi2FreeInstance"))(c); }
@@ -68,7 +69,7 @@ static long resident(void)
 
 typedef struct {
     void *from;
-    const char *uri;
+    const char *uri, *guid;
     int steps;
     fmi2Status worst;
 } Work;
@@ -76,7 +77,7 @@ typedef struct {
 static void *life(void *given)
 {
     Work *work = given;
-    fmi2Component c = instantiate(work->from, "thread", work->uri);
+    fmi2Component c = instantiate(work->from, "thread", work->uri, work->guid);
     fmi2Status (*step)(fmi2Component, double, double, int) = function(work->from, "fmi2DoStep");
     fmi2Status (*enter)(fmi2Component) = function(work->from, "fmi2EnterInitializationMode");
     fmi2Status (*leave)(fmi2Component) = function(work->from, "fmi2ExitInitializationMode");
@@ -109,7 +110,7 @@ int main(void)
             long before = 0;
             int count = atoi(word[4]), made = 0;
             for (int k = 0; k < count + 100; k++) {
-                fmi2Component c = instantiate(from, word[2], word[3]);
+                fmi2Component c = instantiate(from, word[2], word[3], word[5]);
                 if (k == 100) before = resident();
                 if (c) made++, release(from, c);
             }
@@ -117,8 +118,8 @@ int main(void)
             continue;
         }
         if (!strcmp(what, "together")) {
-            Work one = {library[(int)word[1][0]], word[2], atoi(word[5]), 0};
-            Work two = {library[(int)word[3][0]], word[4], atoi(word[5]), 0};
+            Work one = {library[(int)word[1][0]], word[2], word[6], atoi(word[5]), 0};
+            Work two = {library[(int)word[3][0]], word[4], word[7], atoi(word[5]), 0};
             pthread_t first, second;
             pthread_create(&first, NULL, life, &one);
             pthread_create(&second, NULL, life, &two);
@@ -129,7 +130,7 @@ int main(void)
         }
         if (!strcmp(what, "new")) {
             of[i] = library[(int)word[2][0]];
-            component[i] = instantiate(of[i], word[3], word[4]);
+            component[i] = instantiate(of[i], word[3], word[4], word[5]);
             printf("%s\n", component[i] ? "0" : "null");
             continue;
         }
@@ -156,9 +157,15 @@ int main(void)
             int value = atoi(word[3]);
             fmi2Status (*call)(fmi2Component, const unsigned *, size_t, const int *) = function(of[i], "fmi2SetBoolean");
             printf("%d\n", call(c, &vr, 1, &value));
-        } else if (!strcmp(what, "getb")) {
+        } else if (!strcmp(what, "gets")) {
+            const char *value = "";
+            fmi2Status (*call)(fmi2Component, const unsigned *, size_t, const char **) = function(of[i], "fmi2GetString");
+            fmi2Status status = call(c, &vr, 1, &value);
+            printf("%d %s\n", status, value);
+        } else if (!strcmp(what, "getb") || !strcmp(what, "geti")) {
             int value = -1;
-            fmi2Status (*call)(fmi2Component, const unsigned *, size_t, int *) = function(of[i], "fmi2GetBoolean");
+            fmi2Status (*call)(fmi2Component, const unsigned *, size_t, int *) =
+                function(of[i], what[3] == 'b' ? "fmi2GetBoolean" : "fmi2GetInteger");
             fmi2Status status = call(c, &vr, 1, &value);
             printf("%d %d\n", status, value);
         } else if (!strcmp(what, "get")) {
@@ -196,7 +203,7 @@ int main(void)
         } else if (!strcmp(what, "drop")) {
             fmi2Status (*call)(fmi2Component, void **) = function(of[i], "fmi2FreeFMUstate");
             printf("%d\n", call(c, &state[vr]));
-        } else if (!strcmp(what, "pack")) {
+        } else if (!strcmp(what, "pack") || !strcmp(what, "spoil")) {
             size_t size = 0;
             fmi2Status (*measure)(fmi2Component, void *, size_t *) = function(of[i], "fmi2SerializedFMUstateSize");
             fmi2Status (*write)(fmi2Component, void *, char *, size_t) = function(of[i], "fmi2SerializeFMUstate");
@@ -206,6 +213,7 @@ int main(void)
             char *bytes = malloc(size);
             status += write(c, state[vr], bytes, size);
             status += drop(c, &state[vr]);
+            if (n > 3) bytes[size - (size_t)atoi(word[3])] ^= 1;
             status += read(c, bytes, size, &state[vr]);
             free(bytes);
             printf("%d\n", status);

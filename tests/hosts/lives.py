@@ -28,7 +28,7 @@ def born(fmu, i=0, letter="A", parameters=(), uri=None):
     sets = [("real", i, fmu.vr[name], value) for name, value in dict(parameters).items()]
     return [
         ("load", letter, fmu.library),
-        ("new", i, letter, f"it{i}", uri or fmu.uri),
+        ("new", i, letter, f"it{i}", uri or fmu.uri, fmu.description.guid),
         ("setup", i),
         *sets,
         ("enter", i),

@@ -68,7 +68,11 @@ def test_two_fmus_and_two_instances_at_once(host, extracted):
 def test_two_threads_at_once(host, extracted):
     motor, load = extracted("Motor"), extracted("Load")
     answers, said = host(
-        [("load", "A", motor.library), ("load", "B", load.library), ("together", "A", motor.uri, "B", load.uri, 2000)]
+        [
+            ("load", "A", motor.library),
+            ("load", "B", load.library),
+            ("together", "A", motor.uri, "B", load.uri, 2000, motor.description.guid, load.description.guid),
+        ]
     )
     assert answers == ["0", "0", "0 0"] and said == []
 
@@ -77,7 +81,7 @@ def test_two_threads_at_once(host, extracted):
 @pytest.mark.parametrize("name", ["Motor", "Controller", "Reducer"])
 def test_instances_come_and_go_without_growth(host, extracted, name):
     fmu = extracted(name)
-    answers, _ = host([("load", "A", fmu.library), ("cycles", "A", "it", fmu.uri, 1000)])
+    answers, _ = host([("load", "A", fmu.library), ("cycles", "A", "it", fmu.uri, 1000, fmu.description.guid)])
     made, growth = map(int, answers[1].split())
     assert made == 1000
     assert growth <= 200  # kB
@@ -99,7 +103,14 @@ def test_many_steps_without_growth(host, extracted):
         (lambda fmu: ("real", 0, fmu.vr["resistance"], 1.0), "fixed parameter"),
         (lambda fmu: ("real", 0, 999, 1.0), "no variable has the value reference 999"),
         (lambda fmu: ("bool", 0, fmu.vr["voltage"], 1), "is of type Real, not Boolean"),
-        (lambda fmu: ("get", 0, 999), "no variable has one of the value references"),
+        (lambda fmu: ("get", 0, 999), "no variable has the value reference 999"),
+        (lambda fmu: ("geti", 0, 999), "no variable has the value reference 999"),
+        (lambda fmu: ("geti", 0, fmu.vr["voltage"]), "voltage is of type Real, not Integer"),
+        (lambda fmu: ("getb", 0, fmu.vr["voltage"]), "voltage is of type Real, not Boolean"),
+        (lambda fmu: ("gets", 0, fmu.vr["voltage"]), "voltage is of type Real, not String"),
+        (lambda fmu: ("setup", 0), "set up before initialization mode"),
+        (lambda fmu: ("enter", 0), "initialization mode is entered once"),
+        (lambda fmu: ("exit", 0), "was not entered"),
         (lambda fmu: ("step", 0, 0.0, -1.0), "step size -1.0 s"),
         (lambda fmu: ("step", 0, "nan", 0.1), "communication point nan"),
         (lambda fmu: ("restore", 0, 7), "state was not given out"),
@@ -111,6 +122,71 @@ def test_an_error_is_the_status_of_the_call_and_the_host_lives_on(host, extracte
     assert answers[5].split()[0] == "3"  # fmi2Error
     assert words in said[0] and said[0].startswith("log it0 3 logStatusError")
     assert answers[6:] == ["0"] * 6
+
+
+@pytest.mark.parametrize(
+    ("commands", "words"),
+    [
+        ([("step", 0, 0.0, H)], "between initialization and termination"),
+        ([("exit", 0)], "was not entered"),
+        ([("terminate", 0)], "nothing runs"),
+        ([("enter", 0), ("setup", 0)], "set up before"),
+        ([("enter", 0), ("terminate", 0)], "nothing runs"),
+        ([("enter", 0), ("exit", 0), ("terminate", 0), ("terminate", 0)], "nothing runs"),
+        ([("enter", 0), ("exit", 0), ("terminate", 0), ("step", 0, 0.0, H)], "between initialization and termination"),
+        ([("enter", 0), ("exit", 0), ("terminate", 0), ("real", 0, 0, 1.0)], "terminated"),
+    ],
+)
+def test_calls_out_of_order_are_errors(host, extracted, commands, words):
+    """The states of a slave, FMI 2.0, 4.2.4. A reset brings it back to the first."""
+    fmu = extracted("Motor")
+    born_ = born(fmu)
+    answers, said = host([*born_[:2], *commands, ("reset", 0), *born_[2:], ("step", 0, 0.0, H), ("free", 0)])
+    place = 2 + len(commands) - 1
+    assert set(answers[:place]) == {"0"} and answers[place] == "3" and set(answers[place + 1 :]) == {"0"}
+    assert words in said[0]
+
+
+def test_another_guid_makes_no_instance(host, extracted):
+    fmu = extracted("Motor")
+    load = ("load", "A", fmu.library)
+    answers, said = host([load, ("new", 0, "A", "it", fmu.uri, "another"), ("new", 1, "A", "it", fmu.uri, fmu.description.guid)])
+    assert answers == ["0", "null", "0"] and "the GUID another is not that of this FMU" in said[0] and len(said) == 1
+
+
+def test_a_damaged_state_is_refused_and_a_sound_one_goes_on(host, extracted):
+    fmu = extracted("Motor")
+    for place in (1, 65, 200):  # in the checksum, at the end of the content, in its midst
+        life = [
+            *born(fmu),
+            ("real", 0, fmu.vr["voltage"], 5.0),
+            ("step", 0, 0.0, H),
+            ("save", 0, 1),
+            ("save", 0, 2),
+            ("spoil", 0, 2, place),
+            ("restore", 0, 2),
+            ("step", 0, H, H),
+            ("restore", 0, 1),
+            ("step", 0, H, H),
+            ("get", 0, fmu.vr["current"]),
+        ]
+        answers, said = host(life)
+        assert answers[5:10] == ["0", "0", "0", "0", "0"] and answers[10:12] == ["3", "3"] and answers[12:14] == ["0", "0"]
+        assert "the state to restore is damaged" in said[0]
+        undisturbed = host([*life[:7], ("step", 0, H, H), life[-1]])[0]
+        assert answers[-1] == undisturbed[-1]
+
+
+def test_tunable_parameters_change_while_it_runs(host, extracted):
+    """Both limits change between two steps, one after the other; the voltage is theirs from the next step on."""
+    fmu = extracted("Controller")
+    limits = [("real", 0, fmu.vr["voltage_min"], 30.0), ("real", 0, fmu.vr["voltage_max"], 40.0)]
+    step, get = ("step", 0, 0.0, H), ("get", 0, fmu.vr["voltage"])
+    moving = [("real", 0, fmu.vr["angle_setpoint"], 1.0), ("real", 0, fmu.vr["speed_setpoint"], 1.0)]  # it does not rest
+    answers, said = host([*born(fmu), *moving, step, get, *limits, step, get])
+    assert said == [] and [float.fromhex(answers[place].split()[1]) for place in (8, 12)] == [24.0, 40.0]
+    answers, said = host([*born(fmu), limits[0], step, ("reset", 0), *born(fmu)[2:], step])
+    assert answers[5:7] == ["0", "3"] and "voltage_min = 30 V is above" in said[0] and answers[-1] == "0"
 
 
 def test_bad_parameters_fail_the_end_of_initialization(host, extracted):

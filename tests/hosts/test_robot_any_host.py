@@ -61,7 +61,7 @@ def test_a_python_without_pymunk_is_told_so(host, robot, tmp_path):
     python = tmp_path / "bare" / "bin" / "python"
     if subprocess.run([python, "-c", "import pymunk"], capture_output=True).returncode == 0:
         pytest.skip("this machine's own Python has pymunk: no Python without it to try")
-    again = ("new", 1, "A", "again", robot.uri)
+    again = ("new", 1, "A", "again", robot.uri, robot.description.guid)
     answers, said = host([*born(robot)[:2], again], SELFLOCK_PYTHON=python)
     told = [line for line in answers if line.startswith("ImportError")]  # the second line of what pythonfmu logs of it
     assert [line for line in answers if line not in told] == [

@@ -46,6 +46,20 @@ def test_a_ring_of_native_fmus(monkeypatch, native, algorithm):
     assert slow.table["i0.x"].std() > 0.0
 
 
+@pytest.mark.parametrize("ends_at", [1e9, 1.5])
+def test_fmus_of_fmi_3(monkeypatch, native, algorithm, ends_at):
+    """Beside those of FMI 2.0; an event that they tell of and an end of their own are handled where they are."""
+    description = ring(native, algorithm)
+    for k in (0, 2):
+        description["components"][f"i{k}"]["fmu"] = native("relaxation3")
+    description["components"]["i2"]["start"]["ends_at"] = ends_at
+    slow, fast = both_ways(monkeypatch, description)
+    same(slow, fast)
+    assert slow.ended == fast.ended == ({"i2": 1.5} if ends_at < 2.0 else {}) and fast.time == min(ends_at, 2.0)
+    pure = ring(native, algorithm)
+    assert ends_at < 2.0 or master.run(master.from_dict(pure)).table[fast.table.columns].equals(fast.table)
+
+
 @pytest.mark.alike
 def test_rows_at_an_interval_and_more_rows_than_are_kept_at_once(monkeypatch, native, algorithm, tmp_path):
     slow, fast = both_ways(monkeypatch, ring(native, algorithm, step=0.001, stop=30.0, interval=0.003))

@@ -293,3 +293,30 @@ def test_a_table_of_omsimulator_is_a_component(native, tmp_path, refused):
     assert result.table["A.x"].iloc[-1] == pytest.approx(2.0, abs=0.21)  # a step late at the most
     refused(lambda: master.run(table(tmp_path, native, "time,w\n0,0\n1,2\n")), "t.csv has no column u")
     refused(lambda: ssp.load(table(tmp_path, native, "", "t.mat")), "T: tables are read from .csv", "'t.mat'")
+
+
+def test_a_unit_by_one_name_and_two_definitions(tmp_path):
+    """As where `bar` is said to be kg.m-2: a value in the unit of its variable's name is in that unit, and the two are told."""
+    wrong = UNITS.replace('<ssc:BaseUnit rad="1" factor="0.017453292519943295"/>', '<ssc:BaseUnit kg="1" factor="1e5"/>')
+    flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u"), bindings=binding(real("B.p", 2, "rad"))), units=UNITS)
+    assert flat.start == {("B", "p"): 2.0} and flat.notes == []
+    pin = '<ssd:Connectors><ssd:Connector name="out" kind="output"><ssc:Real unit="deg"/></ssd:Connector></ssd:Connectors>'
+    inner = f'<ssd:System name="In">{pin}<ssd:Elements>{A}</ssd:Elements><ssd:Connections>{connection("A.y", "out")}</ssd:Connections></ssd:System>'
+    flat = read_system(
+        tmp_path, flat_pair(connection("In.out", "B.u", "", ' suppressUnitConversion="true"'), inner_a=inner), units=wrong
+    )
+    assert flat.connections["B", "u"][1] == Affine()
+    told(flat, "'deg' is one unit at one end and another at the other", "passed on as it is")
+
+
+def test_what_a_folder_or_another_xml_is_not(tmp_path):
+    """A folder of an FMU, and the files by which other tools describe systems, are a sentence."""
+    (tmp_path / "fmu").mkdir()
+    (tmp_path / "fmu" / "modelDescription.xml").write_text(SOURCE)
+    with pytest.raises(DescriptionError, match="unpacked FMU"):
+        ssp.load(tmp_path / "fmu")
+    (tmp_path / "OspSystemStructure.xml").write_text(
+        '<OspSystemStructure xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure"/>'
+    )
+    with pytest.raises(DescriptionError, match="OspSystemStructure.xml"):
+        master.run(tmp_path / "OspSystemStructure.xml")

@@ -90,4 +90,8 @@ FMI fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size
 FMI fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) { x[0] = ((Slave *)c)->v[X]; return fmi2OK; }
 FMI fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t n) { x[0] = 1; return fmi2OK; }
 FMI fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real x[], size_t n) { outputs(c); x[0] = ((Slave *)c)->v[RATE]; return fmi2OK; }
+FMI fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean keep, fmi2Boolean *event, fmi2Boolean *end) {
+    *event = *end = 0;
+    return fmi2OK;
+}
 FMI fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n) { return fmi2OK; }

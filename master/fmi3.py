@@ -277,7 +277,7 @@ class Fmi3(Fmu):
             block.last = None
 
 
-class Said(ctypes.Structure):
+class StepEnd(ctypes.Structure):
     """What fmi3DoStep tells; the compiled loop knows these places."""
 
     _fields_ = [("event", c_bool), ("ended", c_bool), ("early", c_bool), ("reached", c_double)]
@@ -292,7 +292,7 @@ class CoSimulation3(Fmi3):
         instantiate = self._function("fmi3InstantiateCoSimulation", c_void_p)
         self._do_step = self._function("fmi3DoStep")
         flags = c_bool(False), c_bool(True), c_bool(self.events), c_bool(early)
-        self._said = Said()
+        self._said = StepEnd()
         nothing = (c_uint * 1)(), c_size_t(0)  # intermediate variables
         log = c_void_p(self._number), binary.hear3
         return instantiate(name, token, resources, *flags, *nothing, *log, None)  # and no intermediate update

@@ -34,7 +34,7 @@ from .archive import ANNOTATION, inside, opened, parse, proxied, sound, tag, unp
 from .arrays import indices_of, shape_of
 from .flat import Affine, Change, Flat, Joint, Port, conversion_of
 from .resolve import resolve
-from .taken import Binding, Taken
+from .taken import Binding, TakenIn
 from .values import enumerations_in, transform, unit_of, units_in, value_of
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
@@ -64,7 +64,7 @@ class _Reader:
         self.packed: dict[Path, Path] = {}  # archives in it and their .ssd, unpacked
         self.notes = notes  # what was mended or is not used, a sentence each
         self.flat = Flat("", "", notes=notes)
-        self.taken = Taken(self.flat)
+        self.taken = TakenIn(self.flat)
         self.kinds, self.units, self.ports = self.taken.kinds, self.taken.units, self.taken.ports
 
     def read(self, document: Path) -> Flat:

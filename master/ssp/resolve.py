@@ -7,17 +7,17 @@ from collections.abc import Iterator
 from ..errors import DescriptionError
 from .arrays import Arrays, names
 from .flat import Affine, Joint, Mapping, Named, Port, Renaming, conversion_of
-from .taken import Binding, Taken
+from .taken import Binding, TakenIn
 from .values import as_item, changed, composed, is_number
 
 
-def resolve(taken: Taken) -> None:
+def resolve(taken: TakenIn) -> None:
     """Fill in the connections and start values of its flat system. Raises DescriptionError."""
     _Resolved(taken).all()
 
 
 class _Resolved:
-    def __init__(self, taken: Taken):
+    def __init__(self, taken: TakenIn):
         self.taken, self.flat = taken, taken.flat
         self.kinds, self.units, self.notes = taken.kinds, taken.units, taken.notes
         self.into: dict[Port, Joint] = {}

@@ -26,7 +26,7 @@ class Binding:
 
 
 @dataclass
-class Taken:
+class TakenIn:
     flat: Flat
     units: dict[Port, Named | None] = field(default_factory=dict)
     links: list[Joint] = field(default_factory=list)

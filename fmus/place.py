@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +12,7 @@ from pathlib import Path
 from .errors import SelflockError
 
 MARK = ".selflock"  # holds the name of the command whose folder it is
+DOCUMENT = 256 << 20  # bytes of an answer that is read again
 
 
 def claim(folder: Path, command: str, known: str) -> Path:
@@ -31,6 +34,19 @@ def claim(folder: Path, command: str, known: str) -> Path:
     if owner != command:
         mark.write_text(command + "\n", "utf-8")
     return folder
+
+
+def ending(path: Path, most: int | None = None) -> Path:
+    """The path, where what is there has an end: no device and no pipe, which are read for ever. most: bytes. Raises OSError."""
+    try:
+        status = path.stat()
+    except ValueError:  # a zero byte
+        raise OSError(errno.EINVAL, f"{str(path)!r} is no path of a file", str(path)) from None
+    if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):  # a folder is told when it is read
+        raise OSError(errno.EINVAL, "it is a device or a pipe, and no file", str(path))
+    if most is not None and status.st_size > most:
+        raise OSError(errno.EFBIG, f"it has {status.st_size >> 20} MiB, and {most >> 20} MiB at most are read", str(path))
+    return path
 
 
 @contextmanager

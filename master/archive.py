@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 from xml.parsers import expat
 
+from ..fmus.place import ending
 from . import xml
 from .errors import DescriptionError
 
@@ -33,6 +34,7 @@ def unpack(path: Path, folder: Path, what: str, unlimited: bool = False) -> None
     """
     new = not folder.exists()
     try:
+        ending(path)
         if not unlimited:
             _directory(path)
         with zipfile.ZipFile(path) as archive:
@@ -50,7 +52,7 @@ def unpack(path: Path, folder: Path, what: str, unlimited: bool = False) -> None
                 said = f"{path} is not an {what}: it is not a zip archive, or it is cut off. Copy or build it again."
                 raise DescriptionError(said) from None
             case OSError() | ValueError() | NotImplementedError():
-                raise DescriptionError(f"{path} cannot be unpacked: {error}.") from None
+                raise DescriptionError(f"{path} cannot be unpacked: {getattr(error, 'strerror', None) or error}.") from None
         raise
 
 

@@ -24,6 +24,7 @@ from fmpy.model_description import InterfaceType, ModelDescription
 
 from ..fmus import temporary
 from ..fmus.cache import sha256
+from ..fmus.place import ending
 from . import archive
 from .described import chosen, offered
 from .errors import DescriptionError, warn
@@ -104,17 +105,15 @@ def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
     """The FMU file at `path`, unpacked; the same content is unpacked once per process. unlimited: of any size."""
     path = Path(path)
     try:
-        if not unlimited and path.stat().st_size > archive.LARGEST:
+        if not unlimited and ending(path).stat().st_size > archive.LARGEST:
             raise DescriptionError(
                 f"{path} has {path.stat().st_size >> 20} MiB; at most {archive.SAID} are unpacked. --unlimited of run and export takes these limits away."
             )
-        digest = sha256(path)
+        digest = sha256(ending(path))
     except FileNotFoundError:
         raise DescriptionError(f"There is no FMU at {path}. Check the path; it is relative to the system file.") from None
     except OSError as error:
         raise DescriptionError(f"{path} cannot be read: {error.strerror}.") from None
-    except ValueError as error:  # a zero byte in its name
-        raise DescriptionError(f"{str(path)!r} is no path of a file: {error}.") from None
     return _open(digest, path, unlimited)
 
 

@@ -24,6 +24,8 @@ import pyarrow as pa
 import pyarrow.csv as csv
 import pyarrow.parquet as pq
 
+from ..fmus.place import ending
+from .archive import RATIO
 from .errors import ResultError, warn
 from .face import Variable
 from .results import ROWS, Memory, Sink
@@ -32,6 +34,7 @@ ABOUT = "selflock"  # the key in a Parquet file's metadata of what the run was o
 PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
 EVERY = 0.5  # s between two looks for rows that are not in the file
 LINE = 1 << 24  # bytes of the longest line
+LARGEST = 4 << 30  # bytes in memory, from which on a table is not to be RATIO times its file
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -283,7 +286,7 @@ def read(path: Path | str, whole: bool = False) -> tuple[pd.DataFrame, dict[str,
     except FileNotFoundError:
         raise ResultError(f"There is no result file {path}.") from None
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise ResultError(f"{path} is no table of results: {str(error)[:160]}") from None
+        raise ResultError(f"{path} is no table of results: {(getattr(error, 'strerror', None) or str(error))[:160]}") from None
     raise ResultError(f"{path}: results are read from .csv or .parquet files.")
 
 
@@ -297,6 +300,10 @@ def _once(found: tuple[pd.DataFrame, dict[str, str]]) -> tuple[pd.DataFrame, dic
 
 def _read_parquet(path: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     try:
+        packed = ending(path).stat().st_size
+        size = pq.read_metadata(path)
+        if (whole := 8 * size.num_rows * size.num_columns) > max(LARGEST, RATIO * packed):
+            raise ValueError(f"it would grow to {whole >> 20} MiB, {whole // max(packed, 1)} times its size")
         table = pq.read_table(path)
     except FileNotFoundError:
         table = _of_stream(path)
@@ -318,7 +325,7 @@ def _of_stream(path: Path) -> pa.Table:
 
 
 def _read_csv(path: Path, whole: bool) -> tuple[pd.DataFrame, dict[str, str]]:
-    content = pa.py_buffer(path.read_bytes()) if path.stat().st_size < 1 << 20 else pa.memory_map(str(path)).read_buffer()
+    content = pa.py_buffer(path.read_bytes()) if ending(path).stat().st_size < 1 << 20 else pa.memory_map(str(path)).read_buffer()
     if not whole and (torn := _unended(bytes(memoryview(content)[-LINE:]))):
         warn(f"{path}: its last line has no end, as after a crash, and is not read. Where it is whole, end it with a line break.")
         content = content.slice(0, len(content) - torn)

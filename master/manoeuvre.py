@@ -156,7 +156,7 @@ def _table(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
 def _turns(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     """Of a .toml file with a table for each set-point."""
     try:
-        data = toml.parse(path.read_text(encoding="utf-8"))
+        data = toml.read(path)
     except FileNotFoundError:
         raise DescriptionError(f"There is no manoeuvre {path}.") from None
     except (OSError, ValueError) as error:

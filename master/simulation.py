@@ -258,6 +258,8 @@ def check_times(system: System, stop: float, endless: bool = False) -> None:
         raise DescriptionError(f"The stop time {stop:g} s must be after the start {run.start:g} s.")
     for what, length in (("The time from start to stop", stop - run.start), ("[run] interval", run.interval)):
         steps = length / run.step
+        if not math.isfinite(steps):
+            raise DescriptionError(f"{what}, {length:g} s, is beyond any number of steps of {run.step:g} s.")
         if abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
             raise DescriptionError(f"{what}, {length:g} s, is not a whole number of steps of {run.step:g} s.")
 

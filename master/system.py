@@ -189,17 +189,15 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        data = toml.read(path)
     except FileNotFoundError:
         beside = [one.name for one in path.parent.glob(f"*{path.suffix}")] if path.parent.is_dir() else []
         near = get_close_matches(path.name, beside[:1000], 1, 0.6)
         raise DescriptionError(f"There is no system file {path}.{f' Did you mean {near[0]}?' if near else ''}") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise DescriptionError(f"The system file {path} cannot be read: {error.strerror}.") from None
+    except UnicodeDecodeError as error:
         raise DescriptionError(f"The system file {path} cannot be read: {error}.") from None
-    except ValueError as error:  # a zero byte in its name
-        raise DescriptionError(f"{str(path)!r} is no path of a file: {error}.") from None
-    try:
-        data = toml.parse(text)
     except ValueError as error:
         twice = " Something is given twice there: an input takes one connection only." if "overwrite" in str(error) else ""
         raise DescriptionError(f"{path} is not valid TOML: {error}.{twice}") from None

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from pathlib import Path
 from typing import Any
 
+from ..fmus.place import ending
+
 LARGEST = 2**63  # TOML's integers have 64 bits
+BYTES = 16 << 20  # of a file
+DEEPEST = 100  # dots of a key; what they cost grows with their square
+PIECES = re.compile(r"[=,\[\]{}\n]")  # between which a key stands
+
+
+def read(path: Path) -> dict[str, Any]:
+    """The content of a TOML file. Raises OSError, and ValueError as `parse` does."""
+    return parse(ending(path, BYTES).read_text(encoding="utf-8-sig"))
 
 
 def parse(text: str) -> dict[str, Any]:
     """The content of a TOML text. Raises ValueError."""
+    if max(piece.count(".") for piece in PIECES.split(text)) > DEEPEST:
+        raise ValueError(f"it has more than {DEEPEST} dots in a row, where a key of few is wanted")
     try:
         data = tomllib.loads(text)
         _check(data, "")

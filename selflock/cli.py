@@ -579,11 +579,13 @@ def main() -> None:
     except Interrupted as stopped:
         errors.print(visible(str(stopped)), highlight=False)
         sys.exit(watched.code)
-    except (SelflockError, OSError, ModuleNotFoundError) as error:
+    except (SelflockError, OSError, MemoryError, ModuleNotFoundError) as error:
         missing = extras.told(error)
         if isinstance(error, BrokenPipeError) or (isinstance(error, ModuleNotFoundError) and not missing):
             raise
         text = missing or str(error)
+        if isinstance(error, MemoryError):
+            text = f"The memory does not suffice. {text}".strip()
         if isinstance(error, OSError) and error.filename:
             text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable."
         errors.print("error: ", style="bold red", end="")

@@ -37,7 +37,7 @@ def info(path: str | Path, everything: bool = False) -> str:
 def _toml(path: Path, limit: int | None) -> Iterator[str]:
     """A system, a rig or a study, by its tables."""
     try:
-        data = toml.parse(path.read_text(encoding="utf-8-sig"))
+        data = toml.read(path)
     except (OSError, ValueError) as error:
         raise SelflockError(f"{path} is no TOML: {_short(error)}.") from None
     if "rig" in data:

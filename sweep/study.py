@@ -81,7 +81,7 @@ def read(path: str | Path) -> Study:
     """The study of a TOML file."""
     path = Path(path)
     try:
-        data = toml.parse(path.read_text(encoding="utf-8"))
+        data = toml.read(path)
     except OSError as error:
         raise SweepError(f"The study {path} cannot be read: {error.strerror}.") from None
     except ValueError as error:

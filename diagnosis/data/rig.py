@@ -149,15 +149,13 @@ def load(path: str | Path) -> Rig:
     """Read a rig file; DataError tells what is wrong in it."""
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        data = toml.read(path)
     except OSError as error:
         raise DataError(
             f"{path}: cannot be read ({error.strerror}). Give the path of a rig file (.toml); docs/rig.md shows one."
         ) from None
     except UnicodeDecodeError:
         raise DataError(f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG.") from None
-    try:
-        data = toml.parse(text)
     except ValueError as error:
         raise DataError(f"{path}: is not TOML: {error}. docs/rig.md shows a rig file.") from None
     return _rig(path, data)

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import json
 import re
+import struct
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,9 @@ from .text import LOGS, form_of, read_text
 
 LARGEST = 4 << 30  # bytes of a file, and of what is unpacked of it
 LARGEST_JSON = 512 << 20  # which is in memory several times over
+LARGEST_PACKED = 512 << 20  # of what is compressed in a MATLAB file, whose numbers may have a byte there and eight in memory
+LARGEST_BOOK = 50_000_000  # cells of a workbook
+COMPRESSED, PIECE = 15, 1 << 20  # an element's type in a MATLAB file; bytes
 WIDEST = 1000  # columns made of one matrix or of lists
 DEEPEST = 6  # structures in structures
 MOST_NAMES = 5000
@@ -97,7 +102,19 @@ def _stamped(found: pd.DataFrame) -> pd.DataFrame:
     return found
 
 
+def _bounded(path: Path, size: int, most: int) -> None:
+    """Refuse what would be larger in memory."""
+    if size > most:
+        raise DataError(
+            f"{path}: holds more than {most >> 20} MiB unpacked. Save the channels that matter, or cut the log into parts."
+        )
+
+
 def _parquet(path: Path) -> pd.DataFrame:
+    from pyarrow.parquet import read_metadata
+
+    size = read_metadata(path)
+    _bounded(path, 8 * size.num_rows * size.num_columns, LARGEST)
     found = pd.read_parquet(path)
     found = found if found.index.names == [None] else found.reset_index()
     lists = [name for name in found.columns if found[name].dtype == object and _is_list(found[name])]
@@ -132,11 +149,31 @@ def _mat(path: Path) -> pd.DataFrame:
     with path.open("rb") as file:
         if HDF in file.read(512 + len(HDF)):
             return _hdf(path)  # version 7.3
+    _bounded(path, _unpacked(path), LARGEST_PACKED)
     try:
         held = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
     except NotImplementedError:
         return _hdf(path)
     return together(path, dict(_fields(held)), holds=", ".join(held))
+
+
+def _unpacked(path: Path) -> int:
+    """Bytes of what is compressed in a MATLAB file of version 5 to 7, until they are too many."""
+    total = 0
+    with path.open("rb") as file:
+        order = "<" if file.read(128)[126:] == b"IM" else ">"
+        while len(head := file.read(8)) == 8 and total <= LARGEST_PACKED:
+            kind, left = struct.unpack(f"{order}II", head)
+            if kind != COMPRESSED:
+                file.seek(left, 1)
+                continue
+            stream = zlib.decompressobj()
+            while left > 0 and total <= LARGEST_PACKED and (piece := file.read(min(left, PIECE))):
+                left -= len(piece)
+                while piece and total <= LARGEST_PACKED:
+                    total += len(stream.decompress(piece, 8 * PIECE))
+                    piece = stream.unconsumed_tail
+    return total
 
 
 def _fields(held: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
@@ -172,9 +209,13 @@ def _hdf(path: Path) -> pd.DataFrame:
 
     found: dict[str, np.ndarray] = {}
     total = 0
+    groups: set[Any] = set()  # one may hold itself, or another many times
 
     def look(group: Any, prefix: str, depth: int) -> None:
         nonlocal total
+        if group.id in groups:
+            return
+        groups.add(group.id)
         for name in group:
             link = group.get(name, getlink=True)
             if name.startswith("#") or not isinstance(link, h5py.HardLink) or len(found) > MOST_NAMES:
@@ -189,8 +230,7 @@ def _hdf(path: Path) -> pd.DataFrame:
                 if value.attrs.get("MATLAB_class") == b"char":
                     continue
                 total += value.nbytes
-                if total > LARGEST:
-                    raise DataError(f"{path}: holds more than {LARGEST >> 30} GiB. Save the channels that matter.")
+                _bounded(path, total, LARGEST)
                 found[prefix + name] = np.asarray(value[()])
 
     try:
@@ -205,8 +245,7 @@ def _hdf(path: Path) -> pd.DataFrame:
 def _numpy(path: Path, ending: str) -> pd.DataFrame:
     if ending == ".npz":
         with zipfile.ZipFile(path) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > LARGEST:
-                raise DataError(f"{path}: holds more than {LARGEST >> 30} GiB. Save the channels that matter.")
+            _bounded(path, sum(entry.file_size for entry in archive.infolist()), LARGEST)
         with np.load(path, allow_pickle=False) as held:
             return together(path, {name: held[name] for name in list(held)[:MOST_NAMES]})
     values = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -293,7 +332,13 @@ def _book(path: Path) -> pd.DataFrame:
             raise DataError(f"{path}: holds more than {LARGEST_JSON >> 20} MiB unpacked. Save the sheet as .csv.")
     book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
     try:
-        sheets = [list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets]
+        sheets, cells = [], 0
+        for sheet in book.worksheets:
+            sheets.append([])
+            for row in sheet.iter_rows(values_only=True):
+                if (cells := cells + len(row)) > LARGEST_BOOK:
+                    raise DataError(f"{path}: has more than {LARGEST_BOOK} cells. Save the sheet as .csv.")
+                sheets[-1].append(row)
     finally:
         book.close()
     rows = max(sheets, key=len, default=[])

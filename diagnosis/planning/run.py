@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from selflock.fmus.place import DOCUMENT, ending
 from selflock.view.page import probability as told
 
 from ..data.log import MeasuredRun
@@ -116,7 +118,7 @@ def plan_run(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     tell("reading", 0.0)
-    models = [OpenModel(m["label"], m["values"], {k: (v[0], v[1]) for k, v in m["free"].items()}) for m in told["models"]]
+    models = told["models"]
     runs, _, _ = gather(rig, [folder / log for log in told["sources"]["logs"]], [])
     tell("what the logs leave", 0.05)
     known = scale(rig, runs, models[0])
@@ -127,18 +129,29 @@ def open_models(told: dict, path: Path) -> None:
     """Refuse where nothing is open."""
     if told.get("verdict") == "none":
         raise DataError(f"{path}: nothing is missing in this drive that its logs could show, so there is nothing to tell apart.")
-    if len(told.get("models", ())) < 2:
+    models = told.get("models")
+    if not isinstance(models, list) or len(models) < 2:
         raise DataError(
             f"{path}: its answer stands alone: nothing does as well, and no cause of it is weak. There is nothing to tell apart."
         )
 
 
+def _model(told: dict[str, Any]) -> OpenModel:
+    """Raises what reading of what is none raises."""
+    values = {str(name): float(value) for name, value in told["values"].items()}
+    free = {str(name): (float(low), float(high)) for name, (low, high) in told["free"].items()}
+    if not all(map(isfinite, values.values())) or not all(name in values and low <= high for name, (low, high) in free.items()):
+        raise ValueError
+    return OpenModel(str(told["label"]), values, free)
+
+
 def _diagnosis(folder: Path) -> dict:
+    """What diagnosis.json says, its models made."""
     path = folder / "diagnosis.json"
     if not path.is_file():
         raise DataError(f"{folder}: holds no diagnosis.json. Give the folder that selflock diagnose wrote to (-o).")
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        told = json.loads(ending(path, DOCUMENT).read_text(encoding="utf-8"))
         verdict = told["verdict"]
     except (ValueError, KeyError, TypeError, UnicodeDecodeError, RecursionError):
         raise DataError(f"{path}: is no result of a diagnosis, or is cut off. Run selflock diagnose again.") from None
@@ -146,12 +159,10 @@ def _diagnosis(folder: Path) -> dict:
         raise DataError(f"{path}: verdict {verdict!r} is none that is known. Run selflock diagnose again.")
     open_models(told, path)
     try:
-        told["sources"]["rig"], told["sources"]["logs"]
-        for model in told["models"]:
-            free, values = model["free"], model["values"]
-            if not all(name in values and len(ends) == 2 for name, ends in free.items()):
-                raise KeyError
-    except (KeyError, TypeError):
+        if not all(isinstance(one, str) and "\0" not in one for one in (told["sources"]["rig"], *told["sources"]["logs"])):
+            raise ValueError
+        told["models"] = [_model(model) for model in told["models"]]
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         raise DataError(
             f"{path}: does not say its rig, logs and models; an older selflock wrote it. Run selflock diagnose again."
         ) from None

@@ -13,6 +13,8 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
+from selflock.fmus.place import DOCUMENT, ending
+
 from ..errors import DataError
 from ..judge.cause import label
 
@@ -118,8 +120,8 @@ def _files(folders: Sequence[str | Path]) -> Iterable[Path]:
 def _told(path: Path) -> tuple[dict[str, Any], list[str], list[dict[str, Any]]]:
     """Of a diagnosis.json its row, its logs by their bytes, and its numbers."""
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        told = json.loads(ending(path, DOCUMENT).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
         raise DataError(f"{path}: cannot be read ({error}). Make that diagnosis again, or take its folder away.") from None
     about = told.get("about") if isinstance(told, dict) else None
     if not isinstance(about, dict) or not about.get("recorded"):
@@ -140,7 +142,7 @@ def _told(path: Path) -> tuple[dict[str, Any], list[str], list[dict[str, Any]]]:
             "folder": path.parent.as_posix(),
         }
         return row, sorted(str(log["sha256"]) for log in about["logs"]), list(_numbers(told))
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise DataError(f"{path}: is not what a diagnosis writes ({error!r}). Make that diagnosis again.") from None
 
 

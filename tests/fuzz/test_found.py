@@ -1,5 +1,8 @@
 """What was a traceback or a hang once, each by the smallest file that showed it: one message, or an answer."""
 
+import json
+import math
+import os
 import zipfile
 
 import inputs
@@ -7,7 +10,8 @@ import pandas as pd
 import pytest
 
 from selflock import master
-from selflock.diagnosis import replay
+from selflock.diagnosis import plan, replay, track
+from selflock.diagnosis.data.rig import load as load_rig
 from selflock.fmus.build import built
 from selflock.fmus.errors import SelflockError
 from selflock.info import info
@@ -128,3 +132,75 @@ def test_a_zero_byte_in_the_name_of_a_file(tmp_path, name):
         master.read(tmp_path / name)
     with pytest.raises(SelflockError):
         read_study(tmp_path / "a\0b.toml")
+
+
+def test_a_key_of_dots_without_end(tmp_path):
+    (tmp_path / "x.toml").write_text(".".join("a" * 20_000) + " = 1\n")
+    with pytest.raises(SelflockError, match="dots in a row"):
+        master.load(tmp_path / "x.toml")
+    (tmp_path / "x.toml").write_text(f"[run]\nstep = [{', '.join(['0.5'] * 500)}]\n")  # numbers have dots, too
+    with pytest.raises(SelflockError, match="step"):
+        master.load(tmp_path / "x.toml")
+
+
+def test_steps_that_nobody_can_count(tmp_path):
+    (tmp_path / "x.toml").write_text(inputs.MOTOR.replace("step = 0.001", "step = 5e-324"))
+    with pytest.raises(SelflockError, match="beyond any number of steps"):
+        master.run(tmp_path / "x.toml")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes have names here")
+@pytest.mark.parametrize("ending", ["toml", "csv", "parquet", "fmu", "ssp"])
+def test_what_has_no_end_is_not_waited_for(tmp_path, ending):
+    """A pipe or a device, as an archive or a link can hold them; before, the first was waited for and the second read for ever."""
+    pipe, device = tmp_path / f"pipe.{ending}", tmp_path / f"device.{ending}"
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    asks = {"toml": [master.load, load_rig, read_study], "csv": [master.read], "parquet": [master.read]}
+    with inputs.bounded():
+        for path in (pipe, device):
+            for ask in asks.get(ending, [master.load]):
+                with pytest.raises(SelflockError, match="a device or a pipe"):
+                    ask(path)
+
+
+def diagnosed(folder, **changes):
+    """A diagnosis.json, two of whose models are open, with some of it changed."""
+    model = {"label": "a", "values": {"load.mass": 2.0}, "free": {"load.mass": [1.0, 3.0]}}
+    number = {"name": "n", "unit": "kg", "value": 1.0, "low": 0.5, "high": 2.0}
+    about = {"recorded": "2026-01-01", "unit": "u", "rig": "r", "told_by": "name", "version": "1", "logs": []}
+    told = {"verdict": "ambiguous", "causes": [], "sources": {"rig": "rig.toml", "logs": []}, "models": [model, model]}
+    told |= {"about": about, "uncertain": [number]}
+    for path, value in changes.items():
+        *way, last = (int(word) if word.isdigit() else word for word in path.split("__"))
+        place = told
+        for word in way:
+            place = place[word]
+        place[last] = value
+    (folder / "diagnosis.json").write_text(json.dumps(told))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"sources__rig": 5}, {"sources__logs": 5}, {"sources__logs": ["\0"]}, {"models": 5}, {"models__0": 5},
+        {"models__0__free": []}, {"models__0__free__load.mass": {"a": 1, "b": 2}}, {"models__0__free__load.mass": [5, 1]},
+        {"models__0__values__load.mass": None}, {"models__0__values__load.mass": 10**400}, {"models__0__values": {"load.mass": math.nan}},
+    ],
+)  # fmt: skip
+def test_an_answer_that_no_diagnosis_gave_is_not_planned_from(tmp_path, change):
+    diagnosed(tmp_path, **change)
+    with pytest.raises(SelflockError, match="diagnosis.json"):
+        plan(tmp_path, out=None)
+
+
+@pytest.mark.parametrize("change", [{"uncertain__0__value": 10**400}, {"about__recorded": 5}, {"causes": [{"effect": []}]}])
+def test_an_answer_that_no_diagnosis_gave_is_not_tracked(tmp_path, change):
+    diagnosed(tmp_path)
+    assert "1 diagnoses" in track(tmp_path, None).summary()
+    diagnosed(tmp_path, **change)
+    with pytest.raises(SelflockError, match="diagnosis.json"):
+        track(tmp_path, None)
+    (tmp_path / "diagnosis.json").write_text("[" * 100_000 + "]" * 100_000)
+    with pytest.raises(SelflockError, match="diagnosis.json"):
+        track(tmp_path, None)

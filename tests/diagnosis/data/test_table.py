@@ -207,6 +207,38 @@ def test_what_would_run_or_burst_is_refused(tmp_path, monkeypatch):
         table(tmp_path / "old.xls")
 
 
+def test_small_files_that_hold_much_take_no_memory(tmp_path, monkeypatch):
+    """Limits are said of what a file becomes: numbers repeated, or compressed, or a cell far to the right, cost a file nothing."""
+    wide = bytes(1 << 21)
+    for name, most in (("LARGEST", 1 << 20), ("LARGEST_PACKED", 1 << 20), ("LARGEST_BOOK", 100_000)):
+        monkeypatch.setattr(f"selflock.diagnosis.data.table.{name}", most)
+    pd.DataFrame({"time": np.zeros(1 << 18)}).to_parquet(tmp_path / "same.parquet")
+    scipy.io.savemat(tmp_path / "same.mat", {"x": np.frombuffer(wide, np.int8)}, do_compression=True)
+    pd.DataFrame({"time": [0.0] * 8}).to_excel(tmp_path / "far.xlsx", index=False)
+    with zipfile.ZipFile(tmp_path / "far.xlsx") as good:
+        held = {name: good.read(name) for name in good.namelist()}
+    far = b"".join(b'<row r="%d"><c r="XFD%d"><v>1</v></c></row>' % (k, k) for k in range(20, 40))
+    with zipfile.ZipFile(tmp_path / "far.xlsx", "w", zipfile.ZIP_DEFLATED) as bad:
+        for name, content in held.items():
+            bad.writestr(name, content.replace(b"</sheetData>", far + b"</sheetData>").replace(b"A1:A9", b"A1:XFD40"))
+    for name in ("same.parquet", "same.mat", "far.xlsx"):
+        assert (tmp_path / name).stat().st_size < 20_000
+        with pytest.raises(DataError, match=f"{name}: (holds more than 1 MiB|has more than 100000 cells)"):
+            table(tmp_path / name)
+
+
+def test_groups_that_hold_themselves_are_looked_at_once(tmp_path):
+    """40 links in each of six levels were 4e9 looks."""
+    import h5py
+
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        group = file.create_group("g")
+        group["time"] = T
+        for k in range(40):
+            group[f"again{k}"] = group
+    assert list(table(tmp_path / "log.h5")) == ["g.time"]
+
+
 def frame(**more):
     return pd.DataFrame({"time": T, "n": W, "m": M} | more)
 

@@ -23,7 +23,7 @@ from selflock.fmus.build import built
 from selflock.fmus.errors import SelflockError
 from selflock.info import info
 
-PATIENCE = 30  # s that any input may take
+PATIENCE, LONGEST = 30, 600  # s of processor, and of wall time on a busy machine, that any input may take
 RIGHT = (SelflockError, OSError)  # what the command line tells in one message
 
 VALUES = [
@@ -294,16 +294,19 @@ def bounded():
         yield
         return
 
-    def hung(*_):
-        raise Hung(f"a hang of more than {PATIENCE} s")
+    def hung(number, _):
+        raise Hung(f"a hang of more than {PATIENCE if number == signal.SIGPROF else LONGEST} s")
 
-    before = signal.signal(signal.SIGALRM, hung)
-    signal.alarm(PATIENCE)
+    before = {number: signal.signal(number, hung) for number in (signal.SIGPROF, signal.SIGALRM)}
+    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
+    signal.alarm(LONGEST)
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def ask(kind: str, data, room: Path) -> str:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -17,10 +18,13 @@ from selflock import master
 from selflock.diagnosis.data.rig import load as load_rig
 from selflock.diagnosis.data.table import table as read_table
 from selflock.diagnosis.data.units import conversion
+from selflock.diagnosis.planning.run import opened
+from selflock.diagnosis.tracking.series import read as read_answers
 from selflock.fmus.errors import SelflockError
 from selflock.master.expression import FUNCTIONS
 from selflock.sweep.record import evaluate
 from selflock.sweep.study import read as read_study
+from selflock.view import view as make_page
 
 TABLE = pd.DataFrame({"a": [0.0, 1.0, -2.5], "motor.speed": [1e300, -1e-300, 3.0]})
 KNOWN = {"n": 4, "flag": True, "name": "x"}
@@ -98,6 +102,88 @@ def table(dice: random.Random, folder: Path) -> None:
     read_table(folder / "x.csv")
 
 
+ANSWER = {
+    "verdict": "ambiguous",
+    "causes": [{"component": "load", "effect": "wave", "channel": "", "parameters": {"load.wave": {"value": 1.0, "low": 0.5, "high": 2.0, "unit": "N.m"}}}],
+    "uncertain": [{"name": "load.mass", "unit": "kg", "value": 1.0, "low": 0.5, "high": 2.0}],
+    "about": {"recorded": "2026-01-01T10:00:00", "unit": "u", "rig": "r", "told_by": "name", "version": "1", "logs": [{"sha256": "a"}]},
+    "sources": {"rig": "rig.toml", "logs": ["log.csv"]},
+    "models": [{"label": name, "values": {"load.mass": 2.0}, "free": {"load.mass": [1.0, 3.0]}} for name in "ab"],
+}  # fmt: skip
+ODD = [
+    None,
+    True,
+    0,
+    -1,
+    1e308,
+    10**400,
+    float("nan"),
+    float("inf"),
+    "",
+    "\0",
+    "../../x",
+    "9999-12-31",
+    "0001-01-01",
+    "é\u202e",
+    [],
+    {},
+    [[]],
+    [1, 2],
+    {"a": 1},
+]
+
+
+def _places(told: object, way: tuple = ()) -> list[tuple]:
+    """The ways to all that a document holds."""
+    inside = told.items() if isinstance(told, dict) else enumerate(told) if isinstance(told, list) else ()
+    return [found for key, value in inside for found in ((*way, key), *_places(value, (*way, key)))]
+
+
+def answer(dice: random.Random, folder: Path) -> None:
+    """A diagnosis.json as another might have written it: what `track` and `plan` make of it."""
+    told = json.loads(json.dumps(ANSWER))
+    for _ in range(dice.randrange(1, 4)):
+        *way, last = dice.choice(_places(told))
+        place = told
+        for key in way:
+            place = place[key]
+        if dice.randrange(5) or isinstance(place, list):
+            place[last] = dice.choice(ODD)
+        else:
+            del place[last]
+        if not _places(told):
+            break
+    whole = json.dumps(told).encode()
+    path, rig = folder / "diagnosis.json", folder / "rig.toml"
+    path.write_bytes(whole if dice.randrange(10) else whole[: dice.randrange(len(whole))] + dice.choice(inputs.BYTES))
+    rig.write_text(inputs.RIG)
+    refused = []
+    for ask in (lambda: read_answers([folder]), lambda: opened(folder, None)):
+        try:
+            ask()
+        except inputs.RIGHT as error:
+            refused.append(error)
+    path.unlink()
+    if refused:
+        raise refused[0]
+
+
+def view(dice: random.Random, folder: Path) -> None:
+    """A table of results as a page, with words of strangers in it."""
+    names = [
+        dice.choice(
+            ["time", "time", "time", "a.b", "</script><b>", "a [rad]", "robot.chassis_x [m]", "é\x1b[2J", "a.b", "x [<i>]"]
+        )
+        for _ in range(3)
+    ]
+    rows = [[f"{0.01 * k:g}" if name == "time" else f"{k % 5}" for name in names] for k in range(8)]
+    for _ in range(dice.randrange(4)):
+        dice.choice(rows)[dice.randrange(3)] = dice.choice(inputs.WRONG)
+    (folder / "x.csv").write_text("\n".join(",".join(row) for row in [names, *rows]) + "\n")
+    page = make_page(folder / "x.csv", show=["*"]).read_text("utf-8")
+    assert "<b>" not in page and "<i>" not in page, "words of a stranger as elements of a page"
+
+
 KINDS = {
     "expression": expression,
     "unit": unit,
@@ -105,6 +191,8 @@ KINDS = {
     "rig, read": _file(inputs.RIG, ".toml", load_rig),
     "sweep, read": _file(inputs.SWEEP, ".toml", read_study),
     "table, read": table,
+    "answer, read": answer,
+    "view": view,
 }
 
 

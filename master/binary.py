@@ -107,7 +107,7 @@ def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
     try:
         if not unlimited and ending(path).stat().st_size > archive.LARGEST:
             raise DescriptionError(
-                f"{path} has {path.stat().st_size >> 20} MiB; at most {archive.SAID} are unpacked. --unlimited of run and export takes these limits away."
+                f"{path} has {path.stat().st_size >> 20} MiB; at most {archive.SAID} are unpacked. --unlimited of run, sweep and export takes these limits away."
             )
         digest = sha256(ending(path))
     except FileNotFoundError:

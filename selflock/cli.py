@@ -44,6 +44,9 @@ AllowCode = Annotated[
 Unlimited = Annotated[
     bool, typer.Option("--unlimited", help="Unpack FMUs and SSPs of any number of files and any size (docs/security.md).")
 ]
+Isolate = Annotated[
+    bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")
+]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Go on where the log and the rig contradict each other.")]
 MaxTime = Annotated[
     float | None,
@@ -134,9 +137,7 @@ def run(
     ] = None,
     allow_code: AllowCode = False,
     unlimited: Unlimited = False,
-    isolate: Annotated[
-        bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")
-    ] = False,
+    isolate: Isolate = False,
     page: Annotated[Path | None, typer.Option("--view", help="Write a page to look at the run, too, such as run.html.")] = None,
     max_time: MaxTime = None,
     resume: Annotated[
@@ -556,11 +557,23 @@ def sweep(
     workers: Annotated[int | None, typer.Option(help="Processes on this machine; all cores when not given.")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Address of an existing Dask scheduler.")] = None,
     allow_code: AllowCode = False,
+    unlimited: Unlimited = False,
+    isolate: Isolate = False,
 ) -> None:
     """Run a system over many parameter values; go on where an interrupted sweep stopped."""
     from selflock.sweep import sweep as run_sweep
 
-    say(run_sweep(study_file, out, workers=workers, scheduler=scheduler, progress=True, allow_code=allow_code).summary())
+    result = run_sweep(
+        study_file,
+        out,
+        workers=workers,
+        scheduler=scheduler,
+        progress=True,
+        allow_code=allow_code,
+        unlimited=unlimited,
+        isolate=isolate,
+    )
+    say(result.summary())
 
 
 @app.command("sweep-report")

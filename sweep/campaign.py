@@ -21,6 +21,8 @@ from .store import digest
 from .study import Study, read
 from .work import RUNS, fingerprint
 
+HOW = ("allow_code", "unlimited", "isolate")  # a system is run, which changes no number
+
 
 @dataclass
 class SweepResult:
@@ -54,22 +56,26 @@ def sweep(
     scheduler: str | None = None,
     progress: bool = False,
     allow_code: bool = False,
+    unlimited: bool = False,
+    isolate: bool = False,
 ) -> SweepResult:
     """Run a study into the folder `out`, or go on with it there.
 
     workers: processes on this machine; all cores when not given, 0 for none but this one.
     scheduler: address of an existing Dask scheduler, whose workers are used instead.
     allow_code: parts of other packages may be loaded, here and by the workers (docs/security.md).
+    unlimited: FMUs and SSPs may be of any size.
+    isolate: every FMU runs in a process of its own with limits and without rights.
     """
     if not isinstance(study, Study):
         study = read(study)
-    system = master.load(study.system, allow_code)
+    system = master.load(study.system, allow_code, unlimited, isolate)
     check(study, system)
     bench = Bench(system, study.record, study.stop, study.table)
     about = {
         "study": study.about,
         "notes": {"name": study.name, "description": study.data.get("description", ""), "data": study.data},
-        "system": digest(json.loads(json.dumps({**asdict(bench.system), "allow_code": None}, default=str))),
+        "system": digest(json.loads(json.dumps({**asdict(bench.system), **dict.fromkeys(HOW)}, default=str))),
         "fmus": bench.versions,
         "versions": fingerprint(*RUNS),
     }

@@ -306,3 +306,19 @@ def test_an_fmu_that_crashes_at_initialization_is_a_row(tmp_path):
     assert found["status"].to_list() == ["ok", "failed", "ok", "failed"]
     assert all("a crash (SIGSEGV) at t = 0 s" in reason for reason in found["reason"][[1, 3]])
     assert found["last"].to_list()[::2] == [1, 1]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="native FMUs of the tests are for Linux")
+def test_a_strangers_fmu_is_isolated_in_a_sweep_too(tmp_path):
+    """It tries to write 10 GiB, and says -1 where it could: only a process with limits refuses that."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "native"))
+    from pack import pack
+
+    pack("hostile", tmp_path / "in")
+    start = '[components.h.start]\ndeed = "large"\ntext = ""\n'
+    system = f'[run]\nstop = 0.7\nstep = 0.1\nopen_inputs = true\n[components.h]\nfmu = "hostile.fmu"\n{start}'
+    study = 'system = "system.toml"\n[vary.a]\nset = "h.deed"\nvalues = ["", "large"]\n[record]\nleast = { min = "h.y" }\n'
+    found = sweep(write(tmp_path / "in", system, study), tmp_path / "out", workers=0, isolate=True).table
+    assert found["status"].to_list() == ["ok", "ok"], found["reason"].to_list()
+    assert found["least"].min() >= 0.0

@@ -19,6 +19,7 @@ _FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _
 _BATCH_AT = (0, 24, 48, 16, 40, 64)  # bytes of position, velocity, force, angle, angular velocity, torque in a row of the batch
 FASTEST = 1e3  # m/s, beyond which a body has run away
 MOST_STEPS = 2000  # inner steps of one macro step; more would keep a caller waiting
+MOST_SETTLING = 250_000  # of the time that the robot is given before the start: 60 s in those of 0.25 ms
 RAMP = 3.0  # pitches over which a rail comes out to its height
 _BELLY = 7  # points of the chassis' underside that can touch the ground
 
@@ -57,6 +58,11 @@ class Model:
         v = self.values = values
         if v["track"] not in ("segmented", "belt"):
             raise DescriptionError(f"track = {v['track']!r} is not known. Write segmented or belt.")
+        if v["settling_time"] > MOST_SETTLING * min(v["inner_step"], 1e-3):
+            raise DescriptionError(
+                f"settling_time = {v['settling_time']:g} s takes more than {MOST_SETTLING} inner steps of inner_step = "
+                f"{v['inner_step']:g} s; give the robot less time to settle, or a longer inner_step."
+            )
         self.gx, self.gy = ground.profile(v["ground"])
         self.geometry = Geometry(v)
         self.belt = v["track"] == "belt"

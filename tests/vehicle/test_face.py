@@ -213,3 +213,12 @@ def test_its_posture_is_where_its_outputs_say(track):
     )
     lowest = min(lines["front_track"][:, 1].min(), lines["rear_track"][:, 1].min())
     assert -0.003 < lowest < 0.003  # it stands on the ground
+
+
+def test_a_robot_that_would_settle_for_hours_is_refused():
+    """Each value is one that is accepted; together they were 6e7 inner steps before the first of the run."""
+    robot = Robot("robot")
+    robot.set("settling_time", 60.0)
+    robot.set("inner_step", 1e-6)
+    with pytest.raises(DescriptionError, match="settling_time = 60 s takes more than 250000 inner steps"):
+        _ = robot.model

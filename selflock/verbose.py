@@ -34,14 +34,14 @@ class Lines(logging.Handler):
 
 
 def listen(verbose: int) -> None:
-    """Tell the library's log from this level on: 1 what is done, 2 all. 0 leaves it to Python, which prints warnings."""
-    if not verbose:
-        return
+    """Tell the library's log from this level on: 0 warnings, as sentences; 1 what is done, 2 all."""
     log = logging.getLogger("selflock")
     for handler in [handler for handler in log.handlers if isinstance(handler, Lines)]:
         log.removeHandler(handler)
     lines = Lines()
-    lines.setFormatter(logging.Formatter("{asctime} {levelname} {name}: {message}", "%H:%M:%S", "{"))
     log.addHandler(lines)
+    if not verbose:
+        return
+    lines.setFormatter(logging.Formatter("{asctime} {levelname} {name}: {message}", "%H:%M:%S", "{"))
     log.setLevel(LEVELS[min(verbose, len(LEVELS) - 1)])
     log.propagate = False

@@ -160,6 +160,8 @@ def test_what_is_told_moves_no_cursor(capsys, unheard):
     logging.getLogger("selflock.master").info("a name %s", "\x1b[2Jx\r")
     assert capsys.readouterr().err.count("a name \\x1b[2Jx\\r") == 1
     listen(0)
+    logging.getLogger("selflock").warning("%s is torn", "\x1b]0;title\x07")  # said to those, too, who did not ask
+    assert capsys.readouterr().err == "\\x1b]0;title\\x07 is torn\n"
 
 
 def test_ctrl_c_leaves_rows_and_their_summary(typed, tmp_path, monkeypatch):

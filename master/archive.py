@@ -62,7 +62,8 @@ def _refuse(path: Path, what: str) -> DescriptionError:
 
 def _too_much(path: Path, what: str) -> DescriptionError:
     return _refuse(
-        path, f"{what}. At most {SAID} are; --unlimited of run, sweep and export (unlimited=True in Python) takes these limits away"
+        path,
+        f"{what}. At most {SAID} are; --unlimited of run, sweep and export (unlimited=True in Python) takes these limits away",
     )
 
 

@@ -44,9 +44,7 @@ AllowCode = Annotated[
 Unlimited = Annotated[
     bool, typer.Option("--unlimited", help="Unpack FMUs and SSPs of any number of files and any size (docs/security.md).")
 ]
-Isolate = Annotated[
-    bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")
-]
+Isolate = Annotated[bool, typer.Option("--isolate", help="Run every FMU in a process of its own with limits and without rights.")]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Go on where the log and the rig contradict each other.")]
 MaxTime = Annotated[
     float | None,
@@ -592,18 +590,27 @@ def main() -> None:
     except Interrupted as stopped:
         errors.print(visible(str(stopped)), highlight=False)
         sys.exit(watched.code)
-    except (SelflockError, OSError, MemoryError, ModuleNotFoundError) as error:
-        missing = extras.told(error)
-        if isinstance(error, BrokenPipeError) or (isinstance(error, ModuleNotFoundError) and not missing):
-            raise
-        text = missing or str(error)
-        if isinstance(error, MemoryError):
-            text = f"The memory does not suffice. {text}".strip()
-        if isinstance(error, OSError) and error.filename:
-            text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable."
-        errors.print("error: ", style="bold red", end="")
-        errors.print(visible(text), highlight=False)
-        sys.exit(2)
+    except Exception as error:
+        if not watched.asked:
+            _failed(error)
+            sys.exit(2)
+        said = str(error).partition("\n")[0]  # a reader in C makes an error of its own of the user's Ctrl-C
+        errors.print(visible(f"Stopped; what was under way ended with: {said}"), highlight=False)
+        sys.exit(watched.code)
+
+
+def _failed(error: Exception) -> None:
+    """Tell what a user can mend. Raises whatever else it is."""
+    missing = extras.told(error)
+    if not isinstance(error, (SelflockError, OSError, MemoryError)) and not missing or isinstance(error, BrokenPipeError):
+        raise error
+    text = missing or str(error)
+    if isinstance(error, MemoryError):
+        text = f"The memory does not suffice. {text}".strip()
+    if isinstance(error, OSError) and error.filename:
+        text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable."
+    errors.print("error: ", style="bold red", end="")
+    errors.print(visible(text), highlight=False)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ class Watched:
     """Watches over a command while it is entered. `code`: the exit code by the signal that came last."""
 
     code = 130
+    asked = False  # whether any signal was heard, whatever became of the exception
 
     def __init__(self, errors: Console):
         self._errors = errors
@@ -46,7 +47,7 @@ class Watched:
         return self
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
-        self.code = 128 + number
+        self.code, self.asked = 128 + number, True
         self._heard.set()
         raise KeyboardInterrupt
 

@@ -1,6 +1,7 @@
 """The commands as a user types them: a mistake is one sentence on stderr and exit code 2, never a traceback."""
 
 import logging
+import signal
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from selflock import cli
+from selflock.diagnosis import DataError
 from selflock.master import read
 from selflock.master.running import Running
 from selflock.verbose import listen
@@ -162,6 +164,18 @@ def test_what_is_told_moves_no_cursor(capsys, unheard):
     listen(0)
     logging.getLogger("selflock").warning("%s is torn", "\x1b]0;title\x07")  # said to those, too, who did not ask
     assert capsys.readouterr().err == "\\x1b]0;title\\x07 is torn\n"
+
+
+@pytest.mark.parametrize("error", [DataError("x.csv: is it cut off?"), ValueError("of a reader in C")])
+def test_an_error_that_a_reader_made_of_ctrl_c_is_the_user_s(typed, monkeypatch, error):
+    def app():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise error from None
+
+    monkeypatch.setattr(cli, "app", app)
+    assert typed() == (130, "", f"Stopped; what was under way ended with: {error}\n")
 
 
 def test_ctrl_c_leaves_rows_and_their_summary(typed, tmp_path, monkeypatch):

@@ -11,7 +11,6 @@ from __future__ import annotations
 import errno
 import json
 import os
-import re
 import shutil
 from abc import abstractmethod
 from collections.abc import Callable
@@ -331,7 +330,7 @@ def _read_csv(path: Path, whole: bool) -> tuple[pd.DataFrame, dict[str, str]]:
         content = content.slice(0, len(content) - torn)
     options = csv.ConvertOptions(null_values=[], strings_can_be_null=False)
     frame = csv.read_csv(pa.BufferReader(content), convert_options=options).to_pandas()
-    split = [re.sub(r" \[.*\]$", "", header) for header in frame.columns]
+    split = [header.partition(" [")[0] if header.endswith("]") else header for header in frame.columns]
     units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
     frame.columns = pd.Index(split)
     return frame, units

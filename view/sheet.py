@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from selflock.master.seen import Seen
 
 CELLS = 2e8  # numbers of a table that are read at most; they take 1.6 GB
 BYTES = 4e9  # of a CSV file
-HEADER = re.compile(r"(.+) \[(.*)\]")  # name and unit
 BLOCK = 65536  # rows looked at together
 NAMES = 12  # columns named in a sentence
 
@@ -58,9 +56,9 @@ def sheet(source: Path | Result, label: str) -> Sheet:
         about = told(source)
     frame = frame.rename(columns=str.strip)
     units = {name.strip(): unit for name, unit in units.items()}
-    said = {name: found for name in frame if not units.get(name) and (found := HEADER.fullmatch(name))}  # a header as our CSV's
-    units |= {found[1]: found[2] for found in said.values()}
-    frame = frame.rename(columns={name: found[1] for name, found in said.items()})
+    said = {name: found for name in frame if not units.get(name) and (found := _header(name))}  # a header as our CSV's
+    units |= dict(said.values())
+    frame = frame.rename(columns={name: bare for name, (bare, _) in said.items()})
     if frame.columns.has_duplicates:
         twice = sorted(set(frame.columns[frame.columns.duplicated()]))
         notes.append(f"{_some(twice)}: there is more than one column of this name, and the first is shown.")
@@ -88,6 +86,12 @@ def sheet(source: Path | Result, label: str) -> Sheet:
     if empty:
         notes.append(f"Not shown, for they hold no number at all: {_some(empty)}.")
     return Sheet(label, time, columns, {name: units.get(name, "") for name in columns}, steps, about, notes)
+
+
+def _header(text: str) -> tuple[str, str] | None:
+    """Name and unit of "name [unit]"."""
+    bare, bracket, unit = text[:-1].rpartition(" [")
+    return (bare, unit) if bare and bracket and text.endswith("]") else None
 
 
 def _bounded(path: Path) -> None:

@@ -29,6 +29,7 @@ COMPRESSED, PIECE = 15, 1 << 20  # an element's type in a MATLAB file; bytes
 WIDEST = 1000  # columns made of one matrix or of lists
 DEEPEST = 6  # structures in structures
 MOST_NAMES = 5000
+LONGEST = 300  # characters of a column's name; what is read of it may take their square
 TEXTS = {".csv", ".txt", ".tsv", ".dat", ".log", ".asc", ".lvm", ".tab", ".prn"}
 HDF = b"\x89HDF\r\n\x1a\n"
 BOOKS = {".xlsx", ".xlsm"}
@@ -52,7 +53,10 @@ def table(path: str | Path) -> pd.DataFrame:
     if size > most:
         raise DataError(f"{path}: has {size / 2**20:.0f} MiB; {most >> 20} at most are read. Cut the log into parts.")
     try:
-        return _stamped(_read(path, ending))
+        found = _read(path, ending)
+        if long := [name for name in map(str, found.columns) if len(name) > LONGEST]:
+            raise DataError(f"{path}: a column's name has {len(long[0])} characters, {LONGEST} at most are read: {long[0][:40]}…")
+        return _stamped(found)
     except DataError:
         raise
     except UnicodeDecodeError:

@@ -14,6 +14,7 @@ USUAL = ("{unit}/*{date}*", "{unit}/*")
 """Without a pattern: a folder for each unit, in it logs with a date in their names where there is one."""
 
 DATE = r"(?<!\d)(?P<date>\d{4}-\d{2}(?:-\d{2}(?:[T_ ]\d{2}[-:]?\d{2}(?:[-:]?\d{2})?)?)?|\d{8}(?:[T_-]?\d{4}(?:\d{2})?)?)(?!\d)"
+STARS = 4  # of a pattern; more would try a name in more ways than anybody waits for
 PIECES = {"{unit}": r"(?P<unit>[^/]+?)", "{date}": DATE, "*": r"[^/]*?"}
 
 
@@ -48,10 +49,10 @@ def logs_of(folder: Path, pattern: str = "") -> list[FleetLog]:
 
 def _compiled(pattern: str) -> re.Pattern[str]:
     """A pattern as a regular expression."""
-    if pattern.count("{unit}") != 1 or pattern.count("{date}") > 1:
+    if pattern.count("{unit}") != 1 or pattern.count("{date}") > 1 or pattern.count("*") > STARS:
         raise DataError(
             f"[fleet] logs = {pattern!r}: write {{unit}} once, where the name of the unit stands, and {{date}} where its date does, if anywhere; "
-            "* is anything but a slash."
+            f"* is anything but a slash, {STARS} times at most."
         )
     pieces = re.split(r"(\{unit\}|\{date\}|\*)", pattern)
     return re.compile("".join(PIECES.get(piece, re.escape(piece)) for piece in pieces))

@@ -10,14 +10,16 @@ import pandas as pd
 import pytest
 
 from selflock import master
-from selflock.diagnosis import plan, replay, track
+from selflock.diagnosis import plan, replay, rig_init, track
 from selflock.diagnosis.data.rig import load as load_rig
+from selflock.diagnosis.tracking.logs import logs_of
 from selflock.fmus.build import built
 from selflock.fmus.errors import SelflockError
 from selflock.info import info
 from selflock.master.units import conversion
 from selflock.sweep.record import evaluate
 from selflock.sweep.study import read as read_study
+from selflock.view import view
 
 DIGITS = "9" * 400
 
@@ -204,3 +206,22 @@ def test_an_answer_that_no_diagnosis_gave_is_not_tracked(tmp_path, change):
     (tmp_path / "diagnosis.json").write_text("[" * 100_000 + "]" * 100_000)
     with pytest.raises(SelflockError, match="diagnosis.json"):
         track(tmp_path, None)
+
+
+def test_long_names_of_columns_take_no_longer_than_their_length(tmp_path):
+    """By patterns that go back, 200 000 brackets were 1e10 steps, in C, where not even Ctrl-C is heard."""
+    long = " [" * 100_000
+    (tmp_path / "x.csv").write_text(f"time,a [m],b{long}\n0.0,1.0,2.0\n1.0,2.0,3.0\n")
+    table, units = master.read(tmp_path / "x.csv")
+    assert list(table) == ["time", "a", "b" + long] and units["a"] == "m"
+    with inputs.bounded():
+        view(tmp_path / "x.csv")
+    with pytest.raises(SelflockError, match="a column's name has 200001 characters"):
+        rig_init([tmp_path / "x.csv"], tmp_path / "rig.toml")
+
+
+def test_a_pattern_of_stars(tmp_path):
+    (tmp_path / "u").mkdir()
+    (tmp_path / "u" / ("a" * 200 + ".csv")).write_text("")
+    with pytest.raises(SelflockError, match="4 times at most"):
+        logs_of(tmp_path, "{unit}/" + "*a" * 25 + "{date}.csv")

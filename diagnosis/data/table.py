@@ -336,7 +336,8 @@ def _book(path: Path) -> pd.DataFrame:
             raise DataError(f"{path}: holds more than {LARGEST_JSON >> 20} MiB unpacked. Save the sheet as .csv.")
     book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
     try:
-        sheets, cells = [], 0
+        sheets: list[list[tuple[Any, ...]]] = []
+        cells = 0
         for sheet in book.worksheets:
             sheets.append([])
             for row in sheet.iter_rows(values_only=True):

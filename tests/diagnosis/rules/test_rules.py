@@ -38,7 +38,18 @@ ELSEWHERE = {  # what decides nothing
     "output/report.py": {"QUARTER", "NEAR"},  # which words are said of an angle
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
     "data/rig.py": {"SHARES"},
-    "data/table.py": {"LARGEST", "LARGEST_JSON", "WIDEST", "DEEPEST", "MOST_NAMES"},  # how much of a stranger's file is read
+    "data/table.py": {
+        "LARGEST",
+        "LARGEST_JSON",
+        "LARGEST_PACKED",
+        "LARGEST_BOOK",
+        "COMPRESSED",
+        "PIECE",
+        "WIDEST",
+        "DEEPEST",
+        "MOST_NAMES",
+        "LONGEST",
+    },  # how much of a stranger's file is read
     "data/text.py": {"LOOKED_AT", "LINES", "ALIKE", "MOST_COLUMNS"},
     "data/wrapped.py": {"PERIODS"},  # units, and the counts that encoders have
     "systems/sanity.py": {"SLIPS", "KELVIN"},  # units and how slips of them are called
@@ -55,6 +66,7 @@ ELSEWHERE = {  # what decides nothing
     "residuals/free_law.py": {"IN_LOOP"},  # a code of the loops
     "systems/parts.py": {"CLOSE"},  # digits of a time
     "tracking/changes.py": {"NORMAL"},  # a quantile of what is told
+    "tracking/logs.py": {"STARS"},  # how much of a stranger's pattern is looked at
     "tracking/page.py": {"UNITS", "POINTS", "ROWS", "COLOURED", "SECONDS"},  # how much is drawn
     "tracking/track.py": {"EXIT", "TOLD"},
 }

@@ -24,6 +24,7 @@ from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
+from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.parts import Parts
@@ -243,22 +244,39 @@ def _curve_instead(found: Search) -> None:
 
 
 def _fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, Extending, np.ndarray]:
-    """Half the steps for as long as the model, fitted again, leaves less with them: what they miss looks like a law or a lag."""
+    """Half the steps for as long as what the model makes of the log, fitted again, moves with them, and leaves no more.
+
+    What steps miss looks like a law or a lag. Where the step's error falls with the step, half of it is what half the step
+    moves; what is moved by less than a share of the noise hides nothing.
+    """
     for _ in range(RULES.naming.halved):
         finer = work.finer()
         other = replace(near)
         vars(other)["played"] = played = work.played_on(finer.parts, near.runs, work.numbers)
         played.extend(work.inserts)
         end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended)
-        before, after = (sizes(one, one.values(at), one.rows) for one, at in ((near, places), (other, end.places)))
-        better = before and after and any(after[name] < (1.0 - RULES.judge.help) * before[name] for name in before)
-        unused = near if better and end.loss < near.loss(near.misfit(places)) else other
+        visible = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
+        unused = near if visible and end.loss < near.loss(near.misfit(places)) else other
         unused.played.close()
         if unused is other:
             break
         work.played.close()
         work, near, places = finer, other, end.places
     return work, near, places
+
+
+def _moved(one: Extending, values: dict[str, float], other: Extending, others: dict[str, float]) -> float:
+    """By how much two models differ in what is compared, in units of its noise, where most; 0 where one breaks off."""
+    first, second = one.errors(values), other.errors(others)
+    if first is None or second is None:
+        return 0.0
+    most = 0.0
+    for name, parts in first.items():
+        trusted = one.trusted[name]
+        apart = np.concatenate([(a - b)[t] for a, b, t in zip(parts, second[name], trusted)])
+        noise = max(float(of_samples(second[name], trusted)), RULES.pipeline.fine * one.played.spread(name))
+        most = max(most, float(np.sqrt(np.mean(apart**2))) / noise if len(apart) and noise else 0.0)
+    return most
 
 
 def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int) -> tuple[np.ndarray, list[str]]:

@@ -13,7 +13,12 @@ GRID = "where fits start; they go on from there. Not studied beyond the hidden p
 @dataclass(frozen=True)
 class NamingRules:
     # --- what runs: naming.run
-    halved: int = rule(3, "times that the system's step is halved where the base leaves less with half of it, at most", TIME)
+    halved: int = rule(3, "times that the system's step is halved where the model moves with it and leaves no more, at most", TIME)
+    coarse: float = rule(
+        0.1,
+        "share of an output's noise by which half the steps move it from which on they are taken",
+        "theory: of an error that falls with the step twice as much is left, 2 % of noise and error together, half of search.relevant",
+    )
 
     # --- what is looked at: naming.guesses
     glance: int = rule(4_500, "samples of all runs that hypotheses are looked at and compared on, at most", TIME)

@@ -27,7 +27,7 @@ from . import guesses as g
 from .arranged import Arranged
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess, Scene, Trial
-from .places import Insert
+from .places import Insert, Place
 
 Tell = Callable[[str, float], None]
 
@@ -132,6 +132,7 @@ class Contest:
         self.drawn = self.linear.draws(self.arranged.put(base.misfit * weight(base.misfit, RULES.search.loss_scale)))
         self.ways: list[tuple[Direction, Guess]] = []
         self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []
+        self.rests: dict[Place, np.ndarray | None] = {}
         self._look()
         outcome.looked = len({guess.label for _, guess in self.ways})
         outcome.fitted = self._fits()
@@ -152,6 +153,14 @@ class Contest:
         vars(found)["played"] = self.played
         vars(found)["trusted"] = problem.trusted
         return found
+
+    def _at_rest(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
+        """The misfit with a correction whose amplitudes are 0: the same of all laws at a place, so that it is simulated once."""
+        if guess.place is None:
+            return self._misfit(problem, guess, at)
+        if guess.place not in self.rests:
+            self.rests[guess.place] = self._misfit(problem, guess, at)
+        return self.rests[guess.place]
 
     def _misfit(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
         values = self.values | {n.name: n.start for n in guess.numbers} | at
@@ -177,7 +186,8 @@ class Contest:
         problem = self._trial(guess)
         off = {n.name: n.start for n in guess.numbers} | trial.at
         if trial.acting:
-            at = self._misfit(problem, guess, off)
+            still = guess.kind == g.LAW or guess.law == "offset"  # of which an amplitude of 0 is none at all
+            at = (self._at_rest if still else self._misfit)(problem, guess, off)
             columns = []
             for name in trial.acting:
                 n = next(n for n in guess.numbers if n.name == name)
@@ -229,7 +239,7 @@ class Contest:
         names = [f"{scene.prefix}.y{k + 1}" for k in range(len(knots))]
         probe = Guess(CURVE, "table", "", (table,), tuple(g.number(name, 0.0, -step, step) for name in names))
         problem = self._trial(probe)
-        at = self._misfit(problem, probe, {})
+        at = self._at_rest(problem, probe, {})
         if at is None:
             return
         hats = []
@@ -283,7 +293,7 @@ class Contest:
             one = Insert(scene.prefix, place, "constant", fixed=(("until", g.FAR),))
             probe = Guess(g.EVENT, "event", "", (one,), numbers)
             problem = self._trial(probe)
-            at = self._misfit(problem, probe, {})
+            at = self._at_rest(problem, probe, {})
             for k, time in enumerate(times[:-1]):
                 moved = self._misfit(problem, probe, {a: step, since: float(time)})
                 steps[i, k] = None if moved is None or at is None else (moved - at) / step
@@ -327,7 +337,8 @@ class Contest:
             chosen += [ways for ways in near[: rules.of_place] if ways not in chosen]
         for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
             mine = [ways for ways in others if ways[0][1].law == name]
-            mine = mine if name == "overflow" else mine[: rules.of_law]  # of which there are few, and the look sees little
+            most = rules.of_path if mine[0][0][1].kind == g.PATH else rules.of_law
+            mine = mine if name == "overflow" else mine[:most]  # of which there are few, and the look sees little
             chosen += [ways for ways in mine if ways not in chosen]
         found = []
         todo = [

@@ -17,7 +17,6 @@ from selflock.fmus.correction import law
 from ..calibration import told
 from ..calibration.fit import End, fit, fit_from, remaining, spreads, units
 from ..calibration.numbers import Number, of_rig
-from ..calibration.played import Played
 from ..calibration.run import division, here, own, reached, sizes
 from ..data.log import MeasuredRun
 from ..data.rig import SMOOTH, Rig
@@ -53,6 +52,7 @@ class Work:
     words: str
     layout: Blocks
     played: Extended
+    given_step: float  # of the system as the rig has it, s
     kept: Kept | None = None  # where fits are kept
     inserts: tuple[Insert, ...] = ()
     found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
@@ -62,6 +62,7 @@ class Work:
     def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
         """A system of one's own on these runs."""
         played = Extended(self.rig, parts, runs, numbers)
+        played.effort = self.played.effort  # of all together
         self.opened.callback(played.close)
         return played
 
@@ -79,10 +80,15 @@ class Work:
         found.units = spreads(self.played)
         return found
 
-    def finer(self) -> Work:
-        """The same in half the steps."""
+    @property
+    def step(self) -> float:
+        """The system's step, s."""
+        return self.parts.system.run.step
+
+    def in_steps(self, factor: float) -> Work:
+        """The same in steps of another size."""
         parts = copy(self.parts)
-        parts.system = replace(parts.system, run=replace(parts.system.run, step=parts.system.run.step / 2.0))
+        parts.system = replace(parts.system, run=replace(parts.system.run, step=self.step * factor))
         return replace(self, parts=parts, played=self.played_on(parts, self.runs, self.numbers))
 
     def with_also(self, guess: Guess) -> Work:
@@ -124,7 +130,7 @@ def name_system(
     rows = [np.ones(len(run), bool) for run in runs]
     with ExitStack() as opened:
         opened.callback((played := Extended(rig, parts, runs, numbers)).close)
-        work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, kept, opened=opened)
+        work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, parts.system.run.step, kept, opened=opened)
         work.judges, work.rows, work.words = division(work.problem(), held, [layout.block(i) for i in range(len(runs))])
         found = _searched(work, tell, starts, seed, kinds)
         result = _told_of(found, seed)
@@ -160,7 +166,6 @@ class Search:
     best: Whole
     outcomes: list[Round]
     notes: list[str]
-    near: Played  # on the heads of the runs
     begins: Work  # before anything was found
 
 
@@ -184,47 +189,70 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     tell("the base", 0.02)
     assert isinstance(near.played, Extended)
     places, notes = _base(work, near, near.played, starts, seed)
-    given_step = work.parts.system.run.step
-    work, near, places = _fine_enough(work, near, places)
     rng = np.random.default_rng(seed)
-    problem = work.problem()
     nothing = End(np.zeros(0), np.zeros(0), np.inf)
-    given = _measured(work, problem, nothing, {n.name: n.start for n in work.numbers})
-    base = best = _fitted(work, near.values(places), near.fixed)
-    found = Search(work, given, base, best, [], notes, near.played, work)
-    for k in range(RULES.naming.rounds):
-        prefix = PREFIX + (f"_{k + 1}" if k else "")
-        taken = {n.variable for n in near.numbers}
-        contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds)
-        outcome = contest.play(rng)
+    given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
+    work, near, places = _fine_enough(work, near, places)
+    found, again = _begun(work, near, places, given, notes), RULES.naming.halved
+    while len(found.outcomes) < RULES.naming.rounds:
+        k, numbers = len(found.outcomes), near.numbers
+        prefix, taken = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
+        outcome = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds).play(rng)
         found.outcomes.append(outcome)
-        outcome.winner = None
-        for rival in outcome.order[: RULES.naming.vetoed]:
-            wider = found.work.with_also(rival.guess)
-            after = _fitted(wider, rival.values, near.fixed)
-            if _helps(after, found.best, rival.guess.kind):
-                base_loss = outcome.base.errors.mean()
-                outcome.winner = rival
-                outcome.beside = beside(rival, outcome.order, outcome.chance_level, base_loss)
-                break
-            rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
-        if outcome.winner is None:
+        wider = _chosen(found, outcome, near.fixed)
+        if wider is None or outcome.winner is None:
             break
-        found.work, found.best = wider, after
         near, places = outcome.winner.problem, outcome.winner.end.places
         assert isinstance(near.played, Extended)
         near.played.extend(wider.inserts)
-        found.work, near, places = _fine_enough(wider, near, places)
-        if found.work is not wider:
-            found.best = _fitted(found.work, near.values(places), near.fixed)
-            found.begins = replace(found.work, inserts=(), found=[], acts={})
+        work, near, places = _fine_enough(wider, near, places)
+        if work is wider:
+            continue
+        if k == 0 and again:  # it was found in steps that hide or feign something, so that it is looked for anew
+            work, again = replace(work, inserts=(), found=[], acts={}), again - 1
+            near = _without(near, numbers)
+            places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
+            found = _begun(work, near, places, given, notes)
+        else:
+            found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
+            found.begins = replace(work, inserts=(), found=[], acts={})
     _curve_instead(found)
     found.work.played.extend(found.work.inserts)
-    step = found.work.parts.system.run.step
-    if step != given_step:
-        notes.append(f"steps of {given_step:g} s are too long for this system, by what they leave: {step:g} s are taken")
-    found.near = near.played
+    if found.work.step != work.given_step:
+        notes.append(
+            f"steps of {work.given_step:g} s are too long for this system, by what they leave: {found.work.step:g} s are taken"
+        )
     return found
+
+
+def _without(near: Extending, numbers: Sequence[Number]) -> Extending:
+    """A problem with these numbers alone, and without corrections."""
+    found = replace(near, numbers=tuple(numbers), acts={})
+    vars(found)["played"] = near.played
+    assert isinstance(near.played, Extended)
+    near.played.extend(())
+    return found
+
+
+def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes: list[str]) -> Search:
+    """A search in which nothing was found yet, its base fitted to all that teaches."""
+    base = _fitted(work, near.values(places), near.fixed)
+    return Search(work, given, base, base, [], notes, work)
+
+
+def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | None:
+    """The work with the most believed rival that the data that judge do not refuse; it is the round's winner."""
+    outcome.winner = None
+    for rival in outcome.order[: RULES.naming.vetoed]:
+        wider = found.work.with_also(rival.guess)
+        after = _fitted(wider, rival.values, fixed)
+        if _helps(after, found.best, rival.guess.kind):
+            outcome.winner = rival
+            outcome.beside = beside(rival, outcome.order, outcome.chance_level, outcome.base.errors.mean())
+            found.work, found.best = wider, after
+            return wider
+        rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
+    return None
 
 
 def _curve_instead(found: Search) -> None:
@@ -247,22 +275,36 @@ def _fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work,
     """Half the steps for as long as what the model makes of the log, fitted again, moves with them, and leaves no more.
 
     What steps miss looks like a law or a lag. Where the step's error falls with the step, half of it is what half the step
-    moves; what is moved by less than a share of the noise hides nothing.
+    moves; what is moved by less than a share of the noise hides nothing. Where steps were halved that leave less as they
+    were, as of an FMU that acts once a step, they are doubled again.
     """
-    for _ in range(RULES.naming.halved):
-        finer = work.finer()
-        other = replace(near)
-        vars(other)["played"] = played = work.played_on(finer.parts, near.runs, work.numbers)
-        played.extend(work.inserts)
-        end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended)
-        visible = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
-        unused = near if visible and end.loss < near.loss(near.misfit(places)) else other
-        unused.played.close()
-        if unused is other:
+    least, began = work.given_step / 2.0**RULES.naming.halved, work
+    while work.step > 1.5 * least:
+        other = _in_steps(work, near, places, 0.5)
+        if other is None:
             break
-        work.played.close()
-        work, near, places = finer, other, end.places
+        work, near, places = other
+    while work is began and work.step < 0.75 * work.given_step:
+        other = _in_steps(work, near, places, 2.0)
+        if other is None:
+            break
+        began, near, places = other
+        work = began
     return work, near, places
+
+
+def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) -> tuple[Work, Extending, np.ndarray] | None:
+    """The same in steps of another size, fitted again; None where that changes nothing that is seen, or leaves more."""
+    stepped = work.in_steps(factor)
+    other = replace(near)
+    vars(other)["played"] = played = work.played_on(stepped.parts, near.runs, work.numbers)
+    played.extend(work.inserts)
+    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended)
+    seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
+    taken = seen and end.loss < near.loss(near.misfit(places))
+    for unused in (near.played, work.played) if taken else (other.played, stepped.played):
+        unused.close()
+    return (stepped, other, end.places) if taken else None
 
 
 def _moved(one: Extending, values: dict[str, float], other: Extending, others: dict[str, float]) -> float:
@@ -361,7 +403,6 @@ def _told_of(found: Search, seed: int) -> Naming:
     significant = bool(last.off.any()) if last.winner is None else worst > RULES.judge.excess
     verdict, why = _verdict(causes, worst)
     effort = work.played.effort
-    effort.add(found.near.effort)
     rig = work.rig
     notes = [*found.notes, *work.played.notes]
     return Naming(

@@ -64,7 +64,7 @@ class NamingRules:
     )
     surplus: float = rule(0.1, "share of what a brim takes away that goes on elsewhere, at first", GRID)
     clipped: tuple[float, ...] = rule((0.99, 0.9, 0.75), "quantiles of a signal at which it may be cut off", GRID)
-    late: tuple[int, ...] = rule((1, 4, 16, 64), "steps by which a path may be late", GRID)
+    late: tuple[int, ...] = rule((1, 2, 4, 8, 16, 32, 64, 128), "steps by which a path may be late", GRID)
     latest: float = rule(0.1, "share of the longest run that a path may be late by, at most", GRID)
     counts: tuple[float, ...] = rule((0.1, 0.3, 1.0), "steps of a rounded signal, over its spread", GRID)
     waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)
@@ -108,6 +108,7 @@ class NamingRules:
         TIME,
     )
     of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
+    of_path: int = rule(3, "the same of each path: before and behind a linear FMU most look alike", TIME)
     as_much: float = rule(
         0.9,
         "share of what the best rival takes away that one of fewer numbers must take away to do as well: few blocks tell little apart",

@@ -134,8 +134,11 @@ class Contest:
         self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []
         self.rests: dict[Place, np.ndarray | None] = {}
         self._look()
+        outcome.fitted = _distinct(self._fits(g.PLAIN) + self._fits(g.DERIVED))
+        if g.LAW in self.kinds and self._wanting(outcome):
+            self._look_at_pairs()
+            outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
         outcome.looked = len({guess.label for _, guess in self.ways})
-        outcome.fitted = self._fits()
         if outcome.fitted:
             self._judge(outcome, rng)
         self.played.extend(self.inserts)
@@ -229,10 +232,27 @@ class Contest:
                         frees = [f for f in guess.free if f.name in amplitudes]
                         self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
 
-    def _curve(self, place: g.Place, over: str, what: int, multiplies: bool) -> None:
+    def _look_at_pairs(self) -> None:
+        """Laws of two variables, where all that was fitted of one leaves something."""
+        for k, place in enumerate(self.scene.places):
+            self.tell(f"two variables at {place}", 0.8 + 0.05 * k / len(self.scene.places))
+            for over, what, beside in self.scene.pairs(place):
+                self._curve(place, over, what, False, beside)
+
+    def _wanting(self, outcome: Round) -> bool:
+        """Whether something is left by the named rival that fits best."""
+        named = [r.end for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
+        if not named:
+            return True
+        best = min(named, key=lambda end: end.loss)
+        assert best.misfit is not None
+        left = self.arranged.errors(best.misfit) / np.maximum(self.errors_fit, 1e-300)
+        return bool((np.array(list(outcome.ratios.values())) * left > RULES.judge.excess).any())
+
+    def _curve(self, place: Place, over: str, what: int, multiplies: bool, beside: str = "") -> None:
         """A free curve of a variable at a place, and the laws that its table can stand for, from one set of simulations."""
         scene = self.scene
-        table, knots = g.curve(scene, place, over, what, multiplies)
+        table, knots = g.curve(scene, place, over, what, multiplies, beside)
         if len(knots) < 2:
             return
         step = RULES.naming.unit * (1.0 if multiplies else scene.spread(place))
@@ -251,7 +271,7 @@ class Contest:
         columns = np.stack(hats, -1)
         if not np.isfinite(columns).all() or not columns.any():
             return
-        if not multiplies:
+        if not multiplies and not beside:
             self.tables.append((table, knots, columns))
         for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
             self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
@@ -277,7 +297,7 @@ class Contest:
         largest = float(np.linalg.norm(columns * weights, 2))
         return ways[sizes > RULES.naming.degenerate * largest].T
 
-    def _events(self, place: g.Place) -> None:
+    def _events(self, place: Place) -> None:
         """Shifts between two times: each edge is simulated once, and a shift is the difference of two."""
         scene, count = self.scene, RULES.naming.edges
         longest = sorted(self.problem.which, key=lambda i: -len(self.problem.runs[i]))[: RULES.naming.edge_runs]
@@ -307,22 +327,14 @@ class Contest:
 
     # --- fits --------------------------------------------------------------------------------------------------------
 
-    def _fits(self) -> list[Rivalled]:
-        """The guesses that look best, fitted; best first."""
+    def _fits(self, stage: int) -> list[Rivalled]:
+        """The guesses of a stage that look best, fitted; best first."""
         of: dict[str, list[tuple[Direction, Guess]]] = {}
         for way, guess in sorted(self.ways, key=lambda pair: -pair[0].gain):
             if way.gain > 0.0:
                 of.setdefault(guess.label, []).append((way, guess))
-        every = list(of.values())
-        found: list[Rivalled] = []
-        for plain in (True, False):
-            ordered = [ways for ways in every if ways[0][1].plain == plain]
-            found += self._fits_of(ordered, plain)
-        return _distinct(found)
-
-    def _fits_of(self, ordered: list[list[tuple[Direction, Guess]]], plain: bool) -> list[Rivalled]:
-        """Those of these guesses that look best, fitted; best first."""
-        rules = RULES.naming
+        ordered = [ways for ways in of.values() if ways[0][1].stage == stage]
+        plain, rules = stage == g.PLAIN, RULES.naming
         curves = [ways for ways in ordered if ways[0][1].kind == CURVE][: rules.curves]
         least = rules.promising * max((way.gain for way, _ in self.ways), default=0.0)
         others = [
@@ -477,31 +489,41 @@ class Contest:
         left = self.arranged.put(best.misfit * best.weights)
         energy = max(float((left**2).sum()), 1e-300)
         draws = {}
-        for plain in (True, False):  # what is asked first pays for no more than what was asked by then
-            ways = [way for way, guess in self.ways if guess.plain or not plain]
-            draws[plain] = self.linear.chance(ways, left, rules.draws, rng) / energy
-        outcome.chance_level = float(np.quantile(draws[True], rules.chance_quantile))
+        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):  # what is asked first pays for no more than what was asked by then
+            ways = [way for way, guess in self.ways if guess.stage == stage]
+            draws[stage] = self.linear.chance(ways, left, rules.draws, rng) / energy
+            if stage:
+                draws[stage] = np.maximum(draws[stage], draws[stage - 1])
+        outcome.chance_level = float(np.quantile(draws[g.PLAIN], rules.chance_quantile))
         for rival in fitted:
-            c, by_chance = rival.candidate, draws[rival.guess.plain]
+            c, by_chance = rival.candidate, draws[rival.guess.stage]
             c.gain = float((self.losses - c.losses).sum() / max(fitted[0].candidate.errors.sum(), 1e-300))
             c.chance = (1 + int((by_chance >= c.gain).sum())) / (1 + rules.draws)
             if c.chance > rules.significant:
                 c.doubt = "chance finds as much"
             elif c.drop < rules.relevant:
                 c.doubt = f"it lowers the error of no output by {100 * rules.relevant:.0f} %"
-        outcome.curve = next((r for r in fitted if r.guess.kind == CURVE and not r.candidate.doubt), None)
+        outcome.curve = self._curve_of(outcome)
         real = [r for r in fitted if not r.candidate.doubt]
         if not real:
             return
         named = [r for r in real if r.guess.kind != CURVE]
-        first, later = ([r for r in named if r.guess.plain == plain] for plain in (True, False))
         base = outcome.base.errors.mean()
-        outcome.order = self._ordered(first, outcome.chance_level, base)
-        derived = self._ordered(later, outcome.chance_level, base)
-        if derived and (not outcome.order or worse(outcome.order[0].candidate, derived[0].candidate, outcome.chance_level)):
-            outcome.order = derived + outcome.order
+        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
+            later = self._ordered([r for r in named if r.guess.stage == stage], outcome.chance_level, base)
+            if later and (not outcome.order or worse(outcome.order[0].candidate, later[0].candidate, outcome.chance_level)):
+                outcome.order = later + outcome.order
         if outcome.order:
             outcome.winner = outcome.order[0]
+
+    def _curve_of(self, outcome: Round) -> Rivalled | None:
+        """The free curve that predicts most, of variables as they are unless others are better beyond what varies."""
+        found: Rivalled | None = None
+        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
+            real = [r for r in outcome.fitted if r.guess.kind == CURVE and r.guess.stage == stage and not r.candidate.doubt]
+            if real and (found is None or worse(found.candidate, real[0].candidate, outcome.chance_level)):
+                found = real[0]
+        return found
 
     def _ordered(self, real: list[Rivalled], level: float, base: float) -> list[Rivalled]:
         """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best."""

@@ -22,6 +22,8 @@ PARAMETER, PATH, EVENT, LAW, CURVE = "parameter", "path", "event", "law", "curve
 KINDS = PARAMETER, PATH, EVENT, LAW
 """What may be asked for; with laws go free curves."""
 FAR = 1e300
+PLAIN, DERIVED, PAIRS = range(3)
+"""The stages in which guesses are asked: one of a later stage must be better, not only as good."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +42,20 @@ class Guess:
         return self.inserts[0].place if self.inserts else None
 
     @property
-    def over(self) -> tuple[str, int]:
-        """The variable that its law goes with, and what of it."""
-        return (self.inserts[0].over, self.inserts[0].taken) if self.inserts else ("", law.VALUE)
+    def over(self) -> tuple[str, int, str]:
+        """The variable that its law goes with, what of it, and with which other."""
+        return (self.inserts[0].over, self.inserts[0].taken, self.inserts[0].beside) if self.inserts else ("", law.VALUE, "")
+
+    @property
+    def stage(self) -> int:
+        """When it is asked: PLAIN what goes with variables as they are and is added, or is no law at all; last what goes with two."""
+        if any(one.beside for one in self.inserts):
+            return PAIRS
+        return DERIVED if any(one.multiplies or one.taken != law.VALUE for one in self.inserts) else PLAIN
 
     @property
     def plain(self) -> bool:
-        """Whether it goes with variables as they are and is added, or is no law at all: what is asked first."""
-        return not any(one.multiplies or one.taken != law.VALUE for one in self.inserts)
+        return self.stage == PLAIN
 
     @cached_property
     def free(self) -> tuple[Free, ...]:
@@ -89,8 +97,10 @@ class Scene:
     def step(self) -> float:
         return self.parts.system.run.step
 
-    def joined(self, name: str, what: int = law.VALUE) -> np.ndarray:
-        return np.concatenate([taken(x, t, what) for x, t in zip(self.series[name], self.series["time"])])
+    def joined(self, name: str, what: int = law.VALUE, beside: str = "") -> np.ndarray:
+        """What of a variable, or of two, a law goes with, at all steps of all runs."""
+        others = self.series[beside or name]
+        return np.concatenate([taken(x, t, what, w) for x, t, w in zip(self.series[name], self.series["time"], others)])
 
     def signal(self, place: Place) -> np.ndarray:
         return self.joined(place.variable)
@@ -121,7 +131,7 @@ class Scene:
             x = self.joined(name, what)
             if not np.isfinite(x).all() or np.ptp(x) <= RULES.judge.constant * max(1.0, float(abs(x).max())):
                 continue
-            unit = (x - x.mean()) / x.std()
+            unit = self._even(x)
             if any(abs(float(np.mean(unit * other))) > RULES.naming.same_variable for other in kept):
                 continue
             kept.append(unit)
@@ -129,22 +139,51 @@ class Scene:
             if len(kept) >= RULES.naming.variables:
                 return
 
+    def pairs(self, place: Place) -> list[tuple[str, int, str]]:
+        """What a law there may go with of two variables as they are: a difference of what has one unit, products."""
+        known, found = self.parts.variables, []
+        singles = [name for name, what in self.variables(place) if what == law.VALUE]
+        unit = lambda name: known[name].unit if name in known else None
+        for a, b in combinations(singles, 2):
+            if unit(a) == unit(b):
+                found.append((a, law.DIFFERENCE, b))
+            if place.variable not in (a, b):  # a law that multiplies it is that already
+                found.append((a, law.PRODUCT, b))
+            found += [(one, law.ROOTED, other) for one, other in ((a, b), (b, a))]
+        kept = [self._even(self.joined(name)) for name in singles]
+        distinct = []
+        for one in found:
+            x = self.joined(*one)
+            if not np.isfinite(x).all() or np.ptp(x) <= RULES.judge.constant * max(1.0, float(abs(x).max())):
+                continue
+            unit_of_it = self._even(x)
+            if not any(abs(float(np.mean(unit_of_it * other))) > RULES.naming.same_variable for other in kept):
+                kept.append(unit_of_it)
+                distinct.append(one)
+        return distinct[: RULES.naming.pairs]
+
+    @staticmethod
+    def _even(x: np.ndarray) -> np.ndarray:
+        return (x - x.mean()) / x.std()
+
 
 def number(name: str, start: float, low: float, high: float) -> Number:
     return Number(name, name, start, low, high)
 
 
-def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool) -> tuple[Insert, np.ndarray]:
-    """A table of a variable, its points where the variable is, all heights 0; and these points."""
-    x = scene.joined(over, what)
+def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool, beside: str = "") -> tuple[Insert, np.ndarray]:
+    """A table of a variable, or of two taken together, its points where the variable is, all heights 0; and these points."""
+    x = scene.joined(over, what, beside)
     knots = np.unique(np.quantile(x, RULES.naming.knots))
     gap = RULES.naming.knot_gap * float(np.ptp(x))
     while len(knots) > 2 and (np.diff(knots) < gap).any():
         tight = int(np.argmin(np.diff(knots)))
         knots = np.delete(knots, tight + 1 if 0 < tight + 1 < len(knots) - 1 else tight)
-    carried = ahead(scene.parts, place, over, scene.smooth) if what == law.VALUE else 0.5 if what == law.INTEGRAL else 0.0
-    fixed = (("ahead", carried), *((f"x{k + 1}", float(x)) for k, x in enumerate(knots)))
-    return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed), knots
+    follows = lambda name: ahead(scene.parts, place, name, scene.smooth)
+    carried = 0.5 if what == law.INTEGRAL else 0.0 if what in (law.RATE, law.SINCE_TURN) else follows(over)
+    fixed = (("ahead", carried), ("ahead_beside", follows(beside) if beside else 0.0))
+    fixed += tuple((f"x{k + 1}", float(x)) for k, x in enumerate(knots))
+    return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed, beside), knots
 
 
 def words(kind: str, one: Insert) -> str:
@@ -193,7 +232,7 @@ def laws(scene: Scene, table: Insert, knots: np.ndarray) -> Iterator[tuple[Guess
                     numbers.append(number(f"{scene.prefix}.{n}", 0.0, -most, most))
                 else:
                     numbers.append(number(f"{scene.prefix}.{n}", shape[n], *ranges[n]))
-            one = replace(table, law=name, points=0, fixed=tuple(pair for pair in table.fixed if pair[0] == "ahead"))
+            one = replace(table, law=name, points=0, fixed=table.fixed[:2])
             guess = Guess(LAW, name, words(name, one), (one,), tuple(numbers))
             yield (
                 guess,
@@ -257,7 +296,7 @@ def sines(scene: Scene, place: Place, over: str, what: int, multiplies: bool) ->
     if what != law.VALUE or over not in scene.parts.variables or scene.parts.variables[over].unit != "rad":
         return
     table, _ = curve(scene, place, over, what, multiplies)
-    one = replace(table, law="sine", points=0, fixed=table.fixed[:1])
+    one = replace(table, law="sine", points=0, fixed=table.fixed[:2])
     most = RULES.naming.reach * (1.0 if multiplies else scene.spread(place))
     for n in RULES.naming.waves:
         for phase in (0.0, 0.5 * np.pi):
@@ -360,8 +399,7 @@ def overflow(
     low, high = float(knots[0]), float(knots[-1])
     a, level, on = f"{scene.prefix}.a", f"{scene.prefix}.l", f"{scene.prefix}_on"
     both = tuple(
-        replace(one, name=name, law="limit", points=0, fixed=tuple(pair for pair in one.fixed if pair[0] == "ahead"))
-        for one, name in ((first, scene.prefix), (second, on))
+        replace(one, name=name, law="limit", points=0, fixed=one.fixed[:2]) for one, name in ((first, scene.prefix), (second, on))
     )
     label = f"overflow of {first.goes_with}: from {first.place} on to {second.place}"
     acts = {level: {level: 1.0, f"{on}.l": 1.0}}

@@ -13,7 +13,9 @@ GRID = "where fits start; they go on from there. Not studied beyond the hidden p
 @dataclass(frozen=True)
 class NamingRules:
     # --- what runs: naming.run
-    halved: int = rule(3, "times that the system's step is halved where the model moves with it and leaves no more, at most", TIME)
+    halved: int = rule(
+        3, "times that the system's step is halved where the model moves with it and leaves no more, at most", TIME
+    )
     coarse: float = rule(
         0.1,
         "share of an output's noise by which half the steps move it from which on they are taken",
@@ -23,6 +25,7 @@ class NamingRules:
     # --- what is looked at: naming.guesses
     glance: int = rule(4_500, "samples of all runs that hypotheses are looked at and compared on, at most", TIME)
     variables: int = rule(14, "variables that a law at one place may go with, at most", TIME)
+    pairs: int = rule(12, "differences and products of two variables that a law at one place may go with, at most", TIME)
     same: float = rule(
         0.9995, "correlation from which on two laws of a variable are the same", "theory: nothing tells them apart"
     )
@@ -100,7 +103,11 @@ class NamingRules:
     )
     curves: int = rule(2, "free curves that are fitted, those that look best", TIME)
     fits: int = rule(8, "other hypotheses that are fitted, those that look best", TIME)
-    fits_derived: int = rule(3, "the same of what multiplies, or goes with rates, integrals, times since a turn", TIME)
+    fits_derived: int = rule(
+        3,
+        "the same of what multiplies, or goes with rates, integrals, times since a turn; and of what goes with two variables",
+        TIME,
+    )
     of_place: int = rule(4, "laws of the best curve's variable at its place that are fitted in any case", TIME)
     promising: float = rule(
         0.15,

@@ -104,7 +104,8 @@ class Seen:
         spans = np.diff(joined[:, 0])
         self.least = np.minimum(self.least, rows.min(0))
         self.greatest = np.maximum(self.greatest, rows.max(0))
-        self.integral += spans @ (0.5 * (joined[1:] + joined[:-1]))
+        with np.errstate(over="ignore", invalid="ignore"):  # of what runs away it is as large as a double can be
+            self.integral += spans @ (0.5 * (joined[1:] + joined[:-1]))
         for watch in self.watches:
             watch.look(rows, spans)
         self.last, self.before, self._any = rows[-1].copy(), rows[-1:].copy(), True

@@ -72,6 +72,7 @@ class Round:
     noise: dict[str, float] = field(default_factory=dict)
     off: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     ratios: dict[str, float] = field(default_factory=dict)  # error over noise of each output
+    still: list[str] = field(default_factory=list)  # variables that no law was asked of
 
 
 @dataclass
@@ -125,6 +126,7 @@ class Contest:
             return outcome
         series = self.played.series(problem.settings(self.values), problem.which)
         self.scene = Scene(self.problem.played.parts, self.played, series, self.prefix, self.smooth)
+        outcome.still = self.scene.still
         weights = self.arranged.put(weight(base.misfit, RULES.search.loss_scale))
         self.linear = Linear(
             self.arranged.put(self._as_fit(problem, base).jacobian), weights, self.arranged.folds, self.arranged.runs

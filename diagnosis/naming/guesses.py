@@ -118,6 +118,11 @@ class Scene:
         places = of_system(self.parts, self.played.group.members, fed, self.played.outputs)
         return [p for p in places if p.variable in self.series and p.variable not in known]
 
+    @property
+    def still(self) -> list[str]:
+        """Variables that stand still in all runs: of them no law can be told."""
+        return [name for name in self.series if name != "time" and not _moves(self.joined(name))]
+
     def variables(self, place: Place) -> Iterator[tuple[str, int]]:
         """What a law there may go with: what its component is given and gives, then all else; nothing twice."""
         component = self.parts.owner(place.variable)
@@ -129,7 +134,7 @@ class Scene:
         kept: list[np.ndarray] = []
         for name, what in wanted:
             x = self.joined(name, what)
-            if not np.isfinite(x).all() or np.ptp(x) <= RULES.judge.constant * max(1.0, float(abs(x).max())):
+            if not _moves(x):
                 continue
             unit = self._even(x)
             if any(abs(float(np.mean(unit * other))) > RULES.naming.same_variable for other in kept):
@@ -154,7 +159,7 @@ class Scene:
         distinct = []
         for one in found:
             x = self.joined(*one)
-            if not np.isfinite(x).all() or np.ptp(x) <= RULES.judge.constant * max(1.0, float(abs(x).max())):
+            if not _moves(x):
                 continue
             unit_of_it = self._even(x)
             if not any(abs(float(np.mean(unit_of_it * other))) > RULES.naming.same_variable for other in kept):
@@ -165,6 +170,10 @@ class Scene:
     @staticmethod
     def _even(x: np.ndarray) -> np.ndarray:
         return (x - x.mean()) / x.std()
+
+
+def _moves(x: np.ndarray) -> bool:
+    return bool(np.isfinite(x).all() and np.ptp(x) > RULES.judge.constant * max(1.0, float(abs(x).max())))
 
 
 def number(name: str, start: float, low: float, high: float) -> Number:

@@ -23,6 +23,7 @@ from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
+from ..residuals.mending import rms
 from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.kept import Kept
@@ -169,10 +170,10 @@ class Search:
     begins: Work  # before anything was found
 
 
-def _near(work: Work) -> Extending:
-    """The heads of all runs that teach, on which guesses are looked at and compared."""
+def _near(work: Work, most: int = RULES.naming.glance) -> Extending:
+    """The heads of all runs that teach, of so many samples, on which guesses are looked at and compared."""
     total = sum(len(work.runs[i]) for i in work.which)
-    share = min(1.0, RULES.naming.glance / total)
+    share = min(1.0, most / total)
     runs = [work.runs[i].head(max(2, int(np.ceil(share * len(work.runs[i]))))) for i in work.which]
     place = {i: k for k, i in enumerate(work.which)}
     numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
@@ -189,6 +190,11 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     tell("the base", 0.02)
     assert isinstance(near.played, Extended)
     places, notes = _base(work, near, near.played, starts, seed)
+    if _later(work, near, near.values(places)):
+        near.played.close()
+        longer = _near(work, RULES.naming.glance_longer)
+        longer.fixed = near.fixed
+        near = longer
     rng = np.random.default_rng(seed)
     nothing = End(np.zeros(0), np.zeros(0), np.inf)
     given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
@@ -216,6 +222,8 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
         else:
             found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
             found.begins = replace(work, inserts=(), found=[], acts={})
+    if still := found.outcomes[0].still:
+        notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
     _curve_instead(found)
     found.work.played.extend(found.work.inserts)
     if found.work.step != work.given_step:
@@ -339,6 +347,25 @@ def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int)
     origin = np.array([n.place(n.start) for n in near.free])
     ends = fit(near, origin, starts if len(origin) else 1, seed, here, lambda what, share: None)
     return reached(near, ends, "named").places, notes
+
+
+def _later(work: Work, near: Extending, values: dict[str, float]) -> bool:
+    """Whether what lies behind the heads of the runs leaves more than they do: something happens there."""
+    if all(len(run) == len(work.runs[i]) for i, run in zip(work.which, near.runs)):
+        return False
+    problem = work.problem()
+    errors = problem.errors(values)
+    if errors is None:
+        return False
+    for name, parts in errors.items():
+        sizes_of = []
+        for behind in (False, True):
+            part = lambda x, run, behind=behind: x[len(run) :] if behind else x[: len(run)]
+            chosen = [part(e, run)[part(t, run)] for e, t, run in zip(parts, problem.trusted[name], near.runs)]
+            sizes_of.append(rms(chosen) if any(len(e) for e in chosen) else 0.0)
+        if sizes_of[1] > RULES.naming.later * sizes_of[0]:
+            return True
+    return False
 
 
 def _told(tell: Callable, k: int) -> Callable[[str, float], None]:

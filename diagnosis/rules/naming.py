@@ -24,6 +24,12 @@ class NamingRules:
 
     # --- what is looked at: naming.guesses
     glance: int = rule(4_500, "samples of all runs that hypotheses are looked at and compared on, at most", TIME)
+    glance_longer: int = rule(20_000, "the same where what lies behind leaves more than they do", TIME)
+    later: float = rule(
+        1.3,
+        "times the error of the heads of the runs that what lies behind them leaves, from which on it is looked at",
+        "not studied; where nothing happens it is 1",
+    )
     variables: int = rule(14, "variables that a law at one place may go with, at most", TIME)
     pairs: int = rule(12, "differences and products of two variables that a law at one place may go with, at most", TIME)
     same: float = rule(

@@ -277,10 +277,16 @@ class Contest:
             self.tables.append((table, knots, columns))
         for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
             self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
-        ways = self._own_directions(columns)
-        most = RULES.naming.reach * (1.0 if multiplies else scene.spread(place)) * np.sqrt(len(knots))
-        numbers = tuple(g.number(f"{scene.prefix}.c{j + 1}", 0.0, -most, most) for j in range(ways.shape[1]))
-        acts = {n.name: dict(zip(names, map(float, ways[:, j]))) for j, n in enumerate(numbers)}
+        for coarser, heights in g.coarser(table, knots):
+            self._keep_curve(coarser, columns @ heights)
+
+    def _keep_curve(self, table: Insert, columns: np.ndarray) -> None:
+        """A free curve as a guess, its numbers the ways to change its heights; columns: of the heights."""
+        reach = RULES.naming.reach * (1.0 if table.multiplies else self.scene.spread(table.place))
+        ways, most = self._own_directions(columns), reach * np.sqrt(table.points)
+        numbers = tuple(g.number(f"{table.name}.c{j + 1}", 0.0, -most, most) for j in range(ways.shape[1]))
+        heights = [f"{table.name}.y{k + 1}" for k in range(table.points)]
+        acts = {n.name: dict(zip(heights, map(float, ways[:, j]))) for j, n in enumerate(numbers)}
         guess = Guess(CURVE, "table", g.words("curve", table), (table,), numbers, acts)
         self._keep(guess, {}, guess.free, columns @ ways)
 

@@ -195,6 +195,17 @@ def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool, be
     return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed, beside), knots
 
 
+def coarser(table: Insert, knots: np.ndarray) -> Iterator[tuple[Insert, np.ndarray]]:
+    """A table, and the same of every second point, which few blocks tell better: what the heights are at the knots."""
+    for places in (np.arange(len(knots)), np.unique([*range(0, len(knots), 2), len(knots) - 1])):
+        few = knots[places]
+        heights = np.stack([np.interp(knots, few, unit) for unit in np.eye(len(few))], -1)
+        fixed = table.fixed[:2] + tuple((f"x{k + 1}", float(x)) for k, x in enumerate(few))
+        yield replace(table, points=len(few), fixed=fixed), heights
+        if len(knots) < RULES.naming.coarser:
+            return
+
+
 def words(kind: str, one: Insert) -> str:
     """A law at its place, in words."""
     how = "times" if one.multiplies else "on"

@@ -41,6 +41,9 @@ class NamingRules:
         "quantiles of a variable between which a free curve over it is straight",
         "not studied; close at the ends, where laws are told apart",
     )
+    coarser: int = rule(
+        5, "points of a curve from which on it is also asked for with every second", "theory: below that it is a line"
+    )
     knot_gap: float = rule(0.02, "share of the variable's range that knots lie apart, at least", "not studied")
     unit: float = rule(
         1e-3,

@@ -355,6 +355,11 @@ class Contest:
             best = curves[0][0][1]
             near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over and w[0][1].kind == g.LAW]
             chosen += [ways for ways in near[: rules.of_place] if ways not in chosen]
+        elif chosen:
+            best = chosen[0][0][1]  # what has fewer numbers than it, and looks as it does, is no worse a name for it
+            near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over]
+            near.sort(key=lambda ways: len(ways[0][1].numbers))
+            chosen += [ways for ways in near[: rules.of_place // 2] if ways not in chosen]
         for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
             mine = [ways for ways in others if ways[0][1].law == name]
             most = rules.of_path if mine[0][0][1].kind == g.PATH else rules.of_law

@@ -6,7 +6,7 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -313,25 +313,25 @@ class Contest:
         for i in longest:
             time = self.problem.runs[i].time
             edges.append(np.linspace(0.0, float(time[-1] - time[0]), count + 1))
-        step = RULES.naming.unit * scene.spread(place)
         a, since = f"{scene.prefix}.a", f"{scene.prefix}.since"
-        steps: dict[tuple[int, int], np.ndarray | None] = {}
-        for i, times in zip(longest, edges):
-            numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
-            one = Insert(scene.prefix, place, "constant", fixed=(("until", g.FAR),))
-            probe = Guess(g.EVENT, "event", "", (one,), numbers)
-            problem = self._trial(probe)
-            at = self._at_rest(problem, probe, {})
-            for k, time in enumerate(times[:-1]):
-                moved = self._misfit(problem, probe, {a: step, since: float(time)})
-                steps[i, k] = None if moved is None or at is None else (moved - at) / step
-            steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
-        for i, guess, first, last in g.events(scene, place, edges, longest):
-            begin, end = steps[i, first], steps[i, last]
-            if begin is None or end is None or (first == 0 and last == count):
-                continue
-            shape = {n.name: n.start for n in guess.numbers[1:]}
-            self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])
+        for added, most, in_words in g.shifts(scene, place):
+            step = RULES.naming.unit * most
+            steps: dict[tuple[int, int], np.ndarray | None] = {}
+            for i, times in zip(longest, edges):
+                numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
+                probe = Guess(g.EVENT, "event", "", (replace(added, fixed=(*added.fixed, ("until", g.FAR))),), numbers)
+                problem = self._trial(probe)
+                at = self._at_rest(problem, probe, {})
+                for k, time in enumerate(times[:-1]):
+                    moved = self._misfit(problem, probe, {a: step, since: float(time)})
+                    steps[i, k] = None if moved is None or at is None else (moved - at) / step
+                steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
+            for i, guess, first, last in g.events(scene, added, most, in_words, edges, longest):
+                begin, end = steps[i, first], steps[i, last]
+                if begin is None or end is None or (first == 0 and last == count):
+                    continue
+                shape = {n.name: n.start for n in guess.numbers[1:]}
+                self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])
 
     # --- fits --------------------------------------------------------------------------------------------------------
 
@@ -380,6 +380,9 @@ class Contest:
         for rival in found:
             values = rival.values
             more += [*g.relatives(rival.guess, values)]
+        for rival in [rival for rival in found if rival.guess.kind == g.EVENT][: rules.shifted]:
+            more += [(rival.guess, start) for start in g.shifted(rival.guess, rival.values)]
+        more += self._curve_beside(found)
         for k, (guess, start) in enumerate(more):
             self.tell(f"fits: {guess.label}", 0.75 + 0.1 * k / len(more))
             if (rival := self._fit(guess, start)) is not None:
@@ -390,6 +393,17 @@ class Contest:
             if (better := self._fit(rival.guess, rival.values)) is not None:
                 found[k] = better
         return _distinct(found)
+
+    def _curve_beside(self, found: list[Rivalled]) -> Iterator[tuple[Guess, dict[str, float]]]:
+        """The free curve that the best law goes along with, where it was not fitted: what the law says must be held against it."""
+        best = next((rival.guess for rival in found if rival.guess.kind == g.LAW), None)
+        if best is None or not best.inserts:
+            return
+        label = g.words("curve", best.inserts[0])
+        mine = [pair for pair in self.ways if pair[1].label == label]
+        if mine and not any(rival.guess.label == label for rival in found):
+            way, guess = max(mine, key=lambda pair: pair[0].gain)
+            yield guess, self.values | self._start(way, guess)
 
     def _starts(self, guess: Guess) -> int:
         """From how many places it is fitted."""

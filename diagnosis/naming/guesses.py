@@ -51,7 +51,8 @@ class Guess:
         """When it is asked: PLAIN what goes with variables as they are and is added, or is no law at all; last what goes with two."""
         if any(one.beside for one in self.inserts):
             return PAIRS
-        return DERIVED if any(one.multiplies or one.taken != law.VALUE for one in self.inserts) else PLAIN
+        derived = any(one.multiplies or one.taken != law.VALUE or (one.over and self.kind == EVENT) for one in self.inserts)
+        return DERIVED if derived else PLAIN
 
     @property
     def plain(self) -> bool:
@@ -361,9 +362,9 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
     for share in rules.bands:
         r = f"{prefix}.r"
         yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: (1.0 - share) * fastest})
-    for share in rules.counts:
+    for share in np.geomspace(*rules.counts):
         q = f"{prefix}.q"
-        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: share * spread})
+        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: float(share) * spread})
 
 
 def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:
@@ -391,22 +392,48 @@ def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> 
             yield Trial(Guess(PARAMETER, "parameter", name, (), (Number(name, name, float(given), low, high),)), {}, (name,))
 
 
-def events(scene: Scene, place: Place, edges: Sequence[np.ndarray], runs: Sequence[int]) -> Iterator[tuple[int, Guess, int, int]]:
-    """A shift of a place between two times of a run, by the places of these among the edges: (run, guess, first, last)."""
+def shifts(scene: Scene, place: Place) -> Iterator[tuple[Insert, float, str]]:
+    """What an event may add to a place while it lasts: something constant, or in proportion to a variable of its component.
+
+    The latter as of a part that was exchanged, or of an open lid. As (correction, how large its amplitude may be, words).
+    """
     spread = scene.spread(place)
+    yield Insert(scene.prefix, place, "constant"), 3.0 * spread, ""
+    component = scene.parts.owner(place.variable)
+    mine = lambda name: not name or (name in scene.parts.variables and scene.parts.owner(name) == component)
+    wanted = [(name, what, "") for name, what in scene.variables(place) if what == law.VALUE]
+    wanted += [pair for pair in scene.pairs(place) if pair[1] == law.DIFFERENCE]
+    for over, what, beside in [one for one in wanted if mine(one[0]) and mine(one[2])][: RULES.naming.gated]:
+        table, _ = curve(scene, place, over, what, False, beside)
+        one = replace(table, law="proportional", points=0, fixed=table.fixed[:2])
+        most = RULES.naming.reach * RULES.naming.reach * spread / float(abs(scene.joined(over, what, beside)).max())
+        yield one, most, f", in proportion to {one.goes_with}"
+
+
+def events(
+    scene: Scene, added: Insert, most: float, in_words: str, edges: Sequence[np.ndarray], runs: Sequence[int]
+) -> Iterator[tuple[int, Guess, int, int]]:
+    """A shift between two times of a run, by the places of these among the edges: (run, guess, first, last)."""
     a, since, until = (f"{scene.prefix}.{name}" for name in ("a", "since", "until"))
+    label = words("event", replace(added, over="")) + in_words
     for i, times in zip(runs, edges):
         end = float(times[-1])
         for j, k in combinations(range(len(times)), 2):
-            numbers = [Number(a, a, 0.0, -3.0 * spread, 3.0 * spread, run=i)]
+            numbers = [Number(a, a, 0.0, -most, most, run=i)]
             numbers.append(number(since, float(times[j]), 0.0, end))
-            fixed: tuple[tuple[str, float], ...] = ()
+            fixed = added.fixed
             if k < len(times) - 1:
                 numbers.append(number(until, float(times[k]), 0.0, end))
             else:
-                fixed = (("until", FAR),)
-            one = Insert(scene.prefix, place, "constant", fixed=fixed)
-            yield i, Guess(EVENT, "event", words("event", one), (one,), tuple(numbers)), j, k
+                fixed += (("until", FAR),)
+            yield i, Guess(EVENT, "event", label, (replace(added, fixed=fixed),), tuple(numbers)), j, k
+
+
+def shifted(guess: Guess, at: dict[str, float]) -> Iterator[dict[str, float]]:
+    """An event with an end half a stretch away: where what it adds is about 0 a fit cannot pass."""
+    for n in guess.numbers[1:]:
+        for by in (-0.5, 0.5):
+            yield at | {n.name: float(np.clip(at[n.name] + by * n.high / RULES.naming.edges, n.low, n.high))}
 
 
 def overflow(

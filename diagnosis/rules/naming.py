@@ -78,13 +78,18 @@ class NamingRules:
     clipped: tuple[float, ...] = rule((0.99, 0.9, 0.75), "quantiles of a signal at which it may be cut off", GRID)
     late: tuple[int, ...] = rule((1, 2, 4, 8, 16, 32, 64, 128), "steps by which a path may be late", GRID)
     latest: float = rule(0.1, "share of the longest run that a path may be late by, at most", GRID)
-    counts: tuple[float, ...] = rule((0.1, 0.3, 1.0), "steps of a rounded signal, over its spread", GRID)
+    counts: tuple[float, float, int] = rule(
+        (0.1, 1.2, 32),
+        "least and largest steps of a rounded signal, over its spread, and how many between that are looked at",
+        "theory: the dips of the error are as wide as the share of a step in the signal's range, a tenth; between two lies 8 %",
+    )
     waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)
     fastest: float = rule(4.0, "steps that a further state takes, at least", GRID)
     slowest: float = rule(0.3, "share of the longest run that it takes, at most", GRID)
     times: int = rule(4, "times between these two, even in their logarithm, that are looked at", GRID)
     off_by: float = rule(4.0, "times itself by which a number of an FMU may be off", GRID)
     edges: int = rule(12, "stretches of a run between which an event may begin and end", GRID)
+    gated: int = rule(3, "variables that an event may be in proportion to, at most", TIME)
     edge_runs: int = rule(4, "runs in which events are looked for, at most", TIME)
     degenerate: float = rule(
         1e-3,
@@ -133,6 +138,7 @@ class NamingRules:
     vetoed: int = rule(3, "rivals in a round that the data that judge may refuse, one after the other", TIME)
     starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)
     starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)
+    shifted: int = rule(2, "events whose ends are shifted and fitted again, those that predict most", TIME)
     polished: int = rule(4, "rivals that are fitted on from where they are, those that predict most", TIME)
     effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)
     ended: tuple[float, float] = rule((1e-3, 1e-3), "relative change of loss, and of values, that ends it", TIME)

@@ -113,6 +113,17 @@ def test_a_lid_is_open_for_some_time(tmp_path, native, rng):
     assert error.taught_after < 1.3 * 0.004 < 0.1 * error.taught_before and error.after < 1.2 * 0.004
 
 
+@pytest.mark.slow
+def test_what_an_open_lid_lets_through_goes_with_the_heat_of_the_body(tmp_path, native, rng):
+    lid = lambda t, x: -16.0 * x if 6.0 < t < 16.0 else 0.0
+    result = named(tmp_path, native, rng, ("event",), heat=lid, test={})
+    cause, numbers = told(result)
+    assert cause.label == "event on relaxation.u, in proportion to relaxation.x" and cause.place == "relaxation.u"
+    near(numbers["a"], -16.0 / hidden.LOSS, 0.01)
+    near(numbers["since"], 6.0, hidden.STEP)
+    near(numbers["until"], 16.0, hidden.STEP)
+
+
 @pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path, native, rng, monkeypatch):

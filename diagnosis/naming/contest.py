@@ -12,6 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
+from selflock.fmus.correction import law
+
 from ..calibration.fit import Calibrating, End, fit_from, units
 from ..calibration.numbers import Number
 from ..calibration.slopes import Forward
@@ -136,7 +138,10 @@ class Contest:
         self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []
         self.rests: dict[Place, np.ndarray | None] = {}
         self._look()
-        outcome.fitted = _distinct(self._fits(g.PLAIN) + self._fits(g.DERIVED))
+        outcome.fitted = self._fits(g.PLAIN)
+        if self._wanting(outcome):
+            self._look_further()
+            outcome.fitted = _distinct(outcome.fitted + self._fits(g.DERIVED))
         if g.LAW in self.kinds and self._wanting(outcome):
             self._look_at_pairs()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
@@ -210,29 +215,47 @@ class Contest:
                 self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
 
     def _look(self) -> None:
+        """All that goes with variables as they are and is added, and what is no law."""
         scene, places = self.scene, self.scene.places
         if g.PARAMETER in self.kinds:
             for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
                 self._column(trial)
         for k, place in enumerate(places):
-            self.tell(f"first look at {place}", 0.05 + 0.4 * k / len(places))
+            self.tell(f"first look at {place}", 0.05 + 0.35 * k / len(places))
             for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
                 self._column(trial)
             if g.EVENT in self.kinds:
-                self._events(place)
-            for over, what in list(scene.variables(place)) if g.LAW in self.kinds else ():
-                for multiplies in (False, True):
-                    self._curve(place, over, what, multiplies)
-                    for trial in g.sines(scene, place, over, what, multiplies):
-                        self._column(trial)
-                for trial in g.with_state(scene, place, over, what):
-                    self._column(trial)
+                self._events(place, next(g.shifts(scene, place)))
+            if g.LAW in self.kinds:
+                for over, what in scene.variables(place):
+                    if what == law.VALUE:
+                        self._laws(place, over, what, False)
         for one, knots, columns in self.tables:
             for other, _, more in self.tables:
                 if g.overflows(scene, one, other):
                     for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
                         frees = [f for f in guess.free if f.name in amplitudes]
                         self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
+
+    def _look_further(self) -> None:
+        """What multiplies, goes with rates, integrals and times since a turn, and events in proportion to something."""
+        scene, places = self.scene, self.scene.places
+        for k, place in enumerate(places):
+            self.tell(f"further look at {place}", 0.6 + 0.15 * k / len(places))
+            for shift in list(g.shifts(scene, place))[1:] if g.EVENT in self.kinds else ():
+                self._events(place, shift)
+            for over, what in scene.variables(place) if g.LAW in self.kinds else ():
+                if what != law.VALUE:
+                    self._laws(place, over, what, False)
+                self._laws(place, over, what, True)
+
+    def _laws(self, place: Place, over: str, what: int, multiplies: bool) -> None:
+        """All laws of a variable at a place."""
+        self._curve(place, over, what, multiplies)
+        for trial in g.sines(self.scene, place, over, what, multiplies):
+            self._column(trial)
+        for trial in g.with_state(self.scene, place, over, what) if not multiplies else ():
+            self._column(trial)
 
     def _look_at_pairs(self) -> None:
         """Laws of two variables, where all that was fitted of one leaves something."""
@@ -249,7 +272,7 @@ class Contest:
         best = min(named, key=lambda end: end.loss)
         assert best.misfit is not None
         left = self.arranged.errors(best.misfit) / np.maximum(self.errors_fit, 1e-300)
-        return bool((np.array(list(outcome.ratios.values())) * left > RULES.judge.excess).any())
+        return bool((np.array(list(outcome.ratios.values())) * left > RULES.search.clean).any())
 
     def _curve(self, place: Place, over: str, what: int, multiplies: bool, beside: str = "") -> None:
         """A free curve of a variable at a place, and the laws that its table can stand for, from one set of simulations."""
@@ -305,7 +328,7 @@ class Contest:
         largest = float(np.linalg.norm(columns * weights, 2))
         return ways[sizes > RULES.naming.degenerate * largest].T
 
-    def _events(self, place: Place) -> None:
+    def _events(self, place: Place, shift: tuple[Insert, float, str]) -> None:
         """Shifts between two times: each edge is simulated once, and a shift is the difference of two."""
         scene, count = self.scene, RULES.naming.edges
         longest = sorted(self.problem.which, key=lambda i: -len(self.problem.runs[i]))[: RULES.naming.edge_runs]
@@ -314,24 +337,24 @@ class Contest:
             time = self.problem.runs[i].time
             edges.append(np.linspace(0.0, float(time[-1] - time[0]), count + 1))
         a, since = f"{scene.prefix}.a", f"{scene.prefix}.since"
-        for added, most, in_words in g.shifts(scene, place):
-            step = RULES.naming.unit * most
-            steps: dict[tuple[int, int], np.ndarray | None] = {}
-            for i, times in zip(longest, edges):
-                numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
-                probe = Guess(g.EVENT, "event", "", (replace(added, fixed=(*added.fixed, ("until", g.FAR))),), numbers)
-                problem = self._trial(probe)
-                at = self._at_rest(problem, probe, {})
-                for k, time in enumerate(times[:-1]):
-                    moved = self._misfit(problem, probe, {a: step, since: float(time)})
-                    steps[i, k] = None if moved is None or at is None else (moved - at) / step
-                steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
-            for i, guess, first, last in g.events(scene, added, most, in_words, edges, longest):
-                begin, end = steps[i, first], steps[i, last]
-                if begin is None or end is None or (first == 0 and last == count):
-                    continue
-                shape = {n.name: n.start for n in guess.numbers[1:]}
-                self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])
+        added, most, in_words = shift
+        step = RULES.naming.unit * most
+        steps: dict[tuple[int, int], np.ndarray | None] = {}
+        for i, times in zip(longest, edges):
+            numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
+            probe = Guess(g.EVENT, "event", "", (replace(added, fixed=(*added.fixed, ("until", g.FAR))),), numbers)
+            problem = self._trial(probe)
+            at = self._at_rest(problem, probe, {})
+            for k, time in enumerate(times[:-1]):
+                moved = self._misfit(problem, probe, {a: step, since: float(time)})
+                steps[i, k] = None if moved is None or at is None else (moved - at) / step
+            steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
+        for i, guess, first, last in g.events(scene, added, most, in_words, edges, longest):
+            begin, end = steps[i, first], steps[i, last]
+            if begin is None or end is None or (first == 0 and last == count):
+                continue
+            shape = {n.name: n.start for n in guess.numbers[1:]}
+            self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])
 
     # --- fits --------------------------------------------------------------------------------------------------------
 

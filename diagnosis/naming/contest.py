@@ -6,16 +6,13 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from selflock.fmus.correction import law
-
 from ..calibration.fit import Calibrating, End, fit_from, units
-from ..calibration.numbers import Number
 from ..calibration.slopes import Forward
 from ..residuals.blocks import Blocks
 from ..residuals.noise import of_samples
@@ -28,10 +25,8 @@ from ..search.screen import Direction
 from . import guesses as g
 from .arranged import Arranged
 from .extended import Extended, Extending
-from .guesses import CURVE, Guess, Scene, Trial
-from .places import Insert, Place
-
-Tell = Callable[[str, float], None]
+from .guesses import CURVE, Guess, Scene
+from .looks import Looks, Tell
 
 
 @dataclass
@@ -130,139 +125,24 @@ class Contest:
         self.scene = Scene(self.problem.played.parts, self.played, series, self.prefix, self.smooth)
         outcome.still = self.scene.still
         weights = self.arranged.put(weight(base.misfit, RULES.search.loss_scale))
-        self.linear = Linear(
-            self.arranged.put(self._as_fit(problem, base).jacobian), weights, self.arranged.folds, self.arranged.runs
+        columns = self.arranged.put(self._as_fit(problem, base).jacobian)
+        self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs)
+        self.looks = Looks(
+            problem, base, self.values, self.arranged, self.linear, self.scene, self.inserts, self.taken, self.kinds, self.tell
         )
-        self.drawn = self.linear.draws(self.arranged.put(base.misfit * weight(base.misfit, RULES.search.loss_scale)))
-        self.ways: list[tuple[Direction, Guess]] = []
-        self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []
-        self.rests: dict[Place, np.ndarray | None] = {}
-        self._look()
+        self.looks.first()
         outcome.fitted = self._fits(g.PLAIN)
         if self._wanting(outcome):
-            self._look_further()
+            self.looks.further()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.DERIVED))
         if g.LAW in self.kinds and self._wanting(outcome):
-            self._look_at_pairs()
+            self.looks.pairs()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
-        outcome.looked = len({guess.label for _, guess in self.ways})
+        outcome.looked = len({guess.label for _, guess in self.looks.ways})
         if outcome.fitted:
             self._judge(outcome, rng)
         self.played.extend(self.inserts)
         return outcome
-
-    # --- the first look ----------------------------------------------------------------------------------------------
-
-    def _trial(self, guess: Guess) -> Extending:
-        """The problem of a guess: what was found before, and its corrections and numbers."""
-        problem = self.problem
-        wanted = (*self.inserts, *guess.inserts)
-        if self.played.inserts != wanted:
-            self.played.extend(wanted)
-        found = replace(problem, numbers=(*problem.numbers, *guess.numbers), acts=problem.acts | guess.acts, units=problem.units)
-        vars(found)["played"] = self.played
-        vars(found)["trusted"] = problem.trusted
-        return found
-
-    def _at_rest(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
-        """The misfit with a correction whose amplitudes are 0: the same of all laws at a place, so that it is simulated once."""
-        if guess.place is None:
-            return self._misfit(problem, guess, at)
-        if guess.place not in self.rests:
-            self.rests[guess.place] = self._misfit(problem, guess, at)
-        return self.rests[guess.place]
-
-    def _misfit(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
-        values = self.values | {n.name: n.start for n in guess.numbers} | at
-        errors = problem.errors(values)
-        if errors is None:
-            return None
-        return np.concatenate(
-            [e[t] / problem.units[name] for name in errors for e, t in zip(errors[name], problem.trusted[name])]
-        )
-
-    def _keep(
-        self, guess: Guess, shape: dict[str, float], amplitudes: Sequence[Free], columns: np.ndarray, jump: float = 0.0
-    ) -> None:
-        if not np.isfinite(columns).all() or not columns.any():
-            return
-        way = Direction(guess.hypothesis, shape, tuple(amplitudes), self.arranged.put(columns), jump=jump)
-        self.linear.look(way, self.drawn)
-        if np.isfinite(way.gain):
-            self.ways.append((way, guess))
-
-    def _column(self, trial: Trial) -> None:
-        guess = trial.guess
-        problem = self._trial(guess)
-        off = {n.name: n.start for n in guess.numbers} | trial.at
-        if trial.acting:
-            still = guess.kind == g.LAW or guess.law == "offset"  # of which an amplitude of 0 is none at all
-            at = (self._at_rest if still else self._misfit)(problem, guess, off)
-            columns = []
-            for name in trial.acting:
-                n = next(n for n in guess.numbers if n.name == name)
-                step = RULES.naming.unit * (n.high - n.low)
-                step = -step if n.start + step > n.high else step
-                moved = self._misfit(problem, guess, off | {name: n.start + step})
-                if at is None or moved is None:
-                    return
-                columns.append((moved - at) / step)
-            frees = [f for f in guess.free if f.name in trial.acting]
-            self._keep(guess, trial.at, frees, np.stack(columns, -1))
-        else:
-            moved = self._misfit(problem, guess, off)
-            if moved is not None and self.base.misfit is not None:
-                self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
-
-    def _look(self) -> None:
-        """All that goes with variables as they are and is added, and what is no law."""
-        scene, places = self.scene, self.scene.places
-        if g.PARAMETER in self.kinds:
-            for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
-                self._column(trial)
-        for k, place in enumerate(places):
-            self.tell(f"first look at {place}", 0.05 + 0.35 * k / len(places))
-            for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
-                self._column(trial)
-            if g.EVENT in self.kinds:
-                self._events(place, next(g.shifts(scene, place)))
-            if g.LAW in self.kinds:
-                for over, what in scene.variables(place):
-                    if what == law.VALUE:
-                        self._laws(place, over, what, False)
-        for one, knots, columns in self.tables:
-            for other, _, more in self.tables:
-                if g.overflows(scene, one, other):
-                    for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
-                        frees = [f for f in guess.free if f.name in amplitudes]
-                        self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
-
-    def _look_further(self) -> None:
-        """What multiplies, goes with rates, integrals and times since a turn, and events in proportion to something."""
-        scene, places = self.scene, self.scene.places
-        for k, place in enumerate(places):
-            self.tell(f"further look at {place}", 0.6 + 0.15 * k / len(places))
-            for shift in list(g.shifts(scene, place))[1:] if g.EVENT in self.kinds else ():
-                self._events(place, shift)
-            for over, what in scene.variables(place) if g.LAW in self.kinds else ():
-                if what != law.VALUE:
-                    self._laws(place, over, what, False)
-                self._laws(place, over, what, True)
-
-    def _laws(self, place: Place, over: str, what: int, multiplies: bool) -> None:
-        """All laws of a variable at a place."""
-        self._curve(place, over, what, multiplies)
-        for trial in g.sines(self.scene, place, over, what, multiplies):
-            self._column(trial)
-        for trial in g.with_state(self.scene, place, over, what) if not multiplies else ():
-            self._column(trial)
-
-    def _look_at_pairs(self) -> None:
-        """Laws of two variables, where all that was fitted of one leaves something."""
-        for k, place in enumerate(self.scene.places):
-            self.tell(f"two variables at {place}", 0.8 + 0.05 * k / len(self.scene.places))
-            for over, what, beside in self.scene.pairs(place):
-                self._curve(place, over, what, False, beside)
 
     def _wanting(self, outcome: Round) -> bool:
         """Whether something is left by the named rival that fits best."""
@@ -274,100 +154,18 @@ class Contest:
         left = self.arranged.errors(best.misfit) / np.maximum(self.errors_fit, 1e-300)
         return bool((np.array(list(outcome.ratios.values())) * left > RULES.search.clean).any())
 
-    def _curve(self, place: Place, over: str, what: int, multiplies: bool, beside: str = "") -> None:
-        """A free curve of a variable at a place, and the laws that its table can stand for, from one set of simulations."""
-        scene = self.scene
-        table, knots = g.curve(scene, place, over, what, multiplies, beside)
-        if len(knots) < 2:
-            return
-        step = RULES.naming.unit * (1.0 if multiplies else scene.spread(place))
-        names = [f"{scene.prefix}.y{k + 1}" for k in range(len(knots))]
-        probe = Guess(CURVE, "table", "", (table,), tuple(g.number(name, 0.0, -step, step) for name in names))
-        problem = self._trial(probe)
-        at = self._at_rest(problem, probe, {})
-        if at is None:
-            return
-        hats = []
-        for name in names:
-            moved = self._misfit(problem, probe, {name: step})
-            if moved is None:
-                return
-            hats.append((moved - at) / step)
-        columns = np.stack(hats, -1)
-        if not np.isfinite(columns).all() or not columns.any():
-            return
-        if not multiplies and not beside:
-            self.tables.append((table, knots, columns))
-        for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
-            self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
-        for coarser, heights in g.coarser(table, knots):
-            self._keep_curve(coarser, columns @ heights)
-
-    def _keep_curve(self, table: Insert, columns: np.ndarray) -> None:
-        """A free curve as a guess, its numbers the ways to change its heights; columns: of the heights."""
-        reach = RULES.naming.reach * (1.0 if table.multiplies else self.scene.spread(table.place))
-        ways, most = self._own_directions(columns), reach * np.sqrt(table.points)
-        numbers = tuple(g.number(f"{table.name}.c{j + 1}", 0.0, -most, most) for j in range(ways.shape[1]))
-        heights = [f"{table.name}.y{k + 1}" for k in range(table.points)]
-        acts = {n.name: dict(zip(heights, map(float, ways[:, j]))) for j, n in enumerate(numbers)}
-        guess = Guess(CURVE, "table", g.words("curve", table), (table,), numbers, acts)
-        self._keep(guess, {}, guess.free, columns @ ways)
-
-    def _own_directions(self, columns: np.ndarray) -> np.ndarray:
-        """Ways to change a curve's heights that the base's own numbers cannot make up for, (knots, directions)."""
-        assert self.base.jacobian is not None and self.base.misfit is not None
-        weights = weight(self.base.misfit, RULES.search.loss_scale)[:, None]
-        mine, base = columns * weights, self.base.jacobian * weights
-        lengths = np.sqrt((base**2).sum(0))
-        base = base[:, lengths > 0.0] / lengths[lengths > 0.0]
-        if base.shape[1]:
-            q, r = np.linalg.qr(base)
-            q = q[:, abs(np.diag(r)) > RULES.calibrate.lost]
-            mine = mine - q @ (q.T @ mine)
-        _, sizes, ways = np.linalg.svd(mine, full_matrices=False)
-        largest = float(np.linalg.norm(columns * weights, 2))
-        return ways[sizes > RULES.naming.degenerate * largest].T
-
-    def _events(self, place: Place, shift: tuple[Insert, float, str]) -> None:
-        """Shifts between two times: each edge is simulated once, and a shift is the difference of two."""
-        scene, count = self.scene, RULES.naming.edges
-        longest = sorted(self.problem.which, key=lambda i: -len(self.problem.runs[i]))[: RULES.naming.edge_runs]
-        edges = []
-        for i in longest:
-            time = self.problem.runs[i].time
-            edges.append(np.linspace(0.0, float(time[-1] - time[0]), count + 1))
-        a, since = f"{scene.prefix}.a", f"{scene.prefix}.since"
-        added, most, in_words = shift
-        step = RULES.naming.unit * most
-        steps: dict[tuple[int, int], np.ndarray | None] = {}
-        for i, times in zip(longest, edges):
-            numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
-            probe = Guess(g.EVENT, "event", "", (replace(added, fixed=(*added.fixed, ("until", g.FAR))),), numbers)
-            problem = self._trial(probe)
-            at = self._at_rest(problem, probe, {})
-            for k, time in enumerate(times[:-1]):
-                moved = self._misfit(problem, probe, {a: step, since: float(time)})
-                steps[i, k] = None if moved is None or at is None else (moved - at) / step
-            steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
-        for i, guess, first, last in g.events(scene, added, most, in_words, edges, longest):
-            begin, end = steps[i, first], steps[i, last]
-            if begin is None or end is None or (first == 0 and last == count):
-                continue
-            shape = {n.name: n.start for n in guess.numbers[1:]}
-            self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])
-
     # --- fits --------------------------------------------------------------------------------------------------------
 
     def _fits(self, stage: int) -> list[Rivalled]:
         """The guesses of a stage that look best, fitted; best first."""
         of: dict[str, list[tuple[Direction, Guess]]] = {}
-        for way, guess in sorted(self.ways, key=lambda pair: -pair[0].gain):
+        for way, guess in sorted(self.looks.ways, key=lambda pair: -pair[0].gain):
             if way.gain > 0.0:
                 of.setdefault(guess.label, []).append((way, guess))
         ordered = [ways for ways in of.values() if ways[0][1].stage == stage]
         plain, rules = stage == g.PLAIN, RULES.naming
         curves = [ways for ways in ordered if ways[0][1].kind == CURVE][: rules.curves]
-        least = rules.promising * max((way.gain for way, _ in self.ways), default=0.0)
+        least = rules.promising * max((way.gain for way, _ in self.looks.ways), default=0.0)
         others = [
             ways
             for ways in ordered
@@ -411,6 +209,10 @@ class Contest:
             if (rival := self._fit(guess, start)) is not None:
                 found.append(rival)
         found = _distinct(found)
+        if found and found[0].guess.kind == CURVE and (more_points := self.looks.finer(found[0].guess, found[0].values)):
+            self.tell(f"fits: {more_points[0].label}", 0.85)
+            found += [rival] if (rival := self._fit(*more_points)) is not None else []
+        found = _distinct(found)
         for k, rival in enumerate(found[: rules.polished]):
             self.tell(f"fits: {rival.guess.label}", 0.85 + 0.05 * k / rules.polished)
             if (better := self._fit(rival.guess, rival.values)) is not None:
@@ -423,7 +225,7 @@ class Contest:
         if best is None or not best.inserts:
             return
         label = g.words("curve", best.inserts[0])
-        mine = [pair for pair in self.ways if pair[1].label == label]
+        mine = [pair for pair in self.looks.ways if pair[1].label == label]
         if mine and not any(rival.guess.label == label for rival in found):
             way, guess = max(mine, key=lambda pair: pair[0].gain)
             yield guess, self.values | self._start(way, guess)
@@ -440,7 +242,7 @@ class Contest:
 
     def _fit(self, guess: Guess, start: dict[str, float]) -> Rivalled | None:
         """A guess fitted from these values of its numbers, and of the base's where they are given."""
-        problem = self._trial(guess)
+        problem = self.looks.trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
         best: End | None = None
         for share in (1.0, 0.3):  # far from linear the whole of what the look says may be too much
@@ -540,7 +342,7 @@ class Contest:
         energy = max(float((left**2).sum()), 1e-300)
         draws = {}
         for stage in (g.PLAIN, g.DERIVED, g.PAIRS):  # what is asked first pays for no more than what was asked by then
-            ways = [way for way, guess in self.ways if guess.stage == stage]
+            ways = [way for way, guess in self.looks.ways if guess.stage == stage]
             draws[stage] = self.linear.chance(ways, left, rules.draws, rng) / energy
             if stage:
                 draws[stage] = np.maximum(draws[stage], draws[stage - 1])

@@ -207,6 +207,20 @@ def coarser(table: Insert, knots: np.ndarray) -> Iterator[tuple[Insert, np.ndarr
             return
 
 
+def halved(table: Insert) -> Insert:
+    """A table with points in the middle between its own, as many as there may be."""
+    fixed = dict(table.fixed)
+    x = np.array([fixed[f"x{k + 1}"] for k in range(table.points)])
+    wide = np.argsort(-np.diff(x), kind="stable")[: law.POINTS - len(x)]
+    more = np.sort(np.concatenate([x, x[wide] + 0.5 * np.diff(x)[wide]]))
+    return replace(table, points=len(more), fixed=table.fixed[:2] + tuple((f"x{k + 1}", float(v)) for k, v in enumerate(more)))
+
+
+def heights(table: Insert) -> list[str]:
+    """The names of a table's heights."""
+    return [f"{table.name}.y{k + 1}" for k in range(table.points)]
+
+
 def words(kind: str, one: Insert) -> str:
     """A law at its place, in words."""
     how = "times" if one.multiplies else "on"

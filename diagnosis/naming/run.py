@@ -32,7 +32,7 @@ from ..systems.system import prepare
 from .contest import Contest, Round, beside
 from .extend import extend
 from .extended import Extended, Extending
-from .guesses import CURVE, EVENT, KINDS, Guess
+from .guesses import CURVE, EVENT, KINDS, Guess, heights
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .page import write
 from .places import Insert
@@ -544,8 +544,7 @@ def _curve(outcome: Round) -> FreeCurve | None:
         return None
     table = rival.guess.inserts[0]
     names = [n.name for n in rival.guess.numbers]
-    heights = [f"{table.name}.y{k + 1}" for k in range(table.points)]
-    ways = np.array([[rival.guess.acts[name].get(y, 0.0) for name in names] for y in heights])
+    ways = np.array([[rival.guess.acts[name].get(y, 0.0) for name in names] for y in heights(table)])
     spread = np.array([n.high - n.low for n in rival.guess.numbers])
     free = [n.name for n in rival.problem.free]
     mine = [free.index(name) for name in names]

@@ -48,7 +48,7 @@ from math import copysign, exp, floor, isfinite, nan, sin, sqrt, tanh
 from typing import NamedTuple
 
 NUMBERS = 8  # of a law, at most
-POINTS = 12  # of a table, at most
+POINTS = 20  # of a table, at most
 HISTORY = 400  # steps that a delay reaches back, at most
 
 LAW, MULTIPLIES, OVER, OWN, AHEAD, AHEAD_W, SINCE, UNTIL, COUNT, FIRST = range(10)

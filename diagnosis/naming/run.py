@@ -15,6 +15,7 @@ from ..calibration import told
 from ..calibration.fit import End, fit, fit_from, spreads, units
 from ..calibration.numbers import Number, of_rig
 from ..calibration.run import division, here, own, reached, sizes
+from ..calibration.slopes import Forward
 from ..data.log import MeasuredRun
 from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
@@ -305,7 +306,7 @@ def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) ->
     other = replace(near)
     vars(other)["played"] = played = work.played_on(stepped.parts, near.runs, work.numbers)
     played.extend(work.inserts)
-    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended)
+    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
     seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
     taken = seen and end.loss < near.loss(near.misfit(places))
     for unused in (near.played, work.played) if taken else (other.played, stepped.played):

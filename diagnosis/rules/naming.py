@@ -17,9 +17,9 @@ class NamingRules:
         3, "times that the system's step is halved where the model moves with it and leaves no more, at most", TIME
     )
     coarse: float = rule(
-        0.1,
+        0.14,
         "share of an output's noise by which half the steps move it from which on they are taken",
-        "theory: of an error that falls with the step twice as much is left, 2 % of noise and error together, half of search.relevant",
+        "theory: of an error that falls with the step twice as much is left, 4 % of noise and error together, search.relevant",
     )
 
     # --- what is looked at: naming.guesses

@@ -184,8 +184,8 @@ class Contest:
         for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
             mine = [ways for ways in others if ways[0][1].law == name]
             most = rules.of_path if mine[0][0][1].kind == g.PATH else rules.of_law
-            mine = mine if name == "overflow" else mine[:most]  # of which there are few, and the look sees little
-            chosen += [ways for ways in mine if ways not in chosen]
+            most = rules.overflows if name == "overflow" else most  # of which the look sees little
+            chosen += [ways for ways in mine[:most] if ways not in chosen]
         found = []
         todo = [
             (guess, self._start(way, guess)) for ways in (*curves, *chosen) for way, guess in ways[: self._starts(ways[0][1])]

@@ -30,8 +30,8 @@ from ..systems.system import prepare
 from .answer import told_of
 from .contest import Contest, Round, beside
 from .extend import extend
-from .extended import Extended, Extending
-from .guesses import EVENT, KINDS, Guess
+from .extended import Extended, Extending, taken
+from .guesses import CURVE, EVENT, KINDS, Guess
 from .outcome import Naming
 from .page import write
 from .places import Insert
@@ -201,8 +201,8 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     found, again = _begun(work, near, places, given, notes), RULES.naming.halved
     while len(found.outcomes) < RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
-        prefix, taken = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
-        outcome = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds).play(rng)
+        prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
+        outcome = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds).play(rng)
         found.outcomes.append(outcome)
         wider = _chosen(found, outcome, near.fixed)
         if wider is None or outcome.winner is None:
@@ -225,11 +225,31 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
         notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
     _curve_instead(found)
     found.work.played.extend(found.work.inserts)
+    notes += _beyond(found)
     if found.work.step != work.given_step:
         notes.append(
             f"steps of {work.given_step:g} s are too long for this system, by what they leave: {found.work.step:g} s are taken"
         )
     return found
+
+
+def _beyond(found: Search) -> list[str]:
+    """What is to be told of a curve whose variable goes beyond what taught in what judges: nothing can be closed there."""
+    winner, work = found.outcomes[0].winner, found.work
+    if winner is None or winner.guess.kind != CURVE or not work.judges:
+        return []
+    table = winner.guess.inserts[0]
+    low, high = (dict(table.fixed)[f"x{k}"] for k in (1, table.points))
+    series = work.played.series(found.best.problem.settings(found.best.values), sorted(work.judges))
+    parts = zip(series[table.over], series["time"], series[table.beside or table.over])
+    x = np.concatenate([taken(one, time, table.taken, other) for one, time, other in parts])
+    share = float(np.mean((x < low) | (x > high)))
+    if share < RULES.naming.knots[1]:
+        return []
+    return [
+        f"{table.goes_with} lies beyond what taught ({low:.4g} to {high:.4g}) in {100.0 * share:.0f} % of what judges: there the "
+        "curve stays as at its last point, and says nothing. Let a log that teaches go as far"
+    ]
 
 
 def _without(near: Extending, numbers: Sequence[Number]) -> Extending:
@@ -308,10 +328,10 @@ def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) ->
     played.extend(work.inserts)
     end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
     seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
-    taken = seen and end.loss < near.loss(near.misfit(places))
-    for unused in (near.played, work.played) if taken else (other.played, stepped.played):
+    better = seen and end.loss < near.loss(near.misfit(places))
+    for unused in (near.played, work.played) if better else (other.played, stepped.played):
         unused.close()
-    return (stepped, other, end.places) if taken else None
+    return (stepped, other, end.places) if better else None
 
 
 def _moved(one: Extending, values: dict[str, float], other: Extending, others: dict[str, float]) -> float:

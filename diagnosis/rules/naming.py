@@ -129,6 +129,7 @@ class NamingRules:
         TIME,
     )
     of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
+    overflows: int = rule(6, "overflows that are fitted in any case, those that look best", TIME)
     of_path: int = rule(3, "the same of each path: before and behind a linear FMU most look alike", TIME)
     as_much: float = rule(
         0.9,

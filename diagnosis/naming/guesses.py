@@ -191,7 +191,7 @@ def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool, be
         knots = np.delete(knots, tight + 1 if 0 < tight + 1 < len(knots) - 1 else tight)
     follows = lambda name: ahead(scene.parts, place, name, scene.smooth)
     carried = 0.5 if what == law.INTEGRAL else 0.0 if what in (law.RATE, law.SINCE_TURN) else follows(over)
-    fixed = (("ahead", carried), ("ahead_beside", follows(beside) if beside else 0.0))
+    fixed: tuple[tuple[str, float], ...] = (("ahead", carried), ("ahead_beside", follows(beside) if beside else 0.0))
     fixed += tuple((f"x{k + 1}", float(x)) for k, x in enumerate(knots))
     return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed, beside), knots
 

@@ -373,9 +373,9 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
             yield Trial(made("saturation", bound, title=f"saturation ({end})", **{other[0]: other[1]}), {name: at})
     rates = np.concatenate([abs(np.diff(x) / np.diff(t)) for x, t in zip(scene.series[place.variable], scene.series["time"])])
     fastest = float(rates.max())
-    for share in rules.bands:
+    for share in np.geomspace(*rules.rates):
         r = f"{prefix}.r"
-        yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: (1.0 - share) * fastest})
+        yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: float(share) * fastest})
     for share in np.geomspace(*rules.counts):
         q = f"{prefix}.q"
         yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: float(share) * spread})

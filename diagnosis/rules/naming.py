@@ -61,8 +61,11 @@ class NamingRules:
     widths: tuple[float, ...] = rule(
         (0.02, 0.1, 0.3), "widths, as shares of a variable's size, within which friction turns round", GRID
     )
-    bands: tuple[float, ...] = rule(
-        (0.1, 0.3, 0.6), "the same of dead bands, hystereses, and by how much a rate is limited", GRID
+    bands: tuple[float, ...] = rule((0.1, 0.3, 0.6), "the same of dead bands and hystereses", GRID)
+    rates: tuple[float, float, int] = rule(
+        (0.9, 0.01, 8),
+        "largest and least rate of a limited signal, over the fastest that it has, and how many between that are looked at",
+        "theory: a command in stairs has its fastest rate in a single step, far above any that limits it",
     )
     dead: float = rule(0.5, "times these shares that a path's dead zone is looked at with", GRID)
     limits: tuple[float, ...] = rule((0.3, 0.5, 0.7, 0.85, 0.95), "shares of a variable's range at which a limit may begin", GRID)

@@ -196,7 +196,9 @@ class Coupling:
                 self.groups += [table[name] for name in names]
                 continue
             if why := _fixed([table[name] for name in names]):
-                raise DescriptionError(f'[run] algorithm = "iterated" steps {circle.name} again and again, but {why}.')
+                raise DescriptionError(
+                    f'[run] algorithm = "iterated" steps {circle.name} again and again, but {why}. Use "gauss-seidel".'
+                )
             one = Redone(circle, wiring, seats, exactly or ITERATED, loops)
             one.tally.way = "act on each other, stepped again"
             self.redone.append(one)

@@ -187,11 +187,18 @@ def _squares(
             known[key] = np.full(len(at), np.inf) if found is None else found
         return known[key]
 
+    last: dict[bytes, np.ndarray] = {}  # slopes where they were taken last, which is mostly where the fit ends
+
+    def slope(x: np.ndarray) -> np.ndarray:
+        last.clear()
+        last[x.tobytes()] = slopes(x, value(x))
+        return last[x.tobytes()].copy()  # the solver changes what it is given
+
     edge = RULES.search.inside
     found = least_squares(
         value,
         np.clip(start, edge, 1.0 - edge),
-        jac=lambda x: slopes(x, value(x)),
+        jac=slope,
         bounds=(0.0, 1.0),
         x_scale="jac",
         loss="soft_l1",
@@ -203,7 +210,8 @@ def _squares(
     )
     places = _settled(problem, found.x, problem.loss(value(found.x)))
     misfit = value(places)
-    return End(start, places, problem.loss(misfit), misfit, slopes(places, misfit))
+    jacobian = last[places.tobytes()] if places.tobytes() in last else slopes(places, misfit)
+    return End(start, places, problem.loss(misfit), misfit, jacobian)
 
 
 def _settled(problem: Calibrating, places: np.ndarray, loss: float) -> np.ndarray:

@@ -97,11 +97,11 @@ class Judge:
             return "several causes that take a little each are guesses"
         if why := next((why for law in found.free if (why := _ahead(law, found.outcome))), ""):
             return why
-        if not self.experiment.by_channel and self._stands_there(found, missing):
+        if self.experiment.by_channel:  # a function of one channel's error is no rival of what goes through the whole loop
+            return ""
+        if self._stands_there(found, missing):
             return f"the error goes most with the {missing[0].variable}, and what it leaves still does"
-        if self._outdone(found, missing):
-            return "a free function of one variable explains more"
-        return ""
+        return "a free function of one variable explains more" if self._outdone(found, missing) else ""
 
     def closest(self, found: Judgement) -> tuple[Judgement, str] | None:
         """The best that the search has where nothing is believed: causes that were dropped, or what does best on blocks that it did not see; and why it is not believed.

@@ -6,14 +6,13 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from ..calibration.fit import Calibrating, End, fit_from, units
-from ..calibration.numbers import Number
 from ..calibration.slopes import Forward
 from ..residuals.blocks import Blocks
 from ..residuals.noise import of_samples
@@ -26,10 +25,8 @@ from ..search.screen import Direction
 from . import guesses as g
 from .arranged import Arranged
 from .extended import Extended, Extending
-from .guesses import CURVE, Guess, Scene, Trial
-from .places import Insert
-
-Tell = Callable[[str, float], None]
+from .guesses import CURVE, Guess, Scene
+from .looks import Looks, Tell
 
 
 @dataclass
@@ -72,6 +69,7 @@ class Round:
     noise: dict[str, float] = field(default_factory=dict)
     off: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     ratios: dict[str, float] = field(default_factory=dict)  # error over noise of each output
+    still: list[str] = field(default_factory=list)  # variables that no law was asked of
 
 
 @dataclass
@@ -125,196 +123,49 @@ class Contest:
             return outcome
         series = self.played.series(problem.settings(self.values), problem.which)
         self.scene = Scene(self.problem.played.parts, self.played, series, self.prefix, self.smooth)
+        outcome.still = self.scene.still
         weights = self.arranged.put(weight(base.misfit, RULES.search.loss_scale))
-        self.linear = Linear(
-            self.arranged.put(self._as_fit(problem, base).jacobian), weights, self.arranged.folds, self.arranged.runs
+        columns = self.arranged.put(self._as_fit(problem, base).jacobian)
+        self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs)
+        self.looks = Looks(
+            problem, base, self.values, self.arranged, self.linear, self.scene, self.inserts, self.taken, self.kinds, self.tell
         )
-        self.drawn = self.linear.draws(self.arranged.put(base.misfit * weight(base.misfit, RULES.search.loss_scale)))
-        self.ways: list[tuple[Direction, Guess]] = []
-        self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []
-        self._look()
-        outcome.looked = len({guess.label for _, guess in self.ways})
-        outcome.fitted = self._fits()
+        self.looks.first()
+        outcome.fitted = self._fits(g.PLAIN)
+        if self._wanting(outcome):
+            self.looks.further()
+            outcome.fitted = _distinct(outcome.fitted + self._fits(g.DERIVED))
+        if g.LAW in self.kinds and self._wanting(outcome):
+            self.looks.pairs()
+            outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
+        outcome.looked = len({guess.label for _, guess in self.looks.ways})
         if outcome.fitted:
             self._judge(outcome, rng)
         self.played.extend(self.inserts)
         return outcome
 
-    # --- the first look ----------------------------------------------------------------------------------------------
-
-    def _trial(self, guess: Guess) -> Extending:
-        """The problem of a guess: what was found before, and its corrections and numbers."""
-        problem = self.problem
-        wanted = (*self.inserts, *guess.inserts)
-        if self.played.inserts != wanted:
-            self.played.extend(wanted)
-        found = replace(problem, numbers=(*problem.numbers, *guess.numbers), acts=problem.acts | guess.acts, units=problem.units)
-        vars(found)["played"] = self.played
-        vars(found)["trusted"] = problem.trusted
-        return found
-
-    def _misfit(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
-        values = self.values | {n.name: n.start for n in guess.numbers} | at
-        errors = problem.errors(values)
-        if errors is None:
-            return None
-        return np.concatenate(
-            [e[t] / problem.units[name] for name in errors for e, t in zip(errors[name], problem.trusted[name])]
-        )
-
-    def _keep(
-        self, guess: Guess, shape: dict[str, float], amplitudes: Sequence[Free], columns: np.ndarray, jump: float = 0.0
-    ) -> None:
-        if not np.isfinite(columns).all() or not columns.any():
-            return
-        way = Direction(guess.hypothesis, shape, tuple(amplitudes), self.arranged.put(columns), jump=jump)
-        self.linear.look(way, self.drawn)
-        if np.isfinite(way.gain):
-            self.ways.append((way, guess))
-
-    def _column(self, trial: Trial) -> None:
-        guess = trial.guess
-        problem = self._trial(guess)
-        off = {n.name: n.start for n in guess.numbers} | trial.at
-        if trial.acting:
-            at = self._misfit(problem, guess, off)
-            columns = []
-            for name in trial.acting:
-                n = next(n for n in guess.numbers if n.name == name)
-                step = RULES.naming.unit * (n.high - n.low)
-                step = -step if n.start + step > n.high else step
-                moved = self._misfit(problem, guess, off | {name: n.start + step})
-                if at is None or moved is None:
-                    return
-                columns.append((moved - at) / step)
-            frees = [f for f in guess.free if f.name in trial.acting]
-            self._keep(guess, trial.at, frees, np.stack(columns, -1))
-        else:
-            moved = self._misfit(problem, guess, off)
-            if moved is not None and self.base.misfit is not None:
-                self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
-
-    def _look(self) -> None:
-        scene, places = self.scene, self.scene.places
-        if g.PARAMETER in self.kinds:
-            for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
-                self._column(trial)
-        for k, place in enumerate(places):
-            self.tell(f"first look at {place}", 0.05 + 0.4 * k / len(places))
-            for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
-                self._column(trial)
-            if g.EVENT in self.kinds:
-                self._events(place)
-            for over, what in list(scene.variables(place)) if g.LAW in self.kinds else ():
-                for multiplies in (False, True):
-                    self._curve(place, over, what, multiplies)
-                    for trial in g.sines(scene, place, over, what, multiplies):
-                        self._column(trial)
-                for trial in g.with_state(scene, place, over, what):
-                    self._column(trial)
-        for one, knots, columns in self.tables:
-            for other, _, more in self.tables:
-                if g.overflows(scene, one, other):
-                    for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
-                        frees = [f for f in guess.free if f.name in amplitudes]
-                        self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
-
-    def _curve(self, place: g.Place, over: str, what: int, multiplies: bool) -> None:
-        """A free curve of a variable at a place, and the laws that its table can stand for, from one set of simulations."""
-        scene = self.scene
-        table, knots = g.curve(scene, place, over, what, multiplies)
-        if len(knots) < 2:
-            return
-        step = RULES.naming.unit * (1.0 if multiplies else scene.spread(place))
-        names = [f"{scene.prefix}.y{k + 1}" for k in range(len(knots))]
-        probe = Guess(CURVE, "table", "", (table,), tuple(g.number(name, 0.0, -step, step) for name in names))
-        problem = self._trial(probe)
-        at = self._misfit(problem, probe, {})
-        if at is None:
-            return
-        hats = []
-        for name in names:
-            moved = self._misfit(problem, probe, {name: step})
-            if moved is None:
-                return
-            hats.append((moved - at) / step)
-        columns = np.stack(hats, -1)
-        if not np.isfinite(columns).all() or not columns.any():
-            return
-        if not multiplies:
-            self.tables.append((table, knots, columns))
-        for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
-            self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
-        ways = self._own_directions(columns)
-        most = RULES.naming.reach * (1.0 if multiplies else scene.spread(place)) * np.sqrt(len(knots))
-        numbers = tuple(g.number(f"{scene.prefix}.c{j + 1}", 0.0, -most, most) for j in range(ways.shape[1]))
-        acts = {n.name: dict(zip(names, map(float, ways[:, j]))) for j, n in enumerate(numbers)}
-        guess = Guess(CURVE, "table", g.words("curve", table), (table,), numbers, acts)
-        self._keep(guess, {}, guess.free, columns @ ways)
-
-    def _own_directions(self, columns: np.ndarray) -> np.ndarray:
-        """Ways to change a curve's heights that the base's own numbers cannot make up for, (knots, directions)."""
-        assert self.base.jacobian is not None and self.base.misfit is not None
-        weights = weight(self.base.misfit, RULES.search.loss_scale)[:, None]
-        mine, base = columns * weights, self.base.jacobian * weights
-        lengths = np.sqrt((base**2).sum(0))
-        base = base[:, lengths > 0.0] / lengths[lengths > 0.0]
-        if base.shape[1]:
-            q, r = np.linalg.qr(base)
-            q = q[:, abs(np.diag(r)) > RULES.calibrate.lost]
-            mine = mine - q @ (q.T @ mine)
-        _, sizes, ways = np.linalg.svd(mine, full_matrices=False)
-        largest = float(np.linalg.norm(columns * weights, 2))
-        return ways[sizes > RULES.naming.degenerate * largest].T
-
-    def _events(self, place: g.Place) -> None:
-        """Shifts between two times: each edge is simulated once, and a shift is the difference of two."""
-        scene, count = self.scene, RULES.naming.edges
-        longest = sorted(self.problem.which, key=lambda i: -len(self.problem.runs[i]))[: RULES.naming.edge_runs]
-        edges = []
-        for i in longest:
-            time = self.problem.runs[i].time
-            edges.append(np.linspace(0.0, float(time[-1] - time[0]), count + 1))
-        step = RULES.naming.unit * scene.spread(place)
-        a, since = f"{scene.prefix}.a", f"{scene.prefix}.since"
-        steps: dict[tuple[int, int], np.ndarray | None] = {}
-        for i, times in zip(longest, edges):
-            numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
-            one = Insert(scene.prefix, place, "constant", fixed=(("until", g.FAR),))
-            probe = Guess(g.EVENT, "event", "", (one,), numbers)
-            problem = self._trial(probe)
-            at = self._misfit(problem, probe, {})
-            for k, time in enumerate(times[:-1]):
-                moved = self._misfit(problem, probe, {a: step, since: float(time)})
-                steps[i, k] = None if moved is None or at is None else (moved - at) / step
-            steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
-        for i, guess, first, last in g.events(scene, place, edges, longest):
-            begin, end = steps[i, first], steps[i, last]
-            if begin is None or end is None or (first == 0 and last == count):
-                continue
-            shape = {n.name: n.start for n in guess.numbers[1:]}
-            self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])
+    def _wanting(self, outcome: Round) -> bool:
+        """Whether something is left by the named rival that fits best."""
+        named = [r.end for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
+        if not named:
+            return True
+        best = min(named, key=lambda end: end.loss)
+        assert best.misfit is not None
+        left = self.arranged.errors(best.misfit) / np.maximum(self.errors_fit, 1e-300)
+        return bool((np.array(list(outcome.ratios.values())) * left > RULES.search.clean).any())
 
     # --- fits --------------------------------------------------------------------------------------------------------
 
-    def _fits(self) -> list[Rivalled]:
-        """The guesses that look best, fitted; best first."""
+    def _fits(self, stage: int) -> list[Rivalled]:
+        """The guesses of a stage that look best, fitted; best first."""
         of: dict[str, list[tuple[Direction, Guess]]] = {}
-        for way, guess in sorted(self.ways, key=lambda pair: -pair[0].gain):
+        for way, guess in sorted(self.looks.ways, key=lambda pair: -pair[0].gain):
             if way.gain > 0.0:
                 of.setdefault(guess.label, []).append((way, guess))
-        every = list(of.values())
-        found: list[Rivalled] = []
-        for plain in (True, False):
-            ordered = [ways for ways in every if ways[0][1].plain == plain]
-            found += self._fits_of(ordered, plain)
-        return _distinct(found)
-
-    def _fits_of(self, ordered: list[list[tuple[Direction, Guess]]], plain: bool) -> list[Rivalled]:
-        """Those of these guesses that look best, fitted; best first."""
-        rules = RULES.naming
+        ordered = [ways for ways in of.values() if ways[0][1].stage == stage]
+        plain, rules = stage == g.PLAIN, RULES.naming
         curves = [ways for ways in ordered if ways[0][1].kind == CURVE][: rules.curves]
-        least = rules.promising * max((way.gain for way, _ in self.ways), default=0.0)
+        least = rules.promising * max((way.gain for way, _ in self.looks.ways), default=0.0)
         others = [
             ways
             for ways in ordered
@@ -325,10 +176,16 @@ class Contest:
             best = curves[0][0][1]
             near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over and w[0][1].kind == g.LAW]
             chosen += [ways for ways in near[: rules.of_place] if ways not in chosen]
+        elif chosen:
+            best = chosen[0][0][1]  # what has fewer numbers than it, and looks as it does, is no worse a name for it
+            near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over]
+            near.sort(key=lambda ways: len(ways[0][1].numbers))
+            chosen += [ways for ways in near[: rules.of_place // 2] if ways not in chosen]
         for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
             mine = [ways for ways in others if ways[0][1].law == name]
-            mine = mine if name == "overflow" else mine[: rules.of_law]  # of which there are few, and the look sees little
-            chosen += [ways for ways in mine if ways not in chosen]
+            most = rules.of_path if mine[0][0][1].kind == g.PATH else rules.of_law
+            most = rules.overflows if name == "overflow" else most  # of which the look sees little
+            chosen += [ways for ways in mine[:most] if ways not in chosen]
         found = []
         todo = [
             (guess, self._start(way, guess)) for ways in (*curves, *chosen) for way, guess in ways[: self._starts(ways[0][1])]
@@ -344,16 +201,34 @@ class Contest:
         for rival in found:
             values = rival.values
             more += [*g.relatives(rival.guess, values)]
+        for rival in [rival for rival in found if rival.guess.kind == g.EVENT][: rules.shifted]:
+            more += [(rival.guess, start) for start in g.shifted(rival.guess, rival.values)]
+        more += self._curve_beside(found)
         for k, (guess, start) in enumerate(more):
             self.tell(f"fits: {guess.label}", 0.75 + 0.1 * k / len(more))
             if (rival := self._fit(guess, start)) is not None:
                 found.append(rival)
+        found = _distinct(found)
+        if found and found[0].guess.kind == CURVE and (more_points := self.looks.finer(found[0].guess, found[0].values)):
+            self.tell(f"fits: {more_points[0].label}", 0.85)
+            found += [rival] if (rival := self._fit(*more_points)) is not None else []
         found = _distinct(found)
         for k, rival in enumerate(found[: rules.polished]):
             self.tell(f"fits: {rival.guess.label}", 0.85 + 0.05 * k / rules.polished)
             if (better := self._fit(rival.guess, rival.values)) is not None:
                 found[k] = better
         return _distinct(found)
+
+    def _curve_beside(self, found: list[Rivalled]) -> Iterator[tuple[Guess, dict[str, float]]]:
+        """The free curve that the best law goes along with, where it was not fitted: what the law says must be held against it."""
+        best = next((rival.guess for rival in found if rival.guess.kind == g.LAW), None)
+        if best is None or not best.inserts:
+            return
+        label = g.words("curve", best.inserts[0])
+        mine = [pair for pair in self.looks.ways if pair[1].label == label]
+        if mine and not any(rival.guess.label == label for rival in found):
+            way, guess = max(mine, key=lambda pair: pair[0].gain)
+            yield guess, self.values | self._start(way, guess)
 
     def _starts(self, guess: Guess) -> int:
         """From how many places it is fitted."""
@@ -367,7 +242,7 @@ class Contest:
 
     def _fit(self, guess: Guess, start: dict[str, float]) -> Rivalled | None:
         """A guess fitted from these values of its numbers, and of the base's where they are given."""
-        problem = self._trial(guess)
+        problem = self.looks.trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
         best: End | None = None
         for share in (1.0, 0.3):  # far from linear the whole of what the look says may be too much
@@ -466,31 +341,41 @@ class Contest:
         left = self.arranged.put(best.misfit * best.weights)
         energy = max(float((left**2).sum()), 1e-300)
         draws = {}
-        for plain in (True, False):  # what is asked first pays for no more than what was asked by then
-            ways = [way for way, guess in self.ways if guess.plain or not plain]
-            draws[plain] = self.linear.chance(ways, left, rules.draws, rng) / energy
-        outcome.chance_level = float(np.quantile(draws[True], rules.chance_quantile))
+        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):  # what is asked first pays for no more than what was asked by then
+            ways = [way for way, guess in self.looks.ways if guess.stage == stage]
+            draws[stage] = self.linear.chance(ways, left, rules.draws, rng) / energy
+            if stage:
+                draws[stage] = np.maximum(draws[stage], draws[stage - 1])
+        outcome.chance_level = float(np.quantile(draws[g.PLAIN], rules.chance_quantile))
         for rival in fitted:
-            c, by_chance = rival.candidate, draws[rival.guess.plain]
+            c, by_chance = rival.candidate, draws[rival.guess.stage]
             c.gain = float((self.losses - c.losses).sum() / max(fitted[0].candidate.errors.sum(), 1e-300))
             c.chance = (1 + int((by_chance >= c.gain).sum())) / (1 + rules.draws)
             if c.chance > rules.significant:
                 c.doubt = "chance finds as much"
             elif c.drop < rules.relevant:
                 c.doubt = f"it lowers the error of no output by {100 * rules.relevant:.0f} %"
-        outcome.curve = next((r for r in fitted if r.guess.kind == CURVE and not r.candidate.doubt), None)
+        outcome.curve = self._curve_of(outcome)
         real = [r for r in fitted if not r.candidate.doubt]
         if not real:
             return
         named = [r for r in real if r.guess.kind != CURVE]
-        first, later = ([r for r in named if r.guess.plain == plain] for plain in (True, False))
         base = outcome.base.errors.mean()
-        outcome.order = self._ordered(first, outcome.chance_level, base)
-        derived = self._ordered(later, outcome.chance_level, base)
-        if derived and (not outcome.order or worse(outcome.order[0].candidate, derived[0].candidate, outcome.chance_level)):
-            outcome.order = derived + outcome.order
+        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
+            later = self._ordered([r for r in named if r.guess.stage == stage], outcome.chance_level, base)
+            if later and (not outcome.order or worse(outcome.order[0].candidate, later[0].candidate, outcome.chance_level)):
+                outcome.order = later + outcome.order
         if outcome.order:
             outcome.winner = outcome.order[0]
+
+    def _curve_of(self, outcome: Round) -> Rivalled | None:
+        """The free curve that predicts most, of variables as they are unless others are better beyond what varies."""
+        found: Rivalled | None = None
+        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
+            real = [r for r in outcome.fitted if r.guess.kind == CURVE and r.guess.stage == stage and not r.candidate.doubt]
+            if real and (found is None or worse(found.candidate, real[0].candidate, outcome.chance_level)):
+                found = real[0]
+        return found
 
     def _ordered(self, real: list[Rivalled], level: float, base: float) -> list[Rivalled]:
         """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best."""

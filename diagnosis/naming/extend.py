@@ -78,8 +78,9 @@ def _inputs(work: Work, i: int, whole: System, out: Path) -> Path:
         if name in work.parts.variables:
             columns[f"{entry.name}.signal" if entry else name] = values
         for one in work.inserts:
-            if one.over == name and not one.own and f"{one.name}.x" not in whole.connections:
-                columns[f"{one.name}.x"] = values
+            for target, over in (("x", "" if one.own else one.over), ("beside", one.beside)):
+                if over == name and f"{one.name}.{target}" not in whole.connections:
+                    columns[f"{one.name}.{target}"] = values
     path = out / "inputs.csv"
     pd.DataFrame(columns).to_csv(path, index=False)
     return path

@@ -105,8 +105,8 @@ class Extending(Calibrating):
         return found
 
 
-def taken(x: np.ndarray, time: np.ndarray, what: int) -> np.ndarray:
-    """What of x a law goes with, at all steps: as the law itself takes it, but for where in a step."""
+def taken(x: np.ndarray, time: np.ndarray, what: int, w: np.ndarray) -> np.ndarray:
+    """What of x, and of w, a law goes with, at all steps: as the law itself takes it, but for where in a step."""
     if what == law.RATE:
         return np.gradient(x, time)
     if what == law.INTEGRAL:
@@ -119,4 +119,10 @@ def taken(x: np.ndarray, time: np.ndarray, what: int) -> np.ndarray:
         last = np.zeros(len(x), int)
         last[turned] = turned
         return time - time[np.maximum.accumulate(last)]
+    if what == law.DIFFERENCE:
+        return x - w
+    if what == law.PRODUCT:
+        return x * w
+    if what == law.ROOTED:
+        return x * np.sign(w) * np.sqrt(abs(w))
     return x

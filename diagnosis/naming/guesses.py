@@ -22,6 +22,8 @@ PARAMETER, PATH, EVENT, LAW, CURVE = "parameter", "path", "event", "law", "curve
 KINDS = PARAMETER, PATH, EVENT, LAW
 """What may be asked for; with laws go free curves."""
 FAR = 1e300
+PLAIN, DERIVED, PAIRS = range(3)
+"""The stages in which guesses are asked: one of a later stage must be better, not only as good."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +42,21 @@ class Guess:
         return self.inserts[0].place if self.inserts else None
 
     @property
-    def over(self) -> tuple[str, int]:
-        """The variable that its law goes with, and what of it."""
-        return (self.inserts[0].over, self.inserts[0].taken) if self.inserts else ("", law.VALUE)
+    def over(self) -> tuple[str, int, str]:
+        """The variable that its law goes with, what of it, and with which other."""
+        return (self.inserts[0].over, self.inserts[0].taken, self.inserts[0].beside) if self.inserts else ("", law.VALUE, "")
+
+    @property
+    def stage(self) -> int:
+        """When it is asked: PLAIN what goes with variables as they are and is added, or is no law at all; last what goes with two."""
+        if any(one.beside for one in self.inserts):
+            return PAIRS
+        derived = any(one.multiplies or one.taken != law.VALUE or (one.over and self.kind == EVENT) for one in self.inserts)
+        return DERIVED if derived else PLAIN
 
     @property
     def plain(self) -> bool:
-        """Whether it goes with variables as they are and is added, or is no law at all: what is asked first."""
-        return not any(one.multiplies or one.taken != law.VALUE for one in self.inserts)
+        return self.stage == PLAIN
 
     @cached_property
     def free(self) -> tuple[Free, ...]:
@@ -89,8 +98,10 @@ class Scene:
     def step(self) -> float:
         return self.parts.system.run.step
 
-    def joined(self, name: str, what: int = law.VALUE) -> np.ndarray:
-        return np.concatenate([taken(x, t, what) for x, t in zip(self.series[name], self.series["time"])])
+    def joined(self, name: str, what: int = law.VALUE, beside: str = "") -> np.ndarray:
+        """What of a variable, or of two, a law goes with, at all steps of all runs."""
+        others = self.series[beside or name]
+        return np.concatenate([taken(x, t, what, w) for x, t, w in zip(self.series[name], self.series["time"], others)])
 
     def signal(self, place: Place) -> np.ndarray:
         return self.joined(place.variable)
@@ -108,6 +119,11 @@ class Scene:
         places = of_system(self.parts, self.played.group.members, fed, self.played.outputs)
         return [p for p in places if p.variable in self.series and p.variable not in known]
 
+    @property
+    def still(self) -> list[str]:
+        """Variables that stand still in all runs: of them no law can be told."""
+        return [name for name in self.series if name != "time" and not _moves(self.joined(name))]
+
     def variables(self, place: Place) -> Iterator[tuple[str, int]]:
         """What a law there may go with: what its component is given and gives, then all else; nothing twice."""
         component = self.parts.owner(place.variable)
@@ -119,9 +135,9 @@ class Scene:
         kept: list[np.ndarray] = []
         for name, what in wanted:
             x = self.joined(name, what)
-            if not np.isfinite(x).all() or np.ptp(x) <= RULES.judge.constant * max(1.0, float(abs(x).max())):
+            if not _moves(x):
                 continue
-            unit = (x - x.mean()) / x.std()
+            unit = self._even(x)
             if any(abs(float(np.mean(unit * other))) > RULES.naming.same_variable for other in kept):
                 continue
             kept.append(unit)
@@ -129,22 +145,80 @@ class Scene:
             if len(kept) >= RULES.naming.variables:
                 return
 
+    def pairs(self, place: Place) -> list[tuple[str, int, str]]:
+        """What a law there may go with of two variables as they are: a difference of what has one unit, products."""
+        known, found = self.parts.variables, []
+        singles = [name for name, what in self.variables(place) if what == law.VALUE]
+        unit = lambda name: known[name].unit if name in known else None
+        for a, b in combinations(singles, 2):
+            if unit(a) == unit(b):
+                found.append((a, law.DIFFERENCE, b))
+            if place.variable not in (a, b):  # a law that multiplies it is that already
+                found.append((a, law.PRODUCT, b))
+            found += [(one, law.ROOTED, other) for one, other in ((a, b), (b, a))]
+        kept = [self._even(self.joined(name)) for name in singles]
+        distinct = []
+        for one in found:
+            x = self.joined(*one)
+            if not _moves(x):
+                continue
+            unit_of_it = self._even(x)
+            if not any(abs(float(np.mean(unit_of_it * other))) > RULES.naming.same_variable for other in kept):
+                kept.append(unit_of_it)
+                distinct.append(one)
+        return distinct[: RULES.naming.pairs]
+
+    @staticmethod
+    def _even(x: np.ndarray) -> np.ndarray:
+        return (x - x.mean()) / x.std()
+
+
+def _moves(x: np.ndarray) -> bool:
+    return bool(np.isfinite(x).all() and np.ptp(x) > RULES.judge.constant * max(1.0, float(abs(x).max())))
+
 
 def number(name: str, start: float, low: float, high: float) -> Number:
     return Number(name, name, start, low, high)
 
 
-def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool) -> tuple[Insert, np.ndarray]:
-    """A table of a variable, its points where the variable is, all heights 0; and these points."""
-    x = scene.joined(over, what)
+def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool, beside: str = "") -> tuple[Insert, np.ndarray]:
+    """A table of a variable, or of two taken together, its points where the variable is, all heights 0; and these points."""
+    x = scene.joined(over, what, beside)
     knots = np.unique(np.quantile(x, RULES.naming.knots))
     gap = RULES.naming.knot_gap * float(np.ptp(x))
     while len(knots) > 2 and (np.diff(knots) < gap).any():
         tight = int(np.argmin(np.diff(knots)))
         knots = np.delete(knots, tight + 1 if 0 < tight + 1 < len(knots) - 1 else tight)
-    carried = ahead(scene.parts, place, over, scene.smooth) if what == law.VALUE else 0.5 if what == law.INTEGRAL else 0.0
-    fixed = (("ahead", carried), *((f"x{k + 1}", float(x)) for k, x in enumerate(knots)))
-    return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed), knots
+    follows = lambda name: ahead(scene.parts, place, name, scene.smooth)
+    carried = 0.5 if what == law.INTEGRAL else 0.0 if what in (law.RATE, law.SINCE_TURN) else follows(over)
+    fixed: tuple[tuple[str, float], ...] = (("ahead", carried), ("ahead_beside", follows(beside) if beside else 0.0))
+    fixed += tuple((f"x{k + 1}", float(x)) for k, x in enumerate(knots))
+    return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed, beside), knots
+
+
+def coarser(table: Insert, knots: np.ndarray) -> Iterator[tuple[Insert, np.ndarray]]:
+    """A table, and the same of every second point, which few blocks tell better: what the heights are at the knots."""
+    for places in (np.arange(len(knots)), np.unique([*range(0, len(knots), 2), len(knots) - 1])):
+        few = knots[places]
+        heights = np.stack([np.interp(knots, few, unit) for unit in np.eye(len(few))], -1)
+        fixed = table.fixed[:2] + tuple((f"x{k + 1}", float(x)) for k, x in enumerate(few))
+        yield replace(table, points=len(few), fixed=fixed), heights
+        if len(knots) < RULES.naming.coarser:
+            return
+
+
+def halved(table: Insert) -> Insert:
+    """A table with points in the middle between its own, as many as there may be."""
+    fixed = dict(table.fixed)
+    x = np.array([fixed[f"x{k + 1}"] for k in range(table.points)])
+    wide = np.argsort(-np.diff(x), kind="stable")[: law.POINTS - len(x)]
+    more = np.sort(np.concatenate([x, x[wide] + 0.5 * np.diff(x)[wide]]))
+    return replace(table, points=len(more), fixed=table.fixed[:2] + tuple((f"x{k + 1}", float(v)) for k, v in enumerate(more)))
+
+
+def heights(table: Insert) -> list[str]:
+    """The names of a table's heights."""
+    return [f"{table.name}.y{k + 1}" for k in range(table.points)]
 
 
 def words(kind: str, one: Insert) -> str:
@@ -193,7 +267,7 @@ def laws(scene: Scene, table: Insert, knots: np.ndarray) -> Iterator[tuple[Guess
                     numbers.append(number(f"{scene.prefix}.{n}", 0.0, -most, most))
                 else:
                     numbers.append(number(f"{scene.prefix}.{n}", shape[n], *ranges[n]))
-            one = replace(table, law=name, points=0, fixed=tuple(pair for pair in table.fixed if pair[0] == "ahead"))
+            one = replace(table, law=name, points=0, fixed=table.fixed[:2])
             guess = Guess(LAW, name, words(name, one), (one,), tuple(numbers))
             yield (
                 guess,
@@ -257,7 +331,7 @@ def sines(scene: Scene, place: Place, over: str, what: int, multiplies: bool) ->
     if what != law.VALUE or over not in scene.parts.variables or scene.parts.variables[over].unit != "rad":
         return
     table, _ = curve(scene, place, over, what, multiplies)
-    one = replace(table, law="sine", points=0, fixed=table.fixed[:1])
+    one = replace(table, law="sine", points=0, fixed=table.fixed[:2])
     most = RULES.naming.reach * (1.0 if multiplies else scene.spread(place))
     for n in RULES.naming.waves:
         for phase in (0.0, 0.5 * np.pi):
@@ -299,12 +373,12 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
             yield Trial(made("saturation", bound, title=f"saturation ({end})", **{other[0]: other[1]}), {name: at})
     rates = np.concatenate([abs(np.diff(x) / np.diff(t)) for x, t in zip(scene.series[place.variable], scene.series["time"])])
     fastest = float(rates.max())
-    for share in rules.bands:
+    for share in np.geomspace(*rules.rates):
         r = f"{prefix}.r"
-        yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: (1.0 - share) * fastest})
-    for share in rules.counts:
+        yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: float(share) * fastest})
+    for share in np.geomspace(*rules.counts):
         q = f"{prefix}.q"
-        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: share * spread})
+        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: float(share) * spread})
 
 
 def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:
@@ -332,22 +406,48 @@ def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> 
             yield Trial(Guess(PARAMETER, "parameter", name, (), (Number(name, name, float(given), low, high),)), {}, (name,))
 
 
-def events(scene: Scene, place: Place, edges: Sequence[np.ndarray], runs: Sequence[int]) -> Iterator[tuple[int, Guess, int, int]]:
-    """A shift of a place between two times of a run, by the places of these among the edges: (run, guess, first, last)."""
+def shifts(scene: Scene, place: Place) -> Iterator[tuple[Insert, float, str]]:
+    """What an event may add to a place while it lasts: something constant, or in proportion to a variable of its component.
+
+    The latter as of a part that was exchanged, or of an open lid. As (correction, how large its amplitude may be, words).
+    """
     spread = scene.spread(place)
+    yield Insert(scene.prefix, place, "constant"), 3.0 * spread, ""
+    component = scene.parts.owner(place.variable)
+    mine = lambda name: not name or (name in scene.parts.variables and scene.parts.owner(name) == component)
+    wanted = [(name, what, "") for name, what in scene.variables(place) if what == law.VALUE]
+    wanted += [pair for pair in scene.pairs(place) if pair[1] == law.DIFFERENCE]
+    for over, what, beside in [one for one in wanted if mine(one[0]) and mine(one[2])][: RULES.naming.gated]:
+        table, _ = curve(scene, place, over, what, False, beside)
+        one = replace(table, law="proportional", points=0, fixed=table.fixed[:2])
+        most = RULES.naming.reach * RULES.naming.reach * spread / float(abs(scene.joined(over, what, beside)).max())
+        yield one, most, f", in proportion to {one.goes_with}"
+
+
+def events(
+    scene: Scene, added: Insert, most: float, in_words: str, edges: Sequence[np.ndarray], runs: Sequence[int]
+) -> Iterator[tuple[int, Guess, int, int]]:
+    """A shift between two times of a run, by the places of these among the edges: (run, guess, first, last)."""
     a, since, until = (f"{scene.prefix}.{name}" for name in ("a", "since", "until"))
+    label = words("event", replace(added, over="")) + in_words
     for i, times in zip(runs, edges):
         end = float(times[-1])
         for j, k in combinations(range(len(times)), 2):
-            numbers = [Number(a, a, 0.0, -3.0 * spread, 3.0 * spread, run=i)]
+            numbers = [Number(a, a, 0.0, -most, most, run=i)]
             numbers.append(number(since, float(times[j]), 0.0, end))
-            fixed: tuple[tuple[str, float], ...] = ()
+            fixed = added.fixed
             if k < len(times) - 1:
                 numbers.append(number(until, float(times[k]), 0.0, end))
             else:
-                fixed = (("until", FAR),)
-            one = Insert(scene.prefix, place, "constant", fixed=fixed)
-            yield i, Guess(EVENT, "event", words("event", one), (one,), tuple(numbers)), j, k
+                fixed += (("until", FAR),)
+            yield i, Guess(EVENT, "event", label, (replace(added, fixed=fixed),), tuple(numbers)), j, k
+
+
+def shifted(guess: Guess, at: dict[str, float]) -> Iterator[dict[str, float]]:
+    """An event with an end half a stretch away: where what it adds is about 0 a fit cannot pass."""
+    for n in guess.numbers[1:]:
+        for by in (-0.5, 0.5):
+            yield at | {n.name: float(np.clip(at[n.name] + by * n.high / RULES.naming.edges, n.low, n.high))}
 
 
 def overflow(
@@ -360,8 +460,7 @@ def overflow(
     low, high = float(knots[0]), float(knots[-1])
     a, level, on = f"{scene.prefix}.a", f"{scene.prefix}.l", f"{scene.prefix}_on"
     both = tuple(
-        replace(one, name=name, law="limit", points=0, fixed=tuple(pair for pair in one.fixed if pair[0] == "ahead"))
-        for one, name in ((first, scene.prefix), (second, on))
+        replace(one, name=name, law="limit", points=0, fixed=one.fixed[:2]) for one, name in ((first, scene.prefix), (second, on))
     )
     label = f"overflow of {first.goes_with}: from {first.place} on to {second.place}"
     acts = {level: {level: 1.0, f"{on}.l": 1.0}}

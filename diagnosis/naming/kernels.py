@@ -2,11 +2,11 @@
 
 from selflock.fmus.correction import law
 
-SIGNAL, X, OUT, P = range(4)  # from P on the law's p, from M on its m
+SIGNAL, X, W, OUT, P = range(5)  # from P on the law's p, from M on its m
 M = P + law.SIZE
 SIZE = M + law.MEMORY
 
 
 def advance(block, dt):
     """A step of dt over the block."""
-    block[OUT] = law.step(block[P:M], block[M:SIZE], block[SIGNAL], block[X], dt)
+    block[OUT] = law.step(block[P:M], block[M:SIZE], block[SIGNAL], block[X], block[W], dt)

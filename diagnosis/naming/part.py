@@ -21,7 +21,7 @@ from selflock.master.native import Native
 
 from . import kernels
 
-HEAD = {"since": law.SINCE, "until": law.UNTIL, "ahead": law.AHEAD}
+HEAD = {"since": law.SINCE, "until": law.UNTIL, "ahead": law.AHEAD, "ahead_beside": law.AHEAD_W}
 BLOCK = types.CPointer(types.float64)
 
 
@@ -49,17 +49,18 @@ def places(name: str, points: int = 0) -> dict[str, int]:
 
 
 class CompiledCorrection(Part):
-    """signal and x in, corrected out."""
+    """signal, x and w in, corrected out."""
 
     can_roll_back = True
     instant = False  # it follows in a step
 
     def __init__(self, name: str, kind: str, multiplies: bool = False, taken: int = 0, own: bool = False, points: int = 0):
-        """kind: the name of a law; taken: what of x; own: x is the signal; points: of a table."""
+        """kind: the name of a law; taken: what of x, or of x and w; own: x is the signal; points: of a table."""
         self.places = places(kind, points)
         found = [
             Variable("signal", "", 0.0, "what is corrected", causality="input"),
             Variable("x", "", 0.0, "what the law goes with", causality="input"),
+            Variable("beside", "", 0.0, "what it goes with beside x", causality="input"),
             # x counts from the first step on: an FMU that does not tell what acts at once is no loop then
             Variable("corrected", "", 0.0, "the signal as it is passed on", causality="output", depends_on=("signal",)),
             *(Variable(word, "", 0.0, "", causality="parameter") for word in self.places),
@@ -77,7 +78,7 @@ class CompiledCorrection(Part):
         self.block[kernels.M :] = 0.0
 
     def bind(self, inputs, outputs) -> None:
-        assert list(inputs) in ([], ["signal"], ["signal", "x"]), inputs
+        assert list(inputs) == ["signal", "x", "beside"][: len(inputs)], inputs
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
         self.u, self.y = self.block[: len(inputs)], self.block[kernels.OUT : kernels.OUT + len(outputs)]
 
@@ -94,7 +95,7 @@ class CompiledCorrection(Part):
         return float(self.block[self._place(name)])
 
     def _place(self, name: str) -> int:
-        fixed = {"signal": kernels.SIGNAL, "x": kernels.X, "corrected": kernels.OUT}
+        fixed = {"signal": kernels.SIGNAL, "x": kernels.X, "beside": kernels.W, "corrected": kernels.OUT}
         return fixed[name] if name in fixed else kernels.P + self.places[name]
 
     def write(self) -> None: ...

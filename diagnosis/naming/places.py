@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from selflock.fmus.correction.law import INTEGRAL, RATE, SINCE_TURN, VALUE
+from selflock.fmus.correction.law import DIFFERENCE, INTEGRAL, PRODUCT, RATE, ROOTED, SINCE_TURN, VALUE
 from selflock.master.system import Component, Connection, System
 
 from ..systems.parts import LOG, Parts
@@ -16,6 +16,9 @@ WORDS = {
     RATE: "the rate of {}",
     INTEGRAL: "the integral of {}",
     SINCE_TURN: "the time since {} turned",
+    DIFFERENCE: "{} - {}",
+    PRODUCT: "{} · {}",
+    ROOTED: "{} · sqrt|{}|",
 }
 MIDDLE = 0.5  # of a step: there a held law is right to second order
 
@@ -43,16 +46,17 @@ class Insert:
     taken: int = VALUE
     points: int = 0  # of a table
     fixed: tuple[tuple[str, float], ...] = ()  # numbers that no fit changes
+    beside: str = ""  # a second variable
 
     @property
     def goes_with(self) -> str:
         """What the law goes with, in words."""
-        return WORDS[self.taken].format(self.over) if self.over else ""
+        return WORDS[self.taken].format(self.over, self.beside) if self.over else ""
 
     @property
     def own(self) -> bool:
         """Whether the law goes with the signal itself."""
-        return self.over == self.place.variable
+        return self.over == self.place.variable and not self.beside
 
 
 def of_system(parts: Parts, members: Sequence[str], fed: Iterable[str], recorded: Iterable[str]) -> list[Place]:
@@ -98,13 +102,13 @@ def extended(
             behind = moved.get(variable, variable).rpartition(".")[0] if variable in moved else component
             order.insert(order.index(behind) + 1, one.name)
             moved[variable] = corrected
-        if one.over and not one.own:
-            if one.over in plain:
-                connections[f"{one.name}.x"] = plain[one.over]
-            elif one.over in parts.variables and parts.variables[one.over].causality != "input":
-                connections[f"{one.name}.x"] = Connection(one.over, convert=False)
-            elif LOG in components:
-                connections[f"{one.name}.x"] = Connection(f"{LOG}.{one.over}", convert=False)
+        for target, over in (("x", "" if one.own else one.over), ("beside", one.beside)):
+            if over in plain:
+                connections[f"{one.name}.{target}"] = plain[over]
+            elif over in parts.variables and parts.variables[over].causality != "input":
+                connections[f"{one.name}.{target}"] = Connection(over, convert=False)
+            elif over and LOG in components:
+                connections[f"{one.name}.{target}"] = Connection(f"{LOG}.{over}", convert=False)
         components[one.name] = make(one)
     wanted = [moved.get(name, name) for name in system.run.record]
     return replace(

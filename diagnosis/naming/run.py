@@ -8,31 +8,31 @@ from contextlib import ExitStack
 from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from selflock.fmus.correction import law
-
 from ..calibration import told
-from ..calibration.fit import End, fit, fit_from, remaining, spreads, units
+from ..calibration.fit import End, fit, fit_from, spreads, units
 from ..calibration.numbers import Number, of_rig
-from ..calibration.played import Played
 from ..calibration.run import division, here, own, reached, sizes
+from ..calibration.slopes import Forward
 from ..data.log import MeasuredRun
 from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
+from ..residuals.mending import rms
+from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.parts import Parts
 from ..systems.system import prepare
+from .answer import told_of
 from .contest import Contest, Round, beside
 from .extend import extend
-from .extended import Extended, Extending
+from .extended import Extended, Extending, taken
 from .guesses import CURVE, EVENT, KINDS, Guess
-from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
+from .outcome import Naming
 from .page import write
 from .places import Insert
 
@@ -52,6 +52,7 @@ class Work:
     words: str
     layout: Blocks
     played: Extended
+    given_step: float  # of the system as the rig has it, s
     kept: Kept | None = None  # where fits are kept
     inserts: tuple[Insert, ...] = ()
     found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
@@ -61,6 +62,7 @@ class Work:
     def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
         """A system of one's own on these runs."""
         played = Extended(self.rig, parts, runs, numbers)
+        played.effort = self.played.effort  # of all together
         self.opened.callback(played.close)
         return played
 
@@ -78,10 +80,15 @@ class Work:
         found.units = spreads(self.played)
         return found
 
-    def finer(self) -> Work:
-        """The same in half the steps."""
+    @property
+    def step(self) -> float:
+        """The system's step, s."""
+        return self.parts.system.run.step
+
+    def in_steps(self, factor: float) -> Work:
+        """The same in steps of another size."""
         parts = copy(self.parts)
-        parts.system = replace(parts.system, run=replace(parts.system.run, step=parts.system.run.step / 2.0))
+        parts.system = replace(parts.system, run=replace(parts.system.run, step=self.step * factor))
         return replace(self, parts=parts, played=self.played_on(parts, self.runs, self.numbers))
 
     def with_also(self, guess: Guess) -> Work:
@@ -123,10 +130,10 @@ def name_system(
     rows = [np.ones(len(run), bool) for run in runs]
     with ExitStack() as opened:
         opened.callback((played := Extended(rig, parts, runs, numbers)).close)
-        work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, kept, opened=opened)
+        work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, parts.system.run.step, kept, opened=opened)
         work.judges, work.rows, work.words = division(work.problem(), held, [layout.block(i) for i in range(len(runs))])
         found = _searched(work, tell, starts, seed, kinds)
-        result = _told_of(found, seed)
+        result = told_of(found, seed)
         result.faults = [fault.row() for fault in faults]
         result.effort["elapsed"] = time.monotonic() - begun
         if out is not None:
@@ -159,14 +166,13 @@ class Search:
     best: Whole
     outcomes: list[Round]
     notes: list[str]
-    near: Played  # on the heads of the runs
     begins: Work  # before anything was found
 
 
-def _near(work: Work) -> Extending:
-    """The heads of all runs that teach, on which guesses are looked at and compared."""
+def _near(work: Work, most: int = RULES.naming.glance) -> Extending:
+    """The heads of all runs that teach, of so many samples, on which guesses are looked at and compared."""
     total = sum(len(work.runs[i]) for i in work.which)
-    share = min(1.0, RULES.naming.glance / total)
+    share = min(1.0, most / total)
     runs = [work.runs[i].head(max(2, int(np.ceil(share * len(work.runs[i]))))) for i in work.which]
     place = {i: k for k, i in enumerate(work.which)}
     numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
@@ -183,47 +189,97 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     tell("the base", 0.02)
     assert isinstance(near.played, Extended)
     places, notes = _base(work, near, near.played, starts, seed)
-    given_step = work.parts.system.run.step
-    work, near, places = _fine_enough(work, near, places)
+    if _later(work, near, near.values(places)):
+        near.played.close()
+        longer = _near(work, RULES.naming.glance_longer)
+        longer.fixed = near.fixed
+        near = longer
     rng = np.random.default_rng(seed)
-    problem = work.problem()
     nothing = End(np.zeros(0), np.zeros(0), np.inf)
-    given = _measured(work, problem, nothing, {n.name: n.start for n in work.numbers})
-    base = best = _fitted(work, near.values(places), near.fixed)
-    found = Search(work, given, base, best, [], notes, near.played, work)
-    for k in range(RULES.naming.rounds):
-        prefix = PREFIX + (f"_{k + 1}" if k else "")
-        taken = {n.variable for n in near.numbers}
-        contest = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, taken, kinds)
-        outcome = contest.play(rng)
+    given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
+    work, near, places = _fine_enough(work, near, places)
+    found, again = _begun(work, near, places, given, notes), RULES.naming.halved
+    while len(found.outcomes) < RULES.naming.rounds:
+        k, numbers = len(found.outcomes), near.numbers
+        prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
+        outcome = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds).play(rng)
         found.outcomes.append(outcome)
-        outcome.winner = None
-        for rival in outcome.order[: RULES.naming.vetoed]:
-            wider = found.work.with_also(rival.guess)
-            after = _fitted(wider, rival.values, near.fixed)
-            if _helps(after, found.best, rival.guess.kind):
-                base_loss = outcome.base.errors.mean()
-                outcome.winner = rival
-                outcome.beside = beside(rival, outcome.order, outcome.chance_level, base_loss)
-                break
-            rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
-        if outcome.winner is None:
+        wider = _chosen(found, outcome, near.fixed)
+        if wider is None or outcome.winner is None:
             break
-        found.work, found.best = wider, after
         near, places = outcome.winner.problem, outcome.winner.end.places
         assert isinstance(near.played, Extended)
         near.played.extend(wider.inserts)
-        found.work, near, places = _fine_enough(wider, near, places)
-        if found.work is not wider:
-            found.best = _fitted(found.work, near.values(places), near.fixed)
-            found.begins = replace(found.work, inserts=(), found=[], acts={})
+        work, near, places = _fine_enough(wider, near, places)
+        if work is wider:
+            continue
+        if k == 0 and again:  # it was found in steps that hide or feign something, so that it is looked for anew
+            work, again = replace(work, inserts=(), found=[], acts={}), again - 1
+            near = _without(near, numbers)
+            places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
+            found = _begun(work, near, places, given, notes)
+        else:
+            found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
+            found.begins = replace(work, inserts=(), found=[], acts={})
+    if still := found.outcomes[0].still:
+        notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
     _curve_instead(found)
     found.work.played.extend(found.work.inserts)
-    step = found.work.parts.system.run.step
-    if step != given_step:
-        notes.append(f"steps of {given_step:g} s are too long for this system, by what they leave: {step:g} s are taken")
-    found.near = near.played
+    notes += _beyond(found)
+    if found.work.step != work.given_step:
+        notes.append(
+            f"steps of {work.given_step:g} s are too long for this system, by what they leave: {found.work.step:g} s are taken"
+        )
     return found
+
+
+def _beyond(found: Search) -> list[str]:
+    """What is to be told of a curve whose variable goes beyond what taught in what judges: nothing can be closed there."""
+    winner, work = found.outcomes[0].winner, found.work
+    if winner is None or winner.guess.kind != CURVE or not work.judges:
+        return []
+    table = winner.guess.inserts[0]
+    low, high = (dict(table.fixed)[f"x{k}"] for k in (1, table.points))
+    series = work.played.series(found.best.problem.settings(found.best.values), sorted(work.judges))
+    parts = zip(series[table.over], series["time"], series[table.beside or table.over])
+    x = np.concatenate([taken(one, time, table.taken, other) for one, time, other in parts])
+    share = float(np.mean((x < low) | (x > high)))
+    if share < RULES.naming.knots[1]:
+        return []
+    return [
+        f"{table.goes_with} lies beyond what taught ({low:.4g} to {high:.4g}) in {100.0 * share:.0f} % of what judges: there the "
+        "curve stays as at its last point, and says nothing. Let a log that teaches go as far"
+    ]
+
+
+def _without(near: Extending, numbers: Sequence[Number]) -> Extending:
+    """A problem with these numbers alone, and without corrections."""
+    found = replace(near, numbers=tuple(numbers), acts={})
+    vars(found)["played"] = near.played
+    assert isinstance(near.played, Extended)
+    near.played.extend(())
+    return found
+
+
+def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes: list[str]) -> Search:
+    """A search in which nothing was found yet, its base fitted to all that teaches."""
+    base = _fitted(work, near.values(places), near.fixed)
+    return Search(work, given, base, base, [], notes, work)
+
+
+def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | None:
+    """The work with the most believed rival that the data that judge do not refuse; it is the round's winner."""
+    outcome.winner = None
+    for rival in outcome.order[: RULES.naming.vetoed]:
+        wider = found.work.with_also(rival.guess)
+        after = _fitted(wider, rival.values, fixed)
+        if _helps(after, found.best, rival.guess.kind):
+            outcome.winner = rival
+            outcome.beside = beside(rival, outcome.order, outcome.chance_level, outcome.base.errors.mean())
+            found.work, found.best = wider, after
+            return wider
+        rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
+    return None
 
 
 def _curve_instead(found: Search) -> None:
@@ -243,22 +299,53 @@ def _curve_instead(found: Search) -> None:
 
 
 def _fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, Extending, np.ndarray]:
-    """Half the steps for as long as the model, fitted again, leaves less with them: what they miss looks like a law or a lag."""
-    for _ in range(RULES.naming.halved):
-        finer = work.finer()
-        other = replace(near)
-        vars(other)["played"] = played = work.played_on(finer.parts, near.runs, work.numbers)
-        played.extend(work.inserts)
-        end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended)
-        before, after = (sizes(one, one.values(at), one.rows) for one, at in ((near, places), (other, end.places)))
-        better = before and after and any(after[name] < (1.0 - RULES.judge.help) * before[name] for name in before)
-        unused = near if better and end.loss < near.loss(near.misfit(places)) else other
-        unused.played.close()
-        if unused is other:
+    """Half the steps for as long as what the model makes of the log, fitted again, moves with them, and leaves no more.
+
+    What steps miss looks like a law or a lag. Where the step's error falls with the step, half of it is what half the step
+    moves; what is moved by less than a share of the noise hides nothing. Where steps were halved that leave less as they
+    were, as of an FMU that acts once a step, they are doubled again.
+    """
+    least, began = work.given_step / 2.0**RULES.naming.halved, work
+    while work.step > 1.5 * least:
+        other = _in_steps(work, near, places, 0.5)
+        if other is None:
             break
-        work.played.close()
-        work, near, places = finer, other, end.places
+        work, near, places = other
+    while work is began and work.step < 0.75 * work.given_step:
+        other = _in_steps(work, near, places, 2.0)
+        if other is None:
+            break
+        began, near, places = other
+        work = began
     return work, near, places
+
+
+def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) -> tuple[Work, Extending, np.ndarray] | None:
+    """The same in steps of another size, fitted again; None where that changes nothing that is seen, or leaves more."""
+    stepped = work.in_steps(factor)
+    other = replace(near)
+    vars(other)["played"] = played = work.played_on(stepped.parts, near.runs, work.numbers)
+    played.extend(work.inserts)
+    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
+    seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
+    better = seen and end.loss < near.loss(near.misfit(places))
+    for unused in (near.played, work.played) if better else (other.played, stepped.played):
+        unused.close()
+    return (stepped, other, end.places) if better else None
+
+
+def _moved(one: Extending, values: dict[str, float], other: Extending, others: dict[str, float]) -> float:
+    """By how much two models differ in what is compared, in units of its noise, where most; 0 where one breaks off."""
+    first, second = one.errors(values), other.errors(others)
+    if first is None or second is None:
+        return 0.0
+    most = 0.0
+    for name, parts in first.items():
+        trusted = one.trusted[name]
+        apart = np.concatenate([(a - b)[t] for a, b, t in zip(parts, second[name], trusted)])
+        noise = max(float(of_samples(second[name], trusted)), RULES.pipeline.fine * one.played.spread(name))
+        most = max(most, float(np.sqrt(np.mean(apart**2))) / noise if len(apart) and noise else 0.0)
+    return most
 
 
 def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int) -> tuple[np.ndarray, list[str]]:
@@ -279,6 +366,25 @@ def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int)
     origin = np.array([n.place(n.start) for n in near.free])
     ends = fit(near, origin, starts if len(origin) else 1, seed, here, lambda what, share: None)
     return reached(near, ends, "named").places, notes
+
+
+def _later(work: Work, near: Extending, values: dict[str, float]) -> bool:
+    """Whether what lies behind the heads of the runs leaves more than they do: something happens there."""
+    if all(len(run) == len(work.runs[i]) for i, run in zip(work.which, near.runs)):
+        return False
+    problem = work.problem()
+    errors = problem.errors(values)
+    if errors is None:
+        return False
+    for name, parts in errors.items():
+        sizes_of = []
+        for behind in (False, True):
+            part = lambda x, run, behind=behind: x[len(run) :] if behind else x[: len(run)]
+            chosen = [part(e, run)[part(t, run)] for e, t, run in zip(parts, problem.trusted[name], near.runs)]
+            sizes_of.append(rms(chosen) if any(len(e) for e in chosen) else 0.0)
+        if sizes_of[1] > RULES.naming.later * sizes_of[0]:
+            return True
+    return False
 
 
 def _told(tell: Callable, k: int) -> Callable[[str, float], None]:
@@ -326,155 +432,3 @@ def _helps(after: Whole, before: Whole, kind: str = "") -> bool:
     if new is None or old is None:
         return new is not None
     return any(new[name] < (1.0 - RULES.judge.help) * old[name] for name in new)
-
-
-# --- what is told -------------------------------------------------------------------------------------------------------
-
-
-def _told_of(found: Search, seed: int) -> Naming:
-    work, best = found.work, found.best
-    rng = np.random.default_rng(seed)
-    numbers = _intervals(work, best)
-    causes = [_cause(outcome, numbers) for outcome in found.outcomes if outcome.winner is not None]
-    last = found.outcomes[-1]
-    noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
-    errors = [_error(name, found, noise[name], rng) for name in work.played.outputs]
-    worst = max(last.ratios.values(), default=0.0)
-    significant = bool(last.off.any()) if last.winner is None else worst > RULES.judge.excess
-    verdict, why = _verdict(causes, worst)
-    effort = work.played.effort
-    effort.add(found.near.effort)
-    rig = work.rig
-    notes = [*found.notes, *work.played.notes]
-    return Naming(
-        verdict,
-        why,
-        rig.system.name if rig.system else "",
-        rig.name,
-        list(dict.fromkeys(work.runs[i].log for i in work.which)),
-        work.words or "nothing: all that taught",
-        causes,
-        errors,
-        _curve(found.outcomes[0]),
-        {"significant": significant, "ratios": last.ratios},
-        [_rivals(outcome) for outcome in found.outcomes],
-        [one for name, one in numbers.items() if name in {n.name for n in work.numbers}],
-        {**effort.told(), "elapsed": 0.0},
-        notes=notes,
-        seed=seed,
-    )
-
-
-def _verdict(causes: list[NamedCause], worst: float) -> tuple[str, str]:
-    if not causes:
-        if worst > RULES.judge.excess:
-            return "unknown", "Something is missing, and no rival predicts unseen data better than chance does"
-        return "none", "Nothing is missing that these data could show"
-    if causes[0].kind == CURVE:
-        return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
-    if any(cause.beside for cause in causes):
-        return "ambiguous", "What is missing has more than one name that does as well"
-    return "explained", "What is missing has a name"
-
-
-def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
-    """All numbers with their 95 % intervals, of what taught."""
-    problem, end = best.problem, best.end
-    found = {name: Fitted(name, value, None, None) for name, value in best.values.items()}
-    if end.misfit is None or not problem.free:
-        return found
-    labels = problem.blocks([work.layout.block(i) for i in range(len(work.runs))])
-    errors, _, loose = told.errors(problem, end, labels)
-    width = told.reach(labels, len(problem.free))
-    for n, place, error, free in zip(problem.free, end.places, errors, loose):
-        if not free:
-            ends = n.at(max(0.0, place - width * error)), n.at(min(1.0, place + width * error))
-            found[n.name] = Fitted(n.name, best.values[n.name], min(ends), max(ends))
-    return found
-
-
-def _cause(outcome: Round, numbers: dict[str, Fitted]) -> NamedCause:
-    winner = outcome.winner
-    assert winner is not None
-    guess, c = winner.guess, winner.candidate
-    first = guess.inserts[0] if guess.inserts else None
-    known = law.BY_NAME[first.law] if first else None
-    mine = [replace(numbers[n.name], name=n.name.replace(f"{first.name}.", "") if first else n.name) for n in guess.numbers]
-    gain = 1.0 - c.errors.mean() / max(outcome.base.errors.mean(), 1e-300)
-    return NamedCause(
-        guess.kind,
-        guess.law,
-        guess.label,
-        first.place.variable if first else guess.label,
-        first.place.where if first else "",
-        first.goes_with if first else "",
-        first.multiplies if first else False,
-        known.formula if known else "value",
-        mine,
-        float(gain),
-        c.chance,
-        [r.guess.label for r in outcome.beside],
-    )
-
-
-def _error(name: str, found: Search, noise: float, rng: np.random.Generator) -> NamedError:
-    best, base = found.best, found.base
-    low = high = None
-    if name in best.blocks and len(best.blocks[name]) > 1:
-        blocks = best.blocks[name]
-        drawn = blocks[rng.integers(0, len(blocks), (RULES.judge.bootstraps, len(blocks)))].sum(1)
-        low, high = map(float, np.quantile(np.sqrt(drawn[:, 0] / drawn[:, 1]), RULES.judge.interval))
-    unit = found.work.parts.variables[name].unit
-    pick = lambda sizes: None if sizes is None else sizes[name]
-    return NamedError(name, unit, pick(base.held), pick(best.held), low, high, noise, pick(base.taught), pick(best.taught))
-
-
-def _rivals(outcome: Round) -> dict[str, Any]:
-    rows = [
-        {
-            "label": r.guess.label,
-            "kind": r.guess.kind,
-            "numbers": len(r.candidate.free),
-            "loss": float(r.candidate.errors.mean()),
-            "drop": r.candidate.drop,
-            "gain": r.candidate.gain,
-            "chance": r.candidate.chance,
-            "doubt": r.candidate.doubt,
-            "role": "named" if r is outcome.winner else "not to be told from it" if r in outcome.beside else "considered",
-        }
-        for r in outcome.fitted
-    ]
-    base = float(outcome.base.errors.mean())
-    return {"base": base, "looked": outcome.looked, "chance_level": outcome.chance_level, "ratios": outcome.ratios, "rows": rows}
-
-
-def _curve(outcome: Round) -> FreeCurve | None:
-    """The free curve of a round: that of the winner's variable at its place, else the one that predicts most."""
-    curves = [r for r in outcome.fitted if r.guess.kind == CURVE]
-    winner = outcome.winner
-    alike = lambda r: winner is not None and r.guess.place == winner.guess.place and r.guess.over == winner.guess.over
-    rival = next((r for r in curves if alike(r)), outcome.curve)
-    if rival is None:
-        return None
-    table = rival.guess.inserts[0]
-    names = [n.name for n in rival.guess.numbers]
-    heights = [f"{table.name}.y{k + 1}" for k in range(table.points)]
-    ways = np.array([[rival.guess.acts[name].get(y, 0.0) for name in names] for y in heights])
-    spread = np.array([n.high - n.low for n in rival.guess.numbers])
-    free = [n.name for n in rival.problem.free]
-    mine = [free.index(name) for name in names]
-    covariance = rival.candidate.fitted.covariance(np.ones(len(rival.block), bool), rival.block)
-    of_ways = covariance[np.ix_(mine, mine)] * np.outer(spread, spread)
-    error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", ways, of_ways, ways), 0.0))
-    fixed = dict(table.fixed)
-    return FreeCurve(
-        rival.guess.label,
-        table.goes_with,
-        str(table.place),
-        table.multiplies,
-        [fixed[f"x{k + 1}"] for k in range(table.points)],
-        [float(y) for y in ways @ np.array([rival.values[name] for name in names])],
-        [float(e) for e in error],
-        float(rival.candidate.errors.mean()),
-        float(outcome.base.errors.mean()),
-    )

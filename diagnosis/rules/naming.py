@@ -13,11 +13,25 @@ GRID = "where fits start; they go on from there. Not studied beyond the hidden p
 @dataclass(frozen=True)
 class NamingRules:
     # --- what runs: naming.run
-    halved: int = rule(3, "times that the system's step is halved where the base leaves less with half of it, at most", TIME)
+    halved: int = rule(
+        3, "times that the system's step is halved where the model moves with it and leaves no more, at most", TIME
+    )
+    coarse: float = rule(
+        0.14,
+        "share of an output's noise by which half the steps move it from which on they are taken",
+        "theory: of an error that falls with the step twice as much is left, 4 % of noise and error together, search.relevant",
+    )
 
     # --- what is looked at: naming.guesses
     glance: int = rule(4_500, "samples of all runs that hypotheses are looked at and compared on, at most", TIME)
+    glance_longer: int = rule(20_000, "the same where what lies behind leaves more than they do", TIME)
+    later: float = rule(
+        1.3,
+        "times the error of the heads of the runs that what lies behind them leaves, from which on it is looked at",
+        "not studied; where nothing happens it is 1",
+    )
     variables: int = rule(14, "variables that a law at one place may go with, at most", TIME)
+    pairs: int = rule(12, "differences and products of two variables that a law at one place may go with, at most", TIME)
     same: float = rule(
         0.9995, "correlation from which on two laws of a variable are the same", "theory: nothing tells them apart"
     )
@@ -26,6 +40,9 @@ class NamingRules:
         (0.0, 0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98, 1.0),
         "quantiles of a variable between which a free curve over it is straight",
         "not studied; close at the ends, where laws are told apart",
+    )
+    coarser: int = rule(
+        5, "points of a curve from which on it is also asked for with every second", "theory: below that it is a line"
     )
     knot_gap: float = rule(0.02, "share of the variable's range that knots lie apart, at least", "not studied")
     unit: float = rule(
@@ -44,8 +61,11 @@ class NamingRules:
     widths: tuple[float, ...] = rule(
         (0.02, 0.1, 0.3), "widths, as shares of a variable's size, within which friction turns round", GRID
     )
-    bands: tuple[float, ...] = rule(
-        (0.1, 0.3, 0.6), "the same of dead bands, hystereses, and by how much a rate is limited", GRID
+    bands: tuple[float, ...] = rule((0.1, 0.3, 0.6), "the same of dead bands and hystereses", GRID)
+    rates: tuple[float, float, int] = rule(
+        (0.9, 0.01, 8),
+        "largest and least rate of a limited signal, over the fastest that it has, and how many between that are looked at",
+        "theory: a command in stairs has its fastest rate in a single step, far above any that limits it",
     )
     dead: float = rule(0.5, "times these shares that a path's dead zone is looked at with", GRID)
     limits: tuple[float, ...] = rule((0.3, 0.5, 0.7, 0.85, 0.95), "shares of a variable's range at which a limit may begin", GRID)
@@ -59,15 +79,20 @@ class NamingRules:
     )
     surplus: float = rule(0.1, "share of what a brim takes away that goes on elsewhere, at first", GRID)
     clipped: tuple[float, ...] = rule((0.99, 0.9, 0.75), "quantiles of a signal at which it may be cut off", GRID)
-    late: tuple[int, ...] = rule((1, 4, 16, 64), "steps by which a path may be late", GRID)
+    late: tuple[int, ...] = rule((1, 2, 4, 8, 16, 32, 64, 128), "steps by which a path may be late", GRID)
     latest: float = rule(0.1, "share of the longest run that a path may be late by, at most", GRID)
-    counts: tuple[float, ...] = rule((0.1, 0.3, 1.0), "steps of a rounded signal, over its spread", GRID)
+    counts: tuple[float, float, int] = rule(
+        (0.1, 1.2, 32),
+        "least and largest steps of a rounded signal, over its spread, and how many between that are looked at",
+        "theory: the dips of the error are as wide as the share of a step in the signal's range, a tenth; between two lies 8 %",
+    )
     waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)
     fastest: float = rule(4.0, "steps that a further state takes, at least", GRID)
     slowest: float = rule(0.3, "share of the longest run that it takes, at most", GRID)
     times: int = rule(4, "times between these two, even in their logarithm, that are looked at", GRID)
     off_by: float = rule(4.0, "times itself by which a number of an FMU may be off", GRID)
     edges: int = rule(12, "stretches of a run between which an event may begin and end", GRID)
+    gated: int = rule(3, "variables that an event may be in proportion to, at most", TIME)
     edge_runs: int = rule(4, "runs in which events are looked for, at most", TIME)
     degenerate: float = rule(
         1e-3,
@@ -95,7 +120,11 @@ class NamingRules:
     )
     curves: int = rule(2, "free curves that are fitted, those that look best", TIME)
     fits: int = rule(8, "other hypotheses that are fitted, those that look best", TIME)
-    fits_derived: int = rule(3, "the same of what multiplies, or goes with rates, integrals, times since a turn", TIME)
+    fits_derived: int = rule(
+        3,
+        "the same of what multiplies, or goes with rates, integrals, times since a turn; and of what goes with two variables",
+        TIME,
+    )
     of_place: int = rule(4, "laws of the best curve's variable at its place that are fitted in any case", TIME)
     promising: float = rule(
         0.15,
@@ -103,6 +132,8 @@ class NamingRules:
         TIME,
     )
     of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
+    overflows: int = rule(6, "overflows that are fitted in any case, those that look best", TIME)
+    of_path: int = rule(3, "the same of each path: before and behind a linear FMU most look alike", TIME)
     as_much: float = rule(
         0.9,
         "share of what the best rival takes away that one of fewer numbers must take away to do as well: few blocks tell little apart",
@@ -111,6 +142,7 @@ class NamingRules:
     vetoed: int = rule(3, "rivals in a round that the data that judge may refuse, one after the other", TIME)
     starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)
     starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)
+    shifted: int = rule(2, "events whose ends are shifted and fitted again, those that predict most", TIME)
     polished: int = rule(4, "rivals that are fitted on from where they are, those that predict most", TIME)
     effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)
     ended: tuple[float, float] = rule((1e-3, 1e-3), "relative change of loss, and of values, that ends it", TIME)

@@ -10,9 +10,17 @@ FOREVER = 1e300  # s; a time that no run reaches
 ONES = ("w", "v", "T", "n", "q", "r")  # numbers that are no amplitude: a width, a time, a step; they start at 1
 HEAD = (
     Variable("multiplies", "", False, "the law is times the signal, not added to it"),
-    Variable("taken", "", 0, "what the law goes with: 0 x, 1 its rate, 2 its integral, 3 the time since it turned", 0, 3),
+    Variable(
+        "taken",
+        "",
+        0,
+        "what the law goes with: 0 x, 1 its rate, 2 its integral, 3 the time since it turned, 4 x - w, 5 x w, 6 x sqrt w",
+        0,
+        6,
+    ),
     Variable("own", "", False, "x is the signal itself"),
     Variable("ahead", "", 0.0, "share of a step by which x is carried on, on the line through its last two values"),
+    Variable("ahead_beside", "", 0.0, "the same of w, its second variable"),
     Variable("since", "s", 0.0, "after the start, from then on the signal is corrected"),
     Variable("until", "s", FOREVER, "after the start, from then on it is no more"),
 )
@@ -31,11 +39,15 @@ def _numbers(known):
 
 
 class Correction(Slave):
-    """A signal passed on as a law corrects it: signal and x in, corrected out."""
+    """A signal passed on as a law corrects it: signal, x and w in, corrected out."""
 
     explained = (law,)
-    inputs = (Variable("signal", "", 0.0, "what is corrected"), Variable("x", "", 0.0, "what the law goes with"))
-    outputs = (Variable("corrected", "", 0.0, "the signal as it is passed on", depends_on=("signal", "x")),)
+    inputs = (
+        Variable("signal", "", 0.0, "what is corrected"),
+        Variable("x", "", 0.0, "what the law goes with"),
+        Variable("beside", "", 0.0, "w, what it goes with beside x"),
+    )
+    outputs = (Variable("corrected", "", 0.0, "the signal as it is passed on", depends_on=("signal", "x", "beside")),)
     known = law.BY_NAME["constant"]
 
     def begin(self, p, *inputs):
@@ -44,9 +56,9 @@ class Correction(Slave):
     def stepper(self):
         p = self.vector(self._parameters)
 
-        def advance(_, m, signal, x, dt):
+        def advance(_, m, signal, x, w, dt):
             m = list(m)
-            return m, (law.step(p, m, signal, x, dt),)
+            return m, (law.step(p, m, signal, x, w, dt),)
 
         return advance
 
@@ -55,7 +67,8 @@ class Correction(Slave):
         p = [0.0] * law.SIZE
         p[law.LAW] = float(self.known.code)
         p[law.MULTIPLIES], p[law.OVER], p[law.OWN] = float(values.multiplies), float(values.taken), float(values.own)
-        p[law.AHEAD], p[law.SINCE], p[law.UNTIL] = values.ahead, values.since, values.until
+        p[law.AHEAD], p[law.AHEAD_W] = values.ahead, values.ahead_beside
+        p[law.SINCE], p[law.UNTIL] = values.since, values.until
         p[law.COUNT] = float(getattr(values, "points", 0))
         for k, row in enumerate(_numbers(self.known)):
             p[law.FIRST + k] = getattr(values, row.name)

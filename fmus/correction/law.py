@@ -2,8 +2,8 @@
 
     y = s + f(x)  or  y = s (1 + f(x))        s  the signal,  x  what the law goes with
 
-x may be taken as it is, as its rate, as its integral since the start, or as the time since it last turned round. Of the
-steps of a master that holds its inputs, `ahead` = 0.5 takes x at the middle of the step, on the straight line through
+x may be taken as it is, as its rate, as its integral since the start, or as the time since it last turned round; or
+together with a second known variable w: x - w, x w, or x sgn(w) sqrt|w|, as of a valve. Of the steps of a master that holds its inputs, `ahead` = 0.5 takes x at the middle of the step, on the straight line through
 its last two values: the held law is then right to second order. From `since` to `until`, in s after the start; of a
 step that lies in that time in part as much of the correction is made as there is of the step. Before and after it, y = s.
 
@@ -48,20 +48,20 @@ from math import copysign, exp, floor, isfinite, nan, sin, sqrt, tanh
 from typing import NamedTuple
 
 NUMBERS = 8  # of a law, at most
-POINTS = 12  # of a table, at most
+POINTS = 20  # of a table, at most
 HISTORY = 400  # steps that a delay reaches back, at most
 
-LAW, MULTIPLIES, OVER, OWN, AHEAD, SINCE, UNTIL, COUNT, FIRST = range(9)
-"""Places in p. OWN: x is the signal itself; from FIRST on the numbers of the law, a table's points x1, y1, x2, y2 ..."""
+LAW, MULTIPLIES, OVER, OWN, AHEAD, AHEAD_W, SINCE, UNTIL, COUNT, FIRST = range(10)
+"""Places in p. OWN: x is the signal itself; AHEAD_W: `ahead` of w; from FIRST on the numbers of the law, a table's points x1, y1, x2, y2 ..."""
 SIZE = FIRST + 2 * POINTS
 
-TIME, BEGUN, LAST, SUM, TURNED, WAY, STATE, NEXT, FILLED, OLD = range(10)
-"""Places in m: time since the start, whether a step was made, x before, its integral, when it last turned, which way it
+TIME, BEGUN, LAST, LAST_W, SUM, TURNED, WAY, STATE, NEXT, FILLED, OLD = range(11)
+"""Places in m: time since the start, whether a step was made, x and w before, the integral of x, when it last turned, which way it
 went, the law's own state, and the signal's past from OLD on."""
 MEMORY = OLD + HISTORY
 
-VALUE, RATE, INTEGRAL, SINCE_TURN = range(4)
-"""What of x is taken."""
+VALUE, RATE, INTEGRAL, SINCE_TURN, DIFFERENCE, PRODUCT, ROOTED = range(7)
+"""What of x is taken; from DIFFERENCE on what of x and w."""
 
 (CONSTANT, PROPORTIONAL, QUADRATIC, DRAG, CUBIC, POWER, ROOT, COULOMB, STRIBECK, SINE, DEAD_BAND, LIMIT, LIMIT_BELOW, DAHL,
  LUGRE, BOUC_WEN, FIRST_ORDER, TABLE, SCALE, SIGN, DELAY, LAG, DEAD_ZONE, SATURATION, RATE_LIMIT, QUANTISATION) = range(26)  # fmt: skip
@@ -224,8 +224,8 @@ def path(p, m, signal, dt):
     return signal, 0.0
 
 
-def taken(p, m, x, dt):
-    """What of x the law goes with."""
+def taken(p, m, x, w, dt):
+    """What of x, and of w, the law goes with."""
     over = int(p[OVER])
     begun = m[BEGUN] > 0.0
     if over == RATE:
@@ -234,7 +234,15 @@ def taken(p, m, x, dt):
         return m[TIME] - m[TURNED]
     if over == INTEGRAL:
         return m[SUM] + p[AHEAD] * dt * x
-    return x + p[AHEAD] * (x - m[LAST]) if begun else x
+    x = x + p[AHEAD] * (x - m[LAST]) if begun else x
+    w = w + p[AHEAD_W] * (w - m[LAST_W]) if begun else w
+    if over == DIFFERENCE:
+        return x - w
+    if over == PRODUCT:
+        return x * w
+    if over == ROOTED:
+        return x * copysign(sqrt(abs(w)), w)
+    return x
 
 
 def share(p, m, dt):
@@ -245,14 +253,14 @@ def share(p, m, dt):
     return min(1.0, max(0.0, end - begin) / dt)
 
 
-def corrected(p, m, signal, x, dt):
+def corrected(p, m, signal, x, w, dt):
     """y for a step of dt from now on, and the law's state after it; m is left as it is."""
     law = int(p[LAW])
     state = m[STATE]
     if law >= SCALE:
         y, state = path(p, m, signal, dt if dt > 0.0 else 1.0)
     else:
-        u = taken(p, m, x, dt)
+        u = taken(p, m, x, w, dt)
         if law == DAHL or law == LUGRE or law == BOUC_WEN:
             state = bristle(p, state, x - m[LAST] if m[BEGUN] > 0.0 else 0.0, dt)
             f = p[FIRST] * state
@@ -269,11 +277,11 @@ def corrected(p, m, signal, x, dt):
     return y, state
 
 
-def step(p, m, signal, x, dt):
-    """y over a step of dt >= 0 with held signal and x; m goes on to the step's end."""
+def step(p, m, signal, x, w, dt):
+    """y over a step of dt >= 0 with held signal, x and w; m goes on to the step's end."""
     if p[OWN] > 0.0:
         x = signal
-    y, state = corrected(p, m, signal, x, dt)
+    y, state = corrected(p, m, signal, x, w, dt)
     if dt > 0.0:
         law = int(p[LAW])
         m[STATE] = state
@@ -288,7 +296,7 @@ def step(p, m, signal, x, dt):
                 m[TURNED] = m[TIME]
             m[WAY] = way
         m[SUM] += x * dt
-        m[LAST], m[BEGUN] = x, 1.0
+        m[LAST], m[LAST_W], m[BEGUN] = x, w, 1.0
         m[TIME] += dt
     return y
 

@@ -42,19 +42,27 @@ def vector(kind, **more):
     return p
 
 
-def played(kind, x, signal=None, over=law.VALUE, multiplies=0.0, since=0.0, until=1e300, step=STEP, **more):
+def played(kind, x, signal=None, beside=None, over=law.VALUE, multiplies=0.0, since=0.0, until=1e300, step=STEP, **more):
     """The law over a row of values, step by step."""
     p = vector(kind, **more)
     p[law.OVER], p[law.MULTIPLIES], p[law.SINCE], p[law.UNTIL] = over, multiplies, since, until
     m = law.start(p)
     signal = np.zeros(len(x)) if signal is None else signal
-    return np.array([law.step(p, m, float(s), float(one), step) for s, one in zip(signal, x)])
+    beside = np.zeros(len(x)) if beside is None else beside
+    return np.array([law.step(p, m, float(s), float(one), float(other), step) for s, one, other in zip(signal, x, beside)])
 
 
 @pytest.mark.parametrize("kind", FORMULAS)
 def test_a_law_is_its_formula(kind):
     for x in (-1.7, -0.3, 0.0, 0.1, 0.4, 2.2):
         assert law.still(vector(kind), x) == pytest.approx(FORMULAS[kind](x), abs=1e-12)
+
+
+def test_a_law_goes_with_two_variables():
+    x, w = np.array([-1.5, 0.2, 2.0]), np.array([4.0, -0.25, 9.0])
+    assert played("cubic", x, beside=w, over=law.DIFFERENCE, a=2.0) == pytest.approx(2.0 * (x - w) ** 3)
+    assert played("proportional", x, beside=w, over=law.PRODUCT, a=2.0) == pytest.approx(2.0 * x * w)
+    assert played("proportional", x, beside=w, over=law.ROOTED, a=2.0) == pytest.approx([-6.0, -0.2, 12.0])
 
 
 def test_a_table_is_straight_and_stays_beyond_its_points():
@@ -108,25 +116,26 @@ def test_one_more_state_and_the_paths():
 
 @pytest.mark.parametrize("kind", law.BY_NAME)
 def test_the_compiled_part_and_the_slave_are_the_law(kind, rng):
-    x, signal = rng.uniform(-1.0, 1.0, (2, 60))
+    x, w, signal = rng.uniform(-1.0, 1.0, (3, 60))
     numbers = dict(zip(words(kind), vector(kind)[law.FIRST :]))
-    plain = played(kind, x, signal)
-    part = CompiledCorrection("one", kind, points=3 if kind == "table" else 0)
-    part.bind(["signal", "x"], ["corrected"])
+    plain = played(kind, x, signal, w, over=law.DIFFERENCE)
+    part = CompiledCorrection("one", kind, taken=law.DIFFERENCE, points=3 if kind == "table" else 0)
+    part.bind(["signal", "x", "beside"], ["corrected"])
     slave = FACES[kind](instance_name="one", resources="")
+    slave._set(slave._place["taken"], law.DIFFERENCE, "Integer")
     for word, value in numbers.items():
         part.set(word, value)
         slave._set(slave._place[word], value, "Real")
     if kind == "table":
         slave._set(slave._place["points"], 3, "Integer")
-    slave.set_real([0, 1], [float(signal[0]), float(x[0])])
+    slave.set_real([0, 1, 2], [float(signal[0]), float(x[0]), float(w[0])])
     slave.enter_initialization_mode()
     slave.exit_initialization_mode()
     found = []
     for k in range(len(x)):
-        part.u[:] = signal[k], x[k]
+        part.u[:] = signal[k], x[k], w[k]
         part.cycle(k * STEP, STEP)
-        slave.set_real([0, 1], [float(signal[k]), float(x[k])])
+        slave.set_real([0, 1, 2], [float(signal[k]), float(x[k]), float(w[k])])
         assert slave.do_step(k * STEP, STEP)
         found.append((part.y[0], slave.value("corrected")))
     assert np.array(found) == pytest.approx(np.stack([plain, plain], 1), rel=1e-12, abs=1e-12)

@@ -113,6 +113,17 @@ def test_a_lid_is_open_for_some_time(tmp_path, native, rng):
     assert error.taught_after < 1.3 * 0.004 < 0.1 * error.taught_before and error.after < 1.2 * 0.004
 
 
+@pytest.mark.slow
+def test_what_an_open_lid_lets_through_goes_with_the_heat_of_the_body(tmp_path, native, rng):
+    lid = lambda t, x: -16.0 * x if 6.0 < t < 16.0 else 0.0
+    result = named(tmp_path, native, rng, ("event",), heat=lid, test={})
+    cause, numbers = told(result)
+    assert cause.label == "event on relaxation.u, in proportion to relaxation.x" and cause.place == "relaxation.u"
+    near(numbers["a"], -16.0 / hidden.LOSS, 0.01)
+    near(numbers["since"], 6.0, hidden.STEP)
+    near(numbers["until"], 16.0, hidden.STEP)
+
+
 @pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path, native, rng, monkeypatch):
@@ -158,3 +169,26 @@ def test_what_no_law_says_is_unknown_with_its_variable_and_a_curve(tmp_path, nat
     assert 1.0 - (error.after**2 - 0.004**2) / (error.before**2 - 0.004**2) > 0.7
     curve = result.curve
     assert abs(curve.x[int(np.argmax(curve.y))] - 0.4) < 0.35
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+def test_a_law_of_two_variables(tmp_path, native, rng, monkeypatch):
+    """A loss that wind takes with it: neither the wind nor the temperature alone says how much."""
+    for rule, value in {"rounds": 1, "fits": 3, "fits_derived": 2, "of_law": 0, "of_path": 0, "polished": 1, "curves": 1}.items():
+        monkeypatch.setitem(vars(RULES.naming), rule, value)  # for speed
+    wind = lambda t: 1.0 + np.sin(0.9 * t)
+    rig = hidden.rig(tmp_path, native("relaxation"))
+    rig.write_text(rig.read_text().replace("[columns]", '[columns]\n"wind" = "wind"'))
+    logs = [tmp_path / "log.csv", tmp_path / "test.csv"]
+    for log in logs:
+        table = hidden.body(rng, 400, heat=lambda t, x: -8.0 * wind(t) * x)
+        table.assign(wind=wind(table["time"])).to_csv(log, index=False)
+    result = name(rig, logs[:1], test=logs[1:], out=tmp_path / "out", kinds=("law",))
+    cause, numbers = told(result)
+    assert (cause.law, cause.place) == ("proportional", "relaxation.u") and cause.over in (
+        "relaxation.x · wind",
+        "wind · relaxation.x",
+    )
+    near(numbers["a"], -8.0 / hidden.LOSS, 0.01)
+    assert result.extension["agrees"]

@@ -74,9 +74,12 @@ def test_all_places_and_the_part_of_a_step_that_a_variable_is_of(parts):
 def test_what_of_a_variable_a_law_takes_is_known_beforehand():
     time = np.linspace(0.0, 2.0, 201)
     x = np.sin(3.0 * time)
-    assert taken(x, time, law.RATE)[1:-1] == pytest.approx(3.0 * np.cos(3.0 * time[1:-1]), abs=1e-2)
-    assert taken(x, time, law.INTEGRAL) == pytest.approx((1.0 - np.cos(3.0 * time)) / 3.0, abs=1e-2)
-    since = taken(x, time, law.SINCE_TURN)
+    assert taken(x, time, law.RATE, x)[1:-1] == pytest.approx(3.0 * np.cos(3.0 * time[1:-1]), abs=1e-2)
+    assert taken(x, time, law.INTEGRAL, x) == pytest.approx((1.0 - np.cos(3.0 * time)) / 3.0, abs=1e-2)
+    since = taken(x, time, law.SINCE_TURN, x)
+    w = np.cos(time)
+    assert taken(x, time, law.DIFFERENCE, w) == pytest.approx(x - w) and taken(x, time, law.PRODUCT, w) == pytest.approx(x * w)
+    assert taken(x, time, law.ROOTED, -(w**2)) == pytest.approx(-x * abs(w))
     assert since[-1] == pytest.approx(2.0 - np.pi / 2.0, abs=0.03) and since[40] == pytest.approx(0.4, abs=0.011)
 
 

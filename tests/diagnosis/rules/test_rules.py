@@ -60,8 +60,8 @@ ELSEWHERE = {  # what decides nothing
     "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
     "naming/page.py": {"ROWS", "POINTS"},
     "naming/outcome.py": {"EXIT"},
-    "naming/guesses.py": {"FAR"},  # beyond all numbers
-    "naming/kernels.py": {"SIGNAL", "X", "OUT", "P"},  # places in a block
+    "naming/guesses.py": {"FAR", "PLAIN", "DERIVED", "PAIRS"},  # beyond all numbers; names of stages
+    "naming/kernels.py": {"SIGNAL", "X", "W", "OUT", "P"},  # places in a block
     "naming/places.py": {"MIDDLE"},  # a half of a step
     "residuals/free_law.py": {"IN_LOOP"},  # a code of the loops
     "systems/parts.py": {"CLOSE"},  # digits of a time

@@ -1,0 +1,167 @@
+"""What a naming answers: its verdict, causes with their numbers, errors, rivals and the free curve."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from selflock.fmus.correction import law
+
+from ..calibration import told
+from ..calibration.fit import remaining
+from ..rules import RULES
+from .contest import Round
+from .guesses import CURVE, heights
+from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
+
+if TYPE_CHECKING:
+    from .run import Search, Whole, Work
+
+
+def told_of(found: Search, seed: int) -> Naming:
+    work, best = found.work, found.best
+    rng = np.random.default_rng(seed)
+    numbers = _intervals(work, best)
+    causes = [_cause(outcome, numbers) for outcome in found.outcomes if outcome.winner is not None]
+    last = found.outcomes[-1]
+    noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
+    errors = [_error(name, found, noise[name], rng) for name in work.played.outputs]
+    worst = max(last.ratios.values(), default=0.0)
+    significant = bool(last.off.any()) if last.winner is None else worst > RULES.judge.excess
+    verdict, why = _verdict(causes, worst)
+    effort = work.played.effort
+    rig = work.rig
+    notes = [*found.notes, *work.played.notes]
+    return Naming(
+        verdict,
+        why,
+        rig.system.name if rig.system else "",
+        rig.name,
+        list(dict.fromkeys(work.runs[i].log for i in work.which)),
+        work.words or "nothing: all that taught",
+        causes,
+        errors,
+        _curve(found.outcomes[0]),
+        {"significant": significant, "ratios": last.ratios},
+        [_rivals(outcome) for outcome in found.outcomes],
+        [one for name, one in numbers.items() if name in {n.name for n in work.numbers}],
+        {**effort.told(), "elapsed": 0.0},
+        notes=notes,
+        seed=seed,
+    )
+
+
+def _verdict(causes: list[NamedCause], worst: float) -> tuple[str, str]:
+    if not causes:
+        if worst > RULES.judge.excess:
+            return "unknown", "Something is missing, and no rival predicts unseen data better than chance does"
+        return "none", "Nothing is missing that these data could show"
+    if causes[0].kind == CURVE:
+        return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
+    if any(cause.beside for cause in causes):
+        return "ambiguous", "What is missing has more than one name that does as well"
+    return "explained", "What is missing has a name"
+
+
+def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
+    """All numbers with their 95 % intervals, of what taught."""
+    problem, end = best.problem, best.end
+    found = {name: Fitted(name, value, None, None) for name, value in best.values.items()}
+    if end.misfit is None or not problem.free:
+        return found
+    labels = problem.blocks([work.layout.block(i) for i in range(len(work.runs))])
+    errors, _, loose = told.errors(problem, end, labels)
+    width = told.reach(labels, len(problem.free))
+    for n, place, error, free in zip(problem.free, end.places, errors, loose):
+        if not free:
+            ends = n.at(max(0.0, place - width * error)), n.at(min(1.0, place + width * error))
+            found[n.name] = Fitted(n.name, best.values[n.name], min(ends), max(ends))
+    return found
+
+
+def _cause(outcome: Round, numbers: dict[str, Fitted]) -> NamedCause:
+    winner = outcome.winner
+    assert winner is not None
+    guess, c = winner.guess, winner.candidate
+    first = guess.inserts[0] if guess.inserts else None
+    known = law.BY_NAME[first.law] if first else None
+    mine = [replace(numbers[n.name], name=n.name.replace(f"{first.name}.", "") if first else n.name) for n in guess.numbers]
+    gain = 1.0 - c.errors.mean() / max(outcome.base.errors.mean(), 1e-300)
+    return NamedCause(
+        guess.kind,
+        guess.law,
+        guess.label,
+        first.place.variable if first else guess.label,
+        first.place.where if first else "",
+        first.goes_with if first else "",
+        first.multiplies if first else False,
+        known.formula if known else "value",
+        mine,
+        float(gain),
+        c.chance,
+        [r.guess.label for r in outcome.beside],
+    )
+
+
+def _error(name: str, found: Search, noise: float, rng: np.random.Generator) -> NamedError:
+    best, base = found.best, found.base
+    low = high = None
+    if name in best.blocks and len(best.blocks[name]) > 1:
+        blocks = best.blocks[name]
+        drawn = blocks[rng.integers(0, len(blocks), (RULES.judge.bootstraps, len(blocks)))].sum(1)
+        low, high = map(float, np.quantile(np.sqrt(drawn[:, 0] / drawn[:, 1]), RULES.judge.interval))
+    unit = found.work.parts.variables[name].unit
+    pick = lambda sizes: None if sizes is None else sizes[name]
+    return NamedError(name, unit, pick(base.held), pick(best.held), low, high, noise, pick(base.taught), pick(best.taught))
+
+
+def _rivals(outcome: Round) -> dict[str, Any]:
+    rows = [
+        {
+            "label": r.guess.label,
+            "kind": r.guess.kind,
+            "numbers": len(r.candidate.free),
+            "loss": float(r.candidate.errors.mean()),
+            "drop": r.candidate.drop,
+            "gain": r.candidate.gain,
+            "chance": r.candidate.chance,
+            "doubt": r.candidate.doubt,
+            "role": "named" if r is outcome.winner else "not to be told from it" if r in outcome.beside else "considered",
+        }
+        for r in outcome.fitted
+    ]
+    base = float(outcome.base.errors.mean())
+    return {"base": base, "looked": outcome.looked, "chance_level": outcome.chance_level, "ratios": outcome.ratios, "rows": rows}
+
+
+def _curve(outcome: Round) -> FreeCurve | None:
+    """The free curve of a round: that of the winner's variable at its place, else the one that predicts most."""
+    curves = [r for r in outcome.fitted if r.guess.kind == CURVE]
+    winner = outcome.winner
+    alike = lambda r: winner is not None and r.guess.place == winner.guess.place and r.guess.over == winner.guess.over
+    rival = next((r for r in curves if alike(r)), outcome.curve)
+    if rival is None:
+        return None
+    table = rival.guess.inserts[0]
+    names = [n.name for n in rival.guess.numbers]
+    ways = np.array([[rival.guess.acts[name].get(y, 0.0) for name in names] for y in heights(table)])
+    spread = np.array([n.high - n.low for n in rival.guess.numbers])
+    free = [n.name for n in rival.problem.free]
+    mine = [free.index(name) for name in names]
+    covariance = rival.candidate.fitted.covariance(np.ones(len(rival.block), bool), rival.block)
+    of_ways = covariance[np.ix_(mine, mine)] * np.outer(spread, spread)
+    error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", ways, of_ways, ways), 0.0))
+    fixed = dict(table.fixed)
+    return FreeCurve(
+        rival.guess.label,
+        table.goes_with,
+        str(table.place),
+        table.multiplies,
+        [fixed[f"x{k + 1}"] for k in range(table.points)],
+        [float(y) for y in ways @ np.array([rival.values[name] for name in names])],
+        [float(e) for e in error],
+        float(rival.candidate.errors.mean()),
+        float(outcome.base.errors.mean()),
+    )

@@ -1,0 +1,265 @@
+"""The look at everything, linear: what each guess would change, little by little, and what that gains on blocks it did not see.
+
+Each place is moved for each variable once for each point of a free curve; laws without a state are sums of these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from selflock.fmus.correction import law
+
+from ..calibration.fit import End
+from ..calibration.numbers import Number
+from ..rules import RULES
+from ..search.fit import weight
+from ..search.hypotheses import Free
+from ..search.linear import Draws, Linear
+from ..search.screen import Direction
+from . import guesses as g
+from .arranged import Arranged
+from .extended import Extending
+from .guesses import CURVE, Guess, Scene, Trial
+from .places import Insert, Place
+
+Tell = Callable[[str, float], None]
+
+
+@dataclass
+class Looks:
+    """What was looked at over a base: `ways`, each with its gain."""
+
+    problem: Extending
+    base: End
+    values: dict[str, float]  # of the base
+    arranged: Arranged
+    linear: Linear
+    scene: Scene
+    inserts: tuple[Insert, ...]  # what was found before
+    taken: set[str]  # numbers that are fitted anyway
+    kinds: Sequence[str]
+    tell: Tell
+    ways: list[tuple[Direction, Guess]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        assert self.base.misfit is not None
+        self.drawn: Draws = self.linear.draws(
+            self.arranged.put(self.base.misfit * weight(self.base.misfit, RULES.search.loss_scale))
+        )
+        self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []  # free curves, their points, what these change
+        self.rests: dict[Place, np.ndarray | None] = {}
+
+    def trial(self, guess: Guess) -> Extending:
+        """The problem of a guess: what was found before, and its corrections and numbers."""
+        problem = self.problem
+        wanted = (*self.inserts, *guess.inserts)
+        if self.scene.played.inserts != wanted:
+            self.scene.played.extend(wanted)
+        found = replace(problem, numbers=(*problem.numbers, *guess.numbers), acts=problem.acts | guess.acts, units=problem.units)
+        vars(found)["played"] = self.scene.played
+        vars(found)["trusted"] = problem.trusted
+        return found
+
+    def _at_rest(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
+        """The misfit with a correction whose amplitudes are 0: the same of all laws at a place, so that it is simulated once."""
+        if guess.place is None:
+            return self._misfit(problem, guess, at)
+        if guess.place not in self.rests:
+            self.rests[guess.place] = self._misfit(problem, guess, at)
+        return self.rests[guess.place]
+
+    def _misfit(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
+        values = self.values | {n.name: n.start for n in guess.numbers} | at
+        errors = problem.errors(values)
+        if errors is None:
+            return None
+        return np.concatenate(
+            [e[t] / problem.units[name] for name in errors for e, t in zip(errors[name], problem.trusted[name])]
+        )
+
+    def _keep(
+        self, guess: Guess, shape: dict[str, float], amplitudes: Sequence[Free], columns: np.ndarray, jump: float = 0.0
+    ) -> None:
+        if not np.isfinite(columns).all() or not columns.any():
+            return
+        way = Direction(guess.hypothesis, shape, tuple(amplitudes), self.arranged.put(columns), jump=jump)
+        self.linear.look(way, self.drawn)
+        if np.isfinite(way.gain):
+            self.ways.append((way, guess))
+
+    def _column(self, trial: Trial) -> None:
+        guess = trial.guess
+        problem = self.trial(guess)
+        off = {n.name: n.start for n in guess.numbers} | trial.at
+        if trial.acting:
+            still = guess.kind == g.LAW or guess.law == "offset"  # of which an amplitude of 0 is none at all
+            at = (self._at_rest if still else self._misfit)(problem, guess, off)
+            columns = []
+            for name in trial.acting:
+                n = next(n for n in guess.numbers if n.name == name)
+                step = RULES.naming.unit * (n.high - n.low)
+                step = -step if n.start + step > n.high else step
+                moved = self._misfit(problem, guess, off | {name: n.start + step})
+                if at is None or moved is None:
+                    return
+                columns.append((moved - at) / step)
+            frees = [f for f in guess.free if f.name in trial.acting]
+            self._keep(guess, trial.at, frees, np.stack(columns, -1))
+        else:
+            moved = self._misfit(problem, guess, off)
+            if moved is not None and self.base.misfit is not None:
+                self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
+
+    def first(self) -> None:
+        """All that goes with variables as they are and is added, and what is no law."""
+        scene, places = self.scene, self.scene.places
+        if g.PARAMETER in self.kinds:
+            for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
+                self._column(trial)
+        for k, place in enumerate(places):
+            self.tell(f"first look at {place}", 0.05 + 0.35 * k / len(places))
+            for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
+                self._column(trial)
+            if g.EVENT in self.kinds:
+                self._events(place, next(g.shifts(scene, place)))
+            if g.LAW in self.kinds:
+                for over, what in scene.variables(place):
+                    if what == law.VALUE:
+                        self._laws(place, over, what, False)
+        for one, knots, columns in self.tables:
+            for other, _, more in self.tables:
+                if g.overflows(scene, one, other):
+                    for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
+                        frees = [f for f in guess.free if f.name in amplitudes]
+                        self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
+
+    def further(self) -> None:
+        """What multiplies, goes with rates, integrals and times since a turn, and events in proportion to something."""
+        scene, places = self.scene, self.scene.places
+        for k, place in enumerate(places):
+            self.tell(f"further look at {place}", 0.6 + 0.15 * k / len(places))
+            for shift in list(g.shifts(scene, place))[1:] if g.EVENT in self.kinds else ():
+                self._events(place, shift)
+            for over, what in scene.variables(place) if g.LAW in self.kinds else ():
+                if what != law.VALUE:
+                    self._laws(place, over, what, False)
+                self._laws(place, over, what, True)
+
+    def _laws(self, place: Place, over: str, what: int, multiplies: bool) -> None:
+        """All laws of a variable at a place."""
+        self._curve(place, over, what, multiplies)
+        for trial in g.sines(self.scene, place, over, what, multiplies):
+            self._column(trial)
+        for trial in g.with_state(self.scene, place, over, what) if not multiplies else ():
+            self._column(trial)
+
+    def pairs(self) -> None:
+        """Laws of two variables, where all that was fitted of one leaves something."""
+        for k, place in enumerate(self.scene.places):
+            self.tell(f"two variables at {place}", 0.8 + 0.05 * k / len(self.scene.places))
+            for over, what, beside in self.scene.pairs(place):
+                self._curve(place, over, what, False, beside)
+
+    def _curve(self, place: Place, over: str, what: int, multiplies: bool, beside: str = "") -> None:
+        """A free curve of a variable at a place, and the laws that its table can stand for, from one set of simulations."""
+        scene = self.scene
+        table, knots = g.curve(scene, place, over, what, multiplies, beside)
+        columns = self._hats(table) if len(knots) > 1 else None
+        if columns is None:
+            return
+        if not multiplies and not beside:
+            self.tables.append((table, knots, columns))
+        for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
+            self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
+        for coarser, heights in g.coarser(table, knots):
+            self._keep_curve(coarser, columns @ heights, "curve")
+
+    def _hats(self, table: Insert) -> np.ndarray | None:
+        """What each height of a free curve changes."""
+        step = RULES.naming.unit * (1.0 if table.multiplies else self.scene.spread(table.place))
+        names = g.heights(table)
+        probe = Guess(CURVE, "table", "", (table,), tuple(g.number(name, 0.0, -step, step) for name in names))
+        problem = self.trial(probe)
+        at = self._at_rest(problem, probe, {})
+        if at is None:
+            return None
+        found = []
+        for name in names:
+            moved = self._misfit(problem, probe, {name: step})
+            if moved is None:
+                return None
+            found.append((moved - at) / step)
+        columns = np.stack(found, -1)
+        return columns if np.isfinite(columns).all() and columns.any() else None
+
+    def finer(self, guess: Guess, values: dict[str, float]) -> tuple[Guess, dict[str, float]] | None:
+        """A free curve with points between those of one that was fitted, and where its fit starts."""
+        (coarse,) = guess.inserts
+        table = g.halved(coarse)
+        columns = self._hats(table) if table.points > coarse.points else None
+        if columns is None:
+            return None
+        made = self._keep_curve(table, columns, "fine curve")
+        x, xs = ([dict(one.fixed)[f"x{k + 1}"] for k in range(one.points)] for one in (table, coarse))
+        of = [sum(guess.acts[n.name].get(y, 0.0) * values[n.name] for n in guess.numbers) for y in g.heights(coarse)]
+        at = np.interp(x, xs, of)
+        rest = {name: value for name, value in values.items() if name not in guess.acts}
+        return made, rest | {
+            n.name: float(sum(made.acts[n.name][y] * h for y, h in zip(g.heights(table), at))) for n in made.numbers
+        }
+
+    def _keep_curve(self, table: Insert, columns: np.ndarray, word: str) -> Guess:
+        """A free curve as a guess, its numbers the ways to change its heights; columns: of the heights."""
+        reach = RULES.naming.reach * (1.0 if table.multiplies else self.scene.spread(table.place))
+        ways, most = self._own_directions(columns), reach * np.sqrt(table.points)
+        numbers = tuple(g.number(f"{table.name}.c{j + 1}", 0.0, -most, most) for j in range(ways.shape[1]))
+        acts = {n.name: dict(zip(g.heights(table), map(float, ways[:, j]))) for j, n in enumerate(numbers)}
+        guess = Guess(CURVE, "table", g.words(word, table), (table,), numbers, acts)
+        self._keep(guess, {}, guess.free, columns @ ways)
+        return guess
+
+    def _own_directions(self, columns: np.ndarray) -> np.ndarray:
+        """Ways to change a curve's heights that the base's own numbers cannot make up for, (knots, directions)."""
+        assert self.base.jacobian is not None and self.base.misfit is not None
+        weights = weight(self.base.misfit, RULES.search.loss_scale)[:, None]
+        mine, base = columns * weights, self.base.jacobian * weights
+        lengths = np.sqrt((base**2).sum(0))
+        base = base[:, lengths > 0.0] / lengths[lengths > 0.0]
+        if base.shape[1]:
+            q, r = np.linalg.qr(base)
+            q = q[:, abs(np.diag(r)) > RULES.calibrate.lost]
+            mine = mine - q @ (q.T @ mine)
+        _, sizes, ways = np.linalg.svd(mine, full_matrices=False)
+        largest = float(np.linalg.norm(columns * weights, 2))
+        return ways[sizes > RULES.naming.degenerate * largest].T
+
+    def _events(self, place: Place, shift: tuple[Insert, float, str]) -> None:
+        """Shifts between two times: each edge is simulated once, and a shift is the difference of two."""
+        scene, count = self.scene, RULES.naming.edges
+        longest = sorted(self.problem.which, key=lambda i: -len(self.problem.runs[i]))[: RULES.naming.edge_runs]
+        edges = []
+        for i in longest:
+            time = self.problem.runs[i].time
+            edges.append(np.linspace(0.0, float(time[-1] - time[0]), count + 1))
+        a, since = f"{scene.prefix}.a", f"{scene.prefix}.since"
+        added, most, in_words = shift
+        step = RULES.naming.unit * most
+        steps: dict[tuple[int, int], np.ndarray | None] = {}
+        for i, times in zip(longest, edges):
+            numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
+            probe = Guess(g.EVENT, "event", "", (replace(added, fixed=(*added.fixed, ("until", g.FAR))),), numbers)
+            problem = self.trial(probe)
+            at = self._at_rest(problem, probe, {})
+            for k, time in enumerate(times[:-1]):
+                moved = self._misfit(problem, probe, {a: step, since: float(time)})
+                steps[i, k] = None if moved is None or at is None else (moved - at) / step
+            steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
+        for i, guess, first, last in g.events(scene, added, most, in_words, edges, longest):
+            begin, end = steps[i, first], steps[i, last]
+            if begin is None or end is None or (first == 0 and last == count):
+                continue
+            shape = {n.name: n.start for n in guess.numbers[1:]}
+            self._keep(guess, shape, guess.free[:1], (begin - end)[:, None])

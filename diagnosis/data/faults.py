@@ -127,6 +127,7 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     """
     bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
     spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
+    spikes |= {name: _beyond(run, name, rig) for name, bare in bares.items() if bare == "controller.voltage"}
     places: dict[str, list[np.ndarray]] = {}
     for name, bare in bares.items():
         if bare in _FEELS:
@@ -167,6 +168,17 @@ def _felt(places: list[list[np.ndarray]], length: int, samples: int) -> np.ndarr
             bent |= bend > np.maximum(np.quantile(bend, rules.spike_tail), rules.impact_sharp * about)
         count += maximum_filter1d(bent.astype(int), 2 * rules.impact_reach + 1)
     return count >= rules.impact_witnesses
+
+
+def _beyond(run: MeasuredRun, name: str, rig: Rig) -> np.ndarray:
+    """Samples of a command far beyond the limits that the rig gives its controller, which commands no more; else it may jump."""
+    owner = name.rpartition(".")[0]
+    low, high = (rig.parameters.get(f"{owner}.voltage_{end}") for end in ("min", "max"))
+    if low is None or high is None:
+        return np.zeros(len(run), bool)
+    x = run.signals[name]
+    away = abs(x - 0.5 * (low + high)) > RULES.data.beyond_limits * 0.5 * (high - low)
+    return away & np.isfinite(x)
 
 
 def _spikes(run: MeasuredRun, name: str) -> np.ndarray:

@@ -40,6 +40,11 @@ class DataRules:
     deviation: float = rule(
         1.4826, "standard deviations of a normal law in its median absolute deviation", "theory: 1 / Φ⁻¹(3/4)"
     )
+    beyond_limits: float = rule(
+        2.0,
+        "times a controller's limits from which on its command is corrupted",
+        "theory: no data sheet's limit is off by that, and a controller commands no more",
+    )
     spike: int = rule(3, "samples of the longest corrupted stretch; what lasts longer may be real", CHECKED)
     spike_samples: int = rule(20, "sound samples of a run without which no spike is looked for", CHECKED)
     spike_tail: float = rule(0.98, "quantile of the distances from neighbours that may be the signal's own", CHECKED)

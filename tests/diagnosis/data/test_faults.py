@@ -1,5 +1,7 @@
 """Faults that a log may have, put there by hand: each is found where it is, and a sound log has none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,19 @@ def test_corrupted_samples_are_found_one_by_one(rig, run):
         ("corrupted", "motor.torque", 2000, 2001),
     ]
     assert (~run.good["motor.torque"]).sum() == 3 and run.good["reducer.input_speed"].all()
+
+
+@pytest.mark.parametrize(
+    "limits, told", [({"min": -24.0, "max": 24.0}, [700, 3000]), ({}, []), ({"min": -600.0, "max": 600.0}, [])]
+)
+def test_a_command_far_beyond_its_controllers_limits_is_corrupted(rig, run, limits, told):
+    """Within them it may jump, and without them nobody knows."""
+    run.signals["controller.voltage"] = 20.0 * np.sign(np.sin(9.0 * run.time))
+    run.signals["controller.voltage"][[700, 3000]] = [930.0, -55.0]
+    run = MeasuredRun("log.csv", "", np.arange(N), run.time, run.signals)
+    rig = replace(rig, parameters={f"controller.voltage_{end}": limit for end, limit in limits.items()})
+    found = [(f.kind, f.first) for f in check([run], rig) if f.channel == "controller.voltage"]
+    assert found == [("corrupted", row) for row in told]
 
 
 def test_values_that_are_no_numbers(rig, run):

@@ -210,6 +210,11 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
 def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     """A system from the tables of a system file."""
     _check_keys(data, ("system", "values", "run", "components", "drives", "connections", "bonds", "faults"), "the file")
+    for key in ("components", "connections"):
+        _check_keys(data.get(key, {}), data.get(key, {}), f"[{key}]")
+    for key in ("bonds", "faults"):
+        if not isinstance(data.get(key, []), list):
+            raise DescriptionError(f"{key} should be a list of tables: write [[{key}]].")
     head = data.get("system", {})
     _check_keys(head, ("name", "description"), "[system]")
     system = System(

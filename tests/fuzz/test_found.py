@@ -16,6 +16,8 @@ from selflock.diagnosis.tracking.logs import logs_of
 from selflock.fmus.build import built
 from selflock.fmus.errors import SelflockError
 from selflock.info import info
+from selflock.master.errors import DescriptionError
+from selflock.master.system import from_dict
 from selflock.master.units import conversion
 from selflock.sweep.record import evaluate
 from selflock.sweep.study import read as read_study
@@ -225,3 +227,10 @@ def test_a_pattern_of_stars(tmp_path):
     (tmp_path / "u" / ("a" * 200 + ".csv")).write_text("")
     with pytest.raises(SelflockError, match="4 times at most"):
         logs_of(tmp_path, "{unit}/" + "*a" * 25 + "{date}.csv")
+
+
+@pytest.mark.parametrize("key", ["components", "connections", "bonds", "faults", "drives", "values", "run", "system"])
+def test_what_is_no_table_in_a_system(key):
+    for value in (1.5, "x", ["x"]):
+        with pytest.raises(DescriptionError, match=f"{key}.*table"):
+            from_dict({key: value})

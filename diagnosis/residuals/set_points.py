@@ -17,14 +17,16 @@ NOWHERE: Mapping[int, float] = MappingProxyType({})
 """Of no jump is it known when it came: each at its row."""
 
 
-def jumps(x: np.ndarray) -> np.ndarray:
+def jumps(x: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Rows that are the first behind a jump: changes far larger than those beside them, and rare.
 
-    What changes in steps all the time, as a set-point in counts, goes in steps and does not jump.
+    What changes in steps all the time, as a set-point in counts, goes in steps and does not jump. How it went through a gap
+    nobody knows.
     """
-    change = abs(np.diff(x))
+    change, steps = abs(np.diff(x)), np.diff(time)
     if len(change) < 3:
         return np.zeros(0, int)
+    change = np.where(steps > RULES.data.gap * np.median(steps), 0.0, change)
     around = np.maximum(np.append(0.0, change[:-1]), np.append(change[1:], 0.0))
     found = np.flatnonzero((change > 0.0) & (around < RULES.residuals.jump_beside * change)) + 1
     return found if len(found) <= RULES.residuals.most_jumps * len(x) else np.zeros(0, int)
@@ -36,7 +38,7 @@ def between(when: np.ndarray, time: np.ndarray, x: np.ndarray, sooner: Mapping[i
     sooner: for rows behind a jump the share of the row before by which it came sooner, less than 1.
     """
     found = np.interp(when, time, x)
-    for row in jumps(x):
+    for row in jumps(x, time):
         first, last = time[row - 1], time[row]
         jumped = last - sooner.get(int(row), 0.0) * (last - first)
         start, middle, end = np.searchsorted(when, [first, jumped, last])
@@ -46,7 +48,7 @@ def between(when: np.ndarray, time: np.ndarray, x: np.ndarray, sooner: Mapping[i
 
 def upright(time: np.ndarray, columns: dict[str, np.ndarray], sooner: Mapping[int, float] = NOWHERE) -> dict[str, np.ndarray]:
     """Times and set-points of which straight lines make the same: two rows for a jump, hardly apart."""
-    rows = np.unique(np.concatenate([jumps(x) for x in columns.values()]))
+    rows = np.unique(np.concatenate([jumps(x, time) for x in columns.values()]))
     steps = time[rows] - time[rows - 1]
     jumped = time[rows] - np.array([sooner.get(int(row), 0.0) for row in rows]) * steps
     new = np.sort(np.concatenate([time, jumped - RULES.residuals.upright * steps, jumped[jumped < time[rows]]]))

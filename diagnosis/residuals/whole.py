@@ -120,6 +120,11 @@ def grid(ch: Channels) -> Grid:
     return found
 
 
+def jumped(ch: Channels) -> np.ndarray:
+    """Rows that are the first behind a jump of the angle's set-point."""
+    return jumps(ch.raw("controller.angle_setpoint"), ch.run.time)
+
+
 def sooner(ch: Channels) -> dict[int, float]:
     """Of rows behind a jump of the set-point: the share of the row before by which it came sooner, once that is found."""
     return ch.run.memory.setdefault("jumped sooner", {})
@@ -289,8 +294,8 @@ def settled(ch: Channels) -> np.ndarray:
         begins = time[np.append(0, np.flatnonzero(ch.run.behind_gaps))]
         since = time - begins[np.searchsorted(begins, time, side="right") - 1]
         late = ch.setting.value(ch.prefix + "controller.sample_period", {}) + 2.0 * float(np.median(np.diff(time)))
-        jumped = about(jumps(ch.raw("controller.angle_setpoint")), time, late)
-        ch.memory["settled"] = (since >= min(rules.settling, rules.settling_share * (time[-1] - time[0]))) & ~jumped
+        reached = about(jumped(ch), time, late)
+        ch.memory["settled"] = (since >= min(rules.settling, rules.settling_share * (time[-1] - time[0]))) & ~reached
     return ch.memory["settled"]
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..residuals import whole
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.set_points import jumps
 from ..rules import RULES
 from .problem import Problem
 
@@ -18,7 +17,7 @@ from .problem import Problem
 def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     """Find when each jump of a whole drive's set-points came, and keep it with its run; whether there is any."""
     channels = list(experiment.channels.values())
-    if not any(len(jumps(ch.raw("controller.angle_setpoint"))) for ch in channels):
+    if not any(len(whole.jumped(ch)) for ch in channels):
         return False
     problem = problem.with_noise()
     values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
@@ -30,7 +29,7 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
 
 def _place(experiment: DriveExperiment, ch, values: dict) -> None:
     """Each jump of a run at the best of some places, then of some about it."""
-    rows, time = jumps(ch.raw("controller.angle_setpoint")), ch.taken(ch.run.time)
+    rows, time = whole.jumped(ch), ch.taken(ch.run.time)
     known, rules = whole.sooner(ch), RULES.search
     if not len(rows):
         return

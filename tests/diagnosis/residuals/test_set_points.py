@@ -10,14 +10,19 @@ TIME = np.arange(1000) * 1e-3
 
 def test_a_step_is_a_jump_and_a_motion_is_none(rng):
     at, height = int(rng.integers(5, 990)), rng.uniform(1e-3, 1.0)
-    assert jumps(np.where(np.arange(1000) >= at, height, 0.0)).tolist() == [at]
-    assert jumps(0.3 * np.sin(7.0 * TIME) + np.where(np.arange(1000) >= at, 0.2, 0.0)).tolist() == [at]
+    assert jumps(np.where(np.arange(1000) >= at, height, 0.0), TIME).tolist() == [at]
+    assert jumps(0.3 * np.sin(7.0 * TIME) + np.where(np.arange(1000) >= at, 0.2, 0.0), TIME).tolist() == [at]
     for motion in (np.sin(7.0 * TIME), np.clip(TIME - 0.3, 0.0, 0.2), np.abs(TIME - 0.4), np.zeros(1000)):
-        assert not len(jumps(motion))
+        assert not len(jumps(motion, TIME))
 
 
 def test_what_goes_in_counts_all_the_time_does_not_jump():
-    assert not len(jumps(np.floor(TIME / 0.017) * 1e-3))
+    assert not len(jumps(np.floor(TIME / 0.017) * 1e-3, TIME))
+
+
+def test_what_moved_through_a_gap_did_not_jump():
+    kept = (TIME < 0.4) | (TIME > 0.6)
+    assert not len(jumps(TIME[kept], TIME[kept]))
 
 
 def test_between_rows_a_set_point_is_straight_and_held_before_its_jump(rng):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Callable
+from copy import deepcopy
 from pathlib import Path
 
 import inputs
@@ -148,7 +149,7 @@ def answer(dice: random.Random, folder: Path) -> None:
         for key in way:
             place = place[key]
         if dice.randrange(5) or isinstance(place, list):
-            place[last] = dice.choice(ODD)
+            place[last] = deepcopy(dice.choice(ODD))  # else one may come to hold itself
         else:
             del place[last]
         if not _places(told):

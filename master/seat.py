@@ -258,7 +258,7 @@ def _ratios(name: str, own: float, step: float) -> tuple[int, int]:
     if not own:
         return 1, 1
     for value, result in ((step / own, lambda n: (n, 1)), (own / step, lambda n: (1, n))):
-        n = round(value) if value < 1e9 else 0
+        n = round(value) if 0.0 < value < 1e9 else 0
         if n >= 1 and abs(value - n) < 1e-9 * n:
             return result(n)
     raise DescriptionError(

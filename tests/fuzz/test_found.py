@@ -153,6 +153,13 @@ def test_steps_that_nobody_can_count(tmp_path):
         master.run(tmp_path / "x.toml")
 
 
+@pytest.mark.parametrize("step", [-5e-324, -1.0, 5e-324])
+def test_steps_of_a_component_that_nobody_can_count(tmp_path, step):
+    (tmp_path / "x.toml").write_text(inputs.MOTOR.replace("[components.motor]", f"[components.motor]\nstep = {step}", 1))
+    with pytest.raises(SelflockError, match="step"):
+        master.run(tmp_path / "x.toml")
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes have names here")
 @pytest.mark.parametrize("ending", ["toml", "csv", "parquet", "fmu", "ssp"])
 def test_what_has_no_end_is_not_waited_for(tmp_path, ending):

@@ -27,6 +27,7 @@ import itertools
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import date, time
 from math import isfinite, prod
 from numbers import Real
 from pathlib import Path
@@ -259,6 +260,10 @@ def problem(ranges: Mapping[str, list[float]]) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, (date, time)):
+        raise SweepError(
+            f"{value} is a date or a time of day: no parameter has one. Write a number of seconds, or a text in quotes."
+        )
     return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
 
 

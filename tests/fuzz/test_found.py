@@ -71,6 +71,14 @@ def test_what_is_no_table_text_or_number_in_a_sweep(tmp_path, line):
         read_study(tmp_path / "x.toml")
 
 
+@pytest.mark.parametrize("value", ["12:00:00", "2026-05-31", "2026-05-31T12:00:00Z"])
+def test_a_time_of_day_in_a_sweep(tmp_path, value):
+    vary = '[vary.ohm]\nset = "motor.resistance"\nvalues = [1.0]\n'
+    (tmp_path / "s.toml").write_text(f'system = "x.toml"\ntable = true\nset = {{ "motor.voltage" = {value} }}\n{vary}')
+    with pytest.raises(SelflockError, match="a date or a time of day"):
+        read_study(tmp_path / "s.toml")
+
+
 def test_more_samples_than_anybody_waits_for(tmp_path):
     text = 'system = "x"\ntable = true\n[vary.a]\nrange = [0.0, 1.0]\n[sample]\nmethod = "lhs"\ncount = 2147483648\n'
     (tmp_path / "x.toml").write_text(text)

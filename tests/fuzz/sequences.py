@@ -62,14 +62,15 @@ def calls(draw, fmu: Extracted):
         st.tuples(st.sampled_from(["setup", "enter", "exit", "terminate", "reset"]), st.just(0)),
         st.just(("again",)),
     )
-    made: list[tuple] = [("load", "A", fmu.library), ("new", 0, "A", "it", fmu.uri), ("setup", 0)]
+    new = ("new", 0, "A", "it", fmu.uri, fmu.description.guid)
+    made: list[tuple] = [("load", "A", fmu.library), new, ("setup", 0)]
     made += [("real", 0, draw(st.sampled_from(known)), draw(NUMBERS)) for _ in range(draw(st.integers(0, 3)))]
     made += [("enter", 0), ("exit", 0)]
     outputs = ("get", 0, *(fmu.vr[name] for name in fmu.outputs))
     there: set[int] = set()  # states that may be dropped or packed
     for command in draw(st.lists(one, min_size=5, max_size=LENGTH)):
         if command == ("again",):
-            made += [("free", 0), ("new", 0, "A", "it", fmu.uri)]
+            made += [("free", 0), new]
             there.clear()
             continue
         if command[0] == "save":
@@ -94,6 +95,7 @@ def ask(name: str, data, room: Path | None = None) -> str:
     assert done.returncode == 0, f"the host ended with {done.returncode} after {len(answers)} of {len(commands)} calls: {lines}"
     assert b"Traceback" not in done.stderr, done.stderr.decode("utf-8", "replace")[-2000:]
     assert len(answers) == len(commands), f"{len(answers)} answers to {len(commands)} calls"
+    assert "null" not in answers, "no instance was made, and nothing asked of it"
     step = ""
     for command, answer in zip(commands, answers):
         status, *values = answer.split()

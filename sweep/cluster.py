@@ -90,7 +90,7 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
             ) from error
         if scheduler:  # elsewhere something else may be installed
             _same_everywhere(client, scheduler, (*RUNS, "selflock.sweep", function.__module__))
-        client.register_plugin(Holder(parcel), name=parcel.name)
+        _patiently(client.register_plugin, Holder(parcel), name=parcel.name, wrong=OSError)  # a worker dies as it is given it
         stack.callback(_leave, client, parcel.name)
         if not scheduler:
             stack.callback(_all_back, client, workers)
@@ -139,12 +139,17 @@ def _quietly() -> Iterator[None]:
         log.setLevel(level)
 
 
-def _patiently(make: Callable, *given: Any, **more: Any) -> Any:
-    """make(...), tried again once: Dask gives its own event loop 10 s to start, which a busy machine may not keep, and a process of its may be killed before it is there."""
+def _patiently(
+    make: Callable,
+    *given: Any,
+    wrong: type[Exception] | tuple[type[Exception], ...] = (AssertionError, RuntimeError),  # all that Dask says then
+    **more: Any,
+) -> Any:
+    """make(...), tried again once where something is `wrong`: Dask gives its own event loop 10 s to start, which a busy machine may not keep, and a process of its may be killed before it is there."""
     for _ in range(2):
         try:
             return make(*given, **more)
-        except (AssertionError, RuntimeError):  # all that Dask says then
+        except wrong:
             continue
     raise SweepError(
         "Dask did not start, twice: this machine is too busy, its disk is full, or something ends processes. Nothing is lost; "

@@ -10,6 +10,7 @@ from pathlib import Path
 import jobs
 import pandas as pd
 import pytest
+from distributed.comm.core import CommClosedError
 
 from selflock.sweep import SweepError, map_runs
 from selflock.sweep.cluster import _patiently
@@ -291,3 +292,17 @@ def test_a_process_of_dask_that_is_killed_as_it_begins_is_begun_once_more():
     tries.clear()
     with pytest.raises(SweepError, match="Dask did not start, twice"):
         _patiently(make, 2)
+
+
+def test_a_worker_that_dies_as_it_is_given_the_runs_is_tried_again():
+    tries = []
+
+    def give(*given):
+        tries.append(given)
+        if len(tries) == 1:
+            raise CommClosedError("Stream is closed")
+        return "given"
+
+    assert _patiently(give, 1, wrong=OSError) == "given" and tries == [(1,), (1,)]
+    with pytest.raises(CommClosedError):  # what nobody waits for
+        _patiently(lambda: tries.clear() or give(), wrong=ValueError)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..search.candidate import Candidate
-from ..search.freely import FreeRival
 from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import Stage
@@ -44,7 +43,7 @@ class Rival:
         return told | {"free": self.free, "chance": self.chance, "drop": self.drop, "doubt": self.doubt, "role": self.role}
 
 
-def rivals(outcome: Selection, rng: np.random.Generator, free: Sequence[FreeRival] = ()) -> list[dict]:
+def rivals(outcome: Selection, rng: np.random.Generator, free: Sequence[Candidate] = ()) -> list[dict]:
     """Each step of a search: how many entries told it, and its models, best first; those only looked at by their names.
 
     rng: of the draws that tell whether a free curve predicts more than chance. free: free laws of a whole drive, of the first step.
@@ -100,9 +99,9 @@ def _competed(outcome: Selection, stage: Stage) -> list[Rival]:
     return rows
 
 
-def _of_law(problem: Problem, law: FreeRival) -> Rival:
+def _of_law(problem: Problem, law: Candidate) -> Rival:
     """A free law as a row."""
-    return Rival(law.label, _density(problem, law.candidate.losses), len(law.candidate.free), "curve", doubt=BENDS)
+    return Rival(law.hypothesis.effect, _density(problem, law.losses), len(law.free), "curve", doubt=BENDS)
 
 
 def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> Rival | None:

@@ -15,7 +15,7 @@ from ..residuals.residual import Residual
 from ..rules import RULES
 from ..search.candidate import Candidate, nearest, surer, worse
 from ..search.fit import Fit
-from ..search.freely import FreeRival, free_laws
+from ..search.freely import free_laws
 from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import CHANCE, Stage
@@ -33,9 +33,14 @@ class Judgement:
     mending: Mending  # of the residual in which the gain is told: nominal, what is uncertain refitted; with the causes
     gain: Gain
     left: list[Dependence]  # with what the remainder goes
-    free: list[FreeRival] = field(default_factory=list)  # of a whole drive in which something is left, rivals of its causes
+    free: list[Candidate] = field(default_factory=list)  # of a whole drive in which something is left, rivals of its causes
     dropped: Judgement | None = None  # with the causes that are not believed
     why: str = ""  # not
+
+    @property
+    def closes(self) -> str:
+        """How much the causes close and that something is left, as a sentence without its subject."""
+        return f"it closes {100 * self.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
 
     @property
     def reserve(self) -> str:
@@ -44,7 +49,7 @@ class Judgement:
             self.left and self.outcome.causes and self.gain.closed < RULES.judge.nearly and self.mending.residual.kind == "whole"
         ):
             return ""
-        return f"it closes {100 * self.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
+        return self.closes
 
 
 class Judge:
@@ -92,7 +97,7 @@ class Judge:
     def _doubted(self, found: Judgement, missing: list[Dependence], silent: bool) -> str:
         """Why causes are not believed where something is left, as a sentence without its subject; "" where they are."""
         if found.gain.closed < RULES.judge.enough and not silent:
-            return f"it closes {100 * found.gain.closed:.0f} % of the error above the noise floor, and what it leaves is no noise"
+            return found.closes
         if _guesses(found.outcome):
             return "several causes that take a little each are guesses"
         if why := next((why for law in found.free if (why := _ahead(law, found.outcome))), ""):
@@ -217,36 +222,36 @@ class Judge:
         return False
 
 
-def _ahead(law: FreeRival, outcome: Selection) -> str:
+def _ahead(law: Candidate, outcome: Selection) -> str:
     """Why a free law of a whole drive speaks against the causes, as a sentence without its subject; "" where it does not.
 
     It does where it predicts more of unseen blocks. One of a variable over which a cause acts itself may: nature's formula is
     not the cause's. Then the cause must explain much of what the free law does.
     """
-    without, named, free = outcome.stages[0].base, outcome.standing, law.candidate
-    if named is None or not worse(named, free, outcome.stages[-1].chance_level):
+    without, named = outcome.stages[0].base, outcome.standing
+    if named is None or not worse(named, law, outcome.stages[-1].chance_level):
         return ""
-    most = float((without.errors - free.errors).mean())
+    most = float((without.errors - law.errors).mean())
     share = float((without.errors - named.errors).mean()) / max(most, 1e-300)
-    own = any(law.variable == cause.hypothesis.shown_over for cause in outcome.causes)
+    own = any(law.hypothesis.shown_over == cause.hypothesis.shown_over for cause in outcome.causes)
     if share >= (RULES.judge.formula if own else 1.0 - RULES.judge.ahead):
         return ""
-    return f"it explains {100 * max(share, 0.0):.0f} % of what a {law.label} does, which bends as the log asks"
+    return f"it explains {100 * max(share, 0.0):.0f} % of what a {law.hypothesis.effect} does, which bends as the log asks"
 
 
-def _goes_with(free: list[FreeRival], outcome: Selection) -> list[Dependence]:
+def _goes_with(free: list[Candidate], outcome: Selection) -> list[Dependence]:
     """With what goes what is missing in a whole drive: the variable of the free law that predicts most of it."""
     if not free:
         return []
     best, (base, problem) = free[0], (outcome.stages[0].base, outcome.searched)
     level = outcome.stages[0].chance_level
-    if not worse(base, best.candidate, level if np.isfinite(level) else 0.0):
+    if not worse(base, best, level if np.isfinite(level) else 0.0):
         return []
-    drop = (base.losses - best.candidate.losses).mean(0)
+    drop = (base.losses - best.losses).mean(0)
     share = float(drop.sum() / max(base.errors.mean(), 1e-300))
     if share < RULES.judge.half:
         return []
-    return [Dependence(best.variable, problem.experiment.residuals[int(drop.argmax())].name, share, 0.0)]
+    return [Dependence(best.hypothesis.shown_over, problem.experiment.residuals[int(drop.argmax())].name, share, 0.0)]
 
 
 def _guesses(outcome: Selection) -> bool:

@@ -28,9 +28,8 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
     wanted = ch.true("controller.angle_setpoint", values)
-    if not (
-        ch.has("load.angle") or ch.has("reducer.input_angle")
-    ):  # of a speed, from anywhere: it began where it was asked to be
+    if not (ch.has("load.angle") or ch.has("reducer.input_angle")):
+        # of a speed, from anywhere: it began where it was asked to be
         angle = angle + (wanted[0] - angle[0])
     rate = drive.speed_setpoint(wanted, values, ch)
     out = np.empty(n)

@@ -89,9 +89,8 @@ class DriveExperiment(Experiment):
                 e = (measured - simulated)[good]
                 if len(e) > rules.window_samples:
                     steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
-            levels[samples] = (
-                steps / max(count, 1) if np.isfinite(steps) else np.inf
-            )  # beyond what a double can be: no window helps
+            # beyond what a double can be no window helps
+            levels[samples] = steps / max(count, 1) if np.isfinite(steps) else np.inf
         return min(samples for samples, level in levels.items() if level <= rules.window_level * min(levels.values()))
 
     def _asked(self) -> int:

@@ -40,20 +40,6 @@ OWN = {
 """Of what a channel's reading is a function where its sensor is not straight."""
 
 
-@dataclass(frozen=True)
-class FreeRival:
-    """A free law as a candidate of the first step of a search."""
-
-    place: str
-    variable: str
-    candidate: Candidate
-
-    @property
-    def label(self) -> str:
-        """In words."""
-        return self.candidate.hypothesis.effect
-
-
 @dataclass(frozen=True, eq=False)
 class Normal:
     """Normal equations of each block that teaches: the base's columns, then a free law's, each of length 1 over all blocks."""
@@ -76,8 +62,11 @@ class Normal:
         return -np.linalg.solve(self.gram[seen].sum(0) + np.diag(held), pull)
 
 
-def free_laws(problem: Problem, base: Fit) -> list[FreeRival]:
-    """The free laws that look best over the base, as they do when they are simulated; best first."""
+def free_laws(problem: Problem, base: Fit) -> list[Candidate]:
+    """The free laws that look best over the base, as candidates of the first step of a search, simulated; best first.
+
+    The hypothesis of each says in words what it is (`effect`), and its variable (`shown_over`).
+    """
     near = problem.glance(True)
     folds = problem.fold_of_block[problem.train]
     looked: dict[tuple[str, str], tuple[float, float, tuple[Free, ...]]] = {}
@@ -91,10 +80,10 @@ def free_laws(problem: Problem, base: Fit) -> list[FreeRival]:
             looked[place, variable] = gain, ridge, free
     most = sorted(looked.items(), key=lambda item: -item[1][0])[: RULES.search.free_fits]
     found = [
-        FreeRival(place, variable, _simulated(problem, base, f"free {place} over {variable}", variable, ridge, free))
+        _simulated(problem, base, f"free {place} over {variable}", variable, ridge, free)
         for (place, variable), (_, ridge, free) in most
     ]
-    return sorted(found, key=lambda law: law.candidate.errors.mean())
+    return sorted(found, key=lambda law: law.errors.mean())
 
 
 def _columns(problem: Problem, fixed: dict, free: tuple[Free, ...], amounts: np.ndarray) -> np.ndarray:

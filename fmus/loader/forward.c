@@ -261,10 +261,11 @@ static void decode(const char *uri, char *path)
     *path = 0;
 }
 
-static int holds_slave(const char *folder, char *content, size_t size)
+/* The text of a small file in a folder; 0 where there is none, and then `content` stays as it is. */
+static int text_of(const char *folder, const char *name, char *content, size_t size)
 {
     char file[PATH_MAX];
-    if (snprintf(file, sizeof file, "%s/slavemodule.txt", folder) >= (int)sizeof file) return 0;
+    if (snprintf(file, sizeof file, "%s/%s", folder, name) >= (int)sizeof file) return 0;
     FILE *stream = fopen(file, "r");
     if (!stream) return 0;
     content[fread(content, 1, size - 1, stream)] = 0;
@@ -275,14 +276,8 @@ static int holds_slave(const char *folder, char *content, size_t size)
 /* Whether the host means this FMU: by the GUID in its resources, where there is one. */
 static int meant(const char *resources, const char *given, char *own, size_t size)
 {
-    char file[PATH_MAX];
     *own = 0;
-    if (snprintf(file, sizeof file, "%s/guid.txt", resources) >= (int)sizeof file) return 1;
-    FILE *stream = fopen(file, "r");
-    if (!stream) return 1;
-    own[fread(own, 1, size - 1, stream)] = 0;
-    fclose(stream);
-    return given && !strcmp(given, own);
+    return !text_of(resources, "guid.txt", own, size) || (given && !strcmp(given, own));
 }
 
 /* The resources folder as the host says it (decoded, then as it is), else beside this library. */
@@ -291,12 +286,12 @@ static char *find_resources(const char *uri, const char *here, char *content, si
     char path[PATH_MAX];
     if (uri && strlen(uri) < sizeof path) {
         decode(uri, path);
-        if (holds_slave(path, content, size)) return strdup(path);
+        if (text_of(path, "slavemodule.txt", content, size)) return strdup(path);
         const char *plain = !strncmp(uri, "file://", 7) ? uri + 7 : uri;
-        if (holds_slave(plain, content, size)) return strdup(plain);
+        if (text_of(plain, "slavemodule.txt", content, size)) return strdup(plain);
     }
     int length = snprintf(path, sizeof path, "%s/../../resources", here);
-    return length < (int)sizeof path && holds_slave(path, content, size) ? realpath(path, NULL) : NULL;
+    return length < (int)sizeof path && text_of(path, "slavemodule.txt", content, size) ? realpath(path, NULL) : NULL;
 }
 
 /* pythonfmu's library and some Pythons stumble over characters in paths; such a path gets a plain name that leads to it. */

@@ -8,7 +8,6 @@ import pytest
 from selflock.diagnosis.judge.depends import Dependence
 from selflock.diagnosis.judge.verdict import Judge, _ahead
 from selflock.diagnosis.residuals.mending import Mending
-from selflock.diagnosis.search.freely import FreeRival
 from selflock.diagnosis.search.selection import Selection
 from selflock.diagnosis.search.step import Step
 
@@ -45,8 +44,8 @@ def test_a_free_law_in_the_drive_speaks_against_a_cause_where_it_does_more(named
     )
     cause = SimpleNamespace(hypothesis=SimpleNamespace(shown_over="speed"))
     outcome = SimpleNamespace(stages=[SimpleNamespace(base=left(10.0), chance_level=0.01)], standing=left(named), causes=[cause])
-    law = FreeRival("torque", over, left(free))
-    law.candidate.hypothesis = SimpleNamespace(effect=f"free torque over {over}")
+    law = left(free)
+    law.hypothesis = SimpleNamespace(effect=f"free torque over {over}", shown_over=over)
     assert (_ahead(law, outcome) == "") == believed
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..master.errors import DescriptionError
 
 FAR = 1000.0  # m, how far the ends reach
+MOST = 10_000  # points of a ground
 KINDS = """flat | slope:ANGLE[,X] | step:HEIGHT[,X] | stairs:RISE,RUN,COUNT[,X] | polyline:X,Y;X,Y;…
 (angle in degrees; lengths in m; X: where it begins, 1 unless given; a slope without X is inclined everywhere)"""
 
@@ -26,6 +27,8 @@ def profile(text: str) -> tuple[np.ndarray, np.ndarray]:
     """
     kind, _, rest = text.partition(":")
     kind = kind.strip().lower()
+    if rest.count(";") >= MOST:
+        raise DescriptionError(f"ground has {rest.count(';') + 1} points, and {MOST} at most are taken. Leave points out.")
     try:
         if kind == "polyline":
             points = [tuple(float(v) for v in pair.split(",")) for pair in rest.split(";")]
@@ -52,6 +55,8 @@ def profile(text: str) -> tuple[np.ndarray, np.ndarray]:
         points = [(-FAR, 0.0), (x, 0.0), (x, values[0]), (x + FAR, values[0])]
     elif kind == "stairs" and len(values) in (3, 4) and values[0] != 0.0 and values[1] > 0.0 and values[2] >= 1.0:
         (rise, run, count), x = values[:3], values[3] if len(values) == 4 else 1.0
+        if 2.0 * count > MOST:
+            raise DescriptionError(f"ground = {text!r} has {count:g} stairs, and {MOST // 2} at most are built.")
         points = [(-FAR, 0.0)]
         for i in range(int(count)):
             points += [(x + i * run, i * rise), (x + i * run, (i + 1) * rise)]

@@ -80,11 +80,14 @@ def reach(delta, w, v, a):
 def root(c0, ct, cv, ca, theta, v, a, delta, w, low, high):
     """Where g = c0 + ct theta + cv v + ca a falls through zero: g(low) >= 0 > g(high), one crossing between.
 
-    Newton's method inside a shrinking bracket; the answer is on the far side, g <= 0, so that events make progress.
+    Newton's method inside a shrinking bracket; the answer is on the far side, g <= 0, so that events make progress. And
+    how many rounds it took.
     """
     near, far = low, high
     tau = 0.5 * (low + high)
-    for _ in range(80):
+    rounds = 0
+    while rounds < 80:
+        rounds += 1
         s, ds, q = response(delta, w, tau)
         v1 = v * (ds + 2.0 * delta * s) + a * s
         a1 = a * ds - w * v * s
@@ -101,11 +104,11 @@ def root(c0, ct, cv, ca, theta, v, a, delta, w, low, high):
         if step < 2.0 * ULP * high:  # converged from one side: step over the root
             guess = tau + 4.0 * ULP * high if g > 0.0 else tau - 4.0 * ULP * high
         tau = guess if near < guess < far else 0.5 * (near + far)
-    return far
+    return far, rounds
 
 
 def first_fall(c0, ct, cv, theta, v, a, theta1, v1, a1, delta, w, tau):
-    """When g = c0 + ct theta + cv v first falls below zero in (0, tau], s; infinity where it does not.
+    """When g = c0 + ct theta + cv v first falls below zero in (0, tau], s; infinity where it does not. And the rounds it took.
 
     (theta, v, a) at the start, (theta1, v1, a1) at the end of a piece no longer than `whole`, so that g has at most
     one extremum inside. g is not below zero at the start, but for rounding.
@@ -114,20 +117,19 @@ def first_fall(c0, ct, cv, theta, v, a, theta1, v1, a1, delta, w, tau):
     d1 = ct * v1 + cv * a1
     g1 = c0 + ct * theta1 + cv * v1
     if g1 >= 0.0 and not (d0 < 0.0 and d1 > 0.0):
-        return math.inf
+        return math.inf, 0
     g0 = c0 + ct * theta + cv * v
+    low, high, rounds = 0.0, tau, 0  # where it falls, once
     if d0 < 0.0:
         if g0 <= 0.0:
-            return 0.0
+            return 0.0, 0
         if g1 >= 0.0:  # down and up again: look at the lowest point
-            low = root(0.0, 0.0, -ct, -cv, theta, v, a, delta, w, 0.0, tau)
-            s, ds, q = response(delta, w, low)
+            high, rounds = root(0.0, 0.0, -ct, -cv, theta, v, a, delta, w, 0.0, tau)
+            s, ds, q = response(delta, w, high)
             v_low = v * (ds + 2.0 * delta * s) + a * s
             if c0 + ct * (theta + v * (s + 2.0 * delta * q) + a * q) + cv * v_low >= 0.0:
-                return math.inf
-            return root(c0, ct, cv, 0.0, theta, v, a, delta, w, 0.0, low)
-        return root(c0, ct, cv, 0.0, theta, v, a, delta, w, 0.0, tau)
-    if g0 <= 0.0 and d1 < 0.0 and d0 > 0.0:  # from zero up and down again: start from the highest point
-        high = root(0.0, 0.0, ct, cv, theta, v, a, delta, w, 0.0, tau)
-        return root(c0, ct, cv, 0.0, theta, v, a, delta, w, high, tau)
-    return root(c0, ct, cv, 0.0, theta, v, a, delta, w, 0.0, tau)
+                return math.inf, rounds
+    elif g0 <= 0.0 and d1 < 0.0 and d0 > 0.0:  # from zero up and down again: start from the highest point
+        low, rounds = root(0.0, 0.0, ct, cv, theta, v, a, delta, w, 0.0, tau)
+    when, more = root(c0, ct, cv, 0.0, theta, v, a, delta, w, low, high)
+    return when, rounds + more

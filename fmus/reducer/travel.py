@@ -14,6 +14,7 @@ from .flow import ULP, first_fall, reach, response, whole
 from .law import contact, friction_at
 
 PIECES = 1000  # of one step, at most, with all its inner steps; a step that needs more has no result (NaN)
+ROUNDS = 16  # of looking for an event's instant that count as a piece more
 STALLED = 50  # events without progress of time: the shaft is held for a hundredth of the step, twice that the next time
 
 
@@ -123,7 +124,8 @@ def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output
             left = dt - time
         else:
             s = 1.0 if speed > 0.0 else -1.0
-        taken, wound, speed = _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, least)
+        taken, wound, speed, rounds = _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, least)
+        pieces -= rounds // ROUNDS
         moved = ratio * (wound + output_speed * taken)
         lost = taken < 1e-9 * dt or windup + wound == windup
         windup += wound
@@ -197,7 +199,10 @@ def _breakaway(friction, ratio, push, x, change):
 
 
 def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, least):
-    """One piece of sliding in direction s: the time it takes, s, the change of the wind-up, rad, the speed after it, rad/s."""
+    """One piece of sliding in direction s: the time it takes, s, the change of the wind-up, rad, the speed after it, rad/s.
+
+    And how many rounds were made to find what ends it.
+    """
     friction = law.forward if s > 0.0 else law.backward
     v = speed / ratio - output_speed
     output_torque, edge, touching = contact(law.stiffness, law.damping, law.half_play, windup, v)
@@ -243,32 +248,33 @@ def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, leas
     a1 = a * slant - w * v * shape
 
     if quiet:
-        return tau, wound, (v1 + output_speed) * ratio
+        return tau, wound, (v1 + output_speed) * ratio, 0
 
     # Events, in terms of the change of the wind-up: which is first?
-    stop = first_fall(s * output_speed, 0.0, s, 0.0, v, a, wound, v1, a1, delta, w, tau)
-    other = math.inf
+    stop, rounds = first_fall(s * output_speed, 0.0, s, 0.0, v, a, wound, v1, a1, delta, w, tau)
+    other, first, second = math.inf, 0, 0
     if touching > 0.0:
         if lower > -math.inf:
-            other = first_fall(x - s * c * v - lower, s * k, s * c, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            other, first = first_fall(x - s * c * v - lower, s * k, s * c, 0.0, v, a, wound, v1, a1, delta, w, tau)
         if upper < math.inf:
-            fall = first_fall(upper - x + s * c * v, -s * k, -s * c, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            fall, second = first_fall(upper - x + s * c * v, -s * k, -s * c, 0.0, v, a, wound, v1, a1, delta, w, tau)
             other = min(other, fall)
         if law.half_play > 0.0:
             side = 1.0 if edge > 0.0 else -1.0
             strain = side * (output_torque - c * v)
-            other = min(other, first_fall(strain, side * k, side * c, 0.0, v, a, wound, v1, a1, delta, w, tau))
+            part, more = first_fall(strain, side * k, side * c, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            other, rounds = min(other, part), rounds + more
     else:
         side = 1.0 if edge > 0.0 else -1.0
         depth = side * windup - law.half_play  # into the flank on this side, which may yet be separated from it
         if depth > 0.0:
-            fall = first_fall(depth, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            fall, first = first_fall(depth, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
             spring, damper = side * law.stiffness, side * law.damping
-            touch = first_fall(-law.stiffness * depth, -spring, -damper, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            touch, second = first_fall(-law.stiffness * depth, -spring, -damper, 0.0, v, a, wound, v1, a1, delta, w, tau)
             other = min(fall, touch)
         else:
-            near = first_fall(-depth, -side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
-            far = first_fall(law.half_play + side * windup, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            near, first = first_fall(-depth, -side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
+            far, second = first_fall(law.half_play + side * windup, side, 0.0, 0.0, v, a, wound, v1, a1, delta, w, tau)
             other = min(near, far)
     if other < stop:
         other = min(max(other, least), tau)
@@ -281,4 +287,4 @@ def _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, leas
     speed = (v1 + output_speed) * ratio
     if stop <= taken or s * speed < 0.0:
         speed = 0.0
-    return taken, wound, speed
+    return taken, wound, speed, rounds + first + second

@@ -11,6 +11,7 @@ import pytest
 from selflock.master.errors import DescriptionError, PartFailed
 from selflock.master.face import Part
 from selflock.vehicle import Robot, munk
+from selflock.vehicle.ground import profile
 from selflock.vehicle.model import Model
 from selflock.vehicle.parameters import INPUTS, VARIABLES
 from selflock.vehicle.tables import OUTPUTS
@@ -220,5 +221,25 @@ def test_a_robot_that_would_settle_for_hours_is_refused():
     robot = Robot("robot")
     robot.set("settling_time", 60.0)
     robot.set("inner_step", 1e-6)
-    with pytest.raises(DescriptionError, match="settling_time = 60 s takes more than 250000 inner steps"):
+    with pytest.raises(DescriptionError, match="settling_time = 60 s takes more than [0-9]+ inner steps of inner_step = 1e-06 s"):
         _ = robot.model
+
+
+def test_what_a_step_has_to_do_is_counted_with_its_segments_iterations_and_ground():
+    """The more there is to do in an inner step, the fewer are made: what a step may cost is the same."""
+    plain = Robot("robot", settling_time=0.0).model
+    assert plain.too_long(0.5) == ""
+    many = Robot("robot", settling_time=0.0, segments=400, teeth=100, iterations=200).model
+    assert many.most_steps < 0.01 * plain.most_steps
+    assert "with 400 segments and 200 iterations; try a step of" in many.too_long(0.01)
+    rough = Robot("robot", settling_time=0.0, ground="polyline:" + ";".join(f"{k / 3000},0" for k in range(9000))).model
+    assert rough.most_steps < 0.5 * plain.most_steps
+
+
+@pytest.mark.parametrize(
+    "ground, said", [("stairs:0.1,0.3,1e9", "1e\\+09 stairs"), ("polyline:" + "0,0;" * 20000, "20001 points")]
+)
+def test_a_ground_without_end_is_refused(ground, said):
+    with pytest.raises(DescriptionError, match=said) as error:
+        profile(ground)
+    assert len(str(error.value)) < 200

@@ -328,8 +328,11 @@ def _read_csv(path: Path, whole: bool) -> tuple[pd.DataFrame, dict[str, str]]:
     if not whole and (torn := _unended(bytes(memoryview(content)[-LINE:]))):
         warn(f"{path}: its last line has no end, as after a crash, and is not read. Where it is whole, end it with a line break.")
         content = content.slice(0, len(content) - torn)
+        if not len(content):
+            raise ValueError("not even its first line, the names of its columns, is whole; as after a crash, or on a full disk")
     options = csv.ConvertOptions(null_values=[], strings_can_be_null=False)
     frame = csv.read_csv(pa.BufferReader(content), convert_options=options).to_pandas()
+    frame = frame if len(frame) else frame.astype(float)  # no rows yet: numbers, as they will be
     split = [header.partition(" [")[0] if header.endswith("]") else header for header in frame.columns]
     units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
     frame.columns = pd.Index(split)
@@ -356,6 +359,6 @@ def torn(path: Path) -> bool:
 
 
 def _unended(tail: bytes) -> int:
-    """Bytes behind the last line break."""
+    """Bytes behind the last line break; none of a line that is longer than LINE."""
     end = 1 + max(tail.rfind(b"\n"), tail.rfind(b"\r"))
-    return len(tail) - end if end else 0
+    return len(tail) - end if end or len(tail) < LINE else 0

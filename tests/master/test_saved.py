@@ -96,6 +96,23 @@ def test_an_arrow_stream_that_is_torn_anywhere_is_read_to_there(system, tmp_path
     assert least >= 18
 
 
+def test_a_csv_whose_header_is_cut_has_no_columns(system, tmp_path, warned):
+    """A full disk, or a crash, at the very begin: half a first line is no table of other columns."""
+    path = tmp_path / "t.csv"
+    master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=0.2, step=0.1), out=path)
+    whole = path.read_bytes()
+    first = whole.index(b"\n") + 1
+    for size in range(first):
+        path.write_bytes(whole[:size])
+        with pytest.raises(master.ResultError, match="not even its first line|Empty"):
+            master.read(path)
+    path.write_bytes(whole[:first])
+    table, units = master.read(path)
+    assert units["time"] == "s"
+    path.write_bytes(whole)
+    assert table.equals(master.read(path)[0].iloc[:0])
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_a_full_disk_is_told_with_what_is_kept(system, tmp_path, ending, warned):
     path = tmp_path / f"t.{ending}"

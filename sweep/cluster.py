@@ -80,7 +80,7 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
     """Workers of this machine, working in `folder`, or those of the cluster of `scheduler`."""
     with ExitStack() as stack:
         stack.enter_context(_quietly())
-        address = scheduler or stack.enter_context(_local(workers, folder))
+        address = scheduler or _local(workers, folder, stack)
         try:
             client = stack.enter_context(_patiently(Client, address, timeout=ANSWER, set_as_default=False))
         except (OSError, ValueError) as error:
@@ -97,31 +97,34 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
         yield Pool(client, parcel.name, function)
 
 
-@contextmanager
-def _local(workers: int, folder: Path) -> Iterator[str]:
+def _local(workers: int, folder: Path, stack: ExitStack) -> str:
+    """The address of a cluster of this machine, which ends with the stack."""
     # No failure is allowed here: whether a run is tried again is decided in engine.py, which knows who was to blame.
-    with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 0, "temporary-directory": str(folder), **QUIET}),
-        _begun(
-            LocalCluster,
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address="127.0.0.1:0",
-            local_directory=str(folder),
-            silence_logs=logging.CRITICAL,
-        ) as local,
-    ):
-        yield local.scheduler_address
+    given = {"distributed.scheduler.allowed-failures": 0, "temporary-directory": str(folder), **QUIET}
+    stack.enter_context(dask.config.set(given))
+    cluster = _begun(
+        stack,
+        LocalCluster,
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",
+        local_directory=str(folder),
+        silence_logs=logging.CRITICAL,
+    )
+    return cluster.scheduler_address
 
 
-def _begun(make: Callable, **given: Any) -> Any:
-    """Begin processes that Ctrl-C is not meant for, whole: this one ends them. They take on what their thread does not hear."""
+def _begun(stack: ExitStack, make: Callable, **given: Any) -> Any:
+    """Begin processes that Ctrl-C is not meant for, whole: this one ends them. They take on what their thread does not hear.
+
+    They are in the stack before a signal that came meanwhile is heard: else it would end this process, and not them.
+    """
     with held():
         resource_tracker.ensure_running()  # which would let the thread hear again
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
         try:
-            return _patiently(make, **given)
+            return stack.enter_context(_patiently(make, **given))
         finally:
             if before is not None:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)

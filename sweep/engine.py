@@ -22,7 +22,7 @@ from typing import Any
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from selflock.fmus import temporary
-from selflock.master.stops import Stops
+from selflock.master.stops import Stops, held
 
 from .errors import Interrupted, SweepError
 from .store import Row, Store, digest
@@ -120,8 +120,9 @@ def _run(function, context, items, todo: deque, take: Take, folder, workers, sch
             stack.callback(temporary.remove, place)
         else:
             place = Path(folder) / "work"
-            place.mkdir()
-            stack.callback(shutil.rmtree, place, ignore_errors=True)
+            with held():
+                place.mkdir()
+                stack.callback(shutil.rmtree, place, ignore_errors=True)
         if workers == 0 and scheduler is None:
             stack.callback(parcel.close)
             for number in todo:

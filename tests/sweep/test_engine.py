@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import jobs
@@ -12,8 +13,9 @@ import pandas as pd
 import pytest
 from distributed.comm.core import CommClosedError
 
+from selflock.master.stops import Stops
 from selflock.sweep import SweepError, map_runs
-from selflock.sweep.cluster import _patiently
+from selflock.sweep.cluster import _begun, _patiently
 from selflock.sweep.engine import _batch
 from selflock.sweep.store import Store
 
@@ -292,6 +294,25 @@ def test_a_process_of_dask_that_is_killed_as_it_begins_is_begun_once_more():
     tries.clear()
     with pytest.raises(SweepError, match="Dask did not start, twice"):
         _patiently(make, 2)
+
+
+def test_processes_of_dask_end_where_a_signal_comes_as_they_begin():
+    ended = []
+
+    @contextmanager
+    def begun():
+        try:
+            yield
+        finally:
+            ended.append(1)
+
+    def cluster():
+        signal.raise_signal(signal.SIGINT)
+        return begun()
+
+    with pytest.raises(KeyboardInterrupt), Stops(), ExitStack() as stack:
+        _begun(stack, cluster)
+    assert ended
 
 
 def test_a_worker_that_dies_as_it_is_given_the_runs_is_tried_again():

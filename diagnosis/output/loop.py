@@ -1,9 +1,9 @@
 """A whole drive extended: its FMUs coupled from the set-points of a log, and run again by the master.
 
 The promise of a fit was made by a compiled simulation of the closed loop. The system written here couples the FMU files as
-that simulation couples the laws, but for its half steps ahead: what the load's motion does to the gear, and the gear's to
-the motor, is known to the end of a step here, to its middle there. So both differ by what is of first order in the step,
-and running the system in half of it tells how much that is.
+that simulation couples the laws, but that it tells each its inputs as they are at the start or at the end of a step, and the
+fit as they are in its middle. So both differ by what is of first order in the step, and running the system in half of it
+tells how much that is.
 """
 
 from __future__ import annotations

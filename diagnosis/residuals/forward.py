@@ -35,8 +35,8 @@ def simulate(values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
     n = len(ch.dt)
     laws = [drive.law(part, values, ch) for part in COMPONENTS]
     reducer, load = laws[2], laws[3]
-    stiffness, damping = stable(reducer, load, float(np.median(ch.dt)))
-    laws[2] = reducer._replace(shaft_stiffness=stiffness[0], shaft_damping=damping)
+    stiffness, damping, parts = stable(reducer, load, float(np.median(ch.dt)))
+    laws[2] = reducer._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     zero = np.zeros(n)
     voltage = supply = zero
     if ch.has("motor.duty", "motor.supply_voltage"):
@@ -52,7 +52,7 @@ def simulate(values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
         i = here.start
         start = np.array([second.angle[i] * reducer.gear_ratio, first.speed[i], second.angle[i], second.speed[i]])
         given = (x[here] for x in (powered, supply, voltage, wanted, rate, ch.dt))
-        ch.setting.kernels.whole(*laws, 1.0 if closed else 0.0, *given, stiffness[1], start, out[:, here])
+        ch.setting.kernels.whole(*laws, 1.0 if closed else 0.0, *given, parts, start, out[:, here])
     return dict(zip(ROWS, out))
 
 
@@ -63,21 +63,13 @@ def stretches(ch: Channels) -> list[slice]:
     return [slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, ch.gaps + 1)]
 
 
-def stable(reducer, load, step: float) -> tuple[tuple[float, int], float]:
-    """Stiffness of the output shaft, parts of a step, damping: as given, or as stiff as so many parts carry."""
-    stiffness, together, parts = carried(reducer, load, step)
-    least, most = RULES.residuals.shaft_damping
-    damping = min(reducer.shaft_damping, most * np.sqrt(stiffness * together))
-    return (stiffness, parts), max(damping, least * np.sqrt(stiffness * together))
-
-
-def carried(reducer, load, step: float) -> tuple[float, float, int]:
-    """Stiffness of the output shaft that the parts of a step carry, N.m/rad; the inertia that swings on it, kg.m2; the parts."""
-    rules = RULES.residuals
-    of_load = law("load")
+def stable(reducer, load, step: float) -> tuple[float, float, int]:
+    """Stiffness and damping of the output shaft, N.m/rad, N.m.s/rad, and the parts of a step: as given, or what most parts carry."""
+    rules, of_load = RULES.residuals, law("load")
     inertia = max(of_load.moment_of_inertia(load, of_load.State(0.0, 0.0)), 1e-12)
     behind = reducer.shaft_inertia * reducer.gear_ratio**2
     together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
-    needed = np.ceil(step * np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)) / rules.shaft_step)
-    parts = int(np.clip(needed, 1, rules.shaft_parts))
-    return min(reducer.shaft_stiffness, together * (rules.shaft_step * parts / step) ** 2), together, parts
+    fastest = max(np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)), reducer.shaft_damping / max(together, 1e-12))
+    parts = int(np.clip(np.ceil(step * fastest / rules.shaft_step), 1, rules.shaft_parts))
+    most = rules.shaft_step * parts / step
+    return min(reducer.shaft_stiffness, together * most**2), min(reducer.shaft_damping, together * most), parts

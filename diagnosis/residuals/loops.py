@@ -85,6 +85,41 @@ def controller(p, angle_setpoint, speed_setpoint, angle, speed, motor_speed, out
         voltage[i] = out.voltage
 
 
+def _pull(p, l, torque, damping, h):
+    """Acceleration of the load, rad/s2, under this torque on it: its dampers are told the speed at the end of half of h, s."""
+    inertia = load.moment_of_inertia(p, l)
+    return (torque - load.driving_torque(p, l, 0.0)) / (inertia + 0.5 * h * (damping + p.damping))
+
+
+def _rests(pr, pl, g, l):
+    """What the output shaft delivers as a run begins, N.m, and the load's acceleration, rad/s2."""
+    _, go = shaft.advance(pr, g, 0.0, l.angle, l.speed, 0.0)
+    return go.output_torque, _pull(pl, l, go.output_torque, 0.0, 0.0)
+
+
+def _together(pm, pr, pl, m, g, l, pull, rise, voltage, beside, h):
+    """Motor, gear and load after h, s, under a held voltage, V, and a torque beside F at the motor's shaft, N.m.
+
+    The load takes the step as Verlet's method has it, half a kick, the way, half a kick: its angle is known to the end of the step
+    before the gear takes it, and what swings undamped neither grows nor fades (Hairer, Lubich, Wanner, Geometric numerical
+    integration, 2006, ch. I). The gear is exact for a load that turns evenly, the motor for an even speed: that in the middle of
+    the step, as its last rise, rad/s2, has it. What the gear is given is the mean torque. So all is of second order in h.
+    pull: the load's acceleration, rad/s2. Returns the same anew, and the output of the motor and the output torque, N.m.
+    """
+    turned, before = g.speed, m
+    pace = turned + 0.5 * h * rise if turned != 0.0 else 0.0
+    moved = l.speed + 0.5 * h * pull
+    m, mo = dc.advance(pm, m, voltage, pace, h)
+    g, go = shaft.advance(pr, g, dc.mean_torque(pm, before, m, voltage, pace, h) - beside, l.angle, moved, h)
+    delivered = go.output_torque
+    damping = pr.shaft_damping if delivered != 0.0 else 0.0
+    l = load.State(l.angle + h * moved, moved)
+    pull = _pull(pl, l, delivered, damping, h)
+    delivered -= damping * 0.5 * h * pull  # its damper was told the speed in the middle of the step
+    l = load.State(l.angle, moved + 0.5 * h * pull)
+    return m, g, l, pull, (g.speed - turned) / h, mo, delivered
+
+
 def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, speed_setpoint, dt, parts, start, out):
     """A drive from its voltage, or with closed > 0 from its set-points.
 
@@ -97,15 +132,13 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
     m = dc.start(pm)
     g = shaft.start(pr, start[0], start[1], angle, speed)
     l = load.State(angle, speed)
-    delivered = u = 0.0
+    delivered, pull = _rests(pr, pl, g, l)
+    rise = u = 0.0
     for i in range(len(dt)):
         if i > 0:
             h = dt[i] / parts
             for _ in range(parts):
-                m, mo = dc.advance(pm, m, u, g.speed, h)
-                g, go = shaft.advance(pr, g, mo.torque, l.angle, l.speed, h)
-                delivered = go.output_torque
-                l, lo = load.advance(pl, l, delivered, h)
+                m, g, l, pull, rise, mo, delivered = _together(pm, pr, pl, m, g, l, pull, rise, u, 0.0, h)
             out[1, i] = mo.current
             out[2, i] = mo.torque
         u = voltage[i]
@@ -157,11 +190,13 @@ def _met(over, g, l, delivered, time, current):
 
 
 def closed(
-    pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, angle_setpoint, speed_setpoint, dt, parts, ticked, at, starts,
-    place, over, knots, heights, out,
+    pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, asked, ahead, dt, parts, ticked, at, starts, place, over, knots, heights, out,
 ):  # fmt: skip
-    """A drive from its set-points with the loop closed; the controller acts at every sample, or as its period says.
+    """A drive from its set-points with the loop closed; the controller acts as its period says, or all the time.
 
+    One that acts all the time is asked at every sample, and what it does until the next is what it makes of the middle of the step,
+    as speeds and accelerations foretell it. asked, ahead: set-points of angle and speed at the samples, and in the middle of the
+    step behind each.
     pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor > 0: these are the
     input shaft's, seen through the gear's ratio. ticked: s since it acted last, of one with a period. at: samples at which
     the shafts are put where they were measured, 0 first, each with its row of starts, as `start` in `whole`; heat and wear
@@ -182,44 +217,42 @@ def closed(
     if sensed > 0.0:
         angle, speed = sensor.exact(pa, angle), sensor.exact(ps, speed)
     c = pd.after(
-        pd.start(pc, angle_setpoint[0], speed_setpoint[0], angle, speed, start[1], 0.0), ticked - dt[0]
+        pd.start(pc, asked[0, 0], asked[1, 0], angle, speed, start[1], 0.0), ticked - dt[0]
     )  # at the first sample it is so long ago
+    held = pd.sample_period(pc, pd.Condition(0.0)) > 0.0 and pd.command_delay(pc, pd.Condition(0.0)) == 0.0
     u = c.command
-    current = torque = delivered = rising = falling = 0.0
+    delivered, pull = _rests(pr, pl, g, l)
+    current = torque = rise = 0.0
     for i in range(len(dt)):
         if i > 0:
             h = dt[i] / parts
             for _ in range(parts):
-                turned, moved, before = g.speed, l.speed, delivered
-                held, carried = u, 0.0
+                given, beside = u, 0.0
                 if place > 0:
                     push = _straight(knots, heights, _met(over, g, l, delivered, since, m.current))
                     if place == 1:
-                        carried = push
+                        beside = push
                     elif place == 2:  # as friction: against the motion, and none at rest
-                        carried = push if turned > 0.0 else -push if turned < 0.0 else 0.0
+                        beside = push if g.speed > 0.0 else -push if g.speed < 0.0 else 0.0
                     elif place == 3:
-                        held = u - push
-                m, mo = dc.advance(pm, m, held, turned + 0.5 * rising, h)
-                g, go = shaft.advance(pr, g, mo.torque - carried, l.angle, moved + 0.5 * falling, h)
-                delivered = go.output_torque
-                if delivered != 0.0:  # its damper was told the speed in the middle of the step
-                    delivered -= 0.5 * pr.shaft_damping * falling
-                l, lo = load.advance(pl, l, 0.5 * (before + delivered) if i > 1 else delivered, h)
-                rising, falling = g.speed - turned, l.speed - moved
+                        given = u - push
+                m, g, l, pull, rise, mo, delivered = _together(pm, pr, pl, m, g, l, pull, rise, given, beside, h)
             current, torque, since = mo.current, mo.torque, since + dt[i]
         anew = put < len(at) and at[put] == i
         if anew:
             g = shaft.State(starts[put, 0], starts[put, 1], g.effects, g.time, g.heat, g.distance)
             l = load.State(starts[put, 2], starts[put, 3])
-            delivered = rising = falling = 0.0
+            delivered, pull = _rests(pr, pl, g, l)
+            rise = 0.0
             put += 1
-        angle, speed = l.angle, l.speed
+        angle, speed, gained = l.angle, l.speed, pull
         if at_motor > 0.0:
-            angle, speed = g.angle / ratio, g.speed / ratio
+            angle, speed, gained = g.angle / ratio, g.speed / ratio, rise / ratio
         if place == 4:  # the angle's own reading, of whichever shaft
             push = _straight(knots, heights, _met(over, g, l, delivered, since, current))
             angle += push / ratio if at_motor > 0.0 else push
+        half = 0.5 * dt[i + 1] if i + 1 < len(dt) else 0.0
+        later, faster = angle + half * (speed + 0.5 * half * gained), speed + half * gained
         if anew and sensed > 0.0:
             sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
         if sensed > 0.0:
@@ -227,11 +260,17 @@ def closed(
             angle = seen.reading
             ss, seen = sensor.advance(ps, ss, speed, dt[i])
             speed = seen.reading
-        c, co = pd.advance(pc, c, angle_setpoint[i], speed_setpoint[i], angle, speed, g.speed, delivered, dt[i])
-        u = co.voltage
+            _, seen = sensor.advance(pa, sa, later, half)
+            later = seen.reading
+            _, seen = sensor.advance(ps, ss, faster, half)
+            faster = seen.reading
+        c, co = pd.advance(pc, c, asked[0, i], asked[1, i], angle, speed, g.speed, delivered, dt[i])
+        out[0, i] = u = co.voltage
+        if not held:
+            _, co = pd.advance(pc, c, ahead[0, i], ahead[1, i], later, faster, g.speed + half * rise, delivered, half)
+            u = co.voltage
         if powered[i] == 0.0:
-            u = pm.voltage_constant * g.speed  # no current flows
-        out[0, i] = u
+            out[0, i] = u = pm.voltage_constant * g.speed  # no current flows
         out[1, i] = current
         out[2, i] = torque
         out[3, i] = g.angle

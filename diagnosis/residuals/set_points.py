@@ -32,6 +32,11 @@ def jumps(x: np.ndarray, time: np.ndarray) -> np.ndarray:
     return found if len(found) <= RULES.residuals.most_jumps * len(x) else np.zeros(0, int)
 
 
+def jump(row: int, time: np.ndarray, sooner: Mapping[int, float] = NOWHERE) -> float:
+    """When the set-point jumped that this row is the first to have."""
+    return float(time[row] - sooner.get(row, 0.0) * (time[row] - time[row - 1]))
+
+
 def between(when: np.ndarray, time: np.ndarray, x: np.ndarray, sooner: Mapping[int, float] = NOWHERE) -> np.ndarray:
     """A set-point at these instants: straight between its rows, held before a jump until the row that has it.
 
@@ -39,9 +44,7 @@ def between(when: np.ndarray, time: np.ndarray, x: np.ndarray, sooner: Mapping[i
     """
     found = np.interp(when, time, x)
     for row in jumps(x, time):
-        first, last = time[row - 1], time[row]
-        jumped = last - sooner.get(int(row), 0.0) * (last - first)
-        start, middle, end = np.searchsorted(when, [first, jumped, last])
+        start, middle, end = np.searchsorted(when, [time[row - 1], jump(int(row), time, sooner), time[row]])
         found[start:middle], found[middle:end] = x[row - 1], x[row]
     return found
 

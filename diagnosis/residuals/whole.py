@@ -29,9 +29,9 @@ from ..rules import RULES
 from . import drive, free_law, laws, memory
 from .channels import Channels
 from .compare import Compared
-from .forward import ROWS, carried
+from .forward import ROWS, stable
 from .recorder import counts, ticks
-from .set_points import about, between, jumps
+from .set_points import about, between, jump, jumps
 
 SUPPLY = "supply"
 
@@ -96,8 +96,8 @@ class Grid:
 
     time: np.ndarray  # s, from the first row on
     dt: np.ndarray  # s, to each from the one before
-    wanted: np.ndarray  # set-point of the angle
-    rate: np.ndarray  # and of the speed
+    asked: np.ndarray  # set-points of angle and speed, (2, instants)
+    ahead: np.ndarray  # and in the middle of the step behind each
     powered: np.ndarray
 
 
@@ -105,19 +105,28 @@ def grid(ch: Channels) -> Grid:
     """Of a run, made once; set-points between two rows: see set_points."""
     found = ch.memory.get("grid")
     if found is None:
-        time = ch.run.time - ch.run.time[0]
-        time = time if ch.take is None else time[: ch.take[-1] + 1]  # what comes after the last row compared matters to none
-        steps = np.diff(time)
-        parts = np.maximum(1, np.ceil(steps / ch.setting.whole_step - 1e-6)).astype(int)
-        first = np.repeat(np.arange(len(steps)), parts)
-        inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
-        fine = _with_acts(np.append(time[first] + steps[first] * inside / parts[first], time[-1]), ch)
-        line = lambda x: between(fine, time, x[: len(time)], sooner(ch))
-        wanted = ch.raw("controller.angle_setpoint")
-        powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.searchsorted(time, fine + 1e-9, side="right") - 1]
-        dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
-        found = ch.memory["grid"] = Grid(fine, dt, line(wanted), line(drive.speed_setpoint(wanted, {}, ch)), powered)
+        found = ch.memory["grid"] = _grid(ch, ch.setting.value(ch.prefix + "controller.sample_period", {}))
     return found
+
+
+def _grid(ch: Channels, period: float) -> Grid:
+    """The rows and equal parts between them, the jumps of set-points, and the acts of a controller with a period of its own, s."""
+    time = ch.run.time - ch.run.time[0]
+    time = time if ch.take is None else time[: ch.take[-1] + 1]  # what comes after the last row compared matters to none
+    steps = np.diff(time)
+    parts = np.maximum(1, np.ceil(steps / ch.setting.whole_step - 1e-6)).astype(int)
+    first = np.repeat(np.arange(len(steps)), parts)
+    inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
+    even = np.append(time[first] + steps[first] * inside / parts[first], time[-1])
+    jumps = np.array([jump(int(row), time, sooner(ch)) for row in jumped(ch) if row < len(time)])
+    slow = period > np.median(np.diff(even))
+    fine = _with(even, jumps, np.arange(period - ticks(period, ch), time[-1], period) if slow else np.zeros(0))
+    wanted = ch.raw("controller.angle_setpoint")
+    asked = [x[: len(time)] for x in (wanted, drive.speed_setpoint(wanted, {}, ch))]
+    lines = lambda when: np.stack([between(when, time, x, sooner(ch)) for x in asked])
+    powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.searchsorted(time, fine + 1e-9, side="right") - 1]
+    dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
+    return Grid(fine, dt, lines(fine), lines(fine + 0.5 * np.append(dt[1:], 0.0)), powered)
 
 
 def jumped(ch: Channels) -> np.ndarray:
@@ -130,19 +139,17 @@ def sooner(ch: Channels) -> dict[int, float]:
     return ch.run.memory.setdefault("jumped sooner", {})
 
 
-def _with_acts(fine: np.ndarray, ch: Channels) -> np.ndarray:
-    """Instants, and those at which a controller that is slower than they are acts: else it would at the next of them."""
-    period = ch.setting.value(ch.prefix + "controller.sample_period", {})
+def _with(fine: np.ndarray, *more: np.ndarray) -> np.ndarray:
+    """Instants and others among them: what happens at these would else happen at the next. Of two that hardly differ the later given stays."""
     step = float(np.median(np.diff(fine)))
-    if not period > step:
-        return fine
-    acts = np.arange(period - ticks(period, ch), fine[-1], period)
-    acts = acts[(acts > fine[0] + 1e-3 * step) & (acts < fine[-1] - 1e-3 * step)]
-    away = np.ones(len(fine), bool)
-    near = np.searchsorted(fine, acts)
-    for beside in (near - 1, near):  # an instant that is hardly another gives way
-        away[beside[abs(fine[beside] - acts) < 1e-3 * step]] = False
-    return np.sort(np.append(fine[away], acts))
+    for when in more:
+        when = when[(when > fine[0] + 1e-3 * step) & (when < fine[-1] - 1e-3 * step)]
+        away = np.ones(len(fine), bool)
+        near = np.searchsorted(fine, when)
+        for beside in (near - 1, near):
+            away[beside[abs(fine[beside] - when) < 1e-3 * step]] = False
+        fine = np.sort(np.append(fine[away], when))
+    return fine
 
 
 def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
@@ -177,22 +184,30 @@ def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:
 
 
 def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[str, np.ndarray]:
-    """ticked: how long before the first row the controller did; as the steps of its logged command tell."""
-    here = grid(ch)
+    """ticked: how long before the first row the controller did; as the steps of its logged command tell.
+
+    A controller with a period acts at its own instants; one that acts oftener than the simulation has steps does so all the time,
+    half its period late.
+    """
+    told = here = grid(ch)
     pc, pm, pr, pl = (drive.law(part, values, ch) for part in PARTS)
     stiffness, damping, parts = carried_in(values, ch)
-    if hold := values.get(HOLD, 0.0):
-        pc = pc._replace(command_delay=pc.command_delay + hold)
+    late, period = values.get(HOLD, 0.0), pc.sample_period
+    if 0.0 < period <= np.median(here.dt):
+        late, period = late + 0.5 * period, 0.0
+    if ticked is None:
+        ticked = ticks(period, ch) if period > 0.0 else 0.0
+        if period > 0.0 and period != ch.setting.value(ch.prefix + "controller.sample_period", {}):
+            here = _grid(ch, period)
+    pc = pc._replace(command_delay=pc.command_delay + late, sample_period=period)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     angle, speed = seen_by_controller(ch)
     at_motor = angle.startswith("reducer")
-    places, starts = begins(values, ch)
-    if ticked is None:
-        ticked = ticks(pc.sample_period, ch) if pc.sample_period > 0.0 else 0.0
+    places, starts = begins(values, ch, here)
     off = laws.no_sensor()
     seen = [ch.sensor(name, values) for name in (angle, speed)]
     out = np.empty((len(ROWS), len(here.time)))
-    given = here.powered, here.wanted, here.rate, here.dt
+    given = here.powered, here.asked, here.ahead, here.dt
     place, over, knots, heights, of = free_law.of(values)
     if of == angle:
         place = free_law.IN_LOOP
@@ -200,7 +215,7 @@ def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[
         pc, pm, pr, pl, *(off if p is None else p for p in seen), float(any(p is not None for p in seen)), float(at_motor),
         *given, parts, ticked, places, starts, place, over, knots, heights, out,
     )  # fmt: skip
-    rows = dict(zip(ROWS, out))
+    rows = dict(zip(ROWS, out if here is told else (np.interp(told.time, here.time, x) for x in out)))
     return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}
 
 
@@ -222,18 +237,17 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     return np.array([(angle + wound[0]) * pr.gear_ratio, speed * pr.gear_ratio, angle, speed]), float(torque[0])
 
 
-def begins(values: dict, ch: Channels) -> tuple[np.ndarray, np.ndarray]:
-    """Samples of the run's grid at which the shafts are put where they were measured, and where: the first, and those behind gaps.
+def begins(values: dict, ch: Channels, here: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of a run's grid at which the shafts are put where they were measured, and where: the first, and those behind gaps.
 
     What a set-point did in a gap nobody knows, and a shaft that locks itself stays for long where that left it.
     """
-    here = grid(ch)
+    time = ch.run.time - ch.run.time[0]
     if "begins" not in ch.memory:
-        time = ch.run.time - ch.run.time[0]
-        rows = np.append(0, np.flatnonzero(ch.run.behind_gaps))
-        ch.memory["begins"] = rows[time[rows] <= here.time[-1]]
+        ch.memory["begins"] = np.append(0, np.flatnonzero(ch.run.behind_gaps))
     rows = ch.memory["begins"]
-    places = np.searchsorted(here.time, ch.run.time[rows] - ch.run.time[0] - 1e-9)
+    rows = rows[time[rows] <= here.time[-1]]
+    places = np.searchsorted(here.time, time[rows] - 1e-9)
     return places, np.stack([begin(values, ch, int(row))[0] for row in rows])
 
 
@@ -258,13 +272,6 @@ def _behind(row: int, values: dict, ch: Channels) -> tuple[float, float]:
         rate = line("reducer.input_speed")[0] / gears
     known[row, gears] = float(angle), float(rate)
     return known[row, gears]
-
-
-def stable(reducer, load, step: float) -> tuple[float, float, int]:
-    """Stiffness and damping of the output shaft and parts of a step: as given, or as much as so many parts carry."""
-    rules, (stiffness, together, parts) = RULES.residuals, carried(reducer, load, step)
-    damping = min(reducer.shaft_damping, rules.shaft_step * together * parts / step)
-    return stiffness, max(damping, rules.shaft_damping[0] * np.sqrt(stiffness * together)), parts
 
 
 def channel(name: str, values: dict, ch: Channels) -> Compared:

@@ -105,6 +105,22 @@ def torque_law(p, x):
     return p.torque_constant / (1.0 + weakening(p, x)), added_torque(p, x)
 
 
+def mean_torque(p, before, after, voltage, speed, dt):
+    """Torque on the rotor, N.m, as a mean over a step of `advance`, from the states before and after it.
+
+    A current that goes exponentially from I_0 to I_1 in x = R t / L time constants has the mean I_1 + (I_0 - I_1)
+    (1/x - 1/(e^x - 1)); what effects make of it is the mean of both ends.
+    """
+    x = p.resistance * dt / p.inductance if p.inductance > 0.0 else inf
+    share = 0.5 - x / 12.0 if x < 1e-4 else 1.0 / x - 1.0 / expm1(x) if x < 700.0 else 1.0 / x
+    current = after.current + share * (before.current - after.current)
+    if before.effects == 0.0:
+        return p.torque_constant * current
+    first, beside = torque_law(p, Condition(voltage, speed, before.current, before.angle, before.heat))
+    last, besides = torque_law(p, Condition(voltage, speed, after.current, after.angle, after.heat))
+    return 0.5 * ((first + last) * current + beside + besides)
+
+
 def follow(p, s, current, speed, angle, dt):
     """The inverse of the winding: current (A), speed and angle of the rotor are measured after dt. State, torque in N.m.
 

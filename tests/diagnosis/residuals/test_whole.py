@@ -51,7 +51,7 @@ def at_rows(bench, step):
 
 @pytest.mark.slow
 def test_the_simulation_converges_with_its_step(seed, tmp_path):
-    """Half the step leaves at most 0.7 of the error: a first order would leave a half, a switch at rest is another sample."""
+    """A quarter of the step leaves less than 0.7 of the error: a switch at rest is another sample."""
     bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
     fine = at_rows(bench, 2e-5)
     off = [
@@ -126,7 +126,7 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     lost = slice(n // 2, n // 2 + n // 5)
     bench = experiment(case, tmp_path, lambda table: table.drop(index=range(lost.start, lost.stop)))
     (ch,) = bench.channels.values()
-    (first, behind), starts = whole.begins({}, ch)
+    (first, behind), starts = whole.begins({}, ch, whole.grid(ch))
     assert first == 0
     after = case.logs[0][lost.stop : lost.stop + 3]
     count = 2.0 * np.pi / case.recorder.counts["angle"]

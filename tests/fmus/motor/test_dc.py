@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
 from selflock.fmus.motor import dc
 
@@ -42,6 +42,34 @@ def test_against_a_fine_integration():
     p = dc.Parameters(resistance=0.5, inductance=3e-3)
     exact = solve_ivp(lambda t, i: (9.0 - 0.03 * 40.0 - 0.5 * i) / 3e-3, (0.0, 0.01), [0.0], rtol=1e-12, atol=1e-12).y[0, -1]
     assert stepped(p, 9.0, 40.0, 0.01, 1)[0].current == pytest.approx(exact, rel=1e-9)
+
+
+@given(positive, st.floats(1e-9, 1.0), volts, volts, st.floats(1e-6, 1e-2))
+def test_the_mean_torque_is_what_the_charge_says(r, l, u, i, h):
+    """Of L I' = U - R I over a step: the mean current is (U - L (I_1 - I_0) / h) / R; where R does little, that of both ends."""
+    p = dc.Parameters(resistance=r, inductance=l, voltage_constant=0.0, torque_constant=2.0)
+    before = dc.State(i, 0.0, 0.0, 0.0)
+    after, _ = dc.advance(p, before, u, 0.0, h)
+    found, size = dc.mean_torque(p, before, after, u, 0.0, h), 2.0 * max(abs(i), abs(after.current))
+    if r * h / l > 1e-5:
+        assert found == pytest.approx(2.0 * (u - l * (after.current - i) / h) / r, rel=1e-8, abs=1e-8 * size)
+    else:
+        assert found == pytest.approx(i + after.current, rel=1e-8, abs=1e-5 * size)
+
+
+def test_the_mean_torque_of_a_wave_is_of_second_order():
+    """A current without delay, and a cogging beside it, under an even speed: half the step leaves a quarter of the error."""
+    p = dc.Parameters(inductance=0.0, cogging_torque=0.01, cogging_periods=5.0, voltage_constant=0.0)
+    s, off = dc.State(5.0, 0.0, 0.0, 1.0), []
+    waves = quad(lambda angle: dc.torque_law(p, dc.Condition(3.0, 20.0, 5.0, angle, 0.0))[1], 0.3, 0.34)[0] / 0.04
+    for steps in (1, 2, 4):
+        m, total = s._replace(angle=0.3), 0.0
+        for _ in range(steps):
+            before = m
+            m, _ = dc.advance(p, m, 3.0, 20.0, 2e-3 / steps)
+            total += dc.mean_torque(p, before, m, 3.0, 20.0, 2e-3 / steps) / steps
+        off.append(total - p.torque_constant * 5.0 - waves)
+    assert off[1] / off[0] == pytest.approx(0.25, rel=0.1) and off[2] / off[1] == pytest.approx(0.25, rel=0.1)
 
 
 def test_small_inductance_tends_to_none():

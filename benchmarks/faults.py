@@ -70,9 +70,12 @@ def begin(area: Area, out: Path, scratch: Path) -> subprocess.Popen:
 
 def _worker(process: subprocess.Popen, rng: random.Random) -> bool:
     """Kill one of the command's workers, if it has any by now."""
-    nested = [
-        child for child in psutil.Process(process.pid).children(recursive=True) if "spawn_main" in " ".join(child.cmdline())
-    ]
+    nested = []
+    for child in psutil.Process(process.pid).children(recursive=True):
+        try:
+            nested += [child] if "spawn_main" in " ".join(child.cmdline()) else []
+        except psutil.Error:  # it has just ended
+            pass
     if nested:
         rng.choice(nested).kill()
     return bool(nested)

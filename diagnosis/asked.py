@@ -21,10 +21,10 @@ from .search.kept import Kept
 from .systems.system import diagnose_system
 
 
-def asked(rig: str | Path | Rig, allow_code: bool) -> Rig:
+def asked(rig: str | Path | Rig, allow_code: bool, isolate: bool = False) -> Rig:
     """The rig, read where it is a file, with what its user allows."""
     rig = rig if isinstance(rig, Rig) else load(rig)
-    return replace(rig, allow_code=True) if allow_code else rig
+    return replace(rig, allow_code=rig.allow_code or allow_code, isolate=rig.isolate or isolate)
 
 
 def laws(rig: Rig) -> AbstractContextManager[None]:

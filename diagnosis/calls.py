@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -40,13 +40,15 @@ def replay(
     out: str | Path | None = "out/replay",
     allow_code: bool = False,
     anyway: bool = False,
+    isolate: bool = False,
 ) -> Replay:
     """Simulate a measured log with nominal parameters and compare; figures, tables and replay.json go to `out`.
 
     allow_code: parts of other packages may be loaded, where the rig has a system, and the rig's own effects (docs/security.md).
     anyway: go on where the log of a drive and its rig contradict each other (docs/rig.md); else that is a DataError.
+    isolate: every FMU of the rig's system runs in a process of its own with limits and without rights (docs/security.md).
     """
-    rig = asked(rig, allow_code)
+    rig = asked(rig, allow_code, isolate)
     with laws(rig):
         out = claim(Path(out), "replay", "replay.json") if out else None
         return replay_drive(rig, log, out, anyway) if rig.system is None else replay_system(rig, log, out, anyway)
@@ -63,6 +65,7 @@ def diagnose(
     allow_code: bool = False,
     anyway: bool = False,
     max_time: float | None = None,
+    isolate: bool = False,
 ) -> Diagnosis:
     """Name what the simulation of `rig` gets wrong on `logs`, extend it, measure the gain on `test` or held-out blocks.
 
@@ -74,8 +77,9 @@ def diagnose(
     anyway: go on where the logs of a drive and its rig contradict each other (docs/rig.md); else that is a DataError.
     max_time: of wall time for all of it, s; then it ends with TimeUp. What was fitted until then, or until Ctrl-C, is kept in
     `out`, and the same call goes on with it, to the same bits.
+    isolate: every FMU of the rig's system runs in a process of its own with limits and without rights (docs/security.md).
     """
-    rig = asked(rig, allow_code)
+    rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
     with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time) as kept:
         seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
@@ -88,7 +92,7 @@ def _keeping(
     what: str, folder: Path | None, rig: Rig, read: Sequence[Path], seed: int | None, max_time: float | None
 ) -> Iterator[Kept | None]:
     """Where fits are kept while `what` is at work, until its end; how it is told that it was stopped."""
-    kept = None if folder is None else Kept.of(folder, asdict(rig), read, seed)
+    kept = None if folder is None else Kept.of(folder, asdict(replace(rig, isolate=False)), read, seed)  # it changes no number
     stops = Stops(max_time)
     try:
         with stops:
@@ -146,6 +150,7 @@ def calibrate(
     allow_code: bool = False,
     max_time: float | None = None,
     spread: Spread = here,
+    isolate: bool = False,
 ) -> Calibration:
     """Fit the numbers that `rig` names under [calibrate] and [uncertain] to `logs`; the error is told on `test` or held-out blocks.
 
@@ -157,10 +162,11 @@ def calibrate(
     allow_code: parts of other packages may be loaded (docs/security.md).
     max_time: of wall time for all of it, s, as of `diagnose`: what was fitted is kept in `out`, and the same call goes on with it.
     spread: where the fits from the starts are made, as spread(function, items, context); here, one by one, when not given.
+    isolate: every FMU runs in a process of its own with limits and without rights (docs/security.md); slower, to the same bits.
 
     Raises DataError where rig or logs cannot carry a calibration, DescriptionError where the system is wrong.
     """
-    rig = asked(rig, allow_code)
+    rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
     with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
         return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
@@ -178,6 +184,7 @@ def name(
     kinds: Sequence[str] = KINDS,
     allow_code: bool = False,
     max_time: float | None = None,
+    isolate: bool = False,
 ) -> Naming:
     """Name what the system of `rig` lacks beside `logs`: a number, a path, an event, a law, a curve, or nothing (docs/name.md).
 
@@ -186,11 +193,11 @@ def name(
     out: folder for naming.json, report.html, the correction's FMU and the extended system; None writes nothing.
     starts: fits of the base from so many places. seed: of these places, and of the draws that measure chance.
     kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
-    progress, allow_code, max_time: as of `calibrate`.
+    progress, allow_code, max_time, isolate: as of `calibrate`.
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
-    rig = asked(rig, allow_code)
+    rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "naming", "naming.json") if out else None
     with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
         return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept)

@@ -86,19 +86,20 @@ def diagnose_fleet(
     allow_code: bool = False,
     anyway: bool = False,
     search: bool = True,
+    isolate: bool = False,
 ) -> Fleet:
     """Diagnose every log of a folder by itself; what has its answer in `out` already is not made again.
 
     folder: the logs, in a folder for each unit, or as the rig's [fleet] logs says (docs/track.md).
     out: gets a diagnosis.json for each log, logs/<path of the log>/diagnosis.json, and a row for each, runs.parquet.
     spread: selflock.sweep.map_runs, or it with workers, scheduler or progress given by functools.partial.
-    allow_code, anyway: as of `diagnose`.
+    allow_code, anyway, isolate: as of `diagnose`.
     search: for causes, where what the rig calls uncertain does not explain a log; else that is fitted alone, and the answer is "none"
     or "unknown".
 
     Raises DataError where no log is found; what is wrong with single logs is in the rows.
     """
-    root, given = Path(folder).resolve(), asked(rig, allow_code)
+    root, given = Path(folder).resolve(), asked(rig, allow_code, isolate)
     logs = logs_of(root, given.pattern)
     items = [{"log": one.path, "unit": one.unit, "recorded": one.recorded, "sha256": sha256(root / one.path)} for one in logs]
     decides = [sha256(path) for path in files(given, [rig], [])]

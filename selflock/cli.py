@@ -237,11 +237,12 @@ def replay(
     out: Out = Path("out/replay"),
     allow_code: AllowCode = False,
     anyway: Anyway = False,
+    isolate: Isolate = False,
 ) -> None:
     """Impose a measured motion on the simulation and draw what it computes over what was measured."""
     from selflock.diagnosis import replay as run_replay
 
-    say(run_replay(rig, log, out, allow_code, anyway).summary())
+    say(run_replay(rig, log, out, allow_code, anyway, isolate).summary())
 
 
 @app.command()
@@ -270,6 +271,7 @@ def diagnose(
     allow_code: AllowCode = False,
     anyway: Anyway = False,
     max_time: MaxTime = None,
+    isolate: Isolate = False,
 ) -> None:
     """Name what the simulation gets wrong, extend the model, measure the gain.
 
@@ -279,7 +281,7 @@ def diagnose(
     if fleet is not None:
         if logs or test or max_time is not None:
             raise SelflockError("--fleet finds its logs itself: leave out logs, --test and --max-time.")
-        _diagnose_fleet(rig, fleet, out or Path("out/fleet"), workers, scheduler, allow_code, anyway, search)
+        _diagnose_fleet(rig, fleet, out or Path("out/fleet"), workers, scheduler, allow_code, anyway, search, isolate)
     if workers is not None or scheduler is not None or not search:
         raise SelflockError("--workers, --scheduler and --no-search are for many logs: give --fleet FOLDER.")
     from selflock.diagnosis import diagnose as run_diagnosis
@@ -293,21 +295,20 @@ def diagnose(
         allow_code=allow_code,
         anyway=anyway,
         max_time=max_time,
+        isolate=isolate,
     )
     say(result.summary())
     raise typer.Exit(result.exit_code)
 
 
-def _diagnose_fleet(
-    rig: Path, folder: Path, out: Path, workers: int | None, scheduler: str | None, allow_code: bool, anyway: bool, search: bool
-) -> NoReturn:
+def _diagnose_fleet(rig: Path, folder: Path, out: Path, workers: int | None, scheduler: str | None, *how: bool) -> NoReturn:
     from functools import partial
 
     from selflock.diagnosis import diagnose_fleet
     from selflock.sweep import map_runs
 
     spread = partial(map_runs, workers=workers, scheduler=scheduler, progress=True)
-    result = diagnose_fleet(rig, folder, out, spread, allow_code, anyway, search)
+    result = diagnose_fleet(rig, folder, out, spread, *how)
     say(result.summary(), highlight=False)
     raise typer.Exit(result.exit_code)
 
@@ -349,6 +350,7 @@ def calibrate(
     scheduler: Annotated[str | None, typer.Option(help="Address of an existing Dask scheduler.")] = None,
     allow_code: AllowCode = False,
     max_time: MaxTime = None,
+    isolate: Isolate = False,
 ) -> None:
     """Fit parameters and start values of any FMU system to logs, and tell what the logs say of each."""
     from selflock.diagnosis import calibrate as run_calibration
@@ -371,6 +373,7 @@ def calibrate(
         seed=seed,
         allow_code=allow_code,
         max_time=max_time,
+        isolate=isolate,
         **spread,
     )
     say(result.summary(), highlight=False)
@@ -392,6 +395,7 @@ def name(
     ] = None,
     allow_code: AllowCode = False,
     max_time: MaxTime = None,
+    isolate: Isolate = False,
 ) -> None:
     """Name what any FMU system lacks beside logs: a number, a path, an event, a law or a curve, and extend the system by it.
 
@@ -410,6 +414,7 @@ def name(
         seed=seed,
         allow_code=allow_code,
         max_time=max_time,
+        isolate=isolate,
         **more,
     )
     say(result.summary(), highlight=False)
@@ -540,12 +545,13 @@ def export(
     ssp: Annotated[str, typer.Option(help="Version of SSP: 1.0 or 2.0.")] = "1.0",
     allow_code: AllowCode = False,
     unlimited: Unlimited = False,
+    isolate: Isolate = False,
 ) -> None:
     """Write a system as a standard SSP archive with its FMUs inside."""
     from selflock.master import load
     from selflock.master.ssp import export as export_ssp
 
-    say(export_ssp(load(system, allow_code, unlimited), out, version=ssp))
+    say(export_ssp(load(system, allow_code, unlimited, isolate), out, version=ssp))
 
 
 @app.command()

@@ -122,6 +122,7 @@ class Rig:
     units: dict[str, str] = field(default_factory=dict)  # of that system's variables, as its FMUs tell
     effects: Path | None = None  # folder of effects that join ours; code, so that it needs allow_code
     allow_code: bool = False  # parts of other packages, and effects, may be loaded; no rig file can say so
+    isolate: bool = False  # every FMU of its system runs in a process of its own with limits and without rights
 
     def of_log(self, name: str) -> dict[str, float]:
         """Parameters that belong to this log alone."""

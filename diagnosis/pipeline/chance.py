@@ -221,7 +221,7 @@ def _digest(study: ChanceStudy) -> str:
     rig = {
         key: sorted(value) if isinstance(value, frozenset) else str(value)
         for key, value in vars(study.rig).items()
-        if key not in ("path", "allow_code")
+        if key not in ("path", "allow_code", "isolate")
     }
     content = hashlib.sha256(json.dumps([rig, study.held], sort_keys=True).encode())
     for run in study.runs:

@@ -60,7 +60,7 @@ class Parts:
 
     def __init__(self, rig: Rig):
         assert rig.system is not None, "a rig of a system names it"
-        described = load(rig.system, rig.allow_code)
+        described = load(rig.system, rig.allow_code, isolate=rig.isolate)
         system, parameters = values.given(described, rig.parameters)
         self.rig, self.path, self.system = rig, rig.system, values.resolved(system)
         self.shared = frozenset(described.values)  # which the rig may give under [parameters], for all logs
@@ -186,6 +186,7 @@ class Parts:
             self.system.name,
             folder=self.system.folder,
             allow_code=self.system.allow_code,
+            isolate=self.system.isolate,
             components=components,
             connections=connections,
             run=replace(self.system.run, start=0.0, stop=stop, order=order, record=wanted, interval=0.0),

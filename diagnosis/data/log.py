@@ -37,6 +37,7 @@ class MeasuredRun:
     repeated: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # rows left out: no time, or the time before again
     source: str = ""  # path of the log: two logs may have one name
     began: str = ""  # when its first row was recorded, by the log's own time stamps (ISO 8601); "" where these tell no date
+    within: tuple[MeasuredRun, np.ndarray] | None = None  # the run of which this is some samples, and which
     memory: dict = field(default_factory=dict, init=False, repr=False)  # what was derived from the signals, for all who look
 
     def __len__(self) -> int:
@@ -59,6 +60,14 @@ class MeasuredRun:
         """The first samples, as a run of its own."""
         signals, good = ({name: x[:samples] for name, x in which.items()} for which in (self.signals, self.good))
         return MeasuredRun(self.log, self.name, self.rows[:samples], self.time[:samples], signals, good, source=self.source)
+
+    def picked(self, samples: np.ndarray) -> MeasuredRun:
+        """These samples, in their order, as a run that knows where it is from: what lies between them is not lost."""
+        signals, good = ({name: x[samples] for name, x in which.items()} for which in (self.signals, self.good))
+        within = self, samples
+        return MeasuredRun(
+            self.log, self.name, self.rows[samples], self.time[samples], signals, good, source=self.source, within=within
+        )
 
     def usable(self, *names: str) -> np.ndarray:
         """Samples at which all these channels can be trusted."""

@@ -22,6 +22,7 @@ class ShaftMotion:
     acceleration: np.ndarray
     sliding: np.ndarray  # bool: moving one way for sure, over the whole smoothing window
     noise: float  # of the speed
+    still: float = 0.0  # speed up to which it may as well be at rest
 
 
 @dataclass
@@ -32,6 +33,7 @@ class Channels:
     prefix: str
     setting: Setting
     take: np.ndarray | None = None  # of a long run: the samples that are simulated
+    whole: Channels | None = None  # of an excerpt: what it was taken from
 
     def __post_init__(self):
         n = len(self.run)
@@ -145,10 +147,13 @@ def _quantile(x: np.ndarray, share: float) -> float:
     return float(np.quantile(np.abs(x, out=x), share, overwrite_input=True))
 
 
-def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, samples: int) -> ShaftMotion:
+def motion(
+    angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, samples: int, still: float | None = None
+) -> ShaftMotion:
     """The motion from an angle, a speed or both: averaged over `samples`, then differentiated.
 
     Whatever is compared with it can be smoothed in the same way: smoothing and differentiating change places.
+    still: speed up to which it may as well be at rest; None: as its noise says.
     """
     rules = RULES.residuals
     samples = min(samples, (len(dt) - 1) | 1)
@@ -165,11 +170,9 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
     else:
         angle = smooth(angle, samples) if samples else angle
-    calm = fine if samples >= rules.windows[0] else smooth(plain, rules.windows[0])  # what is not smoothed has noise, too
-    rough = plain - calm  # half of it may be at rest, where a coarse sensor shows no noise
-    noise = max(_quantile(rough, 0.5) / rules.normal_median, _quantile(rough, 0.9) / rules.normal_tenth)
-    noise /= np.sqrt(max(1, samples) / rules.smoothed_noise)
-    still = max(rules.still_noise * noise, rules.still_speed * _quantile(fine.copy(), rules.high_speed), 1e-12)
+    noise = 0.0
+    if still is None:
+        noise, still = _still(plain, fine, samples)
     moving = abs(fine) > still
     same = np.sign(fine).astype(np.int8) * moving
     reach = samples // 2 + 1
@@ -179,7 +182,17 @@ def motion(angle: np.ndarray | None, speed: np.ndarray | None, dt: np.ndarray, s
         sliding[:-shift] &= same[:-shift] == same[shift:]
     if samples:  # the average has no neighbours at the ends
         sliding[:reach] = sliding[-reach:] = False
-    return ShaftMotion(angle, fine, acceleration, sliding, noise)
+    return ShaftMotion(angle, fine, acceleration, sliding, noise, still)
+
+
+def _still(plain: np.ndarray, fine: np.ndarray, samples: int) -> tuple[float, float]:
+    """Noise of a speed that was smoothed, `fine`, and how fast it may be at rest; plain: the same before."""
+    rules = RULES.residuals
+    calm = fine if samples >= rules.windows[0] else smooth(plain, rules.windows[0])  # what is not smoothed has noise, too
+    rough = plain - calm  # half of it may be at rest, where a coarse sensor shows no noise
+    noise = max(_quantile(rough, 0.5) / rules.normal_median, _quantile(rough, 0.9) / rules.normal_tenth)
+    noise /= np.sqrt(max(1, samples) / rules.smoothed_noise)
+    return noise, max(rules.still_noise * noise, rules.still_speed * _quantile(fine.copy(), rules.high_speed), 1e-12)
 
 
 def rest(n: int) -> ShaftMotion:

@@ -262,6 +262,8 @@ def _stretches(values: dict, ch: Channels) -> np.ndarray:
 def _pressed(ch: Channels) -> np.ndarray:
     """Where the nominal output torque presses one flank for sure."""
     key = ("pressed", ch.smoothing)
+    if ch.whole and ch.run.within:
+        return _pressed(ch.whole)[ch.run.within[1]]
     if key not in ch.memory:
         ch.memory[key] = _on_a_flank(drive.delivered({}, ch, drive.both({}, ch)[1]), ch.smoothing)
     return ch.memory[key]

@@ -51,6 +51,7 @@ def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
             ch.true(speed, values) if ch.has(speed) else None,
             ch.dt,
             ch.smoothing,
+            _still(side, ch),
         )
     )
     for name in (angle, speed):
@@ -59,6 +60,12 @@ def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
     if ch.setting.balanced and (not known or (len(known) + 1) * ch.setting.samples <= RULES.residuals.motions_remembered):
         known[told] = found
     return found
+
+
+def _still(side: str, ch: Channels) -> float | None:
+    """Of an excerpt, the speed up to which a shaft may as well be at rest in the whole log; else None."""
+    whole = ch.whole and shaft(side, {}, ch.whole)
+    return whole.still if whole else None
 
 
 def _steady(ch: Channels, angle: str, speed: str, values: dict) -> ShaftMotion:

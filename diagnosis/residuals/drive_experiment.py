@@ -125,6 +125,26 @@ class DriveExperiment(Experiment):
         every = max(1, int(np.ceil(share * sum(map(len, self.runs)) / RULES.residuals.rows_whole)))
         return np.arange(0, last, every) if every > 1 or last < len(run) else None
 
+    def excerpt(self) -> Self:
+        """The same residuals at the same samples, computed from those of the log alone that lie about them; this one where that is little less.
+
+        What has a long memory (heat, a distance, an angle that is integrated) is another in it: who looks at it compares.
+        """
+        rules, takes = RULES.residuals, [self.channels[i, self.rig.drives[0]].take for i in range(len(self.runs))]
+        if any(take is None for take in takes):
+            return self
+        window = max(self.setting.smoothing.values())
+        ahead = max(rules.excerpt_ahead / self.step, (rules.pressed_windows + 1) * window)
+        rows = [_about(take, int(ahead), window, len(run)) for take, run in zip(takes, self.runs)]
+        if sum(map(len, rows)) > rules.excerpt_share * sum(map(len, self.runs)):
+            return self
+        runs = [run.picked(some) for run, some in zip(self.runs, rows)]
+        setting = replace(self.setting, samples=sum(map(len, rows)))
+        channels = self._channels(setting, runs, [np.searchsorted(some, take) for some, take in zip(rows, takes)])
+        for place, ch in channels.items():
+            ch.whole = self.channels[place]
+        return self.but(runs=runs, setting=setting, channels=channels, layout=self.layout.picked(rows))
+
     def head(self, samples: list[int]) -> Self:
         """The same blocks, residuals and smoothing over the first samples of each run."""
         runs = [run.head(n) for run, n in zip(self.runs, samples)]
@@ -209,6 +229,14 @@ def stretches(n: int, share: float, length: int) -> np.ndarray:
     count = max(1, int(n * share / length))
     firsts = np.linspace(0, max(0, n - length), count).astype(int)
     return np.unique((firsts[:, None] + np.arange(length)).ravel().clip(0, n - 1))
+
+
+def _about(take: np.ndarray, ahead: int, behind: int, n: int) -> np.ndarray:
+    """Places of n that are taken, or so many ahead of one that is, or behind it."""
+    near = np.zeros(n + 1, int)
+    np.add.at(near, np.maximum(take - ahead, 0), 1)
+    np.add.at(near, np.minimum(take + behind + 1, n), -1)
+    return np.flatnonzero(np.cumsum(near[:n]) > 0)
 
 
 def points(runs: list[MeasuredRun], averaged: bool) -> tuple[list[MeasuredRun], np.ndarray]:

@@ -109,7 +109,7 @@ class Experiment:
 
         A whole drive is not asked: it goes through a gap, and says itself where that is known again.
         """
-        run = self.runs[i]
+        run, samples = self.runs[i].within or (self.runs[i], slice(None))
         key = ("away from gaps", reach := self.window(residual))
         if residual.kind == "whole" or self.steady:
             return None
@@ -119,7 +119,8 @@ class Experiment:
                 away[max(0, row - reach - 1) : row + reach + 1] = False
                 away[row : np.searchsorted(run.time, run.time[row] + RULES.residuals.settling)] = False
             run.memory[key] = away if len(behind) else None
-        return run.memory[key]
+        away = run.memory[key]
+        return None if away is None else away[samples]
 
     def binned(self, residual: Residual, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Mean of measured - simulated and count in each bin, arrays (blocks, bins)."""

@@ -53,6 +53,15 @@ class ResidualRules:
         "half a stretch; a window as long as the stretch left nothing of it, and no error to fit",
     )
 
+    excerpt_ahead: float = rule(
+        0.1,
+        "s before each stretch that a first look computes, and what smoothing reaches",
+        "checked for each hypothesis: `search.excerpt_alike`",
+    )
+    excerpt_share: float = rule(
+        0.5, "share of a log from which on it is as well computed whole", "theory: then hardly anything is saved"
+    )
+
     # --- smoothing: residuals.drive_experiment, residuals.channels
     windows: tuple[int, ...] = rule((5, 7, 11, 17, 25, 41, 61), "samples of the smoothing windows that are tried", REPLAYED)
     longest_window: float = rule(0.045, "s; a longer smoothing window would blur the motion itself", WHOLE)

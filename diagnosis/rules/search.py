@@ -92,6 +92,13 @@ class SearchRules:
     closer: int = rule(3, "times that such amounts are tried closer around the best", CLOSER)
     closer_by: float = rule(3.0, "by which factor closer each time", CLOSER)
 
+    excerpt_alike: float = rule(
+        0.1,
+        "share (root mean square) by which what a hypothesis does to stretches computed by themselves may miss what it does to the "
+        "whole log; beyond it is looked at there",
+        "a look chooses what is fitted, by gains that differ more; not studied",
+    )
+
     # --- fits: search.fit, search.problem
     loss_scale: float = rule(
         3.0, "deviations of noise from which on a misfit counts less than its square (soft_l1), at least", FIRST

@@ -71,7 +71,7 @@ class Problem:
     def glance(self, drifting: bool) -> Problem:
         """The same problem for a first look at a hypothesis; at what drifts it takes longer."""
         if not self.by_channel:
-            return self
+            return self if drifting or self.whole else replace(self, experiment=self.experiment.excerpt())
         rules = RULES.residuals
         seconds = rules.whole_fits if drifting else rules.whole_glance
         return replace(self, experiment=self.experiment.glance(seconds))

@@ -46,6 +46,10 @@ class Direction:
         names = {p.name for p in self.amplitudes} | set(self.shape) | ({self.phase} if self.phase else set())
         return tuple(p for p in self.hypothesis.free if p.name in names)
 
+    def little(self) -> dict[str, float]:
+        """Values with which it acts, as little as its columns were found with."""
+        return {**self.shape, **{p.name: p.nominal + (self.jump or _step(p)) for p in self.amplitudes}}
+
     def start(self) -> dict[str, float]:
         """Where to start a fit from."""
         values = dict(self.shape)

@@ -18,8 +18,9 @@ from .candidate import Candidate, better, ends, equal, more, same_law, simplest
 from .fit import Fit, rho
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
+from .look import Look
 from .problem import Problem, of_drive
-from .screen import Direction, directions
+from .screen import Direction
 from .waves import looked_for
 
 CHANCE = "chance finds as much"
@@ -208,24 +209,11 @@ class Step:
 
     def _look(self, linear: Linear) -> list[Direction]:
         """The first look at all ways of acting of all hypotheses."""
-        problem, fixed = self.problem, dict(self.base.values)
-        looks = {}
-        for drifting in (False, True):
-            near = problem.glance(drifting)
-            shaped = lambda values, near=near: near.misfit(values).reshape(near.shape)
-            looks[drifting] = shaped, shaped(fixed)
-        errors = linear.draws(problem.taught(self.base.misfit * self.base.weights))
-
-        def look(hypothesis: Hypothesis) -> list[Direction]:
-            shaped, at = looks[hypothesis.drifts]
-            found = directions(shaped, fixed, at, hypothesis, dear=problem.by_channel)
-            for way in found:
-                way.columns = way.columns[problem.train]
-                linear.look(way, errors)
-            return [way for way in found if np.isfinite(way.gain)]
-
-        hypotheses = looked_for(problem.experiment, problem.absolute(fixed), self.open) if problem.by_channel else self.open
-        return [way for ways in self._each("first look", look, hypotheses) for way in ways]
+        problem, look = self.problem, Look(self.problem, self.base, linear)
+        hypotheses = self.open
+        if problem.by_channel:
+            hypotheses = looked_for(problem.experiment, problem.absolute(dict(self.base.values)), hypotheses)
+        return [way for ways in self._each("first look", look.ways, hypotheses) for way in ways]
 
     def _fits(self, ways: list[Direction]) -> list[Candidate]:
         """The hypotheses that look best, fitted; best first, then those that were only looked at."""

@@ -226,6 +226,35 @@ def test_the_head_of_a_bench_compares_the_same_samples(tmp_path, rng):
         np.testing.assert_allclose(b[:edge], a[:edge], rtol=1e-9)
 
 
+def test_an_excerpt_says_of_its_samples_what_the_whole_log_does(tmp_path, rng):
+    """Of a gear's balance, which remembers nothing: whatever its parameters and sensors are, and behind a gap."""
+    inverse(tmp_path, rng, n=20_000)
+    table = pd.read_csv(tmp_path / "log.csv").drop(index=range(7000, 7400))
+    table.to_csv(tmp_path / "log.csv", index=False)
+    rig = rigs.load(tmp_path / "rig.toml")
+    runs = read(tmp_path / "log.csv", rig)
+    check(runs, rig)
+    bench = DriveExperiment(rig, runs, sampled=True)
+    part = bench.excerpt()
+    assert len(part.runs[0]) < 0.5 * len(bench.runs[0])
+    usual = {}
+    for values in (
+        usual,
+        {"reducer.friction_kinetic": 0.02},
+        {"load.inertia": 0.1},
+        {"reducer.shaft_inertia": 3e-4},
+        {"sensor.motor.torque.scale_factor": 1.1},
+    ):
+        np.testing.assert_allclose(part.misfit(values), bench.misfit(values), rtol=1e-9, atol=1e-12)
+        np.testing.assert_array_equal(part.present(values), bench.present(values))
+    assert not bench.present(usual).all()
+
+
+def test_a_short_log_has_no_excerpt(tmp_path, rng):
+    bench = inverse(tmp_path, rng, n=3000)
+    assert bench.excerpt() is bench
+
+
 @pytest.mark.slow
 def test_a_comparison_names_all_that_it_uses(tmp_path, rng):
     """What a residual does not use may change without changing it: else a remembered residual would be another's."""

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from .files import read
     from .function import part
     from .live import Session, session
+    from .opening import system_of as load
     from .results import Result
     from .simulation import run
-    from .ssp.structure import system_of as load
     from .system import Bond, Component, Connection, Fault, Run, System, from_dict
 
 __all__ = [

@@ -3,7 +3,8 @@
 Communication points are t_n = start + n·H, from the index, so that no time drifts. In a macro step from t_n to
 t_n+1 = t_n + H every part gets its inputs and steps:
 
-- **Jacobi**: all inputs are outputs at t_n. First order, independent of any order.
+- **Jacobi**: all inputs are outputs at t_n. First order, independent of any order. Parts that only pass on what they are
+  given, such as sums, do so at t_n+1 with the outputs that are there then.
 - **Gauss-Seidel**: one part after the other; inputs from parts stepped before are at t_n+1, all others at t_n.
 - **Iterated**: as Gauss-Seidel, in an order in which only circles are left, and these are solved (master.coupling).
 """
@@ -18,6 +19,8 @@ from typing import Protocol, TypeVar
 
 class Stepped(Protocol):
     """What an algorithm steps: a part's seat, or several that go as one."""
+
+    passes: bool  # what it gives follows from what it is given alone, at once
 
     def stroke(self, index: int, time: float, step: float) -> None: ...  # take inputs and step
     def collect(self, index: int, time: float, step: float) -> None: ...  # take inputs
@@ -74,10 +77,14 @@ class Jacobi(Algorithm):
         return False
 
     def step(self, stepped: Sequence[Stepped], index: int, time: float, step: float) -> None:
-        for one in stepped:
+        moved = [one for one in stepped if not one.passes]
+        for one in moved:
             one.collect(index, time, step)
-        for one in stepped:
+        for one in moved:
             one.move(index, time, step)
+        for one in stepped:
+            if one.passes:
+                one.stroke(index, time, step)
 
     def lay_out(self, plan: Plan[Place], places: Sequence[Place]) -> None:
         for place in places:

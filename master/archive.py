@@ -149,8 +149,9 @@ def root_of(file: Path, what: str, unlimited: bool = False) -> dict[str, str]:
         with file.open("rb") as source:
             found = _attributes(source, what)
     except (expat.ExpatError, ValueError, LookupError) as error:
-        content, mended = xml.sound(file.read_bytes())
-        if not mended:
+        given = file.read_bytes()
+        content, _ = xml.legible(xml.sound(given)[0])
+        if content == given:
             raise DescriptionError(f"{what} cannot be understood: {error}") from None
         return _of_mended(content, what)
     return found

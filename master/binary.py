@@ -28,7 +28,8 @@ from ..fmus.place import ending
 from . import archive
 from .described import chosen, offered
 from .errors import DescriptionError, warn
-from .reading import read_description
+from .folder import packed, renamed, tidy
+from .reading import read_description, version_of
 
 log = logging.getLogger(__name__)
 
@@ -36,6 +37,7 @@ LINES_KEPT = 50
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
 
+PLATFORMS = fmpy.platform, fmpy.platform_tuple  # the folder of this machine's binaries, in FMI 1.0 and 2.0 and in 3.0
 VERSIONS = ("1.0", "2.0", "3.0")
 
 
@@ -102,8 +104,8 @@ def _with_its_own(file: Path, loaded: set[str] | None = None) -> ctypes.CDLL:
 
 
 def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
-    """The FMU file at `path`, unpacked; the same content is unpacked once per process. unlimited: of any size."""
-    path = Path(path)
+    """The FMU at `path`, a file or a folder, unpacked; the same content is unpacked once per process. unlimited: of any size."""
+    path = packed(Path(path))
     try:
         if not unlimited and ending(path).stat().st_size > archive.LARGEST:
             raise DescriptionError(
@@ -119,10 +121,11 @@ def open_fmu(path: Path | str, unlimited: bool = False) -> Binary:
 
 def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescription:
     """The model description of the FMU of `path`, unpacked in `folder`, checked for what this master couples."""
+    moved = tidy(folder)
     if not (folder / "modelDescription.xml").is_file():
         raise DescriptionError(f"{path} is a zip file but no FMU: it has no modelDescription.xml.")
     what = f"The modelDescription.xml of {path}"
-    version = archive.root_of(folder / "modelDescription.xml", what, unlimited).get("fmiVersion", "")
+    version = version_of(archive.root_of(folder / "modelDescription.xml", what, unlimited).get("fmiVersion", ""))
     if version not in VERSIONS and not version.startswith(("2.0.", "3.0.")):
         raise DescriptionError(
             f"{path} is FMI {version or 'of no version'}; FMI {', '.join(VERSIONS[:-1])} and 3.0 are coupled here."
@@ -131,16 +134,17 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
         description, mended = read_description(folder)
     except Exception as error:  # whatever a parser meets in a foreign file
         raise DescriptionError(f"{what} cannot be understood: {error}") from None
-    for note in mended:
-        warn(f"{path}: {note}")
     has = offered(description)
     if not has:
         raise DescriptionError(f"{path} is for nothing: its modelDescription.xml names neither co-simulation nor model exchange.")
     for way in list(has.values())[:1]:
         if not _is_name(way.modelIdentifier or ""):
-            raise DescriptionError(f"{path}: {way.modelIdentifier!r} is no modelIdentifier, which names its binary.")
-        _check_binary(folder, description, way.modelIdentifier, path)
+            said = f"{way.modelIdentifier!r} is no modelIdentifier" if way.modelIdentifier else "it has no modelIdentifier"
+            raise DescriptionError(f"{path}: {said}, which names its binary.")
+        moved += _check_binary(folder, description, way.modelIdentifier, path)
     _check_script(folder, path)
+    for note in moved + mended:
+        warn(f"{path}: {note}")
     return description
 
 
@@ -151,18 +155,20 @@ def _is_name(text: str) -> bool:
 
 def _platform(folder: Path, description: ModelDescription) -> str:
     """The folder for this machine in an FMU of that version; that of another version where the FMU has it under that name."""
-    own, other = fmpy.platform, fmpy.platform_tuple
+    own, other = PLATFORMS
     if description.fmiMajorVersion == 3:
         own, other = other, own
     there = [(folder / "binaries" / one).is_dir() for one in (own, other)]
     return other if there == [False, True] else own
 
 
-def _check_binary(folder: Path, description: ModelDescription, identifier: str, path: Path) -> None:
-    """Refuse an FMU without a binary of that modelIdentifier for this machine."""
+def _check_binary(folder: Path, description: ModelDescription, identifier: str, path: Path) -> list[str]:
+    """Refuse an FMU without a binary of that modelIdentifier for this machine. Tells whose name had other letters."""
+    notes = [note for name in PLATFORMS for note in renamed(folder / "binaries", name)]
     file = _file(folder, description, identifier)
+    notes += renamed(file.parent, file.name)
     if file.is_file():
-        return
+        return notes
     own = _platform(folder, description)
     if not file.parent.is_dir():
         has = sorted(one.name for one in (folder / "binaries").iterdir()) if (folder / "binaries").is_dir() else []

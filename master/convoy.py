@@ -247,6 +247,8 @@ class Program:
 class Convoy:
     """Seats next to each other as one, with the face that the algorithms know of a seat."""
 
+    passes = False
+
     def __init__(self, seats: list[Seat], natives: dict[str, Native]):
         self.seats, self.natives = seats, natives
         self.looking = [seat for seat in seats if seat.clocked]

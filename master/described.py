@@ -24,18 +24,28 @@ INTERFACES = {"cs": "coSimulation", "me": "modelExchange", "se": "scheduledExecu
 SAID = {"cs": "co-simulation", "me": "model exchange", "se": "scheduled execution"}
 TYPES = {"Float32": "Real", "Float64": "Real", "Enumeration": "Integer", "Binary": "String", "Clock": "Boolean"}
 SIZED = (*WHOLE, "Float32", "Binary", "Clock")
+NEGATED = "negatedAlias"  # of FMI 1.0
 ELEMENTS = 1_000_000  # of all arrays together
 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """Where a value lies behind a reference: its `index` among `count`; kind: as in the names of the FMU's functions."""
+    """Where a value lies behind a reference: its `index` among `count`; kind: as in the names of the FMU's functions.
+
+    negated: it is the negative of what lies there (FMI 1.0's negatedAlias).
+    """
 
     kind: str
     reference: int
     index: int = 0
     count: int = 1
     array: bool = False
+    negated: bool = False
+
+
+def negative(kind: str, value: Any) -> Any:
+    """What a negated alias makes of a value: -x, of a Boolean not x."""
+    return value if kind == "String" else 1 - value if kind == "Boolean" else -value
 
 
 def offered(described: ModelDescription) -> dict[str, InterfaceType]:
@@ -106,7 +116,7 @@ def places_of(described: ModelDescription, sizes: Mapping[str, int] | None = Non
     for v in described.modelVariables:
         count, kind = math.prod(shapes[v.name]), _kind(v, described)
         for name, index in _elements(v, shapes):
-            found[name] = Slot(kind, v.valueReference, index, count, bool(shapes[v.name]))
+            found[name] = Slot(kind, v.valueReference, index, count, bool(shapes[v.name]), v.alias == NEGATED)
     return found
 
 

@@ -19,11 +19,12 @@ import numpy as np
 from fmpy import fmi2
 
 from . import binary
+from .block import Block
 from .cvode import Solver
 from .errors import PartFailed
 from .fmi3 import EVENTS, Fmi3, Update
 from .fmu import MODEL_EXCHANGE, Fmi2
-from .instance import DISCARD, WARNING, Block, Fmu
+from .instance import DISCARD, WARNING, Fmu
 
 TOLERANCE = 1e-6  # relative, of the solver where nobody tells one; what a default experiment tells is not taken looser
 SHARE = 50  # no internal step is longer than this share of the run, or events may lie between two of its ends

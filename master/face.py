@@ -55,6 +55,7 @@ class Part:
     timed: bool = False  # outputs are functions of time alone: `at` tells them, it is never stepped; a class with an `at` is
     tells_ahead: bool = False  # of a part that is `timed`: `ahead` tells a stretch of time at once, of Reals
     instant: bool = True  # outputs follow inputs without a step: `probe`
+    passes: bool = False  # what it gives follows from what it is given alone, at once: under Jacobi it comes last in a step
     interpolates: bool = False  # the derivatives of inputs over a step can be given with them: `tilt`
     parallel: bool = False  # `begin` starts a step that others need not wait for
     lacks: Sequence[str] = ()  # what isolation, where it was asked for, could not take away

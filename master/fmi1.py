@@ -14,9 +14,10 @@ import numpy as np
 from fmpy import fmi1
 
 from . import binary
+from .block import Block
 from .exchange import EVENTS, Integrated
 from .fmi3 import Update
-from .instance import WARNING, Block, Fmu
+from .instance import WARNING, Fmu
 
 
 class Fmi1(Fmu):

@@ -17,9 +17,10 @@ from typing import Any, NoReturn
 import numpy as np
 
 from . import binary
+from .block import Block, address
 from .clocks import Ticks, clocks_in
 from .errors import DescriptionError, PartFailed
-from .instance import WARNING, Block, Fmu, address
+from .instance import WARNING, Fmu
 from .native import MORE, Native
 
 EVENTS = 100_000  # most in one step, and most iterations of one event: beyond them it does not end

@@ -12,8 +12,9 @@ import numpy as np
 from fmpy import fmi2
 
 from . import binary
+from .block import address
 from .errors import DescriptionError
-from .instance import DISCARD, ERROR, FATAL, PENDING, WARNING, Fmu, address
+from .instance import DISCARD, ERROR, FATAL, PENDING, WARNING, Fmu
 from .native import BEYOND, Native
 
 FROZEN = 128 << 20  # bytes of the largest state that is saved

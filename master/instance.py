@@ -17,10 +17,11 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 
 from . import binary
-from .described import Slot, places_of, sizes_in, tolerance_of, units_of, variables_of
+from .block import Block
+from .described import Slot, negative, places_of, sizes_in, tolerance_of, units_of, variables_of
 from .errors import DescriptionError, PartFailed
-from .face import Part, view
-from .native import BEYOND, Exchange
+from .face import Part
+from .native import BEYOND
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 SINGLE = 2.0**-23  # relative: numbers that a parameter's float cannot tell apart
@@ -261,7 +262,7 @@ class Fmu(Part):
         place = self._place(name)
         one = self._converted(name, place.kind, value)
         if not place.array:
-            return self._set(place.kind, place.reference, [one])
+            return self._set(place.kind, place.reference, [negative(place.kind, one) if place.negated else one])
         values = self._array(name, place)
         values[place.index] = one
         return self._set(place.kind, place.reference, values if isinstance(values, list) else values.tolist())
@@ -269,7 +270,8 @@ class Fmu(Part):
     def _ask(self, name: str) -> tuple[int, Any]:
         place = self._place(name)
         status, values = self._get(place.kind, place.reference, place.count)
-        return status, self._plain(place.kind, values[place.index])
+        value = values[place.index]
+        return status, self._plain(place.kind, negative(place.kind, value) if place.negated else value)
 
     def _array(self, name: str, place: Slot) -> Any:
         """The values of an array, as they were set or start: what its other elements are when one is set."""
@@ -350,7 +352,7 @@ class Fmu(Part):
     def _together(self, way: str, name: str) -> Any:
         """What is the same of names that one call exchanges."""
         place = self._place(name)
-        return place.kind, place.reference if place.array else None
+        return place.kind, place.reference if place.array else None, place.negated
 
     def write(self) -> None:
         for block in self._writes:
@@ -377,7 +379,7 @@ class Fmu(Part):
         if status > 1:
             self._fail(status, name)
         for i, k in copies:
-            values[i] = own[k]
+            values[i] = negative(block.kind, own[k]) if block.negated else own[k]
         if block.wide and any(abs(own[k]) > EXACT for _, k in copies):
             self._fail(INEXACT, name)
 
@@ -452,58 +454,6 @@ class State:
     def __del__(self):
         if self.pointer and self.part._instance:
             self.part._function(f"{self.part.standard}{self.part.state_names[2]}")(self.part._instance, byref(self.pointer))
-
-
-class Block:
-    """Variables of one type, side by side in `u` or `y`, that go in or come out with one C call; or elements of an array."""
-
-    def __init__(self, part: Fmu, way: str, names: list[str], first: int, values: np.ndarray):
-        places = [part._place(name) for name in names]
-        self.kind, array, count = places[0].kind, places[0].array, len(names)
-        if part.variables[names[0]].type == "String":
-            raise DescriptionError(f"{part.name}: strings do not travel with the numbers of a step.")
-        self.names, self.first = names, first
-        self.name = part._named(way, self.kind)
-        self.function = part._function(self.name)
-        dtype = np.dtype(part.kinds[self.kind][1])
-        self.real = dtype == np.float64 and not array  # the C call works on `u` or `y` itself
-        self._references = np.array([place.reference for place in places[: 1 if array else None]], dtype=np.uint32)
-        self.own: np.ndarray
-        if self.real:
-            self.own = values[first : first + count]
-        elif array:
-            self.own = part._array(names[0], places[0]) if way == "Set" else np.zeros(places[0].count, dtype)
-        else:
-            self.own = np.zeros(count, dtype)
-        self.references = c_void_p(self._references.ctypes.data)
-        self.count = c_size_t(len(self._references))
-        self.pointer = c_void_p(self.own.ctypes.data)
-        at = [place.index for place in places] if array else range(count)
-        self.copies = [] if self.real else [(first + k, place) for k, place in enumerate(at)]  # (in `u` or `y`, in `own`)
-        self.wide = way == "Get" and dtype.kind in "iu" and dtype.itemsize == 8
-        convert: Any = float if dtype.kind == "f" else int
-        arguments = self.references, self.count, self.pointer, *part._counted(len(self.own))
-        self.call: tuple[Any, ...] = self.function, arguments, self.copies, view(values), self.own.data, convert, self.name
-        self.discrete = part.variables[names[0]].variability != "continuous"
-        self.last: np.ndarray | None = None
-        self._values = values[first : first + count]
-
-    def renewed(self) -> bool:
-        """Whether the numbers in `u` are others than when this was asked last."""
-        if self.last is not None and np.array_equal(self.last, self._values):
-            return False
-        self.last = self._values.copy()
-        return True
-
-    def native(self) -> Exchange:
-        copies = tuple((place, self.own.ctypes.data + k * self.own.itemsize) for place, k in self.copies)
-        addresses = address(self.function), address(self.references), len(self._references), address(self.pointer)
-        return Exchange(self.name, *addresses, copies)
-
-
-def address(pointer: Any) -> int:
-    """Where a C function lies, or what a pointer points to."""
-    return ctypes.cast(pointer, c_void_p).value or 0
 
 
 def _same(given: Any, taken: Any) -> bool:

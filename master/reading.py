@@ -8,20 +8,17 @@ from __future__ import annotations
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Any
 
-import attrs
 import fmpy
-from fmpy.model_description import ModelDescription, SimpleType
+from fmpy.model_description import ModelDescription
 from lxml import etree
 
 from . import archive, xml
-from .described import number_of
+from .described import NEGATED, number_of
 from .errors import DescriptionError
+from .folder import DESCRIPTION
+from .mending import Note, mend
 
-PARAMETERS = ("parameter", "calculatedParameter", "structuralParameter")
-VARIABILITIES = {"independent": ("continuous",), "input": ("discrete", "continuous")}
-BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 REFERENCES = 2**32 - 1
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 CAPABILITIES = ("canHandleVariableCommunicationStepSize", "canBeInstantiatedOnlyOncePerProcess")
@@ -35,14 +32,17 @@ def read_description(path: Path) -> tuple[ModelDescription, list[str]]:
     def note(what: str, name: str) -> None:
         said.setdefault(what, []).append(name)
 
+    _plain(root, note)
     _complete(root)
     _unheard(root, note)
     try:
         described = _read(root)  # without comments, which FMPy takes for a type where they stand in front of one
     except Exception as error:
         try:
-            _mend(root, note)
+            mend(root, note)
             described = _read(root)
+        except DescriptionError:
+            raise
         except Exception:
             raise error from None
     notes += [f"{what}: {', '.join(n[:5])}" + (f" and {len(n) - 5} more" if len(n) > 5 else "") for what, n in said.items()]
@@ -51,6 +51,10 @@ def read_description(path: Path) -> tuple[ModelDescription, list[str]]:
             for name in CAPABILITIES:
                 setattr(described.coSimulation, name, node.get(name) in ("true", "1"))
         described.coSimulation.needsExecutionTool = next(root.iter("CoSimulation_Tool"), None) is not None
+    if described.fmiVersion == "1.0":
+        negated = {node.get("name") for node in root.iterfind(f"ModelVariables/*[@alias='{NEGATED}']")}
+        for variable in described.modelVariables:
+            variable.alias = NEGATED if variable.name in negated else None  # which FMPy passes over, too
     return described, notes + _doubles(described)
 
 
@@ -58,9 +62,12 @@ def _content(path: Path) -> bytes:
     if path.is_dir():
         return (path / "modelDescription.xml").read_bytes()
     with zipfile.ZipFile(path) as packed:
-        if (size := packed.getinfo("modelDescription.xml").file_size) > archive.XML:
+        names = packed.namelist()
+        alike = [one for one in names if one.lower().rpartition("/")[2] == DESCRIPTION.lower() and one.count("/") < 2]
+        name = DESCRIPTION if DESCRIPTION in names else min(alike, key=lambda one: one.count("/"), default=DESCRIPTION)
+        if (size := packed.getinfo(name).file_size) > archive.XML:
             raise DescriptionError(f"it has {size >> 20} MiB; at most {archive.XML >> 20} MiB are read.")
-        return packed.read("modelDescription.xml")
+        return packed.read(name)
 
 
 def _read(root: etree._Element) -> ModelDescription:
@@ -70,6 +77,32 @@ def _read(root: etree._Element) -> ModelDescription:
         return fmpy.read_model_description(str(file), validate=False)
 
 
+def _counts(root: etree._Element) -> None:
+    """FMI 1.0: how many states and event indicators there are matters to model exchange alone, which cannot do without."""
+    for name in ("numberOfContinuousStates", "numberOfEventIndicators"):
+        if not (root.get(name) or "").strip().isdecimal():
+            if root.find("Implementation") is None:
+                raise DescriptionError(f"its {name} is {root.get(name)!r}, which is no number; its equations cannot be solved.")
+            root.set(name, "0")
+
+
+def version_of(text: str) -> str:
+    """A version of FMI as it should be written: "2" and " 2.0" are "2.0"."""
+    text = text.strip()
+    return f"{text}.0" if text in ("1", "2", "3") else text
+
+
+def _plain(root: etree._Element, note: Note) -> None:
+    """What FMI has no namespace for, and the version in its words."""
+    space = etree.QName(root).namespace or ""
+    if "fmi" in space.lower():
+        note("FMI has no namespace; this one is left out", space)
+        for node in list(root.iter(f"{{{space}}}*")):
+            node.tag = etree.QName(node).localname
+        etree.cleanup_namespaces(root)
+    root.set("fmiVersion", version_of(root.get("fmiVersion", "")))
+
+
 def _complete(root: etree._Element) -> None:
     """Refuse by name what lacks what nobody can guess: FMPy passes over it, or takes a type from the variable before."""
     if root.tag != "fmiModelDescription":
@@ -77,6 +110,8 @@ def _complete(root: etree._Element) -> None:
     variables = root.find("ModelVariables")
     if variables is None:
         raise DescriptionError("it has no ModelVariables.")
+    if root.get("fmiVersion", "").startswith("1."):
+        _counts(root)
     typed = not root.get("fmiVersion", "").startswith("3.")
     for node in variables:
         name = node.get("name")
@@ -89,7 +124,7 @@ def _complete(root: etree._Element) -> None:
             raise DescriptionError(f"its variable {name} is of no type.")
 
 
-def _unheard(root: etree._Element, note: Any) -> None:
+def _unheard(root: etree._Element, note: Note) -> None:
     """Mend what FMPy reads as something else: an index below 1 counts from the end in Python, and True is no true."""
     for way in root.iter("CoSimulation", "ModelExchange", "ScheduledExecution"):
         for name, text in way.attrib.items():
@@ -105,12 +140,27 @@ def _unheard(root: etree._Element, note: Any) -> None:
     for node in list(root.iterfind("ModelStructure//*")):
         _unknown(node, len(known), references, note)
     if root.get("fmiVersion", "").startswith("2."):
+        derivatives = [number_of(holder.get("derivative")) for node in known for holder in node]
+        if root.find("ModelExchange") is not None and root.find("ModelStructure/Derivatives") is None and any(derivatives):
+            _derivatives(root, note)
         for node in known:
             for holder in node:
                 derivative = number_of(holder.get("derivative", "1"))
                 if derivative is None or not 1 <= derivative <= len(known):
                     note("the derivative of what is not there; it is the derivative of nothing", node.get("name"))
                     del holder.attrib["derivative"]
+
+
+def _derivatives(root: etree._Element, note: Note) -> None:
+    """The derivatives of states where the structure lists none: by their own word. Without them nothing would move."""
+    structure = root.find("ModelStructure")
+    if structure is None:
+        structure = etree.SubElement(root, "ModelStructure")
+    listed = etree.SubElement(structure, "Derivatives")
+    for index, node in enumerate(root.iterfind("ModelVariables/*"), 1):
+        if any(holder.get("derivative") for holder in node):
+            etree.SubElement(listed, "Unknown", index=str(index))
+            note("the model structure lists no derivatives; they are those that say of what", node.get("name"))
 
 
 def _doubles(described: ModelDescription) -> list[str]:
@@ -125,79 +175,7 @@ def _doubles(described: ModelDescription) -> list[str]:
     return notes
 
 
-def _mend(root: etree._Element, note: Any) -> None:
-    version = root.get("fmiVersion", "")
-    if version.startswith("2.0."):
-        root.set("fmiVersion", "2.0")
-    for node in root.iter("CoSimulation", "ModelExchange"):
-        order = node.get("maxOutputDerivativeOrder")
-        if order is not None and not order.strip().isdecimal():
-            note("maxOutputDerivativeOrder is no number; it is taken as 0", order)
-            del node.attrib["maxOutputDerivativeOrder"]
-    if number_of(root.get("numberOfEventIndicators", "0")) is None:
-        note("numberOfEventIndicators is no number; it is taken as 0", root.get("numberOfEventIndicators"))
-        del root.attrib["numberOfEventIndicators"]
-    _units(root, note)
-    types = _types(root)
-    for node in root.iterfind("ModelVariables/*"):
-        _variable(node, types, version, note)
-
-
-def _units(root: etree._Element, note: Any) -> None:
-    for node in root.iterfind("UnitDefinitions/Unit/*"):
-        for name in (*BASES, "factor", "offset"):
-            number = number_of(node.get(name, "0"))
-            if name in BASES and number is not None and number == int(number):
-                if name in node.attrib:
-                    node.set(name, str(int(number)))
-            elif number is None or name in BASES:
-                parent = node.getparent()
-                if parent is not None:
-                    parent.remove(node)
-                    note("a unit is defined by what is no number or no whole power; it goes by its name", parent.get("name", ""))
-                break
-
-
-def _types(root: etree._Element) -> set[str]:
-    """The names of the types that FMPy will know; of what it does not take they are freed."""
-    takes = {field.name for field in attrs.fields(SimpleType)}
-    names = set()
-    for node in root.iterfind("TypeDefinitions/*"):
-        inner = node[0] if node.tag in ("SimpleType", "Type") and len(node) else node
-        for name in [name for name in inner.attrib if name not in takes]:
-            del inner.attrib[name]
-        if node.tag != "ClockType":
-            names.add(node.get("name", ""))
-    return names
-
-
-def _variable(node: etree._Element, types: set[str], version: str, note: Any) -> None:
-    name = node.get("name", "")
-    for holder in (node, *node):
-        if holder.get("declaredType") is not None and holder.get("declaredType") not in types:
-            note(f"the type {holder.get('declaredType')!r} is not defined; variables of it go without", name)
-            del holder.attrib["declaredType"]
-        if holder.get("clocks") is not None:
-            holder.set("clocks", " ".join(holder.get("clocks", "").split()))
-    causality, variability = node.get("causality", "local"), node.get("variability")
-    if variability is None and version.startswith("2.") and causality in PARAMETERS:
-        node.set("variability", "fixed")
-        note('a parameter without a variability would be continuous, which none can be; it is taken as "fixed"', name)
-    if version.startswith("1.") or variability is None:
-        return
-    fits = ("fixed", "tunable") if causality in PARAMETERS else VARIABILITIES.get(causality)
-    if causality in ("output", "local"):
-        fits = (
-            ("constant", "fixed", "tunable", "discrete", "continuous")
-            if causality == "local"
-            else ("constant", "discrete", "continuous")
-        )
-    if fits is not None and variability not in fits:
-        node.set("variability", fits[0])
-        note(f'causality "{causality}" does not go with variability "{variability}", which is taken as "{fits[0]}"', name)
-
-
-def _unknown(node: etree._Element, count: int, references: set[str | None], note: Any) -> None:
+def _unknown(node: etree._Element, count: int, references: set[str | None], note: Note) -> None:
     """An entry of the model structure: what names nothing is left out."""
 
     def there(text: str | None) -> bool:

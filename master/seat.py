@@ -4,7 +4,7 @@
   interpolated between their outputs at t_n and t_n+1, at the end of each of its steps. What it takes from others is
   carried on from t_n to the start of each of its steps, where the source also puts out its derivative; else held.
 - A part with a larger step h = M·H steps once in M macro steps; its outputs are then shown on the straight line
-  from its old values to its new ones. Booleans, integers and discrete values wait for its step's end.
+  from its old values to its new ones, or held ([run] hold_outputs). Booleans, integers and discrete values wait for its step's end.
 - A source that is a function of time is evaluated at the start of each step of each part that listens to it.
 """
 
@@ -31,7 +31,7 @@ class Seat:
         self.name = name
         self.part = wiring.parts[name]
         self.cycle = self.part.stepper()
-        self.timed, self.parallel = self.part.timed, self.part.parallel
+        self.timed, self.parallel, self.passes = self.part.timed, self.part.parallel, self.part.passes
         inputs, outputs = wiring.bound[name]
         self.inputs, self.outputs = list(inputs), list(outputs)
         self.u, self.out = view(self.part.u), view(self.part.y)
@@ -42,6 +42,7 @@ class Seat:
         self.shown = view(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
         self.before = view(self.part.y.copy())  # `shown` at the start of the macro step
         self.even = self.small == self.large == 1  # steps with the master
+        self.holds = run.hold_outputs
         self.tilts = run.input_derivatives and self.part.interpolates
         self.keep = False  # whether anyone interpolates from `before`
         self.origin = view(self.part.y.copy())  # outputs at the start of a long step
@@ -250,7 +251,8 @@ class Seat:
         """Outputs of a long step as they are when `done` of it is over."""
         for j, smooth in enumerate(self.smooth):
             old, new = self.origin[j], self.out[j]
-            self.shown[j] = old + (new - old) * done if smooth and done < 1.0 else old if done < 1.0 else new
+            until = old + (new - old) * done if smooth and not self.holds else old
+            self.shown[j] = until if done < 1.0 else new
 
 
 def _ratios(name: str, own: float, step: float) -> tuple[int, int]:

@@ -17,11 +17,11 @@ from typing import Any
 from .algorithms import ALGORITHMS
 from .errors import DescriptionError, PartFailed, RunInterrupted
 from .face import Part
+from .opening import system_of
 from .results import Result
 from .running import Observer, Running
-from .single import driven, single
+from .single import driven, of_one, single
 from .slips import call, checked
-from .ssp.structure import system_of
 from .stepping import Controlled, Fixed, Stepping
 from .stops import Stops
 from .system import System, check_choice
@@ -100,7 +100,7 @@ def prepared(
     interface: str | None = None,
 ) -> tuple[System, float]:
     """The system that `run` is asked for by these arguments of it, and its stop, s."""
-    if not isinstance(system, System) and Path(system).suffix.lower() == ".fmu":
+    if not isinstance(system, System) and of_one(Path(system)):
         system = replace(single(system, unlimited, None if stop == math.inf else stop, step, interface or ""), isolate=isolate)
     elif interface:
         raise DescriptionError(

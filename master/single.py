@@ -19,6 +19,7 @@ from .described import number_of, places_of, variables_of
 from .errors import DescriptionError
 from .face import Part, Variable
 from .files import read
+from .folder import is_fmu
 from .results import KINDS
 from .system import Component, Connection, Run, System, did_you_mean
 from .wiring import fmu_path
@@ -26,6 +27,11 @@ from .wiring import fmu_path
 SHOWN = 100  # variables of an FMU without outputs that are recorded
 POINTS = 1000  # steps of an experiment whose FMU names no step
 SLACK = 1e-9  # s: a time that is met but for its rounding
+
+
+def of_one(path: Path) -> bool:
+    """Whether it is one FMU: a .fmu, or a folder like an unpacked one."""
+    return path.suffix.lower() == ".fmu" or is_fmu(path)
 
 
 def single(

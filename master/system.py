@@ -45,6 +45,7 @@ class Run(Plain):
     open_inputs: bool = False  # True: inputs that nobody gives keep their FMU's start value
     step_control: str = ""  # "" | power | doubling
     tolerance: float = 1e-3  # of step control, relative
+    hold_outputs: bool = False  # of components with longer steps: they stay until these are over, else they are on a line
     input_derivatives: bool = False  # FMUs that interpolate their inputs are told how these change in a step
     coupling_tolerance: float | None = None  # of circles, relative; 0: loops lag; None: 1e-9, and 1e-5 if iterated
     fmu_tolerance: float | None = None  # of the FMUs' own solvers, relative; 0: none is told; None: of their default experiments

@@ -11,6 +11,7 @@ from .algorithms import ALGORITHMS, Algorithm, Iterated
 from .code import load_part, named
 from .errors import DescriptionError
 from .face import Part, Variable
+from .folder import packed
 from .manoeuvre import Manoeuvre
 from .slips import checked
 from .system import Component, Connection, System, did_you_mean
@@ -179,7 +180,7 @@ def fmu_path(component: Component, system: System):
         from selflock.fmus.build import built
 
         return built(component.fmu.removeprefix("selflock:"))
-    return system.folder / component.fmu
+    return packed(system.folder / component.fmu)
 
 
 # --- values ------------------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from selflock.fmus.errors import SelflockError
 from selflock.master import toml
+from selflock.master.folder import is_fmu
 
 if TYPE_CHECKING:
     from selflock.master import System, Variable
@@ -24,12 +25,14 @@ def info(path: str | Path, everything: bool = False) -> str:
     """A page of text about a file. everything: lists without end. Raises SelflockError."""
     path = Path(path)
     kinds: dict[str, Callable[[Path, int | None], Iterator[str]]] = {
-        ".fmu": _fmu, ".ssp": _system, ".csv": _result, ".parquet": _result, ".toml": _toml,
+        ".fmu": _fmu, ".ssp": _system, ".ssd": _system, ".xml": _system, ".csv": _result, ".parquet": _result, ".toml": _toml,
     }  # fmt: skip
     kind = kinds.get(path.suffix.lower())
+    if path.is_dir():
+        kind = _fmu if is_fmu(path) else _system
     if kind is None:
-        raise SelflockError(f"{path}: info tells of {', '.join(kinds)} files.")
-    if not path.is_file():
+        raise SelflockError(f"{path}: info tells of {', '.join(kinds)} files, and of folders of FMUs and system structures.")
+    if not path.exists():
         raise SelflockError(f"There is no file {path}.")
     return "\n".join(kind(path, None if everything else LIMIT))
 

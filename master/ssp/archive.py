@@ -14,6 +14,7 @@ from lxml import etree
 
 from .. import archive
 from ..errors import DescriptionError
+from ..folder import is_fmu
 from .mend import BASE, NAMESPACES, bare, mend, tree
 
 FIRST = "SystemStructure.ssd"
@@ -73,8 +74,6 @@ def opened(path: Path, folder: Path, variant: str, unlimited: bool, notes: list[
     else:
         folder = path
     if not (folder / variant).is_file():
-        if (folder / "modelDescription.xml").is_file():
-            raise DescriptionError(f"{path} is an unpacked FMU: pack what is in it into a .fmu, a zip archive.")
         raise DescriptionError(f"{path}: there is no {variant} in it.")
     return folder / variant
 
@@ -99,12 +98,12 @@ def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Pat
     path, root = (base / unquote(parts.path)).resolve(), root.resolve()
     if not path.is_relative_to(root):
         raise DescriptionError(f"{what}: source {uri!r} lies outside the SSP, where nothing is read: copy it into it.")
-    if not path.is_file():
+    if not path.is_file() and not is_fmu(path):
         alike = root
         for part in path.relative_to(root).parts:  # as systems find it that do not tell A from a
             names = [entry for entry in _names(alike, root) if entry.name.lower() == part.lower()]
             alike = next((entry for entry in names if entry.name == part), names[0] if len(names) == 1 else root / part / "?")
-        if not alike.is_file() or not alike.resolve().is_relative_to(root):
+        if not (alike.is_file() or is_fmu(alike)) or not alike.resolve().is_relative_to(root):
             raise DescriptionError(f"{what}: source {uri!r} is not in the SSP.")
         notes.append(f"{what}: source {uri!r} is taken as {alike.relative_to(root).as_posix()!r}")
         path = alike.resolve()

@@ -69,9 +69,12 @@ def tree(path: Path, notes: list[str]) -> etree._Element:
     """The root of a document, prefixes that it uses without saying what they mean taken as what they usually mean."""
     content, mended = xml.sound(path.read_bytes())
     notes += [f"{path.name}: {what}" for what in mended]
-    parser = etree.XMLParser(recover=True, **xml.PARSER)
-    root = etree.fromstring(content, parser)
-    if root is None or any(entry.domain_name != "NAMESPACE" for entry in parser.error_log):
+    root, errors = _recovered(content)
+    if errors:
+        content, mended = xml.legible(content)
+        notes += [f"{path.name}: {what}" for what in mended]
+        root, errors = _recovered(content)
+    if root is None or errors:
         return etree.fromstring(content, etree.XMLParser(**xml.PARSER))  # which says what is wrong
     slips = Slips()
     for node in root.iter():
@@ -81,6 +84,13 @@ def tree(path: Path, notes: list[str]) -> etree._Element:
             slips.add(f"the prefix {prefix} is not declared; it is taken as what it usually means", node)
     notes += slips.sentences(path.name)
     return root
+
+
+def _recovered(content: bytes) -> tuple[etree._Element | None, bool]:
+    """The root of a document, and whether more is wrong with it than a prefix that is not declared."""
+    parser = etree.XMLParser(recover=True, **xml.PARSER)
+    root = etree.fromstring(content, parser)
+    return root, root is None or any(entry.domain_name != "NAMESPACE" for entry in parser.error_log)
 
 
 def mend(root: etree._Element, file: str, notes: list[str]) -> None:

@@ -5,7 +5,8 @@ else told in a sentence; so is every annotation of a kind that is not known here
 namespaces differ from version to version.
 
 - OSP: of the experiment `FixedStepAlgorithm baseStepSize`, of a component `StepSizeHint value`. libcosim steps all
-  components from the outputs of the step's start, each with a whole multiple of the base step: Jacobi.
+  components from the outputs of the step's start, each with a whole multiple of the base step, and others see what comes of
+  it when it is over: Jacobi, with outputs held.
 - OMSimulator: of a system `FixedStepMaster stepSize relativeTolerance`, Jacobi too; the tolerance is that which it gives
   co-simulation FMUs at fmi2SetupExperiment. Of an experiment its recording alone, which bears on no number.
 
@@ -111,6 +112,8 @@ class Others:
             )
         if self.algorithm:
             told["algorithm"] = self.algorithm
+        if self.steps:  # as libcosim does
+            told["hold_outputs"] = True
         if self.tolerances.get(""):
             told["fmu_tolerance"] = self.tolerances[""]
         return told

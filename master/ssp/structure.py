@@ -1,41 +1,19 @@
-"""A system from a file: a system structure (.ssp, .ssd or a folder), ours or others', a TOML file, or one FMU."""
+"""A system structure of SSP, ours or others', as a system."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ...fmus import temporary
-from ..errors import DescriptionError
-from ..single import Table, single
-from ..system import Connection, System, from_dict, load_toml
+from ..single import Table
+from ..system import Connection, System, from_dict
 from .flat import Flat, Mapping
 from .read import read
 from .still import Still
 from .values import Item
 
 TABLE, STILL = (f"{kind.__module__}:{kind.__qualname__}" for kind in (Table, Still))
-
-
-def system_of(path: Path | str, allow_code: bool = False, unlimited: bool = False, isolate: bool = False) -> System:
-    """The system described in a TOML file, in a system structure (.ssp, .ssd or a folder), or of one FMU (.fmu).
-
-    allow_code: its parts may be of other packages than this. Whoever wrote the file then runs what they like as you; no
-    code but that of its FMUs is ever run from an .ssp.
-    unlimited: its archives, FMUs and SSPs, may be of any size (docs/security.md).
-    isolate: every FMU runs in a process of its own with limits and without rights.
-    """
-    if Path(path).suffix.lower() == ".fmu":
-        return replace(single(path, unlimited), isolate=isolate)
-    if Path(path).suffix.lower() in (".ssp", ".ssd") or Path(path).is_dir():
-        return replace(load(path, unlimited=unlimited), isolate=isolate)
-    if Path(path).suffix.lower() == ".xml":
-        raise DescriptionError(
-            f"{path}: systems are read from .toml, .ssp and .ssd files, from folders like an unpacked .ssp, and from an .fmu; "
-            "OspSystemStructure.xml and other .xml are not read."
-        )
-    return load_toml(path, allow_code, unlimited, isolate)
 
 
 def load(path: Path | str, variant: str = "SystemStructure.ssd", unlimited: bool = False) -> System:

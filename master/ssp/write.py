@@ -30,7 +30,6 @@ from . import whole
 from .archive import ANNOTATION, NAMESPACES, check, tag
 from .mend import bare
 from .read import INTERFACES
-from .structure import system_of
 from .values import Items, items_of
 
 Enumerations = dict[tuple[str, str], tuple[str, Items]]  # component, variable → name, items
@@ -48,6 +47,8 @@ def export(system: System | Path | str, out: Path | str, allow_code: bool = Fals
 
     allow_code: parts of other packages may be loaded (docs/security.md).
     """
+    from ..opening import system_of  # which opens system structures, too
+
     system, out = (replace(system) if isinstance(system, System) else system_of(system)), Path(out)
     system.allow_code |= allow_code
     if out.suffix.lower() != ".ssp":

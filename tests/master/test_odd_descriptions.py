@@ -1,5 +1,6 @@
 """What other exporters write: descriptions and archives that are not as the standard has them, read where their meaning is clear."""
 
+import re
 import subprocess
 import zipfile
 from pathlib import Path
@@ -27,7 +28,7 @@ def altered(native, tmp_path):
                     text = one(text)
             new.writestr("modelDescription.xml", text)
             if binary:
-                new.writestr(binary, old.read(f"binaries/linux64/{name}.so"))
+                new.writestr(binary, next(old.read(one) for one in old.namelist() if one.endswith(".so")))
             for entry, content in dict(more).items():
                 new.writestr(entry, content)
         return path
@@ -50,6 +51,9 @@ def end(path, column="y", **start):
         lambda text: text.replace("\n", "\r\n").encode(),
         lambda text: text.replace("UTF-8", "ISO-8859-1").replace("Takes", "T\xe4kes").encode("latin-1"),
         lambda text: text.replace("UTF-8", "UTF-16").encode("utf-16"),
+        lambda text: text.replace("UTF-8", "Shift_JIS").replace("Takes", "\u65e5\u672c takes").encode("shift_jis"),
+        lambda text: text.replace("UTF-8", "us-ascii").replace("Takes", "T\xe4kes").encode(),
+        lambda text: text.replace('fmiVersion="2.0"', 'fmiVersion=" 2 "').encode(),
         lambda text: text.replace("<Real start", "<!-- of 1 --><?x y?><Real start").replace("<ModelVariables>", "<!-- x --><ModelVariables>").encode(),
         lambda text: text.replace("<DefaultExperiment", "<VendorAnnotations><Tool name='x'><y xmlns='urn:z'/></Tool></VendorAnnotations><DefaultExperiment").encode(),
     ],
@@ -63,6 +67,17 @@ def test_what_xml_may_be(altered, change):
     [
         (lambda text: text.replace("Takes", "T\xe4kes").encode("latin-1"), "read as Windows-1252"),
         (lambda text: ("\n " + text).encode(), "blank in front"),
+        (lambda text: text.replace("UTF-8", "utf-16").encode(), "not in the encoding 'utf-16'"),
+        (lambda text: text.replace("UTF-8", "ANSI").encode(), "not in the encoding 'ANSI'"),
+        (("Takes", "A & B takes"), "a & that begins no entity"),
+        (("Takes", "\x02Takes"), "control characters"),
+        (("<fmiModelDescription ", '<fmiModelDescription xmlns="http://fmi-standard.org/fmi2" '), "FMI has no namespace"),
+        (lambda text: text.replace("fmiModelDescription", "fmi:fmiModelDescription").replace("<fmi:fmiModelDescription ", '<fmi:fmiModelDescription xmlns:fmi="urn:fmi" '), "FMI has no namespace"),
+        (('causality="output"', 'causality="Output"'), 'causality "Output" is taken as "output"'),
+        (('variability="fixed"', 'variability="Fixed"'), 'variability "Fixed" is taken as "fixed"'),
+        (('name="at_entry" valueReference="7" causality="output"', 'name="at_entry" valueReference="7" causality="none"'), "is one of FMI 1.0"),
+        (('name="at_entry" valueReference="7" causality="output"', 'name="at_entry" valueReference="7" causality="output" variability="tunable"'), 'which is taken as "continuous"'),
+        (("<ModelVariables>", '<TypeDefinitions><SimpleType name="A"/></TypeDefinitions><ModelVariables>'), "a type says of nothing what it is"),
         (("canHandleVariableCommunicationStepSize=\"true\"", 'canHandleVariableCommunicationStepSize="True"'), "True is taken as true"),
         ((' variability="fixed"', ""), 'taken as "fixed": gain'),
         (('index="8"', 'index="0"'), "names no variable; it is left out: 0"),
@@ -97,6 +112,116 @@ def test_slips_are_mended_and_told(altered, change, words):
 def test_what_nobody_can_guess_is_a_sentence(altered, refused, change, words):
     path = altered(change)
     refused(lambda: single(path), words)
+
+
+def test_what_matters_to_no_number_is_passed_over(altered):
+    items = '<TypeDefinitions><SimpleType name="A"><Enumeration><Item name="a" value="1" colour="red"/></Enumeration></SimpleType></TypeDefinitions>'
+    assert end(altered(("<ModelVariables>", f"{items}<ModelVariables>")), gain=3.0) == (1.5, [])
+
+
+def test_states_that_the_structure_does_not_list_move_all_the_same(altered):
+    """Of a ball that falls nothing would move without its derivatives: h = 1 - g t^2 / 2."""
+    listed = '<Derivatives><Unknown index="2" dependencies=""/><Unknown index="3" dependencies="6"/></Derivatives>'
+    path = altered((listed, ""), name="drop", binary="binaries/linux64/drop.so")
+    table = master.run(path, step=0.05, stop=0.4).table
+    assert table["drop.h"].iloc[-1] == pytest.approx(1 - 9.81 * 0.4**2 / 2, abs=1e-4)  # solved to 1e-6
+
+
+def test_a_negated_alias_is_the_negative(altered):
+    """FMI 1.0: of a ball that falls and bounces, what is recorded and what is set."""
+    more = """<ScalarVariable name="sink" valueReference="1" causality="output" alias="negatedAlias"><Real/></ScalarVariable>
+    <ScalarVariable name="again" valueReference="1" causality="output" alias="alias"><Real/></ScalarVariable>
+    <ScalarVariable name="minus" valueReference="1" causality="output" variability="discrete" alias="negatedAlias"><Integer/></ScalarVariable>
+    <ScalarVariable name="lift" valueReference="2" variability="parameter" alias="negatedAlias"><Real start="-9.81"/></ScalarVariable>
+  </ModelVariables>"""
+    path = altered(("</ModelVariables>", more), name="fall", binary="binaries/linux64/fall.so")
+    table = master.run(path, settings={"lift": -1.6}, step=0.1, stop=1.2).table
+    assert (table["fall.sink"] == -table["fall.v"]).all() and (table["fall.again"] == table["fall.v"]).all()
+    assert table["fall.minus"].iloc[-1] == -table["fall.bounces"].iloc[-1] == -1
+    first = table[table["time"] < 1.1]  # before it strikes
+    assert first["fall.sink"].to_numpy() == pytest.approx(1.6 * first["time"].to_numpy(), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "name, words",
+    [("numberOfContinuousStates", "its equations cannot be solved"), ("numberOfEventIndicators", "is None, which is no number")],
+)
+def test_equations_that_nobody_counted_are_a_sentence(altered, refused, name, words):
+    path = altered(lambda text: re.sub(f' {name}="[0-9]*"', "", text).encode(), name="fall", binary="binaries/linux64/fall.so")
+    refused(lambda: single(path), f"its {name}", words)
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (('<Float64 name="u"', '<Float64 name="k" valueReference="9" derivative="99"/><Float64 name="u"'), "derivative of nothing: k"),
+        (('<Float64 name="u"', '<Int32 name="k" valueReference="9" clocks="99"/><Float64 name="u"'), "clocks that are not there are left out: k"),
+        (('fmiVersion="3.0"', 'fmiVersion="3"'), ""),
+    ],
+)  # fmt: skip
+def test_slips_of_the_third_version(altered, change, words):
+    path = altered(change, name="relaxation3", binary="binaries/x86_64-linux/relaxation3.so")
+    assert len(master.run(path, settings={"rate": 1.0}, step=0.1, stop=0.5).table) == 6
+    notes = read_description(path)[1]
+    assert len(notes) == bool(words) and (not words or words in notes[0])
+
+
+def test_sizes_that_nobody_tells_are_a_sentence(altered, refused):
+    array = '<Float64 name="k" valueReference="9"><Dimension valueReference="99"/></Float64><Float64 name="u"'
+    path = altered(('<Float64 name="u"', array), name="relaxation3", binary="binaries/x86_64-linux/relaxation3.so")
+    refused(lambda: single(path), "the size of its array k is that of a variable that is not there")
+
+
+@pytest.mark.parametrize(
+    "rename, words",
+    [
+        (lambda name: f"forgetful/{name}", "all of it lies in a folder, 'forgetful'"),
+        (lambda name: name.replace("modelDescription", "ModelDescription"), "'ModelDescription.xml' is taken as 'modelDescription.xml'"),
+        (lambda name: name.replace("binaries", "Binaries"), "'Binaries' is taken as 'binaries'"),
+        (lambda name: name.replace("linux64", "Linux64"), "'Linux64' is taken as 'linux64'"),
+        (lambda name: name.replace("forgetful.so", "Forgetful.SO"), "'Forgetful.SO' is taken as 'forgetful.so'"),
+    ],
+)  # fmt: skip
+def test_names_in_other_letters_and_a_folder_around_it(native, tmp_path, caplog, rename, words):
+    path = tmp_path / "odd.fmu"
+    with zipfile.ZipFile(native("forgetful")) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            new.writestr(rename(name), old.read(name) + b"\n" * name.endswith("xml"))
+        new.writestr("resources/name.txt", words)  # another content than the others'
+    assert end(path, gain=3.0)[0] == 1.5
+    assert words in caplog.text
+
+
+def test_a_folder_is_an_fmu(native, tmp_path, refused):
+    """Alone, in a system, in an SSP; what is changed in it counts."""
+    folder = tmp_path / "un packed"
+    with zipfile.ZipFile(native("forgetful")) as archive:
+        archive.extractall(folder)
+    assert end(folder, gain=3.0) == (1.5, [])
+    system = master.from_dict(
+        {"components": {"f": {"fmu": "un packed", "start": {"offset": 1.0}}}, "run": {"stop": 0.5, "step": 0.1}}, tmp_path
+    )
+    system.run.open_inputs = True
+    assert master.run(system).table["f.y"].iloc[-1] == 1.5
+    packed = master.ssp.export(system, tmp_path / "s.ssp")
+    assert master.run(packed).table["f.y"].iloc[-1] == 1.5
+    with zipfile.ZipFile(packed) as archive:
+        archive.extractall(tmp_path / "s")
+    inner = next((tmp_path / "s" / "resources").glob("*.fmu"))
+    with zipfile.ZipFile(inner) as archive:
+        archive.extractall(inner.with_suffix(""))
+    inner.unlink()
+    inner.with_suffix("").rename(inner)
+    assert master.run(tmp_path / "s").table["f.y"].iloc[-1] == 1.5
+    description = folder / "modelDescription.xml"
+    description.write_text(description.read_text().replace('name="gain"', 'name="slope"'))
+    assert end(folder, slope=3.0) == (1.5, [])
+    (folder / "resources").mkdir()
+    (folder / "resources" / "link").symlink_to(native("forgetful"))
+    refused(lambda: single(folder), "is a link or a device")
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    refused(lambda: master.run(master.from_dict({"components": {"f": {"fmu": "empty"}}}, tmp_path)), "is a folder but no FMU")
 
 
 def test_variables_of_one_name_stay_apart(altered):

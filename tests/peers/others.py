@@ -60,6 +60,26 @@ def libcosim(ssp, step, count):
     return {name: np.array(column) for name, column in values.items()}
 
 
+def libcosim_of(structure, names, count):
+    """The last values of "simulator.variable" after `count` steps of an OspSystemStructure.xml's folder."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+
+    log_output_level(CosimLogLevel.ERROR)
+    execution = CosimExecution.from_osp_config_file(osp_path=str(structure))
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    execution.step(count)
+    found = []
+    for name in names:
+        simulator, variable = name.split(".", 1)
+        index = execution.slave_index_from_instance_name(simulator)
+        reference = next(v.reference for v in execution.slave_variables(index) if v.name.decode() == variable)
+        found += observer.last_real_values(index, [reference])
+    return found
+
+
 def ecos(ssp, step, count, parameters="parameters"):
     """ "component.variable" -> count + 1 values. parameters: the name of the sets that it takes."""
     from ecospy import EcosSimulation

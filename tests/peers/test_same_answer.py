@@ -3,6 +3,7 @@
 Needs the extra `masters` (libcosimpy, ecospy) and for Ecos the system library libtbb12: `make test-masters`.
 """
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -110,3 +111,32 @@ def test_the_robot_in_libcosim(libcosim, robot, our_robot):
 def test_the_robot_in_ecos(ecos, robot, our_robot):
     worst = difference(others.ecos(robot, ROBOT_STEP, ROBOT_COUNT), our_robot, first=0)
     assert max(worst.values()) <= 1e-9, worst
+
+
+RING = """<?xml version="1.0" encoding="utf-8"?>
+<OspSystemStructure xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure" version="0.1">
+  <StartTime>0.0</StartTime><EndTime>0.5</EndTime><BaseStepSize>1e-2</BaseStepSize><Algorithm>fixedStep</Algorithm>
+  <Simulators>
+    <Simulator name="a" source="relaxation.fmu"><InitialValues><InitialValue variable="rate"><Real value="2"/></InitialValue></InitialValues></Simulator>
+    <Simulator name="b" source="relaxation.fmu" stepSize="0.025"><InitialValues><InitialValue variable="rate"><Real value="3"/></InitialValue></InitialValues></Simulator>
+    <Simulator name="c" source="relaxation.fmu"><InitialValues><InitialValue variable="rate"><Real value="4"/></InitialValue></InitialValues></Simulator>
+  </Simulators>
+  <Functions><LinearTransformation name="scale" factor="-0.5" offset="1.5"/><Sum name="sum" inputCount="2"/></Functions>
+  <Connections>
+    <SignalConnection><Variable simulator="a" name="x"/><Signal function="scale" name="in"/></SignalConnection>
+    <SignalConnection><Signal function="scale" name="out"/><Variable simulator="b" name="u"/></SignalConnection>
+    <SignalConnection><Variable simulator="a" name="x"/><Signal function="sum" name="in[0]"/></SignalConnection>
+    <SignalConnection><Variable simulator="b" name="x"/><Signal function="sum" name="in[1]"/></SignalConnection>
+    <SignalConnection><Signal function="sum" name="out"/><Variable simulator="c" name="u"/></SignalConnection>
+    <VariableConnection><Variable simulator="a" name="u"/><Variable simulator="c" name="x"/></VariableConnection>
+  </Connections>
+</OspSystemStructure>"""
+
+
+def test_a_structure_of_osp_in_libcosim(libcosim, native, tmp_path):
+    """With a transformation, a sum, and a longer step that is no multiple: bit by bit but for the last digit."""
+    shutil.copy(native("relaxation"), tmp_path)
+    (tmp_path / "OspSystemStructure.xml").write_text(RING)
+    names = ["a.x", "b.x", "c.x"]
+    table = master.run(tmp_path / "OspSystemStructure.xml").table
+    assert table[names].iloc[-1].to_numpy() == pytest.approx(others.libcosim_of(tmp_path, names, 50), rel=1e-14)

@@ -307,16 +307,3 @@ def test_a_unit_by_one_name_and_two_definitions(tmp_path):
     )
     assert flat.connections["B", "u"][1] == Affine()
     told(flat, "'deg' is one unit at one end and another at the other", "passed on as it is")
-
-
-def test_what_a_folder_or_another_xml_is_not(tmp_path):
-    """A folder of an FMU, and the files by which other tools describe systems, are a sentence."""
-    (tmp_path / "fmu").mkdir()
-    (tmp_path / "fmu" / "modelDescription.xml").write_text(SOURCE)
-    with pytest.raises(DescriptionError, match="unpacked FMU"):
-        ssp.load(tmp_path / "fmu")
-    (tmp_path / "OspSystemStructure.xml").write_text(
-        '<OspSystemStructure xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure"/>'
-    )
-    with pytest.raises(DescriptionError, match="OspSystemStructure.xml"):
-        master.run(tmp_path / "OspSystemStructure.xml")

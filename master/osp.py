@@ -89,14 +89,18 @@ class _Structure:
             if (part := self._function(name, node)) is not None:
                 components[name] = part
         for one in self.root.iterfind("Connections/*"):
-            self._connect(one, functions)
+            self._connect(one)
         self._transform(functions)
         algorithm = (self.root.findtext("Algorithm") or "fixedStep").strip()
         if algorithm != "fixedStep":
             self.notes.append(
                 f"the algorithm {algorithm} is not used: all steps are of one size here; [run] step_control follows the energy"
             )
-        told = {"system": {"name": self.path.parent.resolve().name or "system"}, "run": run, "components": components}
+        told: dict[str, Any] = {
+            "system": {"name": self.path.parent.resolve().name or "system"},
+            "run": run,
+            "components": components,
+        }
         told |= {"connections": self.connections, "bonds": self._bonds()}
         system = from_dict(told, self.path.parent)
         system.description = " ".join((self.root.findtext("Description") or "").split())
@@ -162,12 +166,11 @@ class _Structure:
 
     # --- what is connected ------------------------------------------------------------------------------------------------
 
-    def _connect(self, node: etree._Element, functions: dict[str, etree._Element]) -> None:
+    def _connect(self, node: etree._Element) -> None:
         ends = [self._end(one) for one in node if one.tag in ("Variable", "Signal", "VariableGroup", "SignalGroup")]
         if len(ends) != 2:
             raise DescriptionError(f"{self.path.name}, line {node.sourceline}: a connection has two ends.")
-        pairs = self._paired(*ends, grouped=node.tag.endswith("GroupConnection"), where=node)
-        for one, other in pairs:
+        for one, other in self._paired(ends[0], ends[1], node):
             for end in (one, other):
                 if end not in self.causality:
                     raise DescriptionError(f"{self.path.name}, line {node.sourceline}: {end[0]} has no variable {end[1]}.")
@@ -185,15 +188,15 @@ class _Structure:
     def _end(self, node: etree._Element) -> End:
         return node.get("simulator", node.get("function", "")), node.get("name", "")
 
-    def _paired(self, one: End, other: End, grouped: bool, where: etree._Element) -> list[tuple[End, End]]:
+    def _paired(self, one: End, other: End, node: etree._Element) -> list[tuple[End, End]]:
         """The variables that a connection is of; of groups those at the same place."""
-        if not grouped:
+        if not node.tag.endswith("GroupConnection"):
             return [(one, other)]
-        sides = [self._group(end, f"{self.path.name}, line {where.sourceline}") for end in (one, other)]
-        if len(sides[0]) != len(sides[1]):
-            counts = f"{len(sides[0])} and {len(sides[1])}"
-            raise DescriptionError(f"{self.path.name}, line {where.sourceline}: groups of {counts} variables do not fit.")
-        return list(zip(*sides))
+        where = f"{self.path.name}, line {node.sourceline}"
+        first, second = self._group(one, where), self._group(other, where)
+        if len(first) != len(second):
+            raise DescriptionError(f"{where}: groups of {len(first)} and {len(second)} variables do not fit.")
+        return list(zip(first, second))
 
     def _group(self, end: End, where: str) -> list[End]:
         owner, name = end

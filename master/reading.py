@@ -29,8 +29,8 @@ def read_description(path: Path) -> tuple[ModelDescription, list[str]]:
     root, notes = xml.root_of(_content(path))
     said = dict[str, list[str]]()
 
-    def note(what: str, name: str) -> None:
-        said.setdefault(what, []).append(name)
+    def note(what: str, name: object) -> None:
+        said.setdefault(what, []).append(str(name))
 
     _plain(root, note)
     _complete(root)

@@ -55,7 +55,7 @@ def _encoding(name: str) -> str:
 
 def legible(content: bytes) -> tuple[bytes, list[str]]:
     """A document without what no document may hold, for one that a parser refuses, and what was mended in it."""
-    notes = []
+    notes: list[str] = []
     if content.startswith(MARKS[1:]):
         return content, notes
     for pattern, instead, said in (

@@ -30,7 +30,10 @@ ENDS = {"setpoint": ("angle", "speed"), "imposed": ("angle", "speed"), "load": (
 KEYS = ("like", "ratio", *ENDS, *PARTS)
 SIDES = ("motor", "load")
 KNOWN = {  # what a controller is told of its drive, where nobody tells it otherwise: of which part it is
+    "gear_ratio": "reducer",
+    "wedge_angle": "reducer",
     "friction_static": "reducer",
+    "preload": "reducer",
     "resistance": "motor",
     "torque_constant": "motor",
 }

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from selflock.master import toml
+from selflock.master.drives import KNOWN
 
 from ..errors import DataError
 from ..rules import RULES
@@ -206,7 +207,7 @@ def _rig(path: Path, data: dict) -> Rig:
         columns=columns,
         time=LogColumn(clock.get("column", "time"), "time", clock.get("unit", ""), clock.get("factor", 1.0)),
         rows=_rows(path, clock),
-        parameters=_numbers(path, "parameters", data.get("parameters", {})),
+        parameters=_of_the_drive(_numbers(path, "parameters", data.get("parameters", {})), () if system else drives),
         uncertain=_ranges(path, data.get("uncertain", {})),
         wanted={name: _wanted(path, name, entry) for name, entry in data.get("calibrate", {}).items()},
         logs={pattern: _numbers(path, f'logs."{pattern}"', table) for pattern, table in data.get("logs", {}).items()},
@@ -227,6 +228,18 @@ def _rig(path: Path, data: dict) -> Rig:
         system=(path.parent / system) if system else None,
         effects=(path.parent / head["effects"]) if head.get("effects") else None,
     )
+
+
+def _of_the_drive(given: dict[str, float], drives: tuple[str, ...]) -> dict[str, float]:
+    """Parameters, with what a controller is told of its drive where the rig says it of the drive alone."""
+    beside = {
+        f"{prefix}controller.{key}": given[f"{prefix}{part}.{key}"]
+        for prefix in drives
+        if any(name.startswith(f"{prefix}controller.") for name in given)
+        for key, part in KNOWN.items()
+        if f"{prefix}{part}.{key}" in given
+    }
+    return beside | given
 
 
 def _date(path: Path, text: str) -> str:

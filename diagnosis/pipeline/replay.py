@@ -1,4 +1,7 @@
-"""Replay: the nominal simulation on a measured log, each component on its measured inputs; no fit, no judgement.
+"""Replay: the nominal simulation on a measured log, compared in what a diagnosis judges; nothing of the drive is fitted, nothing judged.
+
+Each component runs on its measured inputs, or the whole drive from its set-points; where the rig describes the whole and parts
+are compared, both.
 
 The reducer is the FMU itself, in kinematic mode: the measured motion is imposed on its input shaft, and on its output
 shaft the angle at which its spring carries the known load. What it computes is drawn over what was measured.
@@ -8,6 +11,7 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -18,10 +22,11 @@ from selflock.fmus.build import build
 from selflock.fmus.shown import printed
 
 from ..data.gathered import gathered
-from ..data.log import write_csv
+from ..data.log import MeasuredRun, write_csv
 from ..data.rig import Rig
 from ..data.sanity import Box, box
 from ..errors import DataError
+from ..judge.together import asked, closed_loop, recorded
 from ..output import figures
 from ..output.extend import RUNS, starts, with_fmus
 from ..residuals.drive_experiment import DriveExperiment
@@ -29,6 +34,9 @@ from ..residuals.laws import check_names
 from ..residuals.mending import Mending, rms
 from ..residuals.noise import floor
 from ..residuals.residual import Residual
+from ..residuals.whole import WHOLE
+from ..search.instants import place_jumps
+from .run import whole_where_described
 
 
 @dataclass
@@ -102,35 +110,34 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool
         )
     sanity = box(rig, runs)
     sanity.refuse(rig, anyway)
-    experiment = DriveExperiment(rig, runs)
-    values: dict[str, float] = {}
     folder = Path(out) if out else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     comparisons, drawn, points = [], [], None
-    for residual in experiment.residuals:
-        compared = _by_fmu(experiment, residual, values, folder)
-        errors = [m - s for s, m, _ in compared]
-        trusted = [good & np.isfinite(s) for s, _, good in compared]
-        e = rms([x[t] for x, t in zip(errors, trusted)])
-        size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
-        noise = floor(experiment, residual, values, errors, trusted)
-        comparisons.append(
-            Comparison(
-                residual.name, residual.output, residual.unit, e, e / size if size else 0.0, noise, list(residual.components)
+    for experiment, values in _experiments(rig, runs):
+        for residual in experiment.residuals:
+            compared = _by_fmu(experiment, residual, values, folder)
+            errors = [m - s for s, m, _ in compared]
+            trusted = [good & np.isfinite(s) for s, _, good in compared]
+            e = rms([x[t] for x, t in zip(errors, trusted)])
+            size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
+            noise = floor(experiment, residual, values, errors, trusted)
+            relative = e / size if size else 0.0
+            comparisons.append(
+                Comparison(residual.name, residual.output, residual.unit, e, relative, noise, list(residual.components))
             )
-        )
-        if residual.kind == "gear" and experiment.steady:
-            points = _points(experiment, residual, compared[0])
-        if folder:
-            title = f"{rig.name}: {residual.output}, error {e:.3g} {residual.unit} rms" + (
-                f", {100 * e / size:.1f} % of the measured" if size else ""
-            )
-            everywhere = np.ones(experiment.layout.count, bool)
-            mending = Mending(experiment, residual, values, values, everywhere)
-            path = figures.traces(mending, folder / f"{residual.name}.png", compared, title)
-            drawn.append(path.name)
-            write_csv(_table(experiment, compared), folder / f"{residual.name}.csv")
+            if residual.kind == "gear" and experiment.steady:
+                points = _points(experiment, residual, compared[0])
+            if folder:
+                title = f"{rig.name}: {residual.output}, error {e:.3g} {residual.unit} rms" + (
+                    f", {100 * relative:.1f} % of the measured" if size else ""
+                )
+                everywhere = np.ones(experiment.layout.count, bool)
+                mending = Mending(experiment, residual, values, values, everywhere)
+                name = residual.name.replace(" ", "_")
+                path = figures.traces(mending, folder / f"{name}.png", compared, title)
+                drawn.append(path.name)
+                write_csv(_table(experiment, compared), folder / f"{name}.csv")
     result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points, sanity)
     if folder:
         if points is not None:
@@ -142,6 +149,25 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool
             + "\n"
         )
     return result
+
+
+def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExperiment, dict[str, float]]]:
+    """What a diagnosis of this log compares, with values beside the nominal ones; and the whole drive, where the rig describes it.
+
+    A whole drive is read as its recorder read it, which is fitted: nothing of the drive is.
+    """
+    chosen, _ = whole_where_described(rig, runs)
+    experiment = DriveExperiment(chosen, runs)
+    parts = chosen.simulate != WHOLE
+    if parts:
+        yield experiment, {}
+    if parts and not asked(chosen, experiment):
+        return
+    everything = np.ones(experiment.layout.count, bool)
+    closed, problem = closed_loop(experiment, everything, {})
+    if place_jumps(closed, problem):
+        closed, problem = closed_loop(experiment, everything, {})
+    yield closed.whole(), recorded(problem, {}, {})
 
 
 def _by_fmu(experiment: DriveExperiment, residual: Residual, values: dict, folder: Path | None):

@@ -323,3 +323,17 @@ def test_parameters_of_one_log(tmp_path):
     path.write_text(path.read_text() + '[logs."kp100*"]\n"controller.angle_gain" = 0.3\n')
     rig = rigs.load(path)
     assert rig.of_log("kp100_sin.csv") == {"controller.angle_gain": 0.3} and rig.of_log("kp200_sin.csv") == {}
+
+
+def test_what_a_controller_is_told_of_its_drive_is_said_once(tmp_path):
+    """Its ratio, and what of motor and gear it holds a load by, are the drive's, unless the rig says them of it."""
+    drive = {"reducer.gear_ratio": 60.0, "reducer.wedge_angle": 0.05, "motor.resistance": 1.5, "motor.torque_constant": 0.04}
+    given = drive | {"controller.angle_gain": 100.0, "controller.resistance": 1.2}
+    path = tmp_path / "rig.toml"
+    text = lambda values: "".join(f'"{name}" = {value}\n' for name, value in values.items())
+    head = '[rig]\nkind = "forward"\n[columns]\n"motor.voltage" = "u"\n[parameters]\n'
+    path.write_text(head + text(given))
+    told = {"controller.gear_ratio": 60.0, "controller.wedge_angle": 0.05, "controller.torque_constant": 0.04}
+    assert rigs.load(path).parameters == given | told
+    path.write_text(head + text(drive))
+    assert rigs.load(path).parameters == drive

@@ -9,9 +9,15 @@ import pytest
 from lxml import html
 
 from selflock.diagnosis import replay
+from selflock.diagnosis.data.gathered import gathered
+from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.output import extend
 from selflock.diagnosis.pipeline.replay import Comparison, Replay
+from selflock.diagnosis.pipeline.run import whole_where_described
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+
+from ..plant import bench
 
 ROOT = Path(__file__).parents[3]
 WORM = ROOT.parent / "shared" / "data" / "worm_drive" / "steady_state.csv"
@@ -123,3 +129,30 @@ def test_a_notebook_shows_the_numbers_and_the_first_picture(tmp_path, hostile):
     told.folder, told.figures = tmp_path, ["gear.png", "other.png"]
     tree = html.fragments_fromstring(told._repr_html_())
     assert tree[1].get("src") == "data:image/png;base64,YSBwaWN0dXJl"
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """Rig and log of the hidden plant with nothing missing; its rig describes the whole loop."""
+    return bench.hide([], seed=10_002, duration=4.0).write(tmp_path_factory.mktemp("sound"))[:2]
+
+
+def test_parts_are_shown_and_beside_them_the_whole_drive_that_the_rig_describes(sound):
+    rig = load(sound[0])
+    parts = [residual.name for residual in DriveExperiment(rig, gathered(sound[1], rig)[0]).residuals]
+    found = replay(*sound, None).comparisons
+    whole = found[len(parts) :]
+    assert [one.name for one in found[: len(parts)]] == parts
+    assert {one.output for one in whole} >= {"controller.voltage", "motor.current", "load.angle"}
+    assert all(one.error < 2.0 * one.noise_floor for one in whole)  # it is sound
+
+
+def test_it_compares_what_a_diagnosis_judges(sound, tmp_path):
+    """A log that was not taken in step with its controller is judged as a whole drive, and is shown so."""
+    (tmp_path / "rig.toml").write_text(sound[0].read_text() + '"controller.sample_period" = 0.0013\n')
+    rig = load(tmp_path / "rig.toml")
+    runs = gathered(sound[1], rig)[0]
+    chosen, why = whole_where_described(rig, runs)
+    assert chosen.simulate == "whole" and "period of its own" in why
+    judged = [residual.name for residual in DriveExperiment(chosen, runs).residuals]
+    assert [one.name for one in replay(rig.path, sound[1], None).comparisons] == judged

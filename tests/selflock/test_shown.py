@@ -9,7 +9,8 @@ import pytest
 from lxml import html
 from rich.console import Console
 
-from selflock import cli, master
+from selflock import master
+from selflock.commands import terminal
 from selflock.diagnosis import diagnose
 from selflock.fmus.build import build
 from selflock.fmus.shown import policy, visible
@@ -138,9 +139,11 @@ def test_documentation_of_fmus(tmp_path, harmless):
 def test_a_terminal_is_told_names_as_they_are(monkeypatch, capsys):
     for console in ("console", "errors"):
         monkeypatch.setattr(
-            cli, console, Console(markup=False, emoji=False, force_terminal=True, width=200, stderr=console == "errors")
+            terminal, console, Console(markup=False, emoji=False, force_terminal=True, width=200, stderr=console == "errors")
         )
-    cli.say("a [link=http://x]b[/link] [red]c :smile: \x1b]8;;http://x\x07d\x1b[2J \u202eback \udce9.csv\ntwo", highlight=False)
+    terminal.say(
+        "a [link=http://x]b[/link] [red]c :smile: \x1b]8;;http://x\x07d\x1b[2J \u202eback \udce9.csv\ntwo", highlight=False
+    )
     said = capsys.readouterr().out
     assert "\x1b" not in said and said.splitlines()[1] == "two"
     assert "[link=http://x]b[/link] [red]c :smile: \\x1b]8;;http://x\\x07d\\x1b[2J \\u202eback \\udce9.csv" in said

@@ -52,8 +52,8 @@ def read_folder(folder: Path) -> tuple[EffectFile, ...]:
     """The effect files of a folder, in order of their names; those that begin with _ are none. Raises EffectError."""
     try:
         paths = sorted(path for path in folder.iterdir() if path.suffix == ".py" and not path.name.startswith("_"))
-    except OSError as error:
-        raise EffectError(f"{folder}: cannot be read ({error.strerror}). {SHOWN_BY}.") from None
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in its name
+        raise EffectError(f"{folder}: cannot be read ({getattr(error, 'strerror', error)}). {SHOWN_BY}.") from None
     if not paths:
         raise EffectError(f"{folder}: holds no effect file (.py). {SHOWN_BY}.")
     if len(paths) > MOST_FILES:

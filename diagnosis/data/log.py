@@ -94,7 +94,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
             data[column.signal] = _si(path, np.full(len(table), column.value), "", column, rig)
             continue
         header = _find(path, table, column.column, rig)
-        data[column.signal] = _si(path, _numbers(path, table, header), header, column, rig)
+        data[column.signal] = _possible(_si(path, _numbers(path, table, header), header, column, rig))
     time, began = _time(path, table, rig), _began(table, rig)
     if rig.valid:
         data[VALID] = (_numbers(path, table, _find(path, table, rig.valid, rig)) != 0.0).astype(float)
@@ -173,7 +173,13 @@ def _run_names(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
             f'speed cannot be judged by it: copy {rig.path.name} with kind = "inverse" and without run, with the parameters that were found, and '
             f"selflock replay that on {path.name}."
         )
-    return table[_find(path, table, rig.run, rig)].astype(str).to_numpy()
+    header = _find(path, table, rig.run, rig)
+    if (empty := np.flatnonzero(table[header].isna() | (table[header].astype(str).str.strip() == ""))).size:
+        raise DataError(
+            f"{path}: line {_line(table, empty[0])}, column {header!r} is empty, and in {empty.size} lines in all: it tells runs apart. "
+            "Write in each line of which run it is, or leave such lines out."
+        )
+    return table[header].astype(str).to_numpy()
 
 
 def _line(table: pd.DataFrame, row: int) -> int:
@@ -210,6 +216,11 @@ def _si(path: Path, values: np.ndarray, header: str, column: LogColumn, rig: Rig
         return column.factor * column.nominal * values * _share(path, header, column, rig) + column.offset
     factor, offset = _conversion(path, header, column, wanted, rig)
     return column.factor * (factor * values + offset) + column.offset
+
+
+def _possible(values: np.ndarray) -> np.ndarray:
+    """Numbers whose square is beyond any double are no measurement: not finite, as those that are beyond any themselves."""
+    return np.where(np.abs(values) < np.sqrt(np.finfo(float).max), values, np.nan)
 
 
 def _unwrapped(values: np.ndarray, period: float) -> np.ndarray:

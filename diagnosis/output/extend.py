@@ -7,7 +7,8 @@ must give the same error.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from glob import escape
 from pathlib import Path
@@ -15,6 +16,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from fmpy import read_model_description
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 from selflock.fmus import chain, temporary
@@ -23,6 +25,7 @@ from selflock.fmus.errors import SelflockError
 from selflock.master.archive import unpack
 
 from ..data.rig import split
+from ..errors import DataError
 from ..residuals import phase
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import COMPONENTS, as_fmu, law
@@ -172,6 +175,7 @@ class _Fmu:
     """One FMU under FMPy, between its initialization and its end."""
 
     def __init__(self, path: Path, before: dict, inputs: tuple[str, ...], outputs: tuple[str, ...], first: list[float]):
+        self.path, self.inputs = path, inputs
         description = read_model_description(path)
         reference = {v.name: v.valueReference for v in description.modelVariables}
         self.given, self.wanted = [reference[n] for n in inputs], [reference[n] for n in outputs]
@@ -188,22 +192,40 @@ class _Fmu:
         self.slave.setupExperiment(startTime=0.0)
         for name, value in before.items():
             (self.slave.setBoolean if isinstance(value, bool) else self.slave.setReal)([reference[name]], [value])
-        self.slave.setReal(self.given, first)
-        self.slave.enterInitializationMode()
-        self.slave.exitInitializationMode()
-        self.time = 0.0
+        self.time, self.fine = 0.0, True
+        with self._asked(first):
+            self.slave.setReal(self.given, first)
+            self.slave.enterInitializationMode()
+            self.slave.exitInitializationMode()
+
+    @contextmanager
+    def _asked(self, row: list[float]) -> Iterator[None]:
+        """What is asked of it under these inputs. Raises DataError where it refuses, and has ended it then."""
+        try:
+            yield
+        except FMICallException:
+            self.close()
+            given = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.inputs, row))
+            raise DataError(
+                f"{self.path.name} has no result at t = {self.time:.9g} s of the log for {given}: numbers beyond what a drive does. Leave such "
+                "samples out, or look at the unit and the factor of their column."
+            ) from None
 
     def step(self, row: list[float], size: float) -> list[float]:
-        self.slave.setReal(self.given, row)
-        if size > 0.0:
-            self.slave.doStep(self.time, size)
-            self.time += size
-        return self.slave.getReal(self.wanted)
+        with self._asked(row):
+            self.slave.setReal(self.given, row)
+            if size > 0.0:
+                self.slave.doStep(self.time, size)
+                self.time += size
+            return self.slave.getReal(self.wanted)
 
     def close(self) -> None:
-        self.slave.terminate()
-        self.slave.freeInstance()
-        temporary.remove(self.room)
+        if self.fine:
+            self.fine = False
+            with suppress(FMICallException):  # after an error nothing is terminated
+                self.slave.terminate()
+            self.slave.freeInstance()
+            temporary.remove(self.room)
 
 
 SETPOINTS = {"angle_setpoint": "log.angle_setpoint", "speed_setpoint": "log.speed_setpoint"}

@@ -6,6 +6,7 @@ import os
 import zipfile
 
 import inputs
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -14,6 +15,7 @@ from selflock.diagnosis import plan, replay, rig_init, track
 from selflock.diagnosis.data.rig import load as load_rig
 from selflock.diagnosis.tracking.logs import logs_of
 from selflock.fmus.build import built
+from selflock.fmus.effect_file import read_folder
 from selflock.fmus.errors import SelflockError
 from selflock.info import info
 from selflock.master.errors import DescriptionError
@@ -103,6 +105,46 @@ def test_cells_of_a_log(tmp_path, text):
         assert "log.csv" in str(error)
 
 
+def a_motion(folder, beyond):
+    """A log of a motion with a whole stretch of such speeds, and its rig."""
+    time = [0.001 * k for k in range(1500)]
+    speed = [60.0 * math.sin(3.0 * t) for t in time]
+    torque = [math.copysign(0.1, w) for w in speed]
+    speed[700:706] = 6 * [beyond]
+    pd.DataFrame({"time": time, "speed": speed, "torque": torque}).to_csv(folder / "log.csv", index=False)
+    (folder / "rig.toml").write_text(inputs.RIG.replace('run = "run"\n', ""))
+    return folder / "rig.toml", folder / "log.csv"
+
+
+@pytest.mark.parametrize("beyond", [1e300, -1e308])
+def test_speeds_beyond_any_measurement(tmp_path, beyond):
+    (found,) = [fault for fault in replay(*a_motion(tmp_path, beyond), None).faults if fault["kind"] == "non-finite"]
+    assert (found["first"], found["last"], found["channel"]) == (700, 705, "reducer.input_speed")
+
+
+def test_a_refusal_of_an_fmu_on_a_log_is_one_message(tmp_path):
+    from selflock.diagnosis.output.extend import GEAR, _play
+
+    with pytest.raises(
+        SelflockError, match="Reducer.fmu has no result at t = 0 s of the log for imposed_angle = 0, imposed_speed = inf"
+    ):
+        _play(
+            built("Reducer"),
+            {"kinematic": True},
+            GEAR,
+            [np.array([0.0]), *3 * [np.array([math.inf])]],
+            np.zeros(1),
+            [np.zeros(1)],
+        )
+
+
+def test_empty_cells_of_the_column_that_tells_runs_apart(tmp_path):
+    (tmp_path / "rig.toml").write_text(inputs.RIG)
+    (tmp_path / "log.csv").write_text(log(run=""))
+    with pytest.raises(SelflockError, match="line 3, column 'run' is empty, and in 160 lines in all"):
+        replay(tmp_path / "rig.toml", tmp_path / "log.csv", None)
+
+
 def test_two_columns_of_one_name(tmp_path):
     (tmp_path / "x.csv").write_text("time [s],a.b,a.b\n0.0,1.0,2.0\n")
     with pytest.raises(SelflockError, match="'a.b' is there twice"):
@@ -144,6 +186,8 @@ def test_a_zero_byte_in_the_name_of_a_file(tmp_path, name):
         master.read(tmp_path / name)
     with pytest.raises(SelflockError):
         read_study(tmp_path / "a\0b.toml")
+    with pytest.raises(SelflockError):
+        read_folder(tmp_path / "a\0b")
 
 
 def test_a_key_of_dots_without_end(tmp_path):

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from selflock.ending import Watched
+from selflock.ending import Watched, leave
 from selflock.fmus.errors import Interrupted, SelflockError
 from selflock.fmus.shown import visible
 from selflock.verbose import Anywhere, listen
@@ -70,7 +70,17 @@ def selflock(
 
 
 def main() -> None:
-    """Entry of the `selflock` command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM."""
+    """Entry of the `selflock` command, and all that its process does."""
+    try:
+        command()
+    except KeyboardInterrupt:  # as it ended anyway
+        sys.exit(130)
+    finally:
+        leave()
+
+
+def command() -> None:
+    """A command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM."""
     try:
         with Watched(errors) as watched:
             app()
@@ -78,12 +88,18 @@ def main() -> None:
         errors.print(visible(str(stopped)), highlight=False)
         sys.exit(watched.code)
     except Exception as error:
-        if not watched.asked:
+        if not watched.asked or _is_time_up(error):
             _failed(error)
-            sys.exit(2)
+            sys.exit(watched.code if watched.asked else 2)
         said = str(error).partition("\n")[0]  # a reader in C makes an error of its own of the user's Ctrl-C
         errors.print(visible(f"Stopped; what was under way ended with: {said}"), highlight=False)
         sys.exit(watched.code)
+
+
+def _is_time_up(error: Exception) -> bool:
+    """Whether it was no user's Ctrl-C but `--max-time`, which comes by the same signal."""
+    told = sys.modules.get("selflock.master.errors")  # else nothing of it was loaded, and nothing ran
+    return told is not None and isinstance(error, told.TimeUp)
 
 
 def _failed(error: Exception) -> None:

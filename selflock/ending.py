@@ -16,6 +16,7 @@ from typing import Any
 
 from rich.console import Console
 
+from selflock.fmus import temporary
 from selflock.fmus.shown import visible
 
 GRACE = 5.0  # s that the command has to hear a signal by itself
@@ -62,8 +63,6 @@ class Watched:
 
     def _end(self, code: int) -> None:
         """End the process while its main thread does not answer."""
-        from selflock.fmus import temporary
-
         kept = []
         stops = sys.modules.get("selflock.master.stops")
         for one in list(stops.rescues) if stops else []:
@@ -82,3 +81,18 @@ class Watched:
             signal.set_wakeup_fd(self._wakeup)
             self._theirs.close()
             self._thread.join()
+
+
+def leave() -> None:
+    """The process is at its end, which takes a while: its temporary folders go, and a signal ends it without a word from now on.
+
+    What Python does at its end hears no signal as it should: it would leave the folders, or a traceback.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return
+    numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
+    for number in numbers:
+        signal.signal(number, signal.SIG_IGN)
+    temporary.clear()
+    for number in numbers:
+        signal.signal(number, signal.SIG_DFL)

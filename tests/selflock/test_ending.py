@@ -56,3 +56,32 @@ def test_a_stuck_fmu_is_ended_with_its_rows_kept(hostile, tmp_path, number, whol
     assert ("did not come to its end" if not process else "The run was stopped") in told
     assert read(rows)[0]["stranger.y"].to_list() == [0, 1, 2, 3, 4, 5]
     assert not list(temporary.iterdir())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_as_the_process_ends_leaves_nothing_and_no_traceback(tmp_path, number):
+    """Python takes a while to end: what was unpacked is gone before, and nobody listens any more."""
+    late = f"import atexit, os, time; atexit.register(lambda: (os.kill(os.getpid(), {int(number)}), time.sleep(60)))\n"
+    system = tmp_path / "x.toml"
+    system.write_text(
+        '[run]\nstop = 0.01\nstep = 0.001\n[components.m]\nfmu = "selflock:Motor"\nstart = { voltage = 1.0, speed = 0.0 }\n'
+    )
+    (tmp_path / "tmp").mkdir()
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND.replace("import sys;", late + "import sys;"), "run", system, "-o", tmp_path / "x.csv"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "TMPDIR": str(tmp_path / "tmp")},
+    )
+    assert done.returncode == -number and "Traceback" not in done.stderr and "Exception" not in done.stderr, done.stderr
+    assert len(read(tmp_path / "x.csv")[0]) == 11 and not list((tmp_path / "tmp").iterdir())
+
+
+def test_a_time_limit_is_told_as_one(tmp_path):
+    system = tmp_path / "x.toml"
+    system.write_text(
+        '[run]\nstop = 1e6\nstep = 0.001\n[components.m]\nfmu = "selflock:Motor"\nstart = { voltage = 1.0, speed = 0.0 }\n'
+    )
+    words = ["run", system, "-o", tmp_path / "x.csv", "--max-time", "0.5"]
+    done = subprocess.run([sys.executable, "-c", COMMAND, *words], capture_output=True, text=True)
+    assert done.returncode == 130 and done.stderr.strip().startswith("error: The run took more than its time limit"), done.stderr

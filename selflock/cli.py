@@ -72,14 +72,14 @@ def selflock(
 def main() -> None:
     """Entry of the `selflock` command, and all that its process does."""
     try:
-        command()
+        carry_out()
     except KeyboardInterrupt:  # as it ended anyway
         sys.exit(130)
     finally:
         leave()
 
 
-def command() -> None:
+def carry_out() -> None:
     """A command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM."""
     try:
         with Watched(errors) as watched:

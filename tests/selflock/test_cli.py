@@ -24,7 +24,7 @@ def typed(monkeypatch, capsys):
     def type_(*words) -> tuple[int, str, str]:
         monkeypatch.setattr("sys.argv", ["selflock", *map(str, words)])
         with pytest.raises(SystemExit) as end:
-            cli.command()
+            cli.carry_out()
         said = capsys.readouterr()
         return end.value.code or 0, said.out, said.err
 

@@ -39,7 +39,7 @@ class Look:
         if hypothesis.drifts:
             return self._ways(hypothesis, *self.all)
         found = self._ways(hypothesis, *self.near)
-        if self.asked and not (found and self._alike(max(found, key=lambda way: way.gain))):
+        if self.asked and found and not self._alike(max(found, key=lambda way: way.gain)):
             return self._ways(hypothesis, *self.all)
         return found
 

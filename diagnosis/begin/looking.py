@@ -39,9 +39,9 @@ class Looking:
             for n, w in self.words.items()
             if w.strength == 1 and not w.side and not w.role and all(t.isdigit() for t in w.rest)
         }
-        letters = Counter(words.tokens(n)[0] for n in bare)
-        for name in bare:
-            if letters[words.tokens(name)[0]] >= 3:
+        letters = Counter(words.tokens(w.header)[0] for w in bare.values())
+        for name, word in bare.items():
+            if letters[words.tokens(word.header)[0]] >= 3:
                 self.words[name] = Word(name, rest=())
 
     def _look(self, name: str, x: np.ndarray) -> bool:

@@ -80,7 +80,7 @@ def read(logs: Sequence[str | Path]) -> Raw:
     scalars = dict(tables[0].attrs.get("scalars", {})) if len(files) == 1 else {}
     whole = pd.concat(tables, ignore_index=True)
     whole.columns = [str(name) for name in whole.columns]
-    known = {name: words.read(name) for name in whole.columns}
+    known = {name: words.read(_without_whole(name, whole.columns)) for name in whole.columns}
     numbers, stamps, texts = {}, {}, {}
     for name in whole.columns[: RULES.begin.columns]:
         found = _numeric(whole[name])
@@ -126,6 +126,14 @@ def read(logs: Sequence[str | Path]) -> Raw:
                 values[name] = whole_x
     texts.pop(run, None)
     return Raw(files, known, clock, run, Columns(time, values, parts), len(whole), scalars, texts, notes)
+
+
+def _without_whole(name: str, columns: Sequence[str]) -> str:
+    """A column's name without that of the structure all are in, where it says no more than that it is a test: run.u is a voltage."""
+    whole = f"{name.partition('.')[0]}."
+    if words.read(whole).quantity == words.RUN and all(one.startswith(whole) for one in columns):
+        return name.removeprefix(whole)
+    return name
 
 
 def _filled(x: np.ndarray, parts: list[slice]) -> np.ndarray | None:

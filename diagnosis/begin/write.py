@@ -13,7 +13,7 @@ from selflock.fmus.shown import visible
 
 from ..data.rig import Rig
 from ..data.sanity import assumed
-from ..data.signals import along
+from ..data.signals import MOVES, along
 from .guess import LogGuess, Taken
 from .raw import LIKELY, SURE, UNSURE
 
@@ -87,6 +87,8 @@ def _lines(guess: LogGuess, kind: str, why: str, path: Path) -> Iterator[str]:
             yield 'hold_out = "every second run"  # which runs judge, where no --test log is given'
     if guess.linear:
         yield "linear = true  # m, m/s, N, kg stand for rad, rad/s, N.m, kg.m2"
+    elif kind and all(one.unsaid for name, one in guess.taken.items() if name in MOVES):
+        yield "# linear = true  # of a drive that pushes: m, m/s, N, kg stand for rad, rad/s, N.m, kg.m2, in the units below, too"
     if guess.valid:
         yield f"valid = {quoted(guess.valid)}  # where it is 0 samples are left out"
     if closed(guess, kind):

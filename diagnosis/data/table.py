@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 
 from ..errors import DataError
+from .structures import DEEPEST, LONGEST, MOST_NAMES, WIDEST, fields, of_hdf, of_matlab
 from .text import LOGS, form_of, read_text
 
 LARGEST = 4 << 30  # bytes of a file, and of what is unpacked of it
@@ -26,10 +27,6 @@ LARGEST_JSON = 512 << 20  # which is in memory several times over
 LARGEST_PACKED = 512 << 20  # of what is compressed in a MATLAB file, whose numbers may have a byte there and eight in memory
 LARGEST_BOOK = 50_000_000  # cells of a workbook
 COMPRESSED, PIECE = 15, 1 << 20  # an element's type in a MATLAB file; bytes
-WIDEST = 1000  # columns made of one matrix or of lists
-DEEPEST = 6  # structures in structures
-MOST_NAMES = 5000
-LONGEST = 300  # characters of a column's name; what is read of it may take their square
 TEXTS = {".csv", ".txt", ".tsv", ".dat", ".log", ".asc", ".lvm", ".tab", ".prn"}
 HDF = b"\x89HDF\r\n\x1a\n"
 BOOKS = {".xlsx", ".xlsm"}
@@ -158,7 +155,7 @@ def _mat(path: Path) -> pd.DataFrame:
         held = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
     except NotImplementedError:
         return _hdf(path)
-    return together(path, dict(_fields(held)), holds=", ".join(held))
+    return together(path, dict(fields({name: of_matlab(value) for name, value in held.items()})), holds=", ".join(held))
 
 
 def _unpacked(path: Path) -> int:
@@ -180,70 +177,24 @@ def _unpacked(path: Path) -> int:
     return total
 
 
-def _fields(held: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
-    """The arrays in structures, by name. An array of structures has them by label, as scopes of Simulink do, or by number."""
-    for name, value in held.items():
-        value = np.asarray(value)
-        if value.dtype.names and 1 <= value.size <= WIDEST and depth < DEEPEST:
-            every = value.reshape(-1)
-            labels = [""] if len(every) == 1 else _labels(every)
-            for label, only in zip(labels, every):
-                here = f"{prefix}{name}.{label}".rstrip(".")
-                within = {field: only[field] for field in value.dtype.names}
-                if label and "values" in within:
-                    yield from _fields({here: within.pop("values")}, "", depth + 1)
-                yield from _fields(within, f"{here}.", depth + 1)
-        elif value.dtype.kind in "fiubUS":
-            yield prefix + name, value
-
-
-def _labels(every: np.ndarray) -> list[str]:
-    """What tells the structures of an array apart: their labels or names, where each has its own, or their numbers."""
-    for field in ("label", "name"):
-        if field in (every.dtype.names or ()):
-            told = [str(np.squeeze(one[field])) if np.size(one[field]) == 1 else "" for one in every]
-            if all(told) and len({*told}) == len(told):
-                return told
-    return [str(k + 1) for k in range(len(every))]
-
-
 def _hdf(path: Path) -> pd.DataFrame:
-    """HDF5, as which MATLAB writes its version 7.3; what lies in other files is not followed."""
+    """HDF5, as which MATLAB writes its version 7.3."""
     import h5py
 
-    found: dict[str, np.ndarray] = {}
     total = 0
-    groups: set[Any] = set()  # one may hold itself, or another many times
 
-    def look(group: Any, prefix: str, depth: int) -> None:
+    def count(size: int) -> None:
         nonlocal total
-        if group.id in groups:
-            return
-        groups.add(group.id)
-        for name in group:
-            link = group.get(name, getlink=True)
-            if name.startswith("#") or not isinstance(link, h5py.HardLink) or len(found) > MOST_NAMES:
-                continue
-            value = group[name]
-            if isinstance(value, h5py.Group):
-                if depth < DEEPEST:
-                    look(value, f"{prefix}{name}.", depth + 1)
-            elif isinstance(value, h5py.Dataset) and value.dtype.kind in "fiub" and value.ndim <= 2:
-                if value.is_virtual or value.external or value.attrs.get("MATLAB_empty", 0):
-                    continue
-                if value.attrs.get("MATLAB_class") == b"char":
-                    continue
-                total += value.nbytes
-                _bounded(path, total, LARGEST)
-                found[prefix + name] = np.asarray(value[()])
+        total += size
+        _bounded(path, total, LARGEST)
 
     try:
         file = h5py.File(path, "r")
     except OSError:
         raise DataError(f"{path}: is neither a MATLAB file of version 7 or 7.3 nor HDF5. Export it again.") from None
     with file:
-        look(file, "", 0)
-    return together(path, found)
+        held = of_hdf(file, count)
+    return together(path, dict(fields(held)), holds=", ".join(held))
 
 
 def _numpy(path: Path, ending: str) -> pd.DataFrame:

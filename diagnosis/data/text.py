@@ -27,6 +27,8 @@ _POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _COMMA = re.compile(r"[+-]?(\d+|\d*,\d+)([eE][+-]?\d+)?")
 _NONE = {"", "nan", "inf", "-inf", "+inf", "none", "null", "na", "n/a", "#n/a", "-nan", "nan(ind)", "true", "false"}
 _CLOCK = re.compile(r"(\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T]?)?(\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?)?( ?[AP]M)?(Z|[+-]\d{2}:?\d{2})?")
+_DATE, _TIME_OF_DAY = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}"), re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
+_PAGE = re.compile(r"\s*<(!doctype|html|\?xml)\b", re.IGNORECASE)
 _UNITLESS = {"", "-", "1", "[-]", "[]", "()", "[1]", "(-)", "n/a", "none", "text", "bool"}
 
 
@@ -42,6 +44,8 @@ class Form:
 def read_text(path: Path) -> pd.DataFrame:
     """A text file as a table. attrs["first line"]: the line of the file that its first row was; "preamble": lines before it."""
     encoding, lines = _begin(path)
+    if _PAGE.match("\n".join(lines[:20])):
+        raise DataError(f"{path}: holds a page or XML, and no table. Save the log itself: {LOGS}.")
     separator, comma = _dialect(lines)
     rows = _cells(lines, separator)
     form = form_of(rows, comma)
@@ -113,6 +117,8 @@ def _dialect(lines: list[str]) -> tuple[str, bool]:
             for row in rows:
                 told = [cell for cell in row if cell]
                 numbers = sum(is_number(cell, comma) for cell in told)
+                if separator == " ":  # a date and its time of day are one cell where a tab stands behind them
+                    numbers -= sum(bool(_DATE.fullmatch(a) and _TIME_OF_DAY.fullmatch(b)) for a, b in zip(told, told[1:]))
                 score += numbers * (numbers / len(told)) ** 2 if told else 0.0
             if score > best * (1.0 + 1e-9):
                 best, found = score, (separator, comma)

@@ -133,6 +133,30 @@ def test_counts_get_their_number_from_a_speed_that_has_a_unit(tmp_path):
     )
 
 
+def test_a_motion_that_lacks_its_factor_is_one_all_the_same(tmp_path):
+    """Counts of nobody knows how many a turn: the kind is told, and what is wanted."""
+    table = {"t": T, "enc_counts": np.round(TRUTH["motor_angle"] * 4096 / (2 * pi)), "motor_voltage": TRUTH["voltage"]}
+    pd.DataFrame(table | {"motor_current": TRUTH["current"]}).to_csv(tmp_path / "log.csv", index=False)
+    begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
+    assert begun.kind == "forward" and begun.lacks.startswith("factor of column 'enc_counts'")
+
+
+@pytest.mark.parametrize("whole", ["run", "experiment"])
+def test_the_name_of_the_structure_that_all_are_in_claims_nothing(whole, tmp_path):
+    held = {"t": T, "u": TRUTH["voltage"], "i": TRUTH["current"], "speed": TRUTH["motor_speed"]}
+    scipy.io.savemat(tmp_path / "log.mat", {whole: held})
+    begun = rig_init([tmp_path / "log.mat"], tmp_path / "rig.toml")
+    assert begun.guess.raw.clock.column == f"{whole}.t" and begun.kind == "forward"
+    assert {one.column for one in begun.guess.taken.values()} == {f"{whole}.{name}" for name in ("u", "i", "speed")}
+
+
+def test_where_nobody_says_a_unit_the_drive_may_be_linear(tmp_path):
+    pd.DataFrame({"t": T, "q": TRUTH["angle"], "f": TRUTH["torque"]}).to_csv(tmp_path / "log.csv", index=False)
+    assert "# linear = true" in rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml").path.read_text()
+    logged(tmp_path / "said.csv", {"time": ("time", 1), "angle_deg": ("angle", DEG), "torque": ("torque", 1)})
+    assert "linear" not in rig_init([tmp_path / "said.csv"], tmp_path / "said.toml").path.read_text()
+
+
 def test_a_set_point_is_told_by_its_lead_where_no_name_says_it(tmp_path):
     rng = np.random.default_rng(5)
     angle = TRUTH["angle"] + 0.01 * rng.standard_normal(len(T))

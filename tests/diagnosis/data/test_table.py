@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -102,6 +103,20 @@ def _records():
     return [{"t": float(t), "motor": {"n": float(w)}, "m": float(m)} for t, w, m in zip(T, W, M)]
 
 
+def _array(file, name, every):
+    """An array of structures as MATLAB 7.3 has it."""
+    import h5py
+
+    for field in every[0]:
+        table = file.create_dataset(f"{name}/{field}", (len(every), 1), dtype=h5py.ref_dtype)
+        for k, one in enumerate(every):
+            text = isinstance(one[field], str)
+            value = np.array([[ord(c)] for c in one[field]], np.uint16) if text else one[field]
+            held = file.create_dataset(f"#refs#/{name}{field}{k}", data=value)
+            held.attrs["MATLAB_class"] = np.bytes_("char" if text else "double")
+            table[k, 0] = held.ref
+
+
 def _write(path, how):
     matrix = np.column_stack([T, W, M])
     if how == "matrix.mat":
@@ -140,6 +155,11 @@ def _write(path, how):
             file["log/t"], file["log/y"] = T[None], np.vstack([W, M]).T
             file["elsewhere"] = h5py.ExternalLink("/etc/passwd", "x")
         return "log.t", "log.y.1", "log.y.2"
+    if how == "scope7.3.mat":  # an array of structures, as dSPACE records, in version 7.3: tables of references
+        with pytest.importorskip("h5py").File(path, "w", userblock_size=512) as file:
+            file["X/Data"] = T[None]
+            _array(file, "Y", [{"Name": "omega", "Unit": "rad/s", "Data": W[None]}, {"Name": "torque", "Unit": "N.m", "Data": M[None]}])  # fmt: skip
+        return "X.Data", "Y.omega [rad/s]", "Y.torque [N.m]"
     if how == "columns.json":
         path.write_text(json.dumps({"info": {"kp": 3}, "t": T.tolist(), "n": W.tolist(), "m": M.tolist()}))
         return "t", "n", "m"
@@ -178,7 +198,7 @@ def _write(path, how):
 
 
 FORMS = ["matrix.mat", "lying.mat", "struct.mat", "7.3.mat", "columns.json", "records.json", "entries.json", "lines.jsonl", "plain.npy",
-         "named.npy", "several.npz", "lists.parquet", "book.xlsx", "scope.mat", "unlabelled.mat", "ros.jsonl", "labview.lvm"]  # fmt: skip
+         "named.npy", "several.npz", "lists.parquet", "book.xlsx", "scope.mat", "unlabelled.mat", "scope7.3.mat", "ros.jsonl", "labview.lvm"]  # fmt: skip
 
 
 @pytest.mark.parametrize("how", FORMS)
@@ -188,6 +208,41 @@ def test_other_forms_give_the_same_channels(how, tmp_path):
     np.testing.assert_allclose(run.time, T, atol=1e-9)
     np.testing.assert_allclose(run.signals["reducer.input_speed"], W, atol=1e-12)
     np.testing.assert_allclose(run.signals["motor.torque"], M, atol=1e-12)
+
+
+@pytest.mark.parametrize("version", ["7.3", "5"])
+def test_an_array_of_structures_with_times_of_their_own_is_runs(version, tmp_path):
+    cut = [slice(0, 150), slice(150, 400)]
+    every = [{"t": T[part] - T[part.start], "n": W[part], "m": M[part]} for part in cut]
+    path = tmp_path / "runs.mat"
+    if version == "5":
+        runs = np.zeros(2, [(name, "O") for name in "tnm"])
+        runs[:] = [tuple(one.values()) for one in every]
+        scipy.io.savemat(path, {"log": runs})
+    else:
+        with pytest.importorskip("h5py").File(path, "w", userblock_size=512) as file:
+            _array(file, "log", every)
+    given = rig(tmp_path, 'column = "log.t"', 'column = "log.n"', 'column = "log.m"')
+    found = read(path, replace(given, run="log.run"))
+    assert [len(run) for run in found] == [150, 250] and [run.time[0] for run in found] == [0.0, 0.0]
+    np.testing.assert_array_equal(np.concatenate([run.signals["reducer.input_speed"] for run in found]), W)
+
+
+def test_cells_and_nested_structures_of_7_3_have_names(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "log.mat", "w", userblock_size=512) as file:
+        file["#refs#/a"], file["#refs#/b"] = T[None], W[None]
+        cells = file.create_dataset("cells", (2, 1), dtype=h5py.ref_dtype)
+        cells.attrs["MATLAB_class"] = np.bytes_("cell")
+        cells[0, 0], cells[1, 0] = file["#refs#/a"].ref, file["#refs#/b"].ref
+        file["log/motor/torque"] = M[None]
+    assert list(table(tmp_path / "log.mat")) == ["cells.1", "cells.2", "log.motor.torque"]
+
+
+def test_a_page_is_no_log(tmp_path):
+    (tmp_path / "log.csv").write_text("\n<!DOCTYPE html>\n<html><body>Please log in</body></html>\n" * 40)
+    with pytest.raises(DataError, match="holds a page or XML, and no table"):
+        table(tmp_path / "log.csv")
 
 
 def test_what_would_run_or_burst_is_refused(tmp_path, monkeypatch):
@@ -297,6 +352,16 @@ def test_dates_and_times_of_day_are_times(how, tmp_path):
     (tmp_path / "log.csv").write_text("\n".join(["time;n;m", *rows]))
     (run,) = read(tmp_path / "log.csv", rig(tmp_path))
     np.testing.assert_allclose(run.time, T, atol=2e-6)
+
+
+def test_a_date_with_its_time_of_day_is_one_cell_between_tabs(tmp_path):
+    """A blank would make as many numbers of each line, and other columns."""
+    stamps = STAMPS["german"](T).str.replace(",", ".")
+    pd.DataFrame({"Date/Time": stamps, "n [1/min]": W, "M [mNm]": M}).to_csv(tmp_path / "log.txt", sep="\t", index=False)
+    assert list(table(tmp_path / "log.txt")) == ["Date/Time", "n [1/min]", "M [mNm]"]
+    lines = (tmp_path / "log.txt").read_text().replace("\t", " ").splitlines()[1:]
+    (tmp_path / "blanks.txt").write_text("\n".join(["day clock n m", *lines]))
+    assert list(table(tmp_path / "blanks.txt")) == ["day", "clock", "n", "m"]
 
 
 def test_a_log_without_a_time_has_the_rigs_step(tmp_path):

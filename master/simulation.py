@@ -85,6 +85,10 @@ def run(
         if error.args:
             raise
         raise stops.error("The run", "it had not begun") from None
+    except PartFailed as error:  # an FMU in Python meets the interrupt while it is made, and there is none
+        if not stops.asked or error.result is not None:
+            raise
+        raise stops.error("The run", "it had not begun") from None
 
 
 def prepared(

@@ -81,11 +81,12 @@ def main() -> None:
 
 def carry_out() -> None:
     """A command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM."""
+    watched = Watched(errors)
     try:
-        with Watched(errors) as watched:
+        with watched:
             app()
-    except Interrupted as stopped:
-        errors.print(visible(str(stopped)), highlight=False)
+    except (Interrupted, KeyboardInterrupt) as stopped:
+        errors.print(visible(str(stopped) or "Stopped."), highlight=False)
         sys.exit(watched.code)
     except Exception as error:
         if not watched.asked or _is_time_up(error):

@@ -156,6 +156,18 @@ def test_ctrl_c_is_the_user_whoever_meets_it(system, tmp_path, heard, ending, mo
         assert master.read(path)[0]["w.t"].to_numpy() == pytest.approx(0.1 * np.arange(round(at / 0.1) + 1))
 
 
+def test_ctrl_c_is_the_user_while_an_fmu_is_made(system, monkeypatch):
+    class Unborn(small_parts.Waits):
+        def __init__(self, name, **options):
+            super().__init__(name, **options)
+            self.heard = "told"
+            self.hear(0.0, 0.0)
+
+    monkeypatch.setattr(small_parts, "Unborn", Unborn, raising=False)
+    with pytest.raises(KeyboardInterrupt, match="The run was stopped; it had not begun"):
+        master.run(system({"w": ("Unborn", {})}, stop=1.0, step=0.1))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("inside", ["main thread", "background", "another thread"])
 def test_a_run_has_a_time_limit(system, tmp_path, inside, monkeypatch):

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import json
 import sys
+from _thread import get_ident
 from dataclasses import replace
 from hashlib import sha256
 from math import inf, nan
@@ -84,6 +85,8 @@ class Slave(Fmi2Slave):
     _plain = 0  # so many leading inputs need no look beyond "is it finite?"
     _other: frozenset[int] = frozenset()  # places of what is no Real
 
+    pure = True  # a step is a function of numbers alone, which may be made again; False: whoever calls must go through `do_step`
+
     script_globals: list[dict] = []  # see fmus.build.SCRIPT
 
     def __init_subclass__(cls, **kwargs: Any):
@@ -114,6 +117,8 @@ class Slave(Fmi2Slave):
         self._parameters: Any = None
         self._state: Any = None
         self._advance: Callable = _unready
+        made = sys.__dict__.setdefault("_selflock_made", {})
+        made[get_ident()] = self  # whoever makes slaves finds it there: loader/door.c
         while self.resources in sys.path:  # pythonfmu's library put it there: other FMUs' imports would look there
             sys.path.remove(self.resources)
 
@@ -210,6 +215,35 @@ class Slave(Fmi2Slave):
         self._state = state
         v[first : self._first_parameter] = out
         return True
+
+    def door(self) -> tuple | None:
+        """What a step needs, for a host that calls `advance` itself: it, parameters, state, how many inputs and outputs, their values.
+
+        None where a step is more than that, or something stands against it. `shut` is called before anything else is.
+        """
+        plain = self.pure and type(self).do_step is Slave.do_step and self._plain == self._first_output
+        if (
+            not plain
+            or self._fault
+            or self._unfit
+            or self._phase != STEPPING
+            or not self._other.isdisjoint(range(self._first_parameter))
+        ):
+            return None
+        values = tuple(self._values[: self._first_parameter])
+        return (
+            self._advance,
+            self._parameters,
+            self._state,
+            self._first_output,
+            self._first_parameter - self._first_output,
+            values,
+        )
+
+    def shut(self, state: Any, values: tuple[float, ...]) -> None:
+        """Take over the state, inputs and outputs that steps through `door` led to."""
+        self._state = state
+        self._values[: self._first_parameter] = values
 
     def _refuse(self, time: float, size: float) -> bool:
         """No step, and why; or one with parameters that were tuned."""

@@ -47,6 +47,8 @@ class RobotFmu(Slave):
     outputs = tuple(replace(row, nominal=NOMINAL.get(row.unit)) for row in map(tables.output, tables.OUTPUTS))
     parameters = tables.PARAMETERS
 
+    pure = False  # the vehicle is its own state
+
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         _vehicle(self.identity)  # what is missing is told here, where a host stops: no instance

@@ -1,8 +1,8 @@
 """The binaries of an FMU.
 
 pythonfmu's library for Linux loads in a Python process only (its issue 202). So the FMU's binary is a small library of
-our own (forward.c, python.c), which brings a Python where there is none and passes every call on to pythonfmu's library
-beside it. It is compiled here once, by the C compiler that CC names, or cc, and kept in the user's cache. Without a compiler
+our own (forward.c, door.c, python.c), which brings a Python where there is none, makes plain steps itself and passes every
+other call on to pythonfmu's library beside it. It is compiled here once, by the C compiler that CC names, or cc, and kept in the user's cache. Without a compiler
 the FMU gets pythonfmu's library alone and a warning tells that it will run in Python hosts only. On Windows it is pythonfmu's
 library always.
 """
@@ -25,7 +25,7 @@ from ..cache import kept, write
 
 HERE = Path(__file__).parent
 PYTHONFMU = Path(pythonfmu.__file__).parent / "resources" / "binaries"
-SOURCES = ("forward.c", "python.c")
+SOURCES = ("forward.c", "door.c", "python.c")
 OPTIONS = (
     "-std=gnu11",
     "-O2",
@@ -74,7 +74,7 @@ def _compiled(program: str) -> bytes | str:
     def make(path: Path) -> None:
         with tempfile.TemporaryDirectory() as folder:
             library = Path(folder) / "loader.so"
-            command = [program, *OPTIONS, "-o", str(library), *SOURCES, "-ldl", "-lpthread"]
+            command = [program, *OPTIONS, "-o", str(library), *SOURCES, "-ldl", "-lm", "-lpthread"]
             subprocess.run(command, cwd=HERE, capture_output=True, text=True, check=True)
             write(path, library.read_bytes())
 

@@ -7,8 +7,10 @@
      - an instance that the host frees is kept and given out again, reset: pythonfmu's library loses about 1 kB at
        every instantiation, and its states are freed with the instance
      - a state that the slave did not give out is refused, and so is every call after a fatal one
-     - another GUID than that of the FMU makes no instance */
+     - another GUID than that of the FMU makes no instance
+     - the calls of a step go the short way where the slave has one (door.c) */
 #define _GNU_SOURCE
+#include "door.h"
 #include "fmi2.h"
 #include "python.h"
 
@@ -31,12 +33,9 @@ typedef const fmi2ValueReference *References;
     F(EnterInitializationMode, (fmi2Component c), (i)) \
     F(ExitInitializationMode, (fmi2Component c), (i)) \
     F(Terminate, (fmi2Component c), (i)) \
-    F(Reset, (fmi2Component c), (i)) \
-    F(GetReal, (fmi2Component c, References r, size_t n, fmi2Real *v), (i, r, n, v)) \
     F(GetInteger, (fmi2Component c, References r, size_t n, fmi2Integer *v), (i, r, n, v)) \
     F(GetBoolean, (fmi2Component c, References r, size_t n, fmi2Boolean *v), (i, r, n, v)) \
     F(GetString, (fmi2Component c, References r, size_t n, fmi2String *v), (i, r, n, v)) \
-    F(SetReal, (fmi2Component c, References r, size_t n, const fmi2Real *v), (i, r, n, v)) \
     F(SetInteger, (fmi2Component c, References r, size_t n, const fmi2Integer *v), (i, r, n, v)) \
     F(SetBoolean, (fmi2Component c, References r, size_t n, const fmi2Boolean *v), (i, r, n, v)) \
     F(SetString, (fmi2Component c, References r, size_t n, const fmi2String *v), (i, r, n, v)) \
@@ -45,13 +44,18 @@ typedef const fmi2ValueReference *References;
     F(SetRealInputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, const fmi2Real *v), \
       (i, r, n, o, v)) \
     F(GetRealOutputDerivatives, (fmi2Component c, References r, size_t n, const fmi2Integer *o, fmi2Real *v), (i, r, n, o, v)) \
-    F(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n), (i, t, h, n)) \
     F(CancelStep, (fmi2Component c), (i)) \
     F(GetStatus, (fmi2Component c, fmi2StatusKind k, fmi2Status *v), (i, k, v)) \
     F(GetRealStatus, (fmi2Component c, fmi2StatusKind k, fmi2Real *v), (i, k, v)) \
     F(GetIntegerStatus, (fmi2Component c, fmi2StatusKind k, fmi2Integer *v), (i, k, v)) \
     F(GetBooleanStatus, (fmi2Component c, fmi2StatusKind k, fmi2Boolean *v), (i, k, v)) \
     F(GetStringStatus, (fmi2Component c, fmi2StatusKind k, fmi2String *v), (i, k, v))
+
+/* those that may go the short way; another condition than that of their status before them */
+#define STEP_FUNCTIONS(F) \
+    F(SetReal, (fmi2Component c, References r, size_t n, const fmi2Real *v), (i, r, n, v), door_set(it->door, r, n, v)) \
+    F(GetReal, (fmi2Component c, References r, size_t n, fmi2Real *v), (i, r, n, v), door_get(it->door, r, n, v)) \
+    F(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n), (i, t, h, n), door_step(it->door, t, h))
 
 #define STATE_FUNCTIONS(F) \
     F(GetFMUstate, (fmi2Component c, fmi2FMUstate *s), ) \
@@ -66,13 +70,16 @@ static struct { /* pythonfmu's functions */
     fmi2Component (*Instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean,
                                  fmi2Boolean);
     void (*FreeInstance)(fmi2Component);
-#define DECLARE(name, parameters, arguments) fmi2Status(*name) parameters;
+    fmi2Status (*Reset)(fmi2Component);
+#define DECLARE(name, parameters, ...) fmi2Status(*name) parameters;
     SIMPLE_FUNCTIONS(DECLARE)
+    STEP_FUNCTIONS(DECLARE)
     STATE_FUNCTIONS(DECLARE)
 } to;
 
 typedef struct Instance {
     fmi2Component slave; /* pythonfmu's component */
+    Door *door;          /* the short way to it, where it has one */
     fmi2CallbackFunctions own, host;
     char *name, *resources, *link; /* link: folder in the temporary folder that holds a plain path to the resources */
     char content[128];             /* of slavemodule.txt, which names the content of the FMU */
@@ -118,6 +125,7 @@ static Instance *called(fmi2Component c)
 {
     Instance *it = c;
     if (!it || it->dead) return NULL;
+    door_shut(it->door);
     it->said = fmi2OK;
     return it;
 }
@@ -139,6 +147,32 @@ static fmi2Status judged(Instance *it, fmi2Status status)
         return judged(it, to.name arguments); \
     }
 SIMPLE_FUNCTIONS(FORWARD)
+
+#define FORWARD_STEP(name, parameters, arguments, done) \
+    FMI2_EXPORT fmi2Status fmi2##name parameters \
+    { \
+        Instance *it = c; \
+        if (it && !it->dead && done) return fmi2OK; \
+        if (!(it = called(c))) return fmi2Fatal; \
+        fmi2Component i = it->slave; \
+        return judged(it, to.name arguments); \
+    }
+STEP_FUNCTIONS(FORWARD_STEP)
+
+/* pythonfmu makes another slave. */
+static fmi2Status begun_anew(Instance *it)
+{
+    door_before();
+    fmi2Status status = to.Reset(it->slave);
+    it->door = door_of(it->door);
+    return status;
+}
+
+FMI2_EXPORT fmi2Status fmi2Reset(fmi2Component c)
+{
+    Instance *it = called(c);
+    return it ? judged(it, begun_anew(it)) : fmi2Fatal;
+}
 
 FMI2_EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 FMI2_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
@@ -345,10 +379,12 @@ static int opened(const char *folder, char *why, size_t size)
         return 0;
     }
     int whole = 1;
-#define FIND(name, parameters, arguments) whole = (to.name = dlsym(library, "fmi2" #name)) && whole;
+#define FIND(name, ...) whole = (to.name = dlsym(library, "fmi2" #name)) && whole;
     FIND(Instantiate, , )
     FIND(FreeInstance, , )
+    FIND(Reset, , )
     SIMPLE_FUNCTIONS(FIND)
+    STEP_FUNCTIONS(FIND)
     STATE_FUNCTIONS(FIND)
     if (whole) {
         to.library = library;
@@ -414,9 +450,11 @@ static int quicken(Instance *it, fmi2String guid, fmi2Boolean visible)
 {
     it->own = it->host, it->own.logger = heard, it->own.componentEnvironment = it;
     it->said = fmi2OK;
-    if (it->slave) return to.Reset(it->slave) == fmi2OK;
+    if (it->slave) return begun_anew(it) == fmi2OK;
     char *plain = plain_path(it->resources, &it->link);
+    door_before();
     if (plain) it->slave = to.Instantiate(it->name, fmi2CoSimulation, guid ? guid : "", plain, &it->own, visible, 1);
+    it->door = door_of(it->door);
     free(plain);
     return it->slave != NULL;
 }
@@ -456,6 +494,7 @@ FMI2_EXPORT void fmi2FreeInstance(fmi2Component c)
 {
     Instance *it = c;
     if (!it) return;
+    if (!it->dead) door_shut(it->door);
     while (it->count && !it->dead) to.FreeFMUstate(it->slave, &it->states[--it->count]);
     it->host.logger = NULL;
     pthread_mutex_lock(&lock);
@@ -464,6 +503,9 @@ FMI2_EXPORT void fmi2FreeInstance(fmi2Component c)
     spare_count += keep;
     pthread_mutex_unlock(&lock);
     if (keep) return;
-    if (!it->dead) to.FreeInstance(it->slave); /* a dead one's Python objects are lost */
+    if (!it->dead) { /* a dead one's Python objects are lost */
+        door_close(it->door);
+        to.FreeInstance(it->slave);
+    }
     discard(it);
 }

@@ -33,6 +33,10 @@ if TYPE_CHECKING:
 STRETCH = 1000  # macro steps between two looks at the results
 LEAST, MOST = INTEGERS[0] - 1.0, INTEGERS[1] + 1.0
 MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK, LOOK, STEP3 = range(8)
+LOCK = tuple(
+    ctypes.cast(call, ctypes.c_void_p).value or 0
+    for call in (ctypes.pythonapi.PyGILState_Ensure, ctypes.pythonapi.PyGILState_Release)
+)
 FLAGS = 0xFFFFFF  # the three bytes of what a step of FMI 3.0 tells
 
 
@@ -78,6 +82,28 @@ def _do_step3(context, function, instance, time, size, free, told):
         return _call(builder, args[0], kinds, [*args[1:5], *places])
 
     return types.int32(types.int64, types.int64, types.float64, types.float64, types.int32, types.int64), code
+
+
+@intrinsic
+def _hold(context, function):
+    """PyGILState_Ensure by its address."""
+
+    def code(context, builder, signature, args):
+        return _call(builder, args[0], [], [])
+
+    return types.int32(types.int64), code
+
+
+@intrinsic
+def _let_go(context, function, held):
+    """PyGILState_Release by its address."""
+
+    def code(context, builder, signature, args):
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(32)]).as_pointer()
+        builder.call(builder.inttoptr(args[0], kind), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int32), code
 
 
 def _memory(kind, numba_kind):
@@ -154,19 +180,27 @@ def _carry_out(kinds, where, numbers, first, row, time, size):
 
 
 @njit(cache=True, nogil=True)  # rows are written, and Ctrl-C is heard, while an FMU takes its time
-def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill):
-    """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status)."""
+def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill, hold, let_go):
+    """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status).
+
+    hold, let_go: of Python's lock, which FMUs in Python else take at each call; 0: it is left to them.
+    """
+    held = _hold(hold) if hold != 0 else np.int32(0)
+    done, failed, status = count, -1, 0
     for index in range(first, first + count):
         time = start + index * size
         failed, status = _carry_out(kinds, where, numbers, 0, index - first, time, start + (index + 1) * size - time)
         if failed >= 0:
-            return index - first, fill, failed, status
+            done = index - first
+            break
         if (index + 1) % every == 0:
             rows[fill, 0] = start + (index + 1) * size
             for column in range(len(sources)):
                 rows[fill, column + 1] = _load(sources[column])
             fill += 1
-    return count, fill, -1, 0
+    if hold != 0:
+        _let_go(let_go, held)
+    return done, fill, failed, status
 
 
 def address(values: memoryview[float], place: int = 0) -> int:
@@ -315,6 +349,7 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
     sources = np.array(
         [address(values, k) for first, last, values in recorder.pieces for k in range(last - first)], dtype=np.int64
     )
+    lock = LOCK if all(native.python for native in convoy.natives.values()) else (0, 0)
     while running.index < count:
         room = (len(sink.block) - sink.fill) * every - running.index % every
         stretch = min(count - running.index, room, STRETCH)
@@ -333,6 +368,7 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
             sources,
             sink.block,
             sink.fill,
+            *lock,
         )
         running.index += done
         running.time = start + running.index * size

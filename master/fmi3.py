@@ -381,7 +381,7 @@ class CoSimulation3(Fmi3):
             tuple(block.native() for block in self._reads),
             self._finish_native,
             self._fail_native,
-            ctypes.addressof(self._said),
+            told=ctypes.addressof(self._said),
         )
 
     def _finish_native(self, status: int, time: float, size: float) -> None:

@@ -166,6 +166,7 @@ class FmuPart(Fmi2):
             tuple(block.native() for block in self._reads),
             self._finish_native,
             self._fail_native,
+            python=hasattr(self._library, "selflock_python") or hasattr(self._library, "finalizePythonInterpreter"),
         )
 
     def _finish_native(self, status: int, time: float, size: float) -> None:

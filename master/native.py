@@ -50,6 +50,7 @@ class Native:
     reads: tuple[Exchange, ...]
     finish: Callable[[int, float, float], None]  # (status of do_step, time, size)
     fail: Callable[[int, str, float, float], NoReturn]  # (status, name of the exchange, time, size)
+    python: bool = False  # its calls need Python's lock, which may be held over many of them
     told: int = (
         0  # of FMI 3.0: where fmi3DoStep tells of an event, an end, an early return (a byte each), and 8 bytes on how far it went
     )

@@ -174,6 +174,8 @@ FMI2_EXPORT fmi2Status fmi2Reset(fmi2Component c)
     return it ? judged(it, begun_anew(it)) : fmi2Fatal;
 }
 
+FMI2_EXPORT const int selflock_python = 1; /* its calls need Python's lock; our master holds it over many of them */
+
 FMI2_EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 FMI2_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
 

@@ -5,6 +5,7 @@ Source: System Structure and Parameterization 1.0, Modelica Association, 2019. T
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 from urllib.parse import parse_qs, unquote, urlsplit
@@ -67,8 +68,8 @@ def opened(path: Path, folder: Path, variant: str, unlimited: bool, notes: list[
             raise DescriptionError(f"{path}: there is no such file.")
         return path
     if not path.is_dir():
-        document = unpack(path, folder, notes, unlimited)
-        if variant == FIRST:
+        document = unpack(path, folder, notes, unlimited, variant)
+        if variant in (FIRST, document.name):
             return document
         folder = document.parent
     else:
@@ -78,20 +79,26 @@ def opened(path: Path, folder: Path, variant: str, unlimited: bool, notes: list[
     return folder / variant
 
 
-def unpack(path: Path, folder: Path, notes: list[str], unlimited: bool = False) -> Path:
+def unpack(path: Path, folder: Path, notes: list[str], unlimited: bool = False, variant: str = FIRST) -> Path:
     """Unpack an .ssp into a folder; its .ssd. Raises DescriptionError for a missing, corrupt or hostile archive."""
     archive.unpack(path, folder, "SSP", unlimited)
-    if (folder / FIRST).is_file():
-        return folder / FIRST
+    for name in (variant, FIRST):
+        if (folder / name).is_file():
+            return folder / name
     found = sorted(folder.glob("*.ssd")) or sorted(folder.glob(f"*/{FIRST}"))  # packed with the folder it was in
     if len(found) != 1:
-        raise DescriptionError(f"{path}: not an SSP: {FIRST} is missing in it.")
+        others = ", ".join(one.relative_to(folder).as_posix() for one in found[:5])
+        said = f" It has {others}: unpack it and run one of these, or load(path, variant=…) in Python." if found else ""
+        raise DescriptionError(f"{path}: not an SSP: {FIRST} is missing in it.{said}")
     notes.append(f"{path.name} has no {FIRST} where it should be; {found[0].relative_to(folder).as_posix()!r} is taken as that")
     return found[0]
 
 
 def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Path:
     """The file that a relative URI names, seen from `base`. Absolute URIs and files outside `root` are refused."""
+    if (path := _as_written(uri, base, root.resolve())) is not None:
+        notes.append(f"{what}: source {uri!r} is taken as {path.relative_to(root.resolve()).as_posix()!r}")
+        return path
     parts = urlsplit(uri)
     if parts.scheme or parts.netloc:
         raise DescriptionError(f"{what}: source {uri!r} is not a relative path inside the SSP; only those are supported.")
@@ -108,6 +115,15 @@ def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Pat
         notes.append(f"{what}: source {uri!r} is taken as {alike.relative_to(root).as_posix()!r}")
         path = alike.resolve()
     return path
+
+
+def _as_written(uri: str, base: Path, root: Path) -> Path | None:
+    """The file of a source that is no relative URI but a path as it is written (with # or %), or begins at the archive's root."""
+    if urlsplit(uri).path == uri and not uri.startswith("/") and unquote(uri) == uri:
+        return None
+    plain = re.sub("^file:/*", "/", uri)
+    path = (root / plain.lstrip("/") if plain.startswith("/") else base / uri).resolve()
+    return path if path.is_relative_to(root) and (path.is_file() or is_fmu(path)) else None
 
 
 def proxied(uri: str) -> tuple[str, str | None]:

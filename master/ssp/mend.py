@@ -125,6 +125,8 @@ def bare(root: etree._Element) -> etree._Element:
     for node in list(root.iter(tag=etree.Element)):
         if _local(node) == "Component" and node.get("source") is None:
             node.set("source", "none")  # which 2.0 allows
+        if (node.get("source") or "").strip() and _local(node) != "MappingEntry":
+            node.set("source", "some")  # what it names is found out where it is read
         for name in ("id", "generationDateAndTime", "startIndices", "endIndices"):
             node.attrib.pop(name, None)
         if _local(node) == "Connector" and node.get("kind") in FIRST:
@@ -165,6 +167,10 @@ def _version(root: etree._Element, slips: Slips, file: str) -> None:
     if root.get("name") is None and _local(root) not in ("ParameterMapping", "SignalDictionary"):
         slips.add("it has no name; its file's is taken", root)
         root.set("name", Path(file).stem)
+    for system in root:
+        if _local(system) == "System" and system.get("name") is None:
+            slips.add("its system has no name; the document's is taken", system)
+            system.set("name", root.get("name", ""))
 
 
 def _namespace(node: etree._Element, local: str, slips: Slips) -> None:

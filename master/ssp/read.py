@@ -38,6 +38,7 @@ from .taken import Binding, TakenIn
 from .values import enumerations_in, transform, unit_of, units_in, value_of
 
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
+PACKED = ("application/zip", "application/octet-stream")  # what others call a .fmu
 INTERFACES = {"CoSimulation": "cs", "ModelExchange": "me", "ScheduledExecution": "se"}  # by the words of SSP
 OPEN, TAKING = ("inout", "unspecified"), ("input", "parameter", "structuralParameter")  # kinds of connectors
 TABLE = "application/table"  # of OMSimulator: its ComponentTable.cpp
@@ -75,6 +76,10 @@ class _Reader:
         if experiment is not None:
             flat.start_time = float(experiment.get("startTime", "0"))
             flat.stop_time = float(experiment.get("stopTime")) if experiment.get("stopTime") else None
+            if flat.stop_time is not None and flat.stop_time <= flat.start_time:
+                raise DescriptionError(
+                    f"{document.name}: its experiment from {flat.start_time:g} to {flat.stop_time:g} s ends before it has begun."
+                )
             if not math.isfinite(flat.start_time) or not math.isfinite(flat.stop_time or 0.0):
                 raise DescriptionError(
                     f"{document.name}: its experiment from {flat.start_time} to {flat.stop_time} s has no end."
@@ -119,7 +124,9 @@ class _Reader:
         self._parameters(node, path, base, base, depth)
 
     def _component(self, node: etree._Element, path: str, base: Path, units: dict[str, Unit], depth: int) -> None:
-        kind, source = node.get("type", FMU), node.get("source")
+        kind, source = node.get("type"), node.get("source")
+        if kind is None:  # FMUs, in the standard; what the name of an .ssp or .ssd says is clear, too
+            kind = {".ssp": SSP, ".ssd": SSD}.get(posixpath.splitext((source or "").partition("#")[0])[1].lower(), FMU)
         if source is None:  # SSP 2.0: as a system with nothing in it
             self.notes.append(f"{path} has no source; what is connected to it stays as it is")
             self._connectors(node, path, units)
@@ -150,6 +157,9 @@ class _Reader:
         if kind == TABLE:
             self._table(node, path, base, units)
             return
+        if (kind in PACKED or kind != FMU and "fmu" in kind) and source.lower().endswith(".fmu"):
+            self.notes.append(f"{path}: a component of type {kind!r} whose source is a .fmu is taken as an FMU")
+            kind = FMU
         if kind != FMU:
             raise DescriptionError(f"{path}: components of type {kind} are not supported; only FMUs, .ssd, .ssp and tables are.")
         if (wanted := node.get("implementation", "any")) in INTERFACES:

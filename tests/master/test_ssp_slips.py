@@ -307,3 +307,67 @@ def test_a_unit_by_one_name_and_two_definitions(tmp_path):
     )
     assert flat.connections["B", "u"][1] == Affine()
     told(flat, "'deg' is one unit at one end and another at the other", "passed on as it is")
+
+
+@pytest.mark.parametrize(
+    "source, file",
+    [
+        ("resources/so#ur.fmu", "resources/so#ur.fmu"),
+        ("resources/so?ur.fmu", "resources/so?ur.fmu"),
+        ("resources/so%20ur.fmu", "resources/so%20ur.fmu"),
+        ("/resources/source.fmu", "resources/source.fmu"),
+        ("file:resources/source.fmu", "resources/source.fmu"),
+        ("file:///resources/source.fmu", "resources/source.fmu"),
+    ],
+)
+def test_a_source_as_it_is_written_or_from_the_archive_s_root(tmp_path, source, file):
+    inner = A.replace("resources/source.fmu", source)
+    system = flat_pair(connection("A.y", "B.u"), inner_a=inner)
+    flat = read_system(tmp_path, system, extra={file: SOURCE, "resources/sink.fmu": SINK})
+    assert ("B", "u") in flat.connections
+    told(flat, f"{source!r} is taken as {file!r}")
+
+
+def test_a_source_from_the_root_leads_nowhere_else(tmp_path):
+    (tmp_path / "outside.fmu").write_text("x")
+    for source in (f"{tmp_path}/outside.fmu", f"file://{tmp_path}/outside.fmu", "file:../outside.fmu", "/../outside.fmu"):
+        with pytest.raises(DescriptionError, match="inside the SSP|outside the SSP|not in the SSP"):
+            read_system(tmp_path, flat_pair(inner_a=A.replace("resources/source.fmu", source)))
+
+
+def test_odd_bytes_in_a_source_and_types_that_the_name_says(tmp_path):
+    odd = A.replace("resources/source.fmu", "resources/so%ur.fmu").replace(
+        "<ssd:Component ", '<ssd:Component type="application/zip" '
+    )
+    flat = read_system(
+        tmp_path,
+        flat_pair(connection("A.y", "B.u"), inner_a=odd),
+        extra={"resources/so%ur.fmu": SOURCE, "resources/sink.fmu": SINK},
+    )
+    assert ("B", "u") in flat.connections
+    told(flat, "'application/zip'", "is taken as an FMU")
+    inner = archive(tmp_path / "in.ssp", flat_pair(connection("A.y", "B.u")), extra=NAMES)
+    outer = '<ssd:System name="S"><ssd:Elements><ssd:Component name="In" source="resources/in.ssp"/></ssd:Elements></ssd:System>'
+    made = archive(tmp_path / "out.ssp", outer)
+    with zipfile.ZipFile(made, "a") as whole:
+        whole.write(inner, "resources/in.ssp")
+    assert ("In/B", "u") in read(made, tmp_path / "nested").connections
+
+
+def test_a_system_without_a_name_and_an_experiment_that_ends_before_it_begins(tmp_path):
+    flat = read_system(tmp_path, flat_pair(connection("A.y", "B.u")).replace('<ssd:System name="S">', "<ssd:System>"))
+    assert flat.root == "hand"
+    told(flat, "its system has no name")
+    with pytest.raises(DescriptionError, match="from 4 to 1 s ends before it has begun"):
+        read_system(tmp_path, flat_pair(), tail='<ssd:DefaultExperiment startTime="4" stopTime="1"/>')
+
+
+def test_several_structures_and_none_that_is_first(tmp_path):
+    path = archive(tmp_path / "a.ssp", flat_pair(), extra=NAMES)
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(tmp_path / "b.ssp", "w") as new:
+        for name in old.namelist():
+            for one in ("Summer.ssd", "Winter.ssd") if name.endswith(".ssd") else (name,):
+                new.writestr(one, old.read(name))
+    with pytest.raises(DescriptionError, match="It has Summer.ssd, Winter.ssd: unpack it and run one of these"):
+        ssp.load(tmp_path / "b.ssp")
+    assert len(ssp.load(tmp_path / "b.ssp", "Winter.ssd").components) == 2

@@ -9,12 +9,13 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
+from fmpy import fmi3
 
 from . import binary
 from .block import Block, address
@@ -294,9 +295,45 @@ class CoSimulation3(Fmi3):
         self._do_step = self._function("fmi3DoStep")
         flags = c_bool(False), c_bool(True), c_bool(self.events), c_bool(early)
         self._said = StepEnd()
-        nothing = (c_uint * 1)(), c_size_t(0)  # intermediate variables
+        self._between = self._intermediate() if getattr(self._way, "providesIntermediateUpdate", False) else []
+        self.interpolates = bool(self._between)
+        self._bent: list[tuple[int, float, float]] = []  # inputs that change in this step: reference, value at its start, rate
+        self._from, self._refused = 0.0, 0
+        self._update_call = fmi3.fmi3IntermediateUpdateCallback(self._updated)
+        told = self._update_call if getattr(self._way, "providesIntermediateUpdate", False) else None
+        required = (c_uint * max(1, len(self._between)))(*self._between), c_size_t(len(self._between))
         log = c_void_p(self._number), binary.hear3
-        return instantiate(name, token, resources, *flags, *nothing, *log, None)  # and no intermediate update
+        return instantiate(name, token, resources, *flags, *required, *log, told)
+
+    def _intermediate(self) -> list[int]:
+        """Continuous inputs that it lets be set inside a step."""
+        known = self._binary.description.modelVariables
+        return [
+            v.valueReference
+            for v in known
+            if (v.causality, v.type, v.variability) == ("input", "Float64", "continuous")
+            and v.intermediateUpdate
+            and not v.dimensions
+        ]
+
+    def tilt(self, rates: Mapping[int, float]) -> None:
+        places = {place: self._places[self.inputs[place]].reference for place in rates}
+        self._bent = [
+            (places[place], float(self.u[place]), rate) for place, rate in rates.items() if places[place] in self._between
+        ]
+
+    def _updated(self, _: Any, time: float, wanted: bool, *others: Any) -> None:
+        """The FMU is at `time`, inside a step: its inputs are where they are by then. Nobody asks it to return."""
+        returns = others[3]
+        if returns:
+            returns[0] = False
+        if wanted:
+            for reference, start, rate in self._bent:
+                value = c_double(start + rate * (time - self._from))
+                status = self._function("fmi3SetFloat64")(
+                    self._instance, byref(c_uint(reference)), c_size_t(1), byref(value), c_size_t(1)
+                )
+                self._refused = max(self._refused, status)
 
     def _finish_initialization(self) -> None:
         super()._finish_initialization()
@@ -327,8 +364,9 @@ class CoSimulation3(Fmi3):
             return
         for reference in self._ticked:
             self._ticked[reference] = False
-        self._size.value, self.now = size, time
+        self._size.value, self.now, self._from = size, time, time
         self._go(time + size, size)
+        self._bent = []
 
     def _go(self, end: float, size: float, made: bool = False) -> None:
         """On to `end`, from event to event. made: the first fmi3DoStep is made already."""
@@ -359,6 +397,9 @@ class CoSimulation3(Fmi3):
         said.reached = math.nan
         told = byref(said), byref(said, 1), byref(said, 2), byref(said, 8)
         status = self._do_step(self._instance, self._time, self._size, c_bool(self._free.value != 0), *told)
+        if self._refused > WARNING:
+            status, self._refused = self._refused, 0
+            self._fail(status, "fmi3SetFloat64, inside a step")
         if status > WARNING:
             self._fail(status, "fmi3DoStep")
         return self._far(goal)

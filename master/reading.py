@@ -14,13 +14,14 @@ from fmpy.model_description import ModelDescription
 from lxml import etree
 
 from . import archive, xml
-from .described import NEGATED, number_of
+from .described import INTERFACES, NEGATED, number_of, offered
 from .errors import DescriptionError
 from .folder import DESCRIPTION
 from .mending import Note, mend
 
 REFERENCES = 2**32 - 1
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+TRUE = ("true", "1")
 CAPABILITIES = ("canHandleVariableCommunicationStepSize", "canBeInstantiatedOnlyOncePerProcess")
 
 
@@ -55,7 +56,20 @@ def read_description(path: Path) -> tuple[ModelDescription, list[str]]:
         negated = {node.get("name") for node in root.iterfind(f"ModelVariables/*[@alias='{NEGATED}']")}
         for variable in described.modelVariables:
             variable.alias = NEGATED if variable.name in negated else None  # which FMPy passes over, too
+    if described.fmiMajorVersion == 3:
+        _third(root, described)
     return described, notes + _doubles(described)
+
+
+def _third(root: etree._Element, described: ModelDescription) -> None:
+    """What FMPy passes over in FMI 3.0."""
+    for name, way in offered(described).items():
+        node = root.find(f"{INTERFACES[name][0].upper()}{INTERFACES[name][1:]}")
+        if node is not None and "providesDirectionalDerivatives" in node.attrib:
+            way.providesDirectionalDerivative = node.get("providesDirectionalDerivatives") in TRUE
+    updated = {node.get("name") for node in root.iterfind("ModelVariables/*") if node.get("intermediateUpdate") in TRUE}
+    for variable in described.modelVariables:
+        variable.intermediateUpdate = variable.name in updated
 
 
 def _content(path: Path) -> bytes:

@@ -9,6 +9,8 @@ import pytest
 
 from selflock import master
 from selflock.master import ssp
+from selflock.master.reading import read_description
+from selflock.master.single import driven, single
 
 FOREIGN = Path(__file__).parents[2].parent / "shared" / "foreign"
 foreign = pytest.mark.skipif(not FOREIGN.exists(), reason="the models of others are not in ../shared/foreign")
@@ -247,3 +249,36 @@ def test_the_reference_fmus_are_as_in_fmpys_loop(name):
     other = fmpy.simulate_fmu(path, fmi_type="CoSimulation", output_interval=table["time"].iloc[1])
     for column in other.dtype.names[1:]:
         assert np.array_equal(table[f"{name}.{column}"], other[column])
+
+
+def ramp(path, rows=((0, 0), (1, 1), (2, 3))):
+    path.write_text("time,u\n" + "".join(f"{time},{value}\n" for time, value in rows))
+    return path
+
+
+def test_an_intermediate_update_is_accepted_and_says_that_nobody_returns(native, tmp_path):
+    """Held inputs: the left sum of a ramp, 0.45 at 1 s in steps of 0.1 s; asked ten times a step."""
+    table = master.run(native("integral3"), inputs=ramp(tmp_path / "u.csv"), step=0.1, stop=1.0).table
+    assert table["integral3.x"].iloc[-1] == pytest.approx(0.45, rel=1e-12)
+    assert table["integral3.asked"].iloc[-1] == 100
+
+
+@pytest.mark.parametrize("step", [0.1, 0.5, 1.0])
+def test_inputs_are_on_a_line_inside_a_step_where_an_fmu_asks(native, tmp_path, step):
+    """u = t, then 2 t - 1: x = t^2 / 2 and 1/2 + (t^2 - t) there, exact by its own midpoints at any step that meets the corner."""
+    system = single(Path(native("integral3")), step=step, stop=2.0)
+    system.run.input_derivatives = True
+    table = master.run(driven(system, ramp(tmp_path / "u.csv"))).table
+    t = table["time"].to_numpy()
+    assert table["integral3.x"].to_numpy() == pytest.approx(np.where(t <= 1, t**2 / 2, 0.5 + t**2 - t), abs=1e-12)
+
+
+def test_its_directional_derivatives_are_known_by_the_third_version_s_name(native, tmp_path):
+    described, _ = read_description(Path(native("integral3")))
+    assert not described.coSimulation.providesDirectionalDerivative
+    folder = tmp_path / "d"
+    with zipfile.ZipFile(native("integral3")) as archive:
+        archive.extractall(folder)
+    file = folder / "modelDescription.xml"
+    file.write_text(file.read_text().replace("providesInter", 'providesDirectionalDerivatives="true" providesInter'))
+    assert read_description(folder)[0].coSimulation.providesDirectionalDerivative

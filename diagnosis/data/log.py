@@ -135,7 +135,9 @@ def _named(table: pd.DataFrame, rig: Rig) -> list[LogColumn]:
     taken = {column.signal for column in rig.columns}
     found = []
     for name in map(_bare, table.columns):
-        prefix, bare = split(name, rig.drives)
+        prefix, bare = split(name.removeprefix(rig.alone), rig.drives)
+        if not name.startswith(rig.alone):
+            continue
         signal = name if rig.system else prefix + canonical(bare)
         if "." in name and signal not in taken and (canonical(bare) in SIGNALS or signal in rig.units):
             taken.add(signal)

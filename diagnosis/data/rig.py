@@ -23,11 +23,12 @@ SHARES = {"%": 1e-2, "‰": 1e-3, "permille": 1e-3, "1": 1.0}
 """Units of what is told as a share of a nominal value."""
 EVERY_SECOND = "every second run"
 SMOOTH, HELD = "smooth", "held"
+LOAD, MOTOR = "load", "motor"
 
 TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs", "fleet")
 HEAD: dict[str, type] = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
         "named": bool, "effects": str, "hold_out": str, "simulate": str, "valid": str, "smoothing": float, "step": float, "inputs": str,
-        "unit": str, "recorded": str}  # fmt: skip
+        "loop": str, "unit": str, "recorded": str}  # fmt: skip
 TIME: dict[str, type] = {"column": str, "unit": str, "factor": float, "step": float, "spread": bool,
         "skip": float, "from": float, "to": float, "lowpass": float, "every": float}  # fmt: skip
 COLUMN: dict[str, type] = {
@@ -43,7 +44,12 @@ COLUMN: dict[str, type] = {
 FLEET: dict[str, type] = {"logs": str}
 WANTED: dict[str, type] = {"start": float, "low": float, "high": float, "each_run": bool}
 _TYPES = {str: "text in quotes", bool: "true or false", float: "a number", list: 'a list of texts, such as ["a", "b"]'}
-CHOICES = {"hold_out": ("", EVERY_SECOND), "inputs": ("", SMOOTH, HELD), "simulate": ("", "open", "closed", "whole", "parts")}
+CHOICES = {
+    "hold_out": ("", EVERY_SECOND),
+    "inputs": ("", SMOOTH, HELD),
+    "simulate": ("", "open", "closed", "whole", "parts"),
+    "loop": ("", LOAD, MOTOR),
+}
 
 
 @dataclass(frozen=True)
@@ -102,12 +108,14 @@ class Rig:
     run: str = ""  # column that tells runs apart
     linear: bool = False
     drives: tuple[str, ...] = ("",)  # prefixes of the drives, such as "front_", "rear_"
+    alone: str = ""  # with what this file and its logs begin the names of their one drive; all else leaves it out
     named: bool = False  # columns named component.variable stand for themselves
     hold_out: str = ""  # EVERY_SECOND | "" (blocks)
     valid: str = ""  # column that is 0 where a sample does not belong to the rig's kind, as with the power switched off
     simulate: str = (
         ""  # forward rigs: the whole drive, "open" | "closed" | "whole"; "parts": each component on its measured inputs
     )
+    loop: str = ""  # LOAD | MOTOR: at which shaft the controller's sensors are; "": the load's, or as the log tells
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
     logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive
@@ -169,6 +177,12 @@ def _rig(path: Path, data: dict) -> Rig:
         if not isinstance(data[table], dict):
             raise DataError(f"{path}: {table!r} is a table: write [{table}], and its keys below.")
     head = _typed(path, "[rig]", data.get("rig", {}), HEAD)
+    alone = head["drives"][0] if len(head.get("drives", [])) == 1 and not head.get("system") else ""
+    if alone:
+        data, head = (
+            _bared(path, data, alone),
+            head | {"drives": [""], "known": [_bare(name, alone) for name in head.get("known", [])]},
+        )
     clock = _typed(path, "[time]", data.get("time", {}), TIME)
     system = head.get("system")
     kind = head.get("kind", "forward" if system else None)
@@ -215,9 +229,11 @@ def _rig(path: Path, data: dict) -> Rig:
         run=head.get("run", ""),
         linear=linear,
         drives=drives,
+        alone=alone,
         named=named,
         hold_out=head.get("hold_out", ""),
         simulate=head.get("simulate", ""),
+        loop=head.get("loop", ""),
         valid=head.get("valid", ""),
         smoothing=head.get("smoothing", 0.0),
         step=head.get("step", 0.0),
@@ -240,6 +256,29 @@ def _of_the_drive(given: dict[str, float], drives: tuple[str, ...]) -> dict[str,
         if f"{prefix}{part}.{key}" in given
     }
     return beside | given
+
+
+def _bared(path: Path, data: dict, prefix: str) -> dict:
+    """A rig of one drive with its names as every other rig has them: without what they begin with."""
+    found = dict(data)
+    for table in ("columns", "parameters", "uncertain", "calibrate"):
+        found[table] = {_bare(name, prefix): value for name, value in data.get(table, {}).items()}
+        for name in data.get(table, {}) if table != "columns" else ():
+            if name == _bare(name, prefix):
+                raise DataError(
+                    f"{path}: [{table}] {name!r}: there is no such component. The drives are {prefix}: begin with one of them."
+                )
+    found["logs"] = {
+        pattern: {_bare(name, prefix): value for name, value in table.items()} if isinstance(table, dict) else table
+        for pattern, table in data.get("logs", {}).items()
+    }
+    return found
+
+
+def _bare(name: str, prefix: str) -> str:
+    """arm_load.angle as load.angle, sensor.arm_load.angle.bias as sensor.load.angle.bias; other names as they are."""
+    before = "sensor." if name.startswith(f"sensor.{prefix}") else ""
+    return before + name.removeprefix(before).removeprefix(prefix)
 
 
 def _date(path: Path, text: str) -> str:

@@ -32,6 +32,7 @@ from ..output.learnt import write_learnt
 from ..output.report import write
 from ..residuals import drive
 from ..residuals.channels import Channels
+from ..residuals.closing import ahead
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.kernels import kernels
 from ..residuals.recorder import counts, measured
@@ -206,7 +207,8 @@ def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
 
 def out_of_step(rig: Rig, run: MeasuredRun) -> list[str]:
     """What says that a log was not taken in step with its controller; nothing where it may have been."""
-    channels, steps = Channels(run, "", Setting(rig, len(run), kernels(), {})), np.diff(run.time)
+    setting = Setting(rig, len(run), kernels(), {"": RULES.residuals.usual_window})
+    channels, steps = Channels(run, "", setting), np.diff(run.time)
     found, usual = [], float(np.median(steps))
     if (period := rig.parameters.get("controller.sample_period", 0.0)) > 0.0:
         found.append(f"the rig gives the controller a period of its own, {1e3 * period:.4g} ms")
@@ -217,6 +219,8 @@ def out_of_step(rig: Rig, run: MeasuredRun) -> list[str]:
         found.append("it has no voltage")
     elif (noise := measured(electric, channels)) > RULES.residuals.exact:
         found.append(f"{electric} was measured: it has noise of its own, {100 * noise:.2g} % of its spread")
+    elif ahead(channels):
+        found.append("its commands stand in the row before the one that they answer")
     for speed in ANGLE_OF:
         if channels.has(speed) and (rows := counts(speed, channels)[1]):
             found.append(f"{speed} is a difference of counts over {rows} row{'s' * (rows > 1)}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from selflock.fmus.motor.effects.supply_sag import supplied
 
+from ..data.rig import MOTOR
 from ..data.signals import MOVES
 from ..rules import RULES
 from . import drive, laws, phase
@@ -27,6 +28,10 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
     n = len(ch.dt)
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
+    if ch.setting.rig.loop == MOTOR and ch.has("reducer.input_angle"):
+        ratio = ch.setting.value(f"{ch.prefix}reducer.gear_ratio", values)
+        angle = ch.raw("reducer.input_angle") / ratio
+        speed = ch.raw("reducer.input_speed") / ratio if ch.has("reducer.input_speed") else first.speed / ratio
     wanted = ch.true("controller.angle_setpoint", values)
     if not (ch.has("load.angle") or ch.has("reducer.input_angle")):
         # of a speed, from anywhere: it began where it was asked to be

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import binary_opening
 
 from ..rules import RULES
 from . import laws, memory, phase
@@ -149,7 +150,13 @@ def level(out: np.ndarray, measured: np.ndarray, good: np.ndarray, time: np.ndar
 def speed_setpoint(wanted: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
     """Set-point of the speed: logged, or the rate of the angle's, `wanted`."""
     name = "controller.speed_setpoint"
-    return ch.true(name, values) if ch.has(name) else derivative(wanted, np.cumsum(ch.dt))
+    if ch.has(name):
+        return ch.true(name, values)
+    rate, stays = derivative(wanted, np.cumsum(ch.dt)), np.diff(wanted) == 0.0
+    ends = binary_opening(stays, np.ones(RULES.residuals.rounded_window))  # of a rest, not of the steps of one in counts
+    still = np.append(False, stays) & np.append(stays, False) | np.append(ends, False) | np.append(False, ends)
+    rate[still] = 0.0  # to the last digit: at rest a controller may let go
+    return rate
 
 
 def delivered(values: dict, ch: Channels, second: ShaftMotion, take: np.ndarray | slice = slice(None)) -> np.ndarray:

@@ -15,6 +15,7 @@ from ..rules import RULES
 from . import drive
 from .blocks import Blocks
 from .channels import Channels, derivative
+from .closing import shaft
 from .experiment import Experiment
 from .kernels import kernels
 from .residual import Residual, residuals
@@ -39,6 +40,10 @@ class DriveExperiment(Experiment):
             long = max(rules.stretch, rules.stretch_left + self._asked())
             takes = [stretches(len(run), rules.samples / total, long) for run in self.runs]
         self.channels = self._channels(takes=takes)
+        if not rig.loop and len(rig.drives) == 1 and not self.steady:
+            self.rig = rig = replace(rig, loop=shaft([*self.channels.values()]))
+            self.setting = replace(self.setting, rig=rig)
+            self.channels = self._channels(takes=takes)
         self.residuals = tuple(
             residual
             for prefix in rig.drives

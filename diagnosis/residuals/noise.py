@@ -20,7 +20,7 @@ from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .propagated import of_inputs
 from .residual import Residual
-from .whole import rounding, seen_by_controller
+from .whole import rounding
 
 
 def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
@@ -88,7 +88,8 @@ def of_formulas(experiment: Experiment, residual: Residual) -> float:
     if residual.reading.endswith("angle"):
         ch = experiment.channels[0, residual.prefix]
         electric, gain = drive.electric(ch), ch.setting.value("controller.angle_gain", {})
-        if residual.output != residual.prefix + seen_by_controller(ch)[0] or not electric or gain <= 0.0:
+        wound_up = residual.reading == "input_angle" and ch.has("load.angle")
+        if wound_up or not electric or gain <= 0.0:
             return 0.0
         gears = ch.setting.value("reducer.gear_ratio", {}) if residual.reading == "input_angle" else 1.0
         return RULES.residuals.formulas * float(np.sqrt(np.mean(drive.voltage(electric, {}, ch) ** 2))) / gain * gears

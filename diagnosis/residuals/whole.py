@@ -10,7 +10,8 @@ was recorded is said by numbers that are fitted beside all else and never named 
     recorder.<channel>.ripple…   relative, cosine and sine of so many waves in a turn (a tacho's)
     recorder.controller.hold     s, the command acts so much later: half the period of a controller faster than the log
 
-The loop closes over the load's sensors, or over the encoder on the motor's shaft where the load has none.
+The loop closes over the load's sensors, or over the encoder on the motor's shaft where the load has none, or where rig or log
+say so (closing).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from selflock.fmus.motor.effects.supply_sag import supplied
 
 from ..data.log import VALID
-from ..data.rig import Rig
+from ..data.rig import MOTOR, Rig
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..rules import RULES
@@ -86,8 +87,9 @@ def refuse_open(rig: Rig, signals: set[str]) -> None:
 
 
 def seen_by_controller(ch: Channels) -> tuple[str, str]:
-    """Channels of angle and speed over which the loop closes."""
-    return ("load.angle", "load.speed") if ch.has("load.angle") else ("reducer.input_angle", "reducer.input_speed")
+    """Channels of angle and speed over which the loop closes: the load's where it has any, unless rig or log say the motor's."""
+    at_motor = ch.has("reducer.input_angle") and (ch.setting.rig.loop == MOTOR or not ch.has("load.angle"))
+    return ("reducer.input_angle", "reducer.input_speed") if at_motor else ("load.angle", "load.speed")
 
 
 @dataclass(frozen=True, eq=False)

@@ -121,6 +121,12 @@ class ResidualRules:
         5e-4, "s; the longest step of the simulation, and the longest time between two acts of a continuous controller", CLOSED
     )
     whole_look: float = rule(1e-3, "s, the longest step of the first look at all hypotheses", "a limit of time")
+    seen_at_motor: float = rule(
+        0.5,
+        "share of what the load's angle misses of the command below which the wind-up must leave it, for the controller's sensors to be "
+        "the motor's",
+        "at least half told; of a loop that closes there nothing is left",
+    )
     jump_beside: float = rule(
         0.1,
         "share of a set-point's change below which those before and behind it are for it to be a jump",
@@ -208,6 +214,11 @@ class ResidualRules:
         "noise of a voltage, as a share of its spread, up to which it is a number that the controller gave; beyond, it was measured",
         "theory: more than rounding to 12 bits of its range leaves. The numbers of the study of power have 1e-4, "
         "the voltages of the recorders of development 4e-3 and more",
+    )
+    of_next_row: float = rule(
+        0.5,
+        "share of what a command misses of its own row's angle below which it must miss the next row's, for rows that are not the controller's",
+        "at least half told: no cause in a drive makes a command come before what it answers",
     )
     dithered: float = rule(
         0.5,

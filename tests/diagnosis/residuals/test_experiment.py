@@ -198,7 +198,7 @@ def test_kernels_agree_with_the_plain_laws(name, rng):
     }
     plain, compiled = getattr(loops, name), getattr(kernels(), name)
     names = list(signature(plain).parameters)[len(LAWS_OF[name]) :]
-    shapes = {"start": 4, "starts": (2, 4), "out": (8, n)}
+    shapes = {"start": 4, "starts": (2, 4), "out": (8, n), "asked": (2, n), "ahead": (2, n)}
     arrays = {key: NUMBERS.get(key, rng.uniform(-20.0, 20.0, shapes.get(key, n))) for key in names} | {"dt": np.full(n, STEP)}
     arrays = {key: arrays[key] for key in names}
     found = []

@@ -1,0 +1,83 @@
+"""What a command tells of its controller: at which shaft its sensors are, where both are logged, and whether it acts between rows.
+
+Seen at the motor the command is that of the load's angle and speed, and beside it what the wind-up between both shafts makes,
+
+    u = k_a (wanted - load) + k_v (rate - speed) + x,      x = k_a (load - motor / r) + k_v (speed - motor speed / r)
+
+Angles are noisy, and their noise is in u's misfit and in x alike. So both are seen through set-points alone, which have none
+(instrumental variables; Soderstrom and Stoica, System identification, 1989, ch. 8).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import binary_erosion
+
+from ..data.rig import LOAD, MOTOR
+from ..rules import RULES
+from . import drive
+from .channels import Channels, derivative
+from .recorder import commanded
+
+
+def shaft(channels: list[Channels]) -> str:
+    """MOTOR where most of what the load's angle misses of the command is told by the wind-up; else LOAD."""
+    found = [one for ch in channels if (one := _misses(ch)) is not None]
+    if not found:
+        return LOAD
+    misses, wound = (np.concatenate(parts) for parts in zip(*found))
+    return MOTOR if np.linalg.norm(misses - wound) < RULES.residuals.seen_at_motor * np.linalg.norm(misses) else LOAD
+
+
+def ahead(ch: Channels) -> bool:
+    """Whether commands stand in the row before the one that they answer: a controller acted between rows."""
+    command = commanded(ch)
+    if ch.steady or not command or not ch.has("controller.angle_setpoint"):
+        return False
+    for side in ("load.", "reducer.input_"):
+        if ch.has(f"{side}angle"):
+            asked, good = _asked(ch, command, side)
+            off = ch.raw(command) - asked, ch.raw(command)[:-1] - asked[1:]
+            now, then = (
+                float(np.sqrt(np.mean(e[g] ** 2))) if g.any() else 0.0 for e, g in zip(off, (good, good[:-1] & good[1:]))
+            )
+            if then < RULES.residuals.of_next_row * now:
+                return True
+    return False
+
+
+def _asked(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray]:
+    """The command, V, that the measured motion of one shaft asks for, and where a controller that does not let go would give it."""
+    law, time = drive.law("controller", {}, ch), np.cumsum(ch.dt)
+    ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {}) if side != "load." else 1.0
+    wanted, angle = ch.raw("controller.angle_setpoint"), ch.raw(f"{side}angle") / ratio
+    rate = drive.speed_setpoint(wanted, {}, ch)
+    speed = ch.raw(f"{side}speed") / ratio if ch.has(f"{side}speed") else derivative(angle, time)
+    asked = law.angle_gain * (wanted - angle) + law.speed_gain * (rate - speed)
+    inside = lambda u: (u > law.voltage_min) & (u < law.voltage_max)
+    moving = binary_erosion(rate != 0.0, iterations=RULES.residuals.near)  # at rest it may have let go
+    return asked, moving & inside(asked) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{side}angle")
+
+
+def _misses(ch: Channels) -> tuple[np.ndarray, np.ndarray] | None:
+    """What the load's motion misses of a run's command, and what the wind-up makes of it, V, as far as set-points tell; None where nothing can."""
+    command = commanded(ch)
+    if ch.steady or not command or not ch.has("controller.angle_setpoint", "load.angle", "reducer.input_angle"):
+        return None
+    (asked, good), (other, sound) = (_asked(ch, command, side) for side in ("load.", "reducer.input_"))
+    wound, good, time = other - asked, good & sound, np.cumsum(ch.dt)
+    wanted = ch.raw("controller.angle_setpoint")
+    rate = drive.speed_setpoint(wanted, {}, ch)
+    told = np.stack([np.sin(wanted), np.cos(wanted), wanted, rate, np.sign(rate), derivative(rate, time)])[:, good]
+    if good.sum() <= RULES.residuals.noise_samples * len(told):
+        return None
+    told = told - told.mean(1, keepdims=True)  # encoders' zeros are nobody's fault
+    basis, sizes, _ = np.linalg.svd(
+        (told / np.maximum(np.linalg.norm(told, axis=1, keepdims=True), 1e-300)).T, full_matrices=False
+    )
+    basis = basis[:, sizes > 1e-6]
+    misses, wound, late = (
+        basis.T @ (x[good] - x[good].mean()) for x in (ch.raw(command) - asked, wound, derivative(asked, time))
+    )
+    late /= max(np.linalg.norm(late), 1e-300)  # which a recorder may be: nothing is made of it
+    return misses - (late @ misses) * late, wound - (late @ wound) * late

@@ -1,0 +1,72 @@
+"""What a command tells of its controller, beside commands that were made of known sensors at known times."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from selflock.diagnosis.data.log import read
+from selflock.diagnosis.data.rig import LOAD, MOTOR, load
+from selflock.diagnosis.residuals.channels import Channels
+from selflock.diagnosis.residuals.closing import ahead, shaft
+from selflock.diagnosis.residuals.drive import speed_setpoint
+from selflock.diagnosis.residuals.kernels import kernels
+from selflock.diagnosis.residuals.setting import Setting
+
+RIG = """[rig]
+kind = "forward"
+drives = ["arm_"]
+[columns]
+"arm_controller.angle_setpoint" = "wanted"
+"arm_controller.voltage" = "u"
+"arm_reducer.input_angle" = "motor"
+"arm_load.angle" = "load"
+[parameters]
+"arm_controller.angle_gain" = 100.0
+"arm_controller.speed_gain" = 5.0
+"arm_reducer.gear_ratio" = 40.0
+"""
+
+
+def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02):
+    """A swinging shaft that follows late, wound up by what an arm weighs, both angles in counts."""
+    time = 1e-3 * np.arange(6000)
+    angle = lambda t: 0.9 * np.sin(2.1 * t) + 0.2 * np.sin(5.3 * t)
+    rate = lambda t: 1.89 * np.cos(2.1 * t) + 1.06 * np.cos(5.3 * t)
+    wound = lambda t: 2e-3 * np.sin(angle(t - 0.02))
+    seen = lambda t: angle(t - 0.02) + (wound(t) if at_motor else 0.0)
+    turned = lambda t: (seen(t + 1e-6) - seen(t - 1e-6)) / 2e-6
+    then = time + 1e-3 * early
+    u = 100.0 * (angle(then) - seen(then)) + 5.0 * (rate(then) - turned(then)) + noise * rng.standard_normal(len(time))
+    rounded = lambda x, step: step * np.floor(x / step) if step else x
+    motor = 40.0 * rounded(angle(time - 0.02) + wound(time), count / 5.0) + zero
+    table = {"time": time, "wanted": angle(time), "u": u, "motor": motor, "load": rounded(angle(time - 0.02), count)}
+    pd.DataFrame(table).to_csv(folder / "log.csv", index=False, float_format="%.12g")
+    (folder / "rig.toml").write_text(RIG)
+    rig = load(folder / "rig.toml")
+    (run,) = read(folder / "log.csv", rig)
+    return Channels(run, "", Setting(rig, len(run), kernels(), {"": 1}))
+
+
+@pytest.mark.parametrize("at_motor", [True, False])
+def test_the_command_tells_at_which_shaft_the_controllers_sensors_are(at_motor, tmp_path, rng):
+    """Through a wind-up of two counts, an encoder's zero, and a command that was read a row and a half early."""
+    ch = channels(tmp_path, rng, at_motor, early=1.5)
+    assert shaft([ch]) == (MOTOR if at_motor else LOAD)
+
+
+def test_a_command_of_the_next_row_is_told(tmp_path, rng):
+    assert ahead(channels(tmp_path, rng, False, early=1, count=0.0, noise=1e-3))
+    assert not ahead(channels(tmp_path, rng, False, early=0, count=0.0, noise=1e-3))
+    assert not ahead(channels(tmp_path, rng, False, early=-1, count=0.0, noise=1e-3))  # late: a cause may do that
+
+
+def test_the_rate_of_a_set_point_at_rest_is_nothing_at_all(tmp_path, rng):
+    """To the last digit, the rows at its ends included: a controller lets go then. What goes in counts does not rest."""
+    ch = channels(tmp_path, rng, False)
+    time = np.cumsum(ch.dt)
+    wanted = np.interp(time, [0.0, 2.0, 4.0, 6.1], [0.1, np.pi / 3.0, np.pi / 3.0, 0.2])
+    rate = speed_setpoint(wanted, {}, ch)
+    rests = np.flatnonzero(wanted == np.pi / 3.0)
+    assert np.all(rate[rests] == 0.0) and np.all(rate[rests[0] - 2 : rests[0]] > 0.0) and np.all(rate[rests[-1] + 1 :] < 0.0)
+    coarse = 0.004 * np.floor(0.5 * time / 0.004)
+    assert np.mean(speed_setpoint(coarse, {}, ch)) == pytest.approx(0.5, rel=0.02)

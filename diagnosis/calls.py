@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
+from time import monotonic
 
 from threadpoolctl import threadpool_limits
 
@@ -26,6 +27,7 @@ from .pipeline.replay import Replay, replay_drive
 from .planning.page import write as write_plan
 from .planning.run import NextRun, opened, plan_run
 from .progress import shown
+from .rules import RULES
 from .search.kept import FOLDER, Kept
 from .systems.system import replay_system
 from .tracking.changes import changes
@@ -84,14 +86,17 @@ def diagnose(
     with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time) as kept:
         seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
         with laws(rig), shown(progress) as tell:
-            return answer(rig, logs, test, folder, tell, seed, anyway, kept)
+            result = answer(rig, logs, test, folder, tell, seed, anyway, kept)
+        if kept:
+            kept.forget()
+        return result
 
 
 @contextmanager
 def _keeping(
     what: str, folder: Path | None, rig: Rig, read: Sequence[Path], seed: int | None, max_time: float | None
 ) -> Iterator[Kept | None]:
-    """Where fits are kept while `what` is at work, until its end; how it is told that it was stopped."""
+    """Where fits are kept while `what` is at work, for who forgets them at its end; how it is told that it was stopped."""
     kept = None if folder is None else Kept.of(folder, asdict(replace(rig, isolate=False)), read, seed)  # it changes no number
     stops = Stops(max_time)
     try:
@@ -105,8 +110,6 @@ def _keeping(
         if kept and folder:
             why = f"{kept.count} fits are kept in {folder / FOLDER}, and the same command goes on with them"
         raise stops.error(what, why) from None
-    if kept:
-        kept.forget()
 
 
 @threadpool_limits.wrap(limits=1)
@@ -169,7 +172,10 @@ def calibrate(
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
     with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
-        return calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
+        result = calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
+        if kept:
+            kept.forget()
+        return result
 
 
 @threadpool_limits.wrap(limits=1)
@@ -193,14 +199,21 @@ def name(
     out: folder for naming.json, report.html, the correction's FMU and the extended system; None writes nothing.
     starts: fits of the base from so many places. seed: of these places, and of the draws that measure chance.
     kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
-    progress, allow_code, max_time, isolate: as of `calibrate`.
+    progress, allow_code, isolate: as of `calibrate`.
+    max_time: of wall time for all of it, s. After four fifths of it nothing more is looked at, and the best of what was fitted by
+    then is the answer (`stopped`); the same call with more time goes on. TimeUp where not even the base was fitted.
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "naming", "naming.json") if out else None
     with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
-        return name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept)
+        began = monotonic()
+        enough = lambda: max_time is not None and monotonic() - began > RULES.naming.enough * max_time
+        result = name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept, enough)
+        if kept and not result.stopped:
+            kept.forget()
+        return result
 
 
 def track(folders: str | Path | Sequence[str | Path], page: str | Path | None = "track.html", since: str = "") -> Track:

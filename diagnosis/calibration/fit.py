@@ -10,8 +10,9 @@ A simulation that breaks off is a point without any worth: the solver takes a sh
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -29,7 +30,7 @@ from ..search.kept import Kept
 from ..systems.parts import Parts
 from .numbers import Number
 from .played import Effort, Played, Settings
-from .slopes import Forward, Slopes
+from .slopes import Forward, Secant, Slopes
 
 Rows = dict[str, list[np.ndarray]]
 """Which samples count, of each output, in each run that is simulated."""
@@ -144,8 +145,11 @@ def fit_from(
     effort: int,
     ended: tuple[float, float] = RULES.calibrate.ended,
     sloped: type[Slopes] | type[Forward] = Slopes,
+    known: Mapping[str, np.ndarray] | None = None,
 ) -> End:
     """Least squares from a start, in places of ranges; an infinite loss where the start itself breaks off.
+
+    known: slopes of numbers by name, from which on they are learnt from the fit's own steps, in the place of `sloped`.
 
     A fit that is kept is taken from there, with what it took.
     """
@@ -153,19 +157,24 @@ def fit_from(
     if at is None or not problem.free:
         return End(start, start, problem.loss(at), at, None if at is None else np.zeros((len(at), 0)))
     if problem.kept is None:
-        return _squares(problem, start, at, effort, ended, sloped)
+        return _squares(problem, start, at, effort, ended, sloped, known)
     took = problem.played.effort
-    key = problem.kept.key(at, start.tobytes(), problem.begins(), effort, ended, sloped.__name__)
+    key = problem.kept.key(at, start.tobytes(), problem.begins(), effort, ended, sloped.__name__, _told(known))
     if found := problem.kept.get(key):
         took.add(Effort.of(json.loads(str(found["effort"]))))
         end = End(start, found["places"], float(found["loss"]), found["misfit"], found["jacobian"])
     else:
         before = replace(took, failed=took.failed.copy())
-        end = _squares(problem, start, at, effort, ended, sloped)
+        end = _squares(problem, start, at, effort, ended, sloped, known)
         told = json.dumps(took.since(before).plain())
         problem.kept.put(key, places=end.places, loss=end.loss, misfit=end.misfit, jacobian=end.jacobian, effort=told)
     problem.played.forget()  # so that what comes next is simulated as often, whether the fit was kept or made
     return end
+
+
+def _told(known: Mapping[str, np.ndarray] | None) -> str:
+    """Slopes known beforehand, as what decides a fit."""
+    return "" if known is None else hashlib.sha256(b"".join(x.tobytes() for x in known.values())).hexdigest()
 
 
 def _squares(
@@ -175,17 +184,19 @@ def _squares(
     effort: int,
     ended: tuple[float, float],
     sloped: type[Slopes] | type[Forward],
+    known: Mapping[str, np.ndarray] | None,
 ) -> End:
     free = problem.free
-    slopes, known = sloped(problem.misfit, free), {start.tobytes(): at}
+    slopes = sloped(problem.misfit, free) if known is None else Secant(problem.misfit, free, known)
+    seen = {start.tobytes(): at}
 
     def value(x: np.ndarray) -> np.ndarray:
         key = x.tobytes()
-        if key not in known:
+        if key not in seen:
             found = problem.misfit(x)
-            known.clear()
-            known[key] = np.full(len(at), np.inf) if found is None else found
-        return known[key]
+            seen.clear()
+            seen[key] = np.full(len(at), np.inf) if found is None else found
+        return seen[key]
 
     last: dict[bytes, np.ndarray] = {}  # slopes where they were taken last, which is mostly where the fit ends
 

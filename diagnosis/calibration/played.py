@@ -121,7 +121,7 @@ class Played:
         try:
             result = run_system(system, settings=self.base[i] | settings, keep=kept)
         except (PartFailed, DescriptionError) as error:
-            _close(kept)  # those that were not yet taken
+            closed(kept)  # those that were not yet taken
             if self.reusable and isinstance(error, PartFailed) and "fmi2Reset" in error.status:
                 self.reusable = False
                 return self._run(i, settings)
@@ -176,7 +176,7 @@ class Played:
 
     def close(self) -> None:
         """Free the FMUs."""
-        _close(self.kept)
+        closed(self.kept)
 
     def trust(self, settings: Settings, others: Settings, i: int) -> str:
         """See whether FMUs that were reset do what new ones do; from now on they are made anew where not. What is to be told of it."""
@@ -228,7 +228,8 @@ class Played:
         return bool(self.group.feeds)
 
 
-def _close(parts: dict[str, Part]) -> None:
+def closed(parts: dict[str, Part]) -> None:
+    """Free parts."""
     while parts:
         parts.popitem()[1].close()
 

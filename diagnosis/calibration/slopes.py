@@ -7,7 +7,7 @@ agree best is taken. Where a side fails, or lies outside, the other does alone; 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -91,3 +91,33 @@ class Forward:
             if (found is not None and np.any(found != at)) or width >= rules.widest:
                 return np.zeros(len(at)) if found is None else (found - at) / (moved[j] - places[j])
             width = min(rules.widest, width * rules.wider**2)
+
+
+class Secant:
+    """Slopes that are known where a fit begins, and learnt from its own steps from there on: no simulation for them.
+
+    known: of numbers by name, d misfit / d place; of others they are differences to one side. After each step the slopes
+    along it are those that were seen (C. G. Broyden, Math. Comp. 19 (1965) 577). Good enough to see whether a rival is worth
+    slopes of its own.
+    """
+
+    def __init__(self, misfit: Misfit, numbers: Sequence[Number], known: Mapping[str, np.ndarray]):
+        self.known, self.numbers, self.sides = known, numbers, Forward(misfit, numbers)
+        self.last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+
+    def __call__(self, places: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """A column for each number."""
+        if self.last is None:
+            columns = [
+                self.known[n.name] if n.name in self.known else self.sides._column(j, places, at)
+                for j, n in enumerate(self.numbers)
+            ]
+            slopes = np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
+        else:
+            before, misfit, slopes = self.last
+            step = places - before
+            length = float(step @ step)
+            if length > 0.0 and np.isfinite(at).all():
+                slopes = slopes + np.outer(at - misfit - slopes @ step, step) / length
+        self.last = places.copy(), at.copy(), slopes
+        return slopes

@@ -34,6 +34,9 @@ def told_of(found: Search, seed: int) -> Naming:
     effort = work.played.effort
     rig = work.rig
     notes = [*found.notes, *work.played.notes]
+    if effort.runs and sum(effort.failed.values()) > RULES.naming.broken * effort.runs:
+        ((reason, _),) = effort.failed.most_common(1)
+        notes.append(f"{sum(effort.failed.values())} of {effort.runs} simulations broke off, most with: {reason}")
     return Naming(
         verdict,
         why,
@@ -50,6 +53,7 @@ def told_of(found: Search, seed: int) -> Naming:
         {**effort.told(), "elapsed": 0.0},
         notes=notes,
         seed=seed,
+        stopped=found.stopped,
     )
 
 

@@ -44,6 +44,12 @@ class Arranged:
         found[self.block, self.place] = entries
         return found
 
+    def taken(self, columns: np.ndarray, part: slice) -> np.ndarray:
+        """Columns of (blocks, samples of a part, ...) as entries: `put` turned round."""
+        found = np.zeros((len(self.names), self.width, *columns.shape[2:]))
+        found[:, part] = columns
+        return found[self.block, self.place]
+
     def losses(self, misfit: np.ndarray) -> np.ndarray:
         """What each output adds to the mean loss of each block, (blocks, outputs)."""
         count = len(self.problem.played.outputs)

@@ -6,7 +6,7 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -38,6 +38,7 @@ class Rivalled:
     end: End
     candidate: Candidate
     block: np.ndarray  # of each entry of the misfit
+    rough: bool = False  # fitted without slopes of its own
 
     @property
     def values(self) -> dict[str, float]:
@@ -83,6 +84,7 @@ class Contest:
     smooth: bool = False
     taken: set[str] = field(default_factory=set)  # numbers that are fitted anyway
     kinds: Sequence[str] = g.KINDS  # of guesses that are held against the base
+    enough: Callable[[], bool] = lambda: False  # whether time is up: what was fitted by then is judged
 
     @property
     def played(self) -> Extended:
@@ -109,6 +111,7 @@ class Contest:
         self.base, self.values = base, problem.values(base.places)
         self.begins = self._begins(problem, base)
         unseen = self._held_out(problem, base)
+        self.most = 0.0  # that any rival takes off the loss
         nothing = self._candidate(Hypothesis("", "nothing more", ()), (), problem, base, unseen)
         self.losses, self.errors_unseen, self.errors_fit = (
             nothing.losses,
@@ -128,14 +131,24 @@ class Contest:
         columns = self.arranged.put(self._as_fit(problem, base).jacobian)
         self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs)
         self.looks = Looks(
-            problem, base, self.values, self.arranged, self.linear, self.scene, self.inserts, self.taken, self.kinds, self.tell
+            problem,
+            base,
+            self.values,
+            self.arranged,
+            self.linear,
+            self.scene,
+            self.inserts,
+            self.taken,
+            self.kinds,
+            self.tell,
+            self.enough,
         )
         self.looks.first()
         outcome.fitted = self._fits(g.PLAIN)
-        if self._wanting(outcome):
+        if self._wanting(outcome) and not self.enough():
             self.looks.further()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.DERIVED))
-        if g.LAW in self.kinds and self._wanting(outcome):
+        if g.LAW in self.kinds and self._wanting(outcome) and not self.enough():
             self.looks.pairs()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
         outcome.looked = len({guess.label for _, guess in self.looks.ways})
@@ -169,7 +182,7 @@ class Contest:
         others = [
             ways
             for ways in ordered
-            if ways[0][1].kind != CURVE and (ways[0][0].gain >= least or ways[0][1].law in ("limit", "overflow"))
+            if ways[0][1].kind != CURVE and (ways[0][0].gain >= least or (plain and ways[0][1].law in ("limit", "overflow")))
         ]
         chosen = others[: rules.fits if plain else rules.fits_derived]
         if curves and plain:
@@ -187,39 +200,64 @@ class Contest:
             most = rules.overflows if name == "overflow" else most  # of which the look sees little
             chosen += [ways for ways in mine[:most] if ways not in chosen]
         found = []
-        todo = [
-            (guess, self._start(way, guess)) for ways in (*curves, *chosen) for way, guess in ways[: self._starts(ways[0][1])]
-        ]
+        todo: list[tuple[Guess, dict[str, float], Direction]] = []
+        for ways in (*curves, *chosen):
+            todo += [(guess, self._start(way, guess), way) for way, guess in ways[: self._starts(ways[0][1])]]
         for ways in chosen:
-            todo += [(ways[0][1], start) for start in g.brims(self.scene, ways[0][1])]
-        for k, (guess, start) in enumerate(todo):
-            self.tell(f"fits: {guess.label}", 0.45 + 0.3 * k / len(todo))
-            if (rival := self._fit(guess, self.values | start)) is not None:
+            todo += [(ways[0][1], start, ways[0][0]) for start in g.brims(self.scene, ways[0][1])]
+        for k, (guess, start, way) in enumerate(todo):
+            if found and self.enough():
+                break
+            self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.45 + 0.3 * k / len(todo))
+            if (rival := self._fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
-        found = _distinct(found)
-        more = []
-        for rival in found:
-            values = rival.values
-            more += [*g.relatives(rival.guess, values)]
-        for rival in [rival for rival in found if rival.guess.kind == g.EVENT][: rules.shifted]:
-            more += [(rival.guess, start) for start in g.shifted(rival.guess, rival.values)]
+        found = self._polished(_distinct(found), 0.7)
+        near = [rival for rival in found if not rival.rough]
+        more: list[tuple[Guess, dict[str, float], Direction | None]] = []
+        for rival in near:
+            more += [(guess, start, None) for guess, start in g.relatives(rival.guess, rival.values)]
+        for rival in [rival for rival in near if rival.guess.kind == g.EVENT][: rules.shifted]:
+            more += [(rival.guess, start, None) for start in g.shifted(rival.guess, rival.values)]
         more += self._curve_beside(found)
-        for k, (guess, start) in enumerate(more):
-            self.tell(f"fits: {guess.label}", 0.75 + 0.1 * k / len(more))
-            if (rival := self._fit(guess, start)) is not None:
+        for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
+            self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
+            if (rival := self._fit(guess, start, beside_it)) is not None:
                 found.append(rival)
         found = _distinct(found)
-        if found and found[0].guess.kind == CURVE and (more_points := self.looks.finer(found[0].guess, found[0].values)):
-            self.tell(f"fits: {more_points[0].label}", 0.85)
-            found += [rival] if (rival := self._fit(*more_points)) is not None else []
-        found = _distinct(found)
-        for k, rival in enumerate(found[: rules.polished]):
-            self.tell(f"fits: {rival.guess.label}", 0.85 + 0.05 * k / rules.polished)
-            if (better := self._fit(rival.guess, rival.values)) is not None:
-                found[k] = better
+        curved = bool(found) and found[0].guess.kind == CURVE and not self.enough()
+        if curved and (finer := self.looks.finer(found[0].guess, found[0].values)):
+            guess, start = finer
+            self.tell(f"fits: {guess.label}", 0.85)
+            way = next(way for way, one in reversed(self.looks.ways) if one is guess)
+            found += [rival] if (rival := self._fit(guess, start, way)) is not None else []
+        return self._polished(_distinct(found), 0.87)
+
+    def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
+        """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""
+        rules = RULES.naming
+        base = self.problem.loss(self.base.misfit)
+        self.most = max([self.most, *(base - rival.end.loss for rival in found)])
+        by_fit = sorted(found, key=lambda r: r.end.loss)[: rules.by_fit]
+        near = [r for r in (*found[: rules.polished], *by_fit) if base - r.end.loss >= rules.in_reach * self.most]
+        chosen = dict.fromkeys(rival.guess.label for rival in near)
+        for k, rival in enumerate(found):
+            if rival.rough and rival.guess.label in chosen:
+                if not found[0].rough and self.enough():
+                    break
+                self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", done)
+                if (better := self._fit(rival.guess, rival.values)) is not None:
+                    found[k] = better
         return _distinct(found)
 
-    def _curve_beside(self, found: list[Rivalled]) -> Iterator[tuple[Guess, dict[str, float]]]:
+    def _so_far(self, found: list[Rivalled]) -> str:
+        """What fits best by now, for those who wait."""
+        if not found:
+            return ""
+        best = min(found, key=lambda r: r.end.loss)
+        left = best.end.loss / max(self.problem.loss(self.base.misfit), 1e-300)
+        return f" (best so far: {best.guess.label}, leaves {100.0 * left:.0f} % of the loss)"
+
+    def _curve_beside(self, found: list[Rivalled]) -> Iterator[tuple[Guess, dict[str, float], Direction]]:
         """The free curve that the best law goes along with, where it was not fitted: what the law says must be held against it."""
         best = next((rival.guess for rival in found if rival.guess.kind == g.LAW), None)
         if best is None or not best.inserts:
@@ -228,7 +266,7 @@ class Contest:
         mine = [pair for pair in self.looks.ways if pair[1].label == label]
         if mine and not any(rival.guess.label == label for rival in found):
             way, guess = max(mine, key=lambda pair: pair[0].gain)
-            yield guess, self.values | self._start(way, guess)
+            yield guess, self.values | self._start(way, guess), way
 
     def _starts(self, guess: Guess) -> int:
         """From how many places it is fitted."""
@@ -240,8 +278,23 @@ class Contest:
             return way.shape
         return {**way.shape, **{f.name: f.nominal + float(x) for f, x in zip(way.amplitudes, way.amounts)}}
 
-    def _fit(self, guess: Guess, start: dict[str, float]) -> Rivalled | None:
-        """A guess fitted from these values of its numbers, and of the base's where they are given."""
+    def _known(self, way: Direction, problem: Extending) -> dict[str, np.ndarray]:
+        """Slopes of the base's numbers, and of a way's amplitudes, d misfit / d place, as the look has them."""
+        assert self.base.jacobian is not None
+        found = {n.name: self.base.jacobian[:, j] for j, n in enumerate(self.problem.free)}
+        if not way.jump:
+            columns = self.arranged.taken(way.columns, way.part)
+            of = {n.name: n for n in problem.free}
+            for j, amplitude in enumerate(way.amplitudes):
+                found[amplitude.name] = columns[:, j] * of[amplitude.name].slope(of[amplitude.name].place(amplitude.nominal))
+        return found
+
+    def _fit(self, guess: Guess, start: dict[str, float], way: Direction | None = None) -> Rivalled | None:
+        """A guess fitted from these values of its numbers, and of the base's where they are given.
+
+        way: how the look saw it; then the slopes are those of the base and of the look, and what the fit's own steps say of
+        them. Else they are simulated.
+        """
         problem = self.looks.trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
         best: End | None = None
@@ -255,7 +308,8 @@ class Contest:
                 break
         if best is None:
             return None
-        end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended, Forward)
+        slopes = self._known(way, problem) if way is not None else None
+        end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended, Forward, slopes)
         if end.misfit is None or not np.isfinite(end.loss):
             return None
         unseen = self._held_out(problem, end)
@@ -264,7 +318,7 @@ class Contest:
         on_fit = self.arranged.errors(end.misfit) / np.maximum(self.errors_fit, 1e-300)
         drop = 1.0 - np.maximum(self.arranged.errors(unseen) / np.maximum(self.errors_unseen, 1e-300), on_fit)
         candidate.drop = float(np.where(self.off, drop, 0.0).max())
-        return Rivalled(guess, problem, end, candidate, self.arranged.block)
+        return Rivalled(guess, problem, end, candidate, self.arranged.block, way is not None)
 
     def _as_fit(self, problem: Calibrating, end: End) -> Fit:
         assert end.misfit is not None and end.jacobian is not None

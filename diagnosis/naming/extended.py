@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 
 from selflock.fmus.correction import law
+from selflock.master.errors import DescriptionError, PartFailed
 from selflock.master.simulation import run as run_system
 from selflock.master.system import Component
 
 from ..calibration.fit import Calibrating, Rows
 from ..calibration.numbers import Number
-from ..calibration.played import Played, Settings
+from ..calibration.played import Played, Settings, closed
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..rules import RULES
-from ..systems.parts import Parts
-from .places import Insert, extended
+from ..systems.parts import LOG, Parts
+from .places import Insert, Place, extended, listening
 
 COMPILED = "selflock.diagnosis.naming.part:CompiledCorrection"
 
@@ -49,12 +50,41 @@ class Extended(Played):
         self.inserts = tuple(inserts)
         both = [extended(system, self.parts, inserts, component) for system in self.plain]
         self.systems = [system for system, _ in both]
-        self.recorded = {name: both[0][1].get(name, name) for name in self.outputs}
+        self.moved = both[0][1]
+        self.recorded = {name: self.moved.get(name, name) for name in self.outputs}
         self.memory = [{} for _ in self.runs]
 
     def runs_along(self, name: str) -> bool:
         head = name.partition(".")[0]
         return any(one.name == head for one in self.inserts) or super().runs_along(name)
+
+    def steps(
+        self, settings: Sequence[Settings], i: int, place: Place | None = None, overs: Sequence[str] = ()
+    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]] | None:
+        """The outputs of run i at all steps, and what a correction at a place would be given; None where the run breaks off.
+
+        What is given is by variable, the signal under "", of each step as it is taken: one value less than there are outputs.
+        """
+        system, columns = self.systems[i], {}
+        if place is not None:
+            system, columns = listening(self.plain[i], system, self.parts, self.moved, place, overs, component)
+        mine = {name: value for name, value in settings[i].items() if self.runs_along(name)}
+        kept, self.kept = self.kept if self.reusable else {}, {}
+        self.effort.runs += 1
+        try:
+            result = run_system(system, settings=self.base[i] | mine, keep=kept)
+        except (PartFailed, DescriptionError):
+            closed(kept)
+            return None
+        closed({name: kept.pop(name) for name in {*kept} - {*self.systems[i].components} | {LOG} & {*kept}})
+        self.kept = kept
+        if not self.reusable:
+            self.close()
+        self.effort.steps += result.steps * len(self.group.members)
+        self.effort.seconds += result.duration
+        table = result.table
+        outputs = {name: table[self.recorded[name]].to_numpy(float) for name in self.outputs}
+        return outputs, {over: table[column].to_numpy(float)[1:] for over, column in columns.items()}
 
     def series(self, settings: Sequence[Settings], which: Sequence[int]) -> dict[str, list[np.ndarray]]:
         """All numbers of the components that run, and of the log beside them, at the steps of these runs: `time` among them."""

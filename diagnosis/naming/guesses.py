@@ -415,9 +415,9 @@ def shifts(scene: Scene, place: Place) -> Iterator[tuple[Insert, float, str]]:
     yield Insert(scene.prefix, place, "constant"), 3.0 * spread, ""
     component = scene.parts.owner(place.variable)
     mine = lambda name: not name or (name in scene.parts.variables and scene.parts.owner(name) == component)
-    wanted = [(name, what, "") for name, what in scene.variables(place) if what == law.VALUE]
-    wanted += [pair for pair in scene.pairs(place) if pair[1] == law.DIFFERENCE]
-    for over, what, beside in [one for one in wanted if mine(one[0]) and mine(one[2])][: RULES.naming.gated]:
+    singles = [(name, what, "") for name, what in scene.variables(place) if what == law.VALUE and mine(name)]
+    apart = [one for one in scene.pairs(place) if one[1] == law.DIFFERENCE and mine(one[0]) and mine(one[2])]
+    for over, what, beside in (*singles[: RULES.naming.gated], *apart[: RULES.naming.gated]):
         table, _ = curve(scene, place, over, what, False, beside)
         one = replace(table, law="proportional", points=0, fixed=table.fixed[:2])
         most = RULES.naming.reach * RULES.naming.reach * spread / float(abs(scene.joined(over, what, beside)).max())

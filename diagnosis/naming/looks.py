@@ -24,6 +24,7 @@ from .arranged import Arranged
 from .extended import Extending
 from .guesses import CURVE, Guess, Scene, Trial
 from .places import Insert, Place
+from .response import Responses
 
 Tell = Callable[[str, float], None]
 
@@ -42,6 +43,7 @@ class Looks:
     taken: set[str]  # numbers that are fitted anyway
     kinds: Sequence[str]
     tell: Tell
+    enough: Callable[[], bool] = lambda: False  # whether time is up
     ways: list[tuple[Direction, Guess]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -50,29 +52,34 @@ class Looks:
             self.arranged.put(self.base.misfit * weight(self.base.misfit, RULES.search.loss_scale))
         )
         self.tables: list[tuple[Insert, np.ndarray, np.ndarray]] = []  # free curves, their points, what these change
-        self.rests: dict[Place, np.ndarray | None] = {}
+        overs = {place: self._overs(place) for place in self.scene.places}
+        spreads = {place: self.scene.spread(place) for place in self.scene.places}
+        self.responses = Responses(self.problem, self.values, self.inserts, overs, spreads)
+
+    def _overs(self, place: Place) -> list[str]:
+        return list(dict.fromkeys(over for over, _ in self.scene.variables(place) if over != place.variable))
 
     def trial(self, guess: Guess) -> Extending:
         """The problem of a guess: what was found before, and its corrections and numbers."""
-        problem = self.problem
         wanted = (*self.inserts, *guess.inserts)
         if self.scene.played.inserts != wanted:
             self.scene.played.extend(wanted)
+        return self._problem(guess)
+
+    def _problem(self, guess: Guess) -> Extending:
+        problem = self.problem
         found = replace(problem, numbers=(*problem.numbers, *guess.numbers), acts=problem.acts | guess.acts, units=problem.units)
         vars(found)["played"] = self.scene.played
         vars(found)["trusted"] = problem.trusted
         return found
 
-    def _at_rest(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
-        """The misfit with a correction whose amplitudes are 0: the same of all laws at a place, so that it is simulated once."""
-        if guess.place is None:
-            return self._misfit(problem, guess, at)
-        if guess.place not in self.rests:
-            self.rests[guess.place] = self._misfit(problem, guess, at)
-        return self.rests[guess.place]
-
-    def _misfit(self, problem: Extending, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
+    def _misfit(self, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
+        """The misfit with a guess at these values of its numbers: of one correction by how outputs answer it, else simulated."""
         values = self.values | {n.name: n.start for n in guess.numbers} | at
+        problem = self._problem(guess)
+        if len(guess.inserts) == 1:
+            change = self.responses.change(guess.inserts[0], problem.settings(values))
+            return None if change is None or self.base.misfit is None else self.base.misfit + change
         errors = problem.errors(values)
         if errors is None:
             return None
@@ -92,24 +99,22 @@ class Looks:
 
     def _column(self, trial: Trial) -> None:
         guess = trial.guess
-        problem = self.trial(guess)
         off = {n.name: n.start for n in guess.numbers} | trial.at
         if trial.acting:
-            still = guess.kind == g.LAW or guess.law == "offset"  # of which an amplitude of 0 is none at all
-            at = (self._at_rest if still else self._misfit)(problem, guess, off)
+            at = self._misfit(guess, off)
             columns = []
             for name in trial.acting:
                 n = next(n for n in guess.numbers if n.name == name)
                 step = RULES.naming.unit * (n.high - n.low)
                 step = -step if n.start + step > n.high else step
-                moved = self._misfit(problem, guess, off | {name: n.start + step})
+                moved = self._misfit(guess, off | {name: n.start + step})
                 if at is None or moved is None:
                     return
                 columns.append((moved - at) / step)
             frees = [f for f in guess.free if f.name in trial.acting]
             self._keep(guess, trial.at, frees, np.stack(columns, -1))
         else:
-            moved = self._misfit(problem, guess, off)
+            moved = self._misfit(guess, off)
             if moved is not None and self.base.misfit is not None:
                 self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
 
@@ -120,6 +125,8 @@ class Looks:
             for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
                 self._column(trial)
         for k, place in enumerate(places):
+            if self.ways and self.enough():
+                return
             self.tell(f"first look at {place}", 0.05 + 0.35 * k / len(places))
             for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
                 self._column(trial)
@@ -182,13 +189,11 @@ class Looks:
         step = RULES.naming.unit * (1.0 if table.multiplies else self.scene.spread(table.place))
         names = g.heights(table)
         probe = Guess(CURVE, "table", "", (table,), tuple(g.number(name, 0.0, -step, step) for name in names))
-        problem = self.trial(probe)
-        at = self._at_rest(problem, probe, {})
-        if at is None:
-            return None
+        at = self.base.misfit
+        assert at is not None
         found = []
         for name in names:
-            moved = self._misfit(problem, probe, {name: step})
+            moved = self._misfit(probe, {name: step})
             if moved is None:
                 return None
             found.append((moved - at) / step)
@@ -251,10 +256,9 @@ class Looks:
         for i, times in zip(longest, edges):
             numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
             probe = Guess(g.EVENT, "event", "", (replace(added, fixed=(*added.fixed, ("until", g.FAR))),), numbers)
-            problem = self.trial(probe)
-            at = self._at_rest(problem, probe, {})
+            at = self.base.misfit
             for k, time in enumerate(times[:-1]):
-                moved = self._misfit(problem, probe, {a: step, since: float(time)})
+                moved = self._misfit(probe, {a: step, since: float(time)})
                 steps[i, k] = None if moved is None or at is None else (moved - at) / step
             steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
         for i, guess, first, last in g.events(scene, added, most, in_words, edges, longest):

@@ -121,6 +121,7 @@ class Naming:
     faults: list[dict] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     seed: int = 0
+    stopped: bool = False  # by its time limit, before all was held against the base
     folder: Path | None = None
     files: list[str] = field(default_factory=list)
 

@@ -77,12 +77,7 @@ def extended(
     system: System, parts: Parts, inserts: Sequence[Insert], make: Callable[[Insert], Component]
 ) -> tuple[System, dict[str, str]]:
     """The system with corrections, each right before or behind its component; and what outputs are called behind them."""
-    plain = {
-        name: Connection(c.source, parts.links[name].factor, parts.links[name].offset, convert=False)
-        if name in parts.links and not c.mapping and not c.source.startswith(f"{LOG}.")
-        else c
-        for name, c in system.connections.items()
-    }
+    plain = _plain(system, parts)
     connections, components, order = dict(plain), dict(system.components), list(system.order)
     moved: dict[str, str] = {}
     for one in inserts:
@@ -103,17 +98,71 @@ def extended(
             order.insert(order.index(behind) + 1, one.name)
             moved[variable] = corrected
         for target, over in (("x", "" if one.own else one.over), ("beside", one.beside)):
-            if over in plain:
-                connections[f"{one.name}.{target}"] = plain[over]
-            elif over in parts.variables and parts.variables[over].causality != "input":
-                connections[f"{one.name}.{target}"] = Connection(over, convert=False)
-            elif over and LOG in components:
-                connections[f"{one.name}.{target}"] = Connection(f"{LOG}.{over}", convert=False)
-        components[one.name] = make(one)
+            if over and (heard := _heard(system, plain, parts, over)):
+                connections[f"{one.name}.{target}"] = heard
+        made = make(one)
+        idle = {target: 0.0 for target in ("x", "beside") if f"{one.name}.{target}" not in connections}
+        components[one.name] = replace(made, start=idle | made.start)  # a system may leave no input open
     wanted = [moved.get(name, name) for name in system.run.record]
     return replace(
         system, components=components, connections=connections, run=replace(system.run, order=order, record=wanted)
     ), moved
+
+
+def _plain(system: System, parts: Parts) -> dict[str, Connection]:
+    """What inputs are given where nothing is corrected."""
+    return {
+        name: Connection(c.source, parts.links[name].factor, parts.links[name].offset, convert=False)
+        if name in parts.links and not c.mapping and not c.source.startswith(f"{LOG}.")
+        else c
+        for name, c in system.connections.items()
+    }
+
+
+def _heard(system: System, plain: dict[str, Connection], parts: Parts, over: str) -> Connection | None:
+    """How a correction is given a variable; None where nothing there has it."""
+    if over in plain:
+        return plain[over]
+    if over in parts.variables and parts.variables[over].causality != "input":
+        return Connection(over, convert=False)
+    return Connection(f"{LOG}.{over}", convert=False) if LOG in system.components else None
+
+
+def listening(
+    plain: System,
+    system: System,
+    parts: Parts,
+    moved: dict[str, str],
+    place: Place,
+    overs: Sequence[str],
+    make: Callable[[Insert], Component],
+) -> tuple[System, dict[str, str]]:
+    """The system, in which `plain` was extended, with ears for what a correction at a place would be given; and their columns.
+
+    The signal is under "". An ear passes nothing on, so that the system does as it did.
+    """
+    variable, component = place.variable, parts.owner(place.variable)
+    connections, components, order = dict(system.connections), dict(system.components), list(system.order)
+    behind = moved.get(variable, variable).rpartition(".")[0] if variable in moved else component
+    at = order.index(component) if place.where == IN else order.index(behind) + 1
+    given, columns = _plain(plain, parts), {}
+    for k, over in enumerate(("", *overs)):
+        if over:
+            heard = _heard(plain, given, parts, over)
+        else:
+            heard = connections.get(variable) if place.where == IN else Connection(moved.get(variable, variable), convert=False)
+        if heard is None:
+            continue
+        ear = f"ear_{k + 1}"
+        made = make(Insert(ear, place, "constant", over=over))
+        components[ear] = replace(made, start={"x": 0.0, "beside": 0.0} | made.start)
+        connections[f"{ear}.signal"] = heard
+        order.insert(at, ear)
+        columns[over] = f"{ear}.signal"
+    record = [*system.run.record, *columns.values()]
+    return replace(
+        system, components=components, connections=connections, run=replace(system.run, order=order, record=record)
+    ), columns
 
 
 def ahead(parts: Parts, place: Place, over: str, smooth: bool) -> float:

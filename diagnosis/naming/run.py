@@ -5,96 +5,35 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..calibration import told
-from ..calibration.fit import End, fit, fit_from, spreads, units
-from ..calibration.numbers import Number, of_rig
+from ..calibration.fit import End, fit, fit_from, units
+from ..calibration.numbers import of_rig
 from ..calibration.run import division, here, own, reached, sizes
 from ..calibration.slopes import Forward
-from ..data.log import MeasuredRun
 from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
 from ..residuals.mending import rms
-from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.kept import Kept
-from ..systems.parts import Parts
 from ..systems.system import prepare
 from .answer import told_of
-from .contest import Contest, Round, beside
+from .contest import Contest, Rivalled, Round, beside
 from .extend import extend
 from .extended import Extended, Extending, taken
-from .guesses import CURVE, EVENT, KINDS, Guess
+from .guesses import CURVE, EVENT, KINDS
 from .outcome import Naming
 from .page import write
-from .places import Insert
+from .steps import fine_enough, in_own_steps
+from .work import Work, heads, without
 
 PREFIX = "correction"
-
-
-@dataclass
-class Work:
-    """All that one naming goes on with."""
-
-    rig: Rig
-    parts: Parts
-    runs: list[MeasuredRun]
-    numbers: tuple[Number, ...]
-    judges: set[int]
-    rows: list[np.ndarray]
-    words: str
-    layout: Blocks
-    played: Extended
-    given_step: float  # of the system as the rig has it, s
-    kept: Kept | None = None  # where fits are kept
-    inserts: tuple[Insert, ...] = ()
-    found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
-    acts: dict[str, dict[str, float]] = field(default_factory=dict)
-    opened: ExitStack = field(default_factory=ExitStack)  # systems that run, to be closed whatever happens
-
-    def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
-        """A system of one's own on these runs."""
-        played = Extended(self.rig, parts, runs, numbers)
-        played.effort = self.played.effort  # of all together
-        self.opened.callback(played.close)
-        return played
-
-    @property
-    def which(self) -> list[int]:
-        return [i for i in range(len(self.runs)) if i not in self.judges]
-
-    def problem(self) -> Extending:
-        """The fit to all that teaches, with what was found so far."""
-        self.played.extend(self.inserts)
-        more = [n for numbers in self.found for n in numbers]
-        found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, kept=self.kept, acts=self.acts)
-        found.fixed = {n.name: n.start for n in self.numbers if n.run in self.judges}
-        vars(found)["played"] = self.played
-        found.units = spreads(self.played)
-        return found
-
-    @property
-    def step(self) -> float:
-        """The system's step, s."""
-        return self.parts.system.run.step
-
-    def in_steps(self, factor: float) -> Work:
-        """The same in steps of another size."""
-        parts = copy(self.parts)
-        parts.system = replace(parts.system, run=replace(parts.system.run, step=self.step * factor))
-        return replace(self, parts=parts, played=self.played_on(parts, self.runs, self.numbers))
-
-    def with_also(self, guess: Guess) -> Work:
-        """The same with one more that was found; a run is counted among all, not among those that teach."""
-        numbers = tuple(n if n.run is None else replace(n, run=self.which[n.run]) for n in guess.numbers)
-        return replace(self, inserts=(*self.inserts, *guess.inserts), found=[*self.found, numbers], acts=self.acts | guess.acts)
 
 
 def name_system(
@@ -107,8 +46,9 @@ def name_system(
     seed: int,
     kinds: Sequence[str] = KINDS,
     kept: Kept | None = None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> Naming:
-    """The naming of what a rig's system lacks, as `calls.name` tells it."""
+    """The naming of what a rig's system lacks, as `calls.name` tells it. enough: whether time is up for looking further."""
     if rig.system is None:
         raise DataError(
             f'{rig.path}: names no system. Write [rig] system = "my.toml" (an .ssp or .fmu as well); what a drive of ours lacks '
@@ -132,7 +72,7 @@ def name_system(
         opened.callback((played := Extended(rig, parts, runs, numbers)).close)
         work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, parts.system.run.step, kept, opened=opened)
         work.judges, work.rows, work.words = division(work.problem(), held, [layout.block(i) for i in range(len(runs))])
-        found = _searched(work, tell, starts, seed, kinds)
+        found = _searched(work, tell, starts, seed, kinds, enough)
         result = told_of(found, seed)
         result.faults = [fault.row() for fault in faults]
         result.effort["elapsed"] = time.monotonic() - begun
@@ -167,55 +107,40 @@ class Search:
     outcomes: list[Round]
     notes: list[str]
     begins: Work  # before anything was found
+    stopped: bool = False  # by its time limit
 
 
-def _near(work: Work, most: int = RULES.naming.glance) -> Extending:
-    """The heads of all runs that teach, of so many samples, on which guesses are looked at and compared."""
-    total = sum(len(work.runs[i]) for i in work.which)
-    share = min(1.0, most / total)
-    runs = [work.runs[i].head(max(2, int(np.ceil(share * len(work.runs[i]))))) for i in work.which]
-    place = {i: k for k, i in enumerate(work.which)}
-    numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
-    played = work.played_on(work.parts, runs, numbers)
-    rows = [work.rows[i][: len(run)] for i, run in zip(work.which, runs)]
-    problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows, kept=work.kept)
-    vars(problem)["played"] = played
-    problem.units = spreads(played)
-    return problem
-
-
-def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str]) -> Search:
-    near = _near(work)
+def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str], enough: Callable[[], bool]) -> Search:
+    near = heads(work)
     tell("the base", 0.02)
     assert isinstance(near.played, Extended)
     places, notes = _base(work, near, near.played, starts, seed)
     if _later(work, near, near.values(places)):
         near.played.close()
-        longer = _near(work, RULES.naming.glance_longer)
+        longer = heads(work, RULES.naming.glance_longer)
         longer.fixed = near.fixed
         near = longer
     rng = np.random.default_rng(seed)
     nothing = End(np.zeros(0), np.zeros(0), np.inf)
     given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
-    work, near, places = _fine_enough(work, near, places)
+    work, near, places = fine_enough(work, near, places)
     found, again = _begun(work, near, places, given, notes), RULES.naming.halved
     while len(found.outcomes) < RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
         prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
-        outcome = Contest(near, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds).play(rng)
+        own = in_own_steps(work, near, places)
+        outcome = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough).play(rng)
         found.outcomes.append(outcome)
         wider = _chosen(found, outcome, near.fixed)
-        if wider is None or outcome.winner is None:
+        if wider is None or outcome.winner is None or enough():
             break
-        near, places = outcome.winner.problem, outcome.winner.end.places
-        assert isinstance(near.played, Extended)
-        near.played.extend(wider.inserts)
-        work, near, places = _fine_enough(wider, near, places)
+        near, places = _widened(near, outcome.winner, wider)
+        work, near, places = fine_enough(wider, near, places)
         if work is wider:
             continue
         if k == 0 and again:  # it was found in steps that hide or feign something, so that it is looked for anew
             work, again = replace(work, inserts=(), found=[], acts={}), again - 1
-            near = _without(near, numbers)
+            near = without(near, numbers)
             places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
             found = _begun(work, near, places, given, notes)
         else:
@@ -226,6 +151,13 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     _curve_instead(found)
     found.work.played.extend(found.work.inserts)
     notes += _beyond(found)
+    if enough():
+        found.stopped = True
+        count = sum(len(outcome.fitted) for outcome in found.outcomes)
+        notes.append(
+            f"the time limit came before all was held against the base: this is the best of {count} guesses that were fitted by "
+            "then; with a longer one the same command goes on"
+        )
     if found.work.step != work.given_step:
         notes.append(
             f"steps of {work.given_step:g} s are too long for this system, by what they leave: {found.work.step:g} s are taken"
@@ -252,13 +184,16 @@ def _beyond(found: Search) -> list[str]:
     ]
 
 
-def _without(near: Extending, numbers: Sequence[Number]) -> Extending:
-    """A problem with these numbers alone, and without corrections."""
-    found = replace(near, numbers=tuple(numbers), acts={})
-    vars(found)["played"] = near.played
+def _widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, np.ndarray]:
+    """The problem in the work's own steps with what won beside it, fitted there."""
     assert isinstance(near.played, Extended)
-    near.played.extend(())
-    return found
+    found = replace(near, numbers=winner.problem.numbers, acts=winner.problem.acts, units=winner.problem.units)
+    vars(found)["played"] = near.played
+    near.played.extend(work.inserts)
+    if winner.problem.played is near.played:
+        return found, winner.end.places
+    winner.problem.played.close()
+    return found, fit_from(found, winner.end.places, RULES.naming.effort, RULES.naming.ended, Forward).places
 
 
 def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes: list[str]) -> Search:
@@ -296,56 +231,6 @@ def _curve_instead(found: Search) -> None:
     first.winner = first.curve
     found.outcomes = [first]
     found.work, found.best = wider, after
-
-
-def _fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, Extending, np.ndarray]:
-    """Half the steps for as long as what the model makes of the log, fitted again, moves with them, and leaves no more.
-
-    What steps miss looks like a law or a lag. Where the step's error falls with the step, half of it is what half the step
-    moves; what is moved by less than a share of the noise hides nothing. Where steps were halved that leave less as they
-    were, as of an FMU that acts once a step, they are doubled again.
-    """
-    least, began = work.given_step / 2.0**RULES.naming.halved, work
-    while work.step > 1.5 * least:
-        other = _in_steps(work, near, places, 0.5)
-        if other is None:
-            break
-        work, near, places = other
-    while work is began and work.step < 0.75 * work.given_step:
-        other = _in_steps(work, near, places, 2.0)
-        if other is None:
-            break
-        began, near, places = other
-        work = began
-    return work, near, places
-
-
-def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) -> tuple[Work, Extending, np.ndarray] | None:
-    """The same in steps of another size, fitted again; None where that changes nothing that is seen, or leaves more."""
-    stepped = work.in_steps(factor)
-    other = replace(near)
-    vars(other)["played"] = played = work.played_on(stepped.parts, near.runs, work.numbers)
-    played.extend(work.inserts)
-    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
-    seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
-    better = seen and end.loss < near.loss(near.misfit(places))
-    for unused in (near.played, work.played) if better else (other.played, stepped.played):
-        unused.close()
-    return (stepped, other, end.places) if better else None
-
-
-def _moved(one: Extending, values: dict[str, float], other: Extending, others: dict[str, float]) -> float:
-    """By how much two models differ in what is compared, in units of its noise, where most; 0 where one breaks off."""
-    first, second = one.errors(values), other.errors(others)
-    if first is None or second is None:
-        return 0.0
-    most = 0.0
-    for name, parts in first.items():
-        trusted = one.trusted[name]
-        apart = np.concatenate([(a - b)[t] for a, b, t in zip(parts, second[name], trusted)])
-        noise = max(float(of_samples(second[name], trusted)), RULES.pipeline.fine * one.played.spread(name))
-        most = max(most, float(np.sqrt(np.mean(apart**2))) / noise if len(apart) and noise else 0.0)
-    return most
 
 
 def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int) -> tuple[np.ndarray, list[str]]:

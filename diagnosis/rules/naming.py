@@ -22,6 +22,12 @@ class NamingRules:
         "theory: of an error that falls with the step twice as much is left, 4 % of noise and error together, search.relevant",
     )
 
+    other_system: float = rule(
+        0.1,
+        "share of an output's spread that finer steps may move it by for rivals to be fitted in the rig's own steps",
+        "not studied; what is held against the noise is ten times as small in all hidden plants of the tests",
+    )
+
     # --- what is looked at: naming.guesses
     glance: int = rule(4_500, "samples of all runs that hypotheses are looked at and compared on, at most", TIME)
     glance_longer: int = rule(20_000, "the same where what lies behind leaves more than they do", TIME)
@@ -49,6 +55,11 @@ class NamingRules:
         1e-3,
         "share of a place's spread that is added for a linear look",
         "theory: digits of a double, and small beside the signal",
+    )
+    unchanged: float = rule(
+        0.01,
+        "share by which two answers to a step at different times of a run may differ, and one stands for all",
+        "theory: of slopes by differences the last digits are noise; a look ranks, and fits decide",
     )
     least_spread: float = rule(
         0.1, "share of a signal's size that its spread is taken for, at least", "of a signal that hardly varies; not studied"
@@ -92,7 +103,7 @@ class NamingRules:
     times: int = rule(4, "times between these two, even in their logarithm, that are looked at", GRID)
     off_by: float = rule(4.0, "times itself by which a number of an FMU may be off", GRID)
     edges: int = rule(12, "stretches of a run between which an event may begin and end", GRID)
-    gated: int = rule(3, "variables that an event may be in proportion to, at most", TIME)
+    gated: int = rule(3, "variables, and differences of two, that an event may be in proportion to, at most", TIME)
     edge_runs: int = rule(4, "runs in which events are looked for, at most", TIME)
     degenerate: float = rule(
         1e-3,
@@ -143,10 +154,21 @@ class NamingRules:
     starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)
     starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)
     shifted: int = rule(2, "events whose ends are shifted and fitted again, those that predict most", TIME)
-    polished: int = rule(4, "rivals that are fitted on from where they are, those that predict most", TIME)
+    polished: int = rule(4, "rivals that are fitted again with slopes of their own, those that predict most", TIME)
+    by_fit: int = rule(10, "the same of those that fit most", TIME)
+    in_reach: float = rule(
+        0.5,
+        "share of what the best takes off the loss that such a rival must take off",
+        "not studied; the winner must take nine tenths of it, as_much, with slopes that were not its own before",
+    )
     effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)
     ended: tuple[float, float] = rule((1e-3, 1e-3), "relative change of loss, and of values, that ends it", TIME)
     rounds: int = rule(2, "causes, one after another, at most", TIME)
+
+    enough: float = rule(
+        0.8, "share of the time limit after which nothing more is looked at: the answer and its report need the rest", TIME
+    )
+    broken: float = rule(0.2, "share of simulations that broke off from which on that is told", "not studied")
 
     # --- what is run again: naming.extend
     again: int = rule(60_000, "steps of the extended system that are run again with the FMUs themselves, at most", TIME)

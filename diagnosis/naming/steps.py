@@ -1,0 +1,104 @@
+"""The steps of a system: as fine as its model needs, and rivals simulated in the rig's own where these are coarser.
+
+What steps miss looks like a law or a lag. Fine ones cost, and a search simulates thousands of times. So what finer steps make of
+the base is taken off the log once, and rivals are looked at and fitted beside that in the rig's own steps: what they change is
+changed nearly alike in both. Who is believed is fitted again in the finer ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..calibration.fit import fit_from
+from ..calibration.slopes import Forward
+from ..residuals.noise import of_samples
+from ..rules import RULES
+from .extended import Extended, Extending
+from .work import Work
+
+
+def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, Extending, np.ndarray]:
+    """Half the steps for as long as what the model makes of the log, fitted again, moves with them, and leaves no more.
+
+    What steps miss looks like a law or a lag. Where the step's error falls with the step, half of it is what half the step
+    moves; what is moved by less than a share of the noise hides nothing. Where steps were halved that leave less as they
+    were, as of an FMU that acts once a step, they are doubled again.
+    """
+    least, began = work.given_step / 2.0**RULES.naming.halved, work
+    while work.step > 1.5 * least:
+        other = _in_steps(work, near, places, 0.5)
+        if other is None:
+            break
+        work, near, places = other
+    while work is began and work.step < 0.75 * work.given_step:
+        other = _in_steps(work, near, places, 2.0)
+        if other is None:
+            break
+        began, near, places = other
+        work = began
+    return work, near, places
+
+
+def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) -> tuple[Work, Extending, np.ndarray] | None:
+    """The same in steps of another size, fitted again; None where that changes nothing that is seen, or leaves more."""
+    stepped = work.in_steps(factor)
+    other = replace(near)
+    vars(other)["played"] = played = work.played_on(stepped.parts, near.runs, work.numbers)
+    played.extend(work.inserts)
+    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
+    seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
+    better = seen and end.loss < near.loss(near.misfit(places))
+    for unused in (near.played, work.played) if better else (other.played, stepped.played):
+        unused.close()
+    return (stepped, other, end.places) if better else None
+
+
+def _moved(one: Extending, values: dict[str, float], other: Extending, others: dict[str, float]) -> float:
+    """By how much two models differ in what is compared, in units of its noise, where most; 0 where one breaks off."""
+    first, second = one.errors(values), other.errors(others)
+    if first is None or second is None:
+        return 0.0
+    most = 0.0
+    for name, parts in first.items():
+        trusted = one.trusted[name]
+        apart = np.concatenate([(a - b)[t] for a, b, t in zip(parts, second[name], trusted)])
+        noise = max(float(of_samples(second[name], trusted)), RULES.pipeline.fine * one.played.spread(name))
+        most = max(most, float(np.sqrt(np.mean(apart**2))) / noise if len(apart) and noise else 0.0)
+    return most
+
+
+def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:
+    """The problem in the rig's own steps, beside a log without what finer ones change of this model; itself where they are its own."""
+    if work.step > 0.75 * work.given_step:
+        return near
+    values = near.values(places)
+    own = work.in_steps(work.given_step / work.step)
+    own.played.close()  # of all data; only the heads are asked for
+    made = lambda runs: _on(replace(near, runs=runs), work.played_on(own.parts, runs, work.numbers), near)
+    coarse = made(near.runs)
+    fine, long = near.errors(values), coarse.errors(values)
+    if fine is None or long is None or any(_large(fine[name], long[name], near.played.spread(name)) for name in fine):
+        coarse.close()
+        return near
+    runs = []
+    for i, run in enumerate(near.runs):
+        moved = {name: run.signals[name] - (long[name][i] - fine[name][i]) for name in fine}
+        runs.append(replace(run, signals=run.signals | moved))
+    coarse.close()
+    return made(runs)
+
+
+def _on(problem: Extending, played: Extended, near: Extending) -> Extending:
+    assert isinstance(near.played, Extended)
+    vars(problem)["played"] = played
+    played.extend(near.played.inserts)
+    return problem
+
+
+def _large(fine: list[np.ndarray], long: list[np.ndarray], spread: float) -> bool:
+    """Whether steps change so much of an output that the longer ones are another system."""
+    apart = np.concatenate([a - b for a, b in zip(fine, long)])
+    apart = apart[np.isfinite(apart)]
+    return bool(len(apart)) and float(np.sqrt(np.mean(apart**2))) > RULES.naming.other_system * spread

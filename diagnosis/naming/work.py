@@ -1,0 +1,104 @@
+"""What one naming goes on with: its rig, runs and numbers, what was found so far, and the problems that are made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from copy import copy
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..calibration.fit import spreads
+from ..calibration.numbers import Number
+from ..data.log import MeasuredRun
+from ..data.rig import Rig
+from ..residuals.blocks import Blocks
+from ..rules import RULES
+from ..search.kept import Kept
+from ..systems.parts import Parts
+from .extended import Extended, Extending
+from .guesses import Guess
+from .places import Insert
+
+
+@dataclass
+class Work:
+    """All that one naming goes on with."""
+
+    rig: Rig
+    parts: Parts
+    runs: list[MeasuredRun]
+    numbers: tuple[Number, ...]
+    judges: set[int]
+    rows: list[np.ndarray]
+    words: str
+    layout: Blocks
+    played: Extended
+    given_step: float  # of the system as the rig has it, s
+    kept: Kept | None = None  # where fits are kept
+    inserts: tuple[Insert, ...] = ()
+    found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
+    acts: dict[str, dict[str, float]] = field(default_factory=dict)
+    opened: ExitStack = field(default_factory=ExitStack)  # systems that run, to be closed whatever happens
+
+    def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
+        """A system of one's own on these runs."""
+        played = Extended(self.rig, parts, runs, numbers)
+        played.effort = self.played.effort  # of all together
+        self.opened.callback(played.close)
+        return played
+
+    @property
+    def which(self) -> list[int]:
+        return [i for i in range(len(self.runs)) if i not in self.judges]
+
+    def problem(self) -> Extending:
+        """The fit to all that teaches, with what was found so far."""
+        self.played.extend(self.inserts)
+        more = [n for numbers in self.found for n in numbers]
+        found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, kept=self.kept, acts=self.acts)
+        found.fixed = {n.name: n.start for n in self.numbers if n.run in self.judges}
+        vars(found)["played"] = self.played
+        found.units = spreads(self.played)
+        return found
+
+    @property
+    def step(self) -> float:
+        """The system's step, s."""
+        return self.parts.system.run.step
+
+    def in_steps(self, factor: float) -> Work:
+        """The same in steps of another size."""
+        parts = copy(self.parts)
+        parts.system = replace(parts.system, run=replace(parts.system.run, step=self.step * factor))
+        return replace(self, parts=parts, played=self.played_on(parts, self.runs, self.numbers))
+
+    def with_also(self, guess: Guess) -> Work:
+        """The same with one more that was found; a run is counted among all, not among those that teach."""
+        numbers = tuple(n if n.run is None else replace(n, run=self.which[n.run]) for n in guess.numbers)
+        return replace(self, inserts=(*self.inserts, *guess.inserts), found=[*self.found, numbers], acts=self.acts | guess.acts)
+
+
+def heads(work: Work, most: int = RULES.naming.glance) -> Extending:
+    """The heads of all runs that teach, of so many samples, on which guesses are looked at and compared."""
+    total = sum(len(work.runs[i]) for i in work.which)
+    share = min(1.0, most / total)
+    runs = [work.runs[i].head(max(2, int(np.ceil(share * len(work.runs[i]))))) for i in work.which]
+    place = {i: k for k, i in enumerate(work.which)}
+    numbers = tuple(n if n.run is None else replace(n, run=place[n.run]) for n in work.numbers if n.run is None or n.run in place)
+    played = work.played_on(work.parts, runs, numbers)
+    rows = [work.rows[i][: len(run)] for i, run in zip(work.which, runs)]
+    problem = Extending(work.rig, runs, numbers, list(range(len(runs))), rows, kept=work.kept)
+    vars(problem)["played"] = played
+    problem.units = spreads(played)
+    return problem
+
+
+def without(near: Extending, numbers: Sequence[Number]) -> Extending:
+    """A problem with these numbers alone, and without corrections."""
+    found = replace(near, numbers=tuple(numbers), acts={})
+    vars(found)["played"] = near.played
+    assert isinstance(near.played, Extended)
+    near.played.extend(())
+    return found

@@ -1,0 +1,187 @@
+"""What is added at a place, and how outputs answer it, held against the simulation of the very same; and steps of two sizes."""
+
+from dataclasses import replace
+
+import hidden
+import numpy as np
+import pandas as pd
+import pytest
+
+from selflock.diagnosis import name
+from selflock.diagnosis.calibration.fit import Calibrating, fit_from
+from selflock.diagnosis.calibration.numbers import Number
+from selflock.diagnosis.calibration.slopes import Secant
+from selflock.diagnosis.data.log import read
+from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.naming.extended import Extended, Extending
+from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place
+from selflock.diagnosis.naming.response import Responses
+from selflock.diagnosis.naming.steps import in_own_steps
+from selflock.diagnosis.naming.work import Work
+from selflock.diagnosis.residuals.blocks import Blocks
+from selflock.diagnosis.systems.parts import Parts
+
+TANKS = """
+[run]
+stop = 1.0
+step = 1.0
+
+[components]
+upper = { fmu = "tank.fmu" }
+lower = { fmu = "tank.fmu" }
+
+[connections]
+"lower.inflow" = "upper.flow"
+"""
+TANKS_RIG = """
+[rig]
+system = "system.toml"
+inputs = "held"
+
+[columns]
+"upper.inflow" = "pump"
+"upper.level" = "first"
+"lower.level" = "second"
+
+[parameters]
+"upper.gain" = 0.15
+"upper.outlet" = 0.15
+"lower.gain" = 1.0
+"lower.outlet" = 0.18
+"upper.level" = 3.0
+"lower.level" = 2.5
+"""
+
+
+@pytest.fixture
+def problem(tmp_path, native):
+    """Two tanks in a row, none of whose inputs may stay open, on a log of 300 rows."""
+    (tmp_path / "tank.fmu").write_bytes(native("tank").read_bytes())
+    (tmp_path / "system.toml").write_text(TANKS)
+    (tmp_path / "rig.toml").write_text(TANKS_RIG)
+    pump = hidden.stairs(np.random.default_rng(1), 300, 0.5, 2.5)  # the same each time: how close times are decides how near
+    table = {"time": np.arange(300.0), "pump": pump, "first": pump + 2.0, "second": pump + 1.0}
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    rig = load(tmp_path / "rig.toml")
+    runs = read(tmp_path / "log.csv", rig)
+    rows = [np.ones(len(run), bool) for run in runs]
+    found = Extending(rig, runs, (), [0], rows, units={"upper.level": 1.0, "lower.level": 1.0})
+    vars(found)["played"] = Extended(rig, Parts(rig), runs, ())
+    yield found
+    found.close()
+
+
+LEVEL = "upper.level"
+ADDED = [
+    (Insert("c", Place(IN, "upper.inflow"), "constant"), {"a": 1e-4}, 0.1),
+    (Insert("c", Place(IN, "upper.inflow"), "cubic", over=LEVEL, fixed=(("ahead", 0.5),)), {"a": 1e-5}, 0.1),
+    (Insert("c", Place(IN, "lower.inflow"), "proportional", True, over="lower.level"), {"a": 1e-4}, 0.1),
+    (Insert("c", Place(IN, "upper.inflow"), "constant"), {"a": 1e-4, "since": 60.0, "until": 140.0}, 0.1),
+    (Insert("c", Place(IN, "upper.inflow"), "first order", over=LEVEL), {"a": 1e-4, "T": 20.0}, 0.1),
+    (Insert("c", Place(OUT, "upper.level"), "lag"), {"T": 3.0}, 1e-6),  # none listens to it: only the reading is late
+    (Insert("c", Place(READ, "upper.level"), "quantisation"), {"q": 0.3}, 1e-6),
+]
+
+
+@pytest.mark.parametrize(("one", "numbers", "near"), ADDED, ids=lambda x: x.law if isinstance(x, Insert) else "")
+def test_outputs_answer_what_is_added_as_in_the_simulation(problem, one, numbers, near):
+    """What a tank makes of its inflow changes with its level; answers are known at twelve times. What is recorded is exact."""
+    values = {f"c.{word}": value for word, value in numbers.items()}
+    frees = tuple(Number(word, word, 0.0, -1e300, 1e300) for word in values)
+    over = [one.over] if one.over and not one.own else []
+    answered = Responses(problem, {}, (), {one.place: over}, {one.place: 1.0}).change(
+        one, replace(problem, numbers=frees).settings(values)
+    )
+    before = problem.misfit(np.zeros(0))
+    problem.played.extend([one])
+    trial = replace(problem, numbers=frees)
+    vars(trial)["played"] = problem.played
+    errors = trial.errors(values)
+    assert errors is not None, problem.played.last
+    simulated = np.concatenate([e[0] for e in errors.values()]) - before
+    assert np.linalg.norm(simulated) > 0.0
+    assert np.linalg.norm(answered - simulated) <= near * np.linalg.norm(simulated)
+
+
+def test_longer_steps_beside_what_finer_ones_change_leave_what_these_leave(problem):
+    """At the model that they were held against exactly; and what is changed there is changed nearly alike."""
+    work = Work(
+        problem.rig,
+        problem.played.parts,
+        problem.runs,
+        (),
+        set(),
+        problem.rows,
+        "",
+        Blocks(problem.runs, False),
+        problem.played,
+        1.0,
+    )
+    with work.opened:
+        fine = work.in_steps(1.0 / 16.0)
+        near = replace(problem)
+        vars(near)["played"] = fine.played
+        own = in_own_steps(fine, near, np.zeros(0))
+        assert own.played.parts.system.run.step == 1.0 and near.played.parts.system.run.step == 1.0 / 16.0
+        left, same = near.errors({}), own.errors({})
+        longer = problem.errors({})
+        for output in left:
+            assert same[output][0] == pytest.approx(left[output][0], abs=1e-9)
+        assert np.linalg.norm(longer["lower.level"][0] - left["lower.level"][0]) > 1e-3  # whose inflow is held for a step
+        assert in_own_steps(work, problem, np.zeros(0)) is problem  # in its own steps already
+
+
+def test_slopes_learnt_from_steps_are_those_along_them():
+    """Broyden's: J s is what was seen, and across s nothing changed; slopes that are known are not asked for."""
+    numbers = [Number(n, n, 0.5, 0.0, 1.0) for n in "ab"]
+    misfit = lambda x: np.array([x[0] ** 2, x[0] * x[1], x[1]])
+    asked = []
+    slopes = Secant(lambda x: asked.append(x) or misfit(x), numbers, {"a": np.array([1.0, 0.5, 0.0])})
+    here, there = np.array([0.5, 0.5]), np.array([0.6, 0.4])
+    first = slopes(here, misfit(here)).copy()
+    assert first[:, 0].tolist() == [1.0, 0.5, 0.0] and first[:, 1] == pytest.approx([0.0, 0.5, 1.0], abs=1e-6)
+    assert all(x[0] == 0.5 for x in asked)
+    second = slopes(there, misfit(there))
+    step, across = there - here, np.array([1.0, 1.0])
+    assert second @ step == pytest.approx(misfit(there) - misfit(here))
+    assert second @ across == pytest.approx(first @ across)
+
+
+def test_a_fit_with_slopes_that_are_learnt_ends_where_one_with_its_own_does(problem):
+    frees = (Number("upper.gain", "upper.gain", 0.15, 0.05, 0.5), Number("lower.outlet", "lower.outlet", 0.18, 0.05, 0.5))
+    one = replace(problem, numbers=frees)
+    vars(one)["played"] = problem.played
+    start = np.array([n.place(n.start) for n in frees])
+    apart = fit_from(one, start, 30, (1e-8, 1e-8))
+    known = {n.name: column for n, column in zip(frees, np.eye(2) @ _slopes(one, start).T)}
+    learnt = fit_from(one, start, 30, (1e-8, 1e-8), known=known)
+    assert learnt.loss == pytest.approx(apart.loss, rel=1e-3)
+
+
+def _slopes(problem: Calibrating, start):
+    at, found = problem.misfit(start), []
+    for j in range(len(start)):
+        moved = start.copy()
+        moved[j] += 1e-5
+        found.append((problem.misfit(moved) - at) / 1e-5)
+    return np.stack(found, -1)
+
+
+@pytest.mark.slow
+def test_what_stops_looking_answers_with_the_best_so_far(tmp_path, native):
+    """Time is up as the first guess was fitted: it is judged, named and told as what it is."""
+    rig = hidden.rig(tmp_path, native("relaxation"))
+    rng = np.random.default_rng(1)
+    for log in ("log.csv", "test.csv"):
+        hidden.body(rng, 300, read=lambda t, x: np.minimum(x, 0.5)).to_csv(tmp_path / log, index=False)
+    told = []
+    from selflock.diagnosis.naming import run
+
+    result = run.name_system(
+        load(rig), [tmp_path / "log.csv"], [tmp_path / "test.csv"], None, lambda what, share: told.append(what), 1, 0,
+        ("path",), None, lambda: any("best so far" in what for what in told),
+    )  # fmt: skip
+    assert result.stopped and any("the time limit came before all was held against the base" in note for note in result.notes)
+    assert result.causes and result.causes[0].law.startswith("saturation")
+    whole = name(rig, [tmp_path / "log.csv"], [tmp_path / "test.csv"], out=None, kinds=["path"])
+    assert not whole.stopped and whole.effort["simulations"] > result.effort["simulations"]

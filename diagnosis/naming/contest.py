@@ -199,7 +199,7 @@ class Contest:
             most = rules.of_path if mine[0][0][1].kind == g.PATH else rules.of_law
             most = rules.overflows if name == "overflow" else most  # of which the look sees little
             chosen += [ways for ways in mine[:most] if ways not in chosen]
-        found = []
+        found: list[Rivalled] = []
         todo: list[tuple[Guess, dict[str, float], Direction]] = []
         for ways in (*curves, *chosen):
             todo += [(guess, self._start(way, guess), way) for way, guess in ways[: self._starts(ways[0][1])]]
@@ -212,12 +212,12 @@ class Contest:
             if (rival := self._fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
         found = self._polished(_distinct(found), 0.7)
-        near = [rival for rival in found if not rival.rough]
+        reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
-        for rival in near:
-            more += [(guess, start, None) for guess, start in g.relatives(rival.guess, rival.values)]
-        for rival in [rival for rival in near if rival.guess.kind == g.EVENT][: rules.shifted]:
-            more += [(rival.guess, start, None) for start in g.shifted(rival.guess, rival.values)]
+        for one in reached:
+            more += [(guess, start, None) for guess, start in g.relatives(one.guess, one.values)]
+        for one in [one for one in reached if one.guess.kind == g.EVENT][: rules.shifted]:
+            more += [(one.guess, start, None) for start in g.shifted(one.guess, one.values)]
         more += self._curve_beside(found)
         for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
             self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))

@@ -65,7 +65,8 @@ class Extended(Played):
 
         What is given is by variable, the signal under "", of each step as it is taken: one value less than there are outputs.
         """
-        system, columns = self.systems[i], {}
+        system = self.systems[i]
+        columns: dict[str, str] = {}
         if place is not None:
             system, columns = listening(self.plain[i], system, self.parts, self.moved, place, overs, component)
         mine = {name: value for name, value in settings[i].items() if self.runs_along(name)}

@@ -8,7 +8,7 @@ good as these times are close. What a law or path adds is computed from what it 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -61,8 +61,8 @@ class Responses:
     problem: Extending
     values: dict[str, float]
     inserts: tuple[Insert, ...]  # what was found before
-    overs: dict[Place, Sequence[str]]  # what a law there may go with
-    spreads: dict[Place, float]
+    overs: Mapping[Place, Sequence[str]]  # what a law there may go with
+    spreads: Mapping[Place, float]
     kept: dict[Place, tuple[list[Kernel], list[dict[str, np.ndarray]]] | None] = field(default_factory=dict)
 
     @property

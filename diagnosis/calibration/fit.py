@@ -30,7 +30,7 @@ from ..search.kept import Kept
 from ..systems.parts import Parts
 from .numbers import Number
 from .played import Effort, Played, Settings
-from .slopes import Forward, Secant, Slopes
+from .slopes import Forward, Learnt, Slopes
 
 Rows = dict[str, list[np.ndarray]]
 """Which samples count, of each output, in each run that is simulated."""
@@ -187,7 +187,7 @@ def _squares(
     known: Mapping[str, np.ndarray] | None,
 ) -> End:
     free = problem.free
-    slopes = sloped(problem.misfit, free) if known is None else Secant(problem.misfit, free, known)
+    slopes = sloped(problem.misfit, free) if known is None else Learnt(problem.misfit, free, known)
     seen = {start.tobytes(): at}
 
     def value(x: np.ndarray) -> np.ndarray:

@@ -93,7 +93,7 @@ class Forward:
             width = min(rules.widest, width * rules.wider**2)
 
 
-class Secant:
+class Learnt:
     """Slopes that are known where a fit begins, and learnt from its own steps from there on: no simulation for them.
 
     known: of numbers by name, d misfit / d place; of others they are differences to one side. After each step the slopes

@@ -10,7 +10,7 @@ import pytest
 from selflock.diagnosis import name
 from selflock.diagnosis.calibration.fit import Calibrating, fit_from
 from selflock.diagnosis.calibration.numbers import Number
-from selflock.diagnosis.calibration.slopes import Secant
+from selflock.diagnosis.calibration.slopes import Learnt
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import Extended, Extending
@@ -136,7 +136,7 @@ def test_slopes_learnt_from_steps_are_those_along_them():
     numbers = [Number(n, n, 0.5, 0.0, 1.0) for n in "ab"]
     misfit = lambda x: np.array([x[0] ** 2, x[0] * x[1], x[1]])
     asked = []
-    slopes = Secant(lambda x: asked.append(x) or misfit(x), numbers, {"a": np.array([1.0, 0.5, 0.0])})
+    slopes = Learnt(lambda x: asked.append(x) or misfit(x), numbers, {"a": np.array([1.0, 0.5, 0.0])})
     here, there = np.array([0.5, 0.5]), np.array([0.6, 0.4])
     first = slopes(here, misfit(here)).copy()
     assert first[:, 0].tolist() == [1.0, 0.5, 0.0] and first[:, 1] == pytest.approx([0.0, 0.5, 1.0], abs=1e-6)

@@ -22,7 +22,7 @@ from scipy.optimize import least_squares
 
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
-from ..data.stuck import resolution
+from ..data.values import resolution
 from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.fit import rho

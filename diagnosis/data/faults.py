@@ -13,10 +13,12 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from ..rules import RULES
+from .differenced import lost
 from .log import VALID, MeasuredRun
 from .rig import Rig, split
 from .signals import ANGLE_OF, COMMANDS, MOVES, SPEED_OF, TORQUES
-from .stuck import Stills, clipped, frozen, resolution, spread, stretches
+from .stuck import Stills, clipped, frozen
+from .values import resolution, spread, stretches
 
 _FEELS = {*MOVES, *TORQUES, "controller.voltage", "motor.duty", "motor.voltage", "motor.supply_voltage"}
 """Signals in which an impact shows, in a voltage by the controller's answer."""
@@ -94,14 +96,14 @@ def _clock(run: MeasuredRun, rig: Rig) -> list[DataFault]:
         return faults
     steps = np.diff(run.time)
     usual = float(np.median(steps))
-    for place in np.flatnonzero(run.behind_gaps) - 1:
+    uneven = np.mean(abs(steps - usual) > RULES.data.uneven * usual)
+    if irregular := uneven > RULES.data.most_uneven:
+        detail = f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"
+        faults += _spans(run, "time", np.ones(len(run), bool), "irregular", detail)
+    for place in np.flatnonzero(run.behind_gaps[1:] if irregular else lost(run.time)):
         detail = f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual"
         rows = int(run.rows[place]), int(run.rows[place + 1])
         faults.append(DataFault(run.log, "time", *rows, "missing", run.name, detail))
-    uneven = np.mean(abs(steps - usual) > RULES.data.uneven * usual)
-    if uneven > RULES.data.most_uneven:
-        detail = f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"
-        faults += _spans(run, "time", np.ones(len(run), bool), "irregular", detail)
     return faults
 
 
@@ -128,6 +130,7 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
     spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
     spikes |= {name: _beyond(run, name, rig) for name, bare in bares.items() if bare == "controller.voltage"}
+    spikes |= {name: spikes[name] | _over_lost_rows(run, name) for name in spikes if bares[name] in ANGLE_OF}
     places: dict[str, list[np.ndarray]] = {}
     for name, bare in bares.items():
         if bare in _FEELS:
@@ -181,31 +184,74 @@ def _beyond(run: MeasuredRun, name: str, rig: Rig) -> np.ndarray:
     return away & np.isfinite(x)
 
 
+def _over_lost_rows(run: MeasuredRun, name: str) -> np.ndarray:
+    """Rows in which a speed is too much by what its difference goes over lost rows: it was divided by the time of as many as usual.
+
+    Divided by what really passed it fits what is before and behind.
+    """
+    x, beside, bad = _filled(run, name), RULES.data.spike, np.zeros(len(run), bool)
+    steps = np.diff(run.time)
+    usual = RULES.data.deviation * float(np.median(abs(np.diff(x)))) if len(x) > 1 else 0.0
+    for row in (np.flatnonzero(lost(run.time)) + 1).tolist():
+        gone, most, found = steps[row - 1] / np.median(steps) - 1.0, 0.0, 0
+        for rows in range(1, min(RULES.search.differenced, len(x) - row - beside) + 1 if row >= beside else 1):
+            ends = np.median(x[row - beside : row]), np.median(x[row + rows : row + rows + beside])
+            here, line = x[row : row + rows], np.linspace(*ends, rows + 2)[1:-1]
+            off, mended = np.min(abs(here - line)), np.max(abs(here / (1.0 + gone / rows) - line))
+            if off > RULES.data.corrupted * usual and mended < RULES.data.spike_beside * off and rows * off > most:
+                most, found = rows * off, rows
+        bad[row : row + found] = True
+    return bad
+
+
 def _spikes(run: MeasuredRun, name: str) -> np.ndarray:
-    """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %."""
-    n, rules = len(run), RULES.data
-    bad = np.zeros(n, bool)
-    good = run.good[name]
-    if good.sum() < rules.spike_samples:
+    """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %.
+
+    Among many neighbours first, then among few, until there are no more: of those close together one hides another.
+    """
+    bad, good = np.zeros(len(run), bool), run.good[name]
+    if good.sum() < RULES.data.spike_samples:
         return bad
-    filled = _filled(run, name)
-    away = abs(filled - median_filter(filled, size=2 * rules.spike + 1, mode="reflect"))
+    for reach in (2 * RULES.data.spike + 1, RULES.data.spike):
+        more = good
+        while more.any():
+            more = _farthest(_filled(run, name, bad), reach) & good & ~bad
+            bad |= more
+    return bad
+
+
+def _farthest(x: np.ndarray, reach: int) -> np.ndarray:
+    """Samples of a channel without gaps that are far from so many neighbours on each side, which have nothing of them."""
+    rules = RULES.data
+    away = abs(x - median_filter(x, size=2 * reach + 1, mode="reflect"))
     tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
-    scale = max(rules.deviation * float(np.median(away)), tail, resolution(filled))
-    width = spread(filled, rules.range_quantiles)
+    scale = max(rules.deviation * float(np.median(away)), tail, resolution(x) / np.sqrt(12.0))
+    width = spread(x, rules.range_quantiles)
     suspect = (away > rules.corrupted * scale) & (away > rules.spike_range * width)
-    ends = np.ones(n, bool)
-    ends[rules.spike : -rules.spike] = False  # there a step looks like a spike: it must be larger than the signal itself
+    ends = np.ones(len(x), bool)
+    ends[reach:-reach] = False  # there a step looks like a spike: it must be larger than the signal itself
     suspect &= ~ends | (away > rules.spike_range_at_ends * width)
     starts, lengths = stretches(suspect)
-    short = suspect[starts] & (lengths <= rules.spike)
-    short[short] = [_alone(filled, a, a + length) for a, length in zip(starts[short], lengths[short])]
-    return np.repeat(short, lengths)
+    long = suspect[starts] & (lengths > rules.spike)
+    suspect[np.repeat(long, lengths)] = False
+    places = [(a, a + n) for a, n in zip(starts, lengths) if suspect[a]]
+    while places:  # what is none of them is a neighbour of others
+        real = [(a, b) for a, b in places if not _alone(x, suspect, a, b)]
+        if not real:
+            break
+        for a, b in real:
+            suspect[a:b] = False
+        places = [place for place in places if suspect[place[0]]]
+    return suspect
 
 
-def _alone(x: np.ndarray, first: int, end: int) -> bool:
-    """Whether the samples on both sides have nothing of what is between them: an impact builds up, lasts or rings down."""
-    beside = np.append(x[max(first - RULES.data.spike, 0) : first], x[end : end + RULES.data.spike])
+def _alone(x: np.ndarray, suspect: np.ndarray, first: int, end: int) -> bool:
+    """Whether the nearest samples on both sides have nothing of what is between them: an impact builds up, lasts or rings down."""
+    rules, reach = RULES.data, 4 * RULES.data.spike
+    before, after = np.arange(max(first - reach, 0), first), np.arange(end, min(end + reach, len(x)))
+    beside = x[np.append(before[~suspect[before]][-rules.spike :], after[~suspect[after]][: rules.spike])]
+    if not len(beside):
+        return False
     usual = np.median(beside)
     height = float(np.min(abs(x[first:end] - usual)))
-    return bool(np.max(abs(beside - usual)) < RULES.data.spike_beside * height)
+    return bool(np.max(abs(beside - usual)) < rules.spike_beside * height)

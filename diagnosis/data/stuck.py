@@ -17,30 +17,14 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 from scipy.special import pdtrc
 
 from ..rules import RULES
+from .differenced import SpeedRows, difference, over_losses
 from .log import MeasuredRun
 from .rig import split
-from .signals import ANGLE_OF, MOVES, SPEED_OF, TORQUES
+from .signals import ANGLE_OF, MOVES, SPEED_OF, TORQUES, VOLTAGES
+from .values import noise_of, resolution, spread, stretches
 
 _OTHERS = ("controller.voltage", "motor.duty", "motor.voltage", "motor.current", "motor.torque")
 """Where these change a torque does, in a drive that stands still too."""
-
-
-def stretches(x: np.ndarray, parted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Starts and lengths of stretches of one value; a row where `parted` begins a new one."""
-    begins = np.concatenate([[True], np.diff(x) != 0])
-    starts = np.flatnonzero(begins if parted is None else begins | parted)
-    return starts, np.diff(np.append(starts, len(x)))
-
-
-def spread(x: np.ndarray, quantiles: tuple[float, float]) -> float:
-    """How far apart these quantiles of x are."""
-    return float(np.ptp(np.quantile(x, quantiles)))
-
-
-def resolution(values: np.ndarray) -> float:
-    """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
-    steps = np.diff(np.unique(values[np.isfinite(values)]))
-    return float(np.quantile(steps, RULES.data.smallest_step)) if len(steps) else 0.0
 
 
 @dataclass
@@ -65,8 +49,14 @@ class Stills:
 
     def asked(self) -> list[str]:
         """Channels that may not stand still while the drive moves."""
-        wanted = TORQUES.union(MOVES)
+        wanted = TORQUES.union(MOVES, VOLTAGES)
         return [name for name in self.run.signals if split(name, self.drives)[1] in wanted and self.sound[name].any()]
+
+    def measured(self, name: str) -> bool:
+        """Whether a channel has noise of its own, as a number that somebody gave has not: it repeats nothing, and fourth
+        differences, in which a motion leaves next to nothing, are more than its steps would make."""
+        x = self.run.signals[name][self.sound[name]]
+        return self.noisy(name) and noise_of(x) > resolution(x) / np.sqrt(12.0)
 
     def of(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Starts and lengths of a channel's stretches; gaps and rows that are not sound end them."""
@@ -90,6 +80,15 @@ class Stills:
     def _grain(self, name: str) -> float:
         step = resolution(self.run.signals[name])
         return step * float(np.median(np.diff(self.run.time))) if split(name, self.drives)[1] in ANGLE_OF else step
+
+    def counted(self, name: str) -> tuple[float, int]:
+        """Of a speed within its extremes: the count, rad, and the rows over which it is a difference of such; 0 for none."""
+        x, prefix, angle = self.run.signals[name], *split(name, self.drives)
+        angle = prefix + ANGLE_OF[angle]
+        own = resolution(self.run.signals[angle][self.sound[angle]]) if angle in self.sound else 0.0
+        good = self.sound[name] & (x != x[self.sound[name]].max()) & (x != x[self.sound[name]].min())
+        row = np.arange(len(x))
+        return difference([SpeedRows(np.interp(row, row[good], x[good]) if good.any() else 0.0 * x, good, self.run.time)], own)
 
     def shafts(self, prefix: str) -> list[str]:
         """Channels of a drive that tell of its motion."""
@@ -215,8 +214,13 @@ def _sizes(lengths: np.ndarray, total: int) -> np.ndarray:
 
 
 def clipped(stills: Stills, name: str) -> np.ndarray:
-    """Rows at the highest or the lowest value of a channel, where that is not the drive's but the end of its range."""
+    """Rows at the highest or the lowest value of a channel, where that is not the drive's but the end of its range.
+
+    A voltage saturates honestly.
+    """
     x, sound = stills.run.signals[name], stills.sound[name]
+    if split(name, stills.drives)[1] in VOLTAGES:
+        return np.zeros(len(x), bool)
     ends = {side: side * float((side * x[sound]).max()) for side in (1.0, -1.0)}
     told = {side for side, end in ends.items() if end != 0.0 and _is_limit(stills, name, side, end)}
     if told and ends[1.0] == -ends[-1.0]:  # a range as far to both sides: the other end is one too
@@ -230,6 +234,8 @@ def _is_limit(stills: Stills, name: str, side: float, end: float) -> bool:
     So say a witness that goes on while the channel stays, or a noise that would not let it touch the same value so often.
     """
     rules = RULES.data
+    if _between_counts(stills, name, end):
+        return True
     starts, lengths = stills.of(name)
     here = (stills.run.signals[name][starts] == end) & (lengths >= rules.clipped_stretch)
     if not here.any() or (here.sum() == 1 and _let_go(stills, name, int((starts + lengths)[here][0]))):
@@ -242,6 +248,19 @@ def _is_limit(stills: Stills, name: str, side: float, end: float) -> bool:
     angle = split(name, stills.drives)[1] in SPEED_OF  # which may rest at the end of its travel
     odd = not angle and lengths[here].max() > stills.chance(name) and _crowded(stills, name, side)
     return odd and (beyond > rules.apart_and_odd if witnesses else stills.noisy(name))
+
+
+def _between_counts(stills: Stills, name: str, end: float) -> bool:
+    """Whether a speed that is a difference of counts is no whole number of them where it is highest: no encoder gives that."""
+    count, rows = stills.once(stills.counted, name) if split(name, stills.drives)[1] in ANGLE_OF else (0.0, 0)
+    if not rows:
+        return False
+    x, time = stills.run.signals[name], stills.run.time
+    here = np.flatnonzero((x == end) & ~over_losses(time, rows))
+    off = abs(end) * (time[here] - time[here - rows]) / count
+    return len(here) >= RULES.data.clipped_stretch and bool(
+        np.mean(abs(off - np.round(off)) > 2.0 * RULES.residuals.on_a_count) > 0.5
+    )
 
 
 def _beyond(stills: Stills, name: str, witness: str, side: float, starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -320,6 +339,8 @@ def _candidates(stills: Stills, name: str) -> list[_Still]:
     if not len(starts):
         return []
     prefix, bare = split(name, stills.drives)
+    if bare in VOLTAGES and not stills.measured(name):
+        return []  # what is given may stay
     rests = (bare in ANGLE_OF) & (stills.run.signals[name][starts] == 0.0)  # a difference of counts has no noise there
     odd = _longer_than_chance(stills, name, starts, lengths) & ~rests
     found = []
@@ -387,7 +408,7 @@ def _noisy_at_rest(stills: Stills, name: str, stretch: slice) -> bool:
     pairs = rests[1:] & rests[:-1]
     if x[stretch.start] == 0.0 or pairs.sum() < rules.frozen_samples:
         return False
-    usual = max(float(np.mean(np.diff(x)[pairs] == 0.0)), rules.frozen_shares[0])
+    usual = max(float(np.mean(x[1:][pairs] == x[:-1][pairs])), rules.frozen_shares[0])
     longest = np.log(rules.frozen_chance / len(x)) / np.log(usual) if usual < 1.0 else np.inf
     return usual <= rules.noisy_repeats and stretch.stop - stretch.start > longest
 

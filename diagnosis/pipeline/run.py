@@ -197,7 +197,7 @@ def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
         return rig, f'the rig asks for it (simulate = "{rig.simulate}")'
     if what := lacking(rig, set(run.signals)):
         return rig, f"the rig and its log describe no whole loop, which needs {what}"
-    if reasons := out_of_step(rig, run):
+    if reasons := out_of_step(rig, runs):
         return replace(rig, simulate=WHOLE), f"the log was not taken in step with its controller: {'; '.join(reasons)}"
     return rig, (
         "nothing says that the log was not taken in step with its controller: "
@@ -205,10 +205,11 @@ def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
     )
 
 
-def out_of_step(rig: Rig, run: MeasuredRun) -> list[str]:
+def out_of_step(rig: Rig, runs: list[MeasuredRun]) -> list[str]:
     """What says that a log was not taken in step with its controller; nothing where it may have been."""
+    run = runs[0]
     setting = Setting(rig, len(run), kernels(), {"": RULES.residuals.usual_window})
-    channels, steps = Channels(run, "", setting), np.diff(run.time)
+    channels, steps = Channels(run, "", setting, beside=tuple(runs)), np.diff(run.time)
     found, usual = [], float(np.median(steps))
     if (period := rig.parameters.get("controller.sample_period", 0.0)) > 0.0:
         found.append(f"the rig gives the controller a period of its own, {1e3 * period:.4g} ms")

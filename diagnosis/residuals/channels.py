@@ -33,6 +33,7 @@ class Channels:
     prefix: str
     setting: Setting
     take: np.ndarray | None = None  # of a long run: the samples that are simulated
+    beside: tuple[MeasuredRun, ...] = ()  # all runs that were recorded together, this one among them
     whole: Channels | None = None  # of an excerpt: what it was taken from
 
     def __post_init__(self):

@@ -72,9 +72,10 @@ class DriveExperiment(Experiment):
         setting = setting or self.setting
         if takes is None:
             takes = [self.channels[i, setting.rig.drives[0]].take for i in range(len(self.runs))]
+        together = tuple(runs or self.runs)
         return {
-            (i, prefix): Channels(run, prefix, setting, take)
-            for i, (run, take) in enumerate(zip(runs or self.runs, takes))
+            (i, prefix): Channels(run, prefix, setting, take, together)
+            for i, (run, take) in enumerate(zip(together, takes))
             for prefix in setting.rig.drives
         }
 

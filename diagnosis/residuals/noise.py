@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..data.stuck import resolution
+from ..data.values import resolution
 from ..rules import RULES
 from . import drive
 from .drive_experiment import DriveExperiment

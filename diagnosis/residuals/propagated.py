@@ -16,13 +16,13 @@ import numpy as np
 from ..data.log import VALID, MeasuredRun
 from ..data.rig import split
 from ..data.signals import SETPOINTS
-from ..data.stuck import resolution
+from ..data.values import noise_of, resolution
 from ..rules import RULES
 from . import drive
 from .blocks import compared
 from .channels import Channels, smooth
 from .drive_experiment import DriveExperiment
-from .recorder import measured, noise_of
+from .recorder import measured
 from .residual import Residual
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from dataclasses import replace
 
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from ..data.differenced import SpeedRows, difference, over_losses
 from ..data.signals import ANGLE_OF
-from ..data.stuck import resolution, stretches
+from ..data.values import noise_of, resolution
 from ..rules import RULES
 from .channels import Channels
 
@@ -14,99 +17,39 @@ COMMAND = "controller.voltage"
 
 
 def counts(name: str, ch: Channels) -> tuple[float, int]:
-    """Of a channel: its count, rad, and the rows over which it is a difference of such counts; 0 for none."""
+    """Of a channel: its count, rad, and the rows over which it is a difference of such counts; 0 for none.
+
+    One recorder wrote all runs: they tell together, or a run by itself where they do not agree.
+    """
     key = ("counts", name)
     if key not in ch.memory:
-        x, good = ch.raw(name), ch.good(name)
         if name in ANGLE_OF:
-            own = resolution(ch.raw(ANGLE_OF[name])[ch.good(ANGLE_OF[name])]) if ch.has(ANGLE_OF[name]) else 0.0
-            ch.memory[key] = _difference(x, good, ch.run.time, own)
+            ch.memory[key] = _together(name, ch) or _difference(name, [ch])
         else:
-            ch.memory[key] = resolution(x[good]), 0
+            ch.memory[key] = resolution(ch.raw(name)[ch.good(name)]), 0
     return ch.memory[key]
 
 
-def _difference(x: np.ndarray, good: np.ndarray, time: np.ndarray, own: float) -> tuple[float, int]:
-    """A difference over n rows, times their duration, is a whole number of counts in nearly all rows.
-
-    With rows at equal times that holds for every n, and what is missing in the spectrum tells it; or the count of the
-    angle, where that is logged (own).
-    """
-    for rows in range(1, RULES.search.differenced + 1):
-        count, levels = _on_counts(x, good, time, rows)
-        if count == 0.0:
-            continue
-        if (told := _missing(levels, _together(good, time, rows))) and (its := _on_counts(x, good, time, told)[0]) > 0.0:
-            return its, told
-        if rows > 1 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own:
-            return count, rows
-        if own == 0.0:
-            return (count, 1) if _once(x) else (0.0, 0)
-    return 0.0, 0
+def _together(name: str, ch: Channels) -> tuple[float, int] | None:
+    """What all runs tell, if anything."""
+    if len(ch.beside) < 2:
+        return None
+    known, full = ch.beside[0].memory.setdefault("counts", {}), ch.prefix + name
+    if full not in known:
+        known[full] = _difference(name, [replace(ch, run=run, take=None) for run in ch.beside])
+    return known[full] if known[full][1] else None
 
 
-def _together(good: np.ndarray, time: np.ndarray, rows: int) -> np.ndarray:
-    """Where a difference over so many rows, and the next one, are of sound rows without a gap between any of them."""
-    step = np.diff(time)
-    begins = ~good[1:] | ~good[:-1] | (step > 1.5 * np.median(step))
-    return maximum_filter1d(begins.astype(int), 2 * rows + 1)[rows - 1 :] == 0
+def _difference(name: str, runs: list[Channels]) -> tuple[float, int]:
+    angle = ANGLE_OF[name]
+    own = [resolution(ch.raw(angle)[ch.good(angle)]) for ch in runs if ch.has(angle)]
+    return difference([SpeedRows(ch.raw(name), ch.good(name), ch.run.time) for ch in runs], float(np.median(own)) if own else 0.0)
 
 
-def _missing(levels: np.ndarray, sound: np.ndarray) -> int:
-    """The most rows n over which this may be a difference, by what its spectrum lacks; 0 where it lacks nothing.
-
-    A difference over n rows passes nothing, be it motion or rounding, at 1, 2, ... waves in n rows; a row that is wrong, or
-    lacks, has all waves. Second differences first, so that the slow motion does not leak into all others.
-    """
-    from scipy.signal import welch  # a second to load, for those whose recorder is asked
-
-    rules = RULES.residuals
-    starts, lengths = stretches(sound)
-    pieces = [np.diff(levels[a : a + n], n=2) for a, n in zip(starts, lengths) if sound[a] and n > 2]
-    longest = max(map(len, pieces), default=0)
-    if longest < 2:
-        return 0
-    total = sum(map(len, pieces))
-    segment = 2 ** int(np.log2(max(min(longest, total / rules.segments), 2.0)))
-    segment = min(rules.longest_segment, segment)
-    pieces = [piece for piece in pieces if len(piece) >= segment]
-    each = [welch(piece, nperseg=segment, detrend=False) for piece in pieces]
-    frequency = each[0][0]
-    power = np.average([found for _, found in each], axis=0, weights=[len(piece) for piece in pieces])
-    power = power[1:] / np.sin(np.pi * frequency[1:]) ** 4
-    found = 0
-    for rows in range(2, min(RULES.search.differenced, segment // rules.segment_rows) + 1):
-        places = segment / rows * np.arange(1, rows // 2 + 1) - 1.0
-        near = segment / rows / 2.0
-        deepest = []
-        for place in places:
-            at = np.arange(max(0, int(np.ceil(place - near))), min(len(power), int(place + near) + 1))
-            apart = abs(at - place)
-            deepest.append(power[at[apart < 1.5]].mean() / max(float(np.median(power[at[apart > near / 3.0]])), 1e-300))
-        if max(deepest) < rules.missing:
-            found = rows
-    return found
-
-
-def _once(x: np.ndarray) -> int:
-    """1 where the rounding of a row comes again with the other sign in the next, as in a difference over one row; else 0."""
-    fast = np.diff(x, n=2)
-    fast = np.clip(fast, *np.quantile(fast, (0.05, 0.95)))
-    return int(np.mean(fast[1:] * fast[:-1]) < RULES.residuals.differenced_once * np.mean(fast**2))
-
-
-def _on_counts(x: np.ndarray, good: np.ndarray, time: np.ndarray, rows: int) -> tuple[float, np.ndarray]:
-    """The count of which x is a whole number in so many rows, 0 for none; and that number in each row."""
-    rules = RULES.residuals
-    turned = x[rows:] * (time[rows:] - time[:-rows])
-    moved = abs(turned[good[rows:] & good[:-rows] & (abs(turned) > rules.no_count)])
-    if len(moved) >= rules.noise_samples:
-        count = float(np.median(moved[moved < 1.5 * moved.min()]))
-        for parts in (1, 2, 3):  # the slowest row may have turned by more than one
-            off = abs(moved * parts / count - np.round(moved * parts / count))
-            if np.mean(off < rules.on_a_count) > rules.mostly:
-                return count / parts, np.round(turned * parts / count)
-    return 0.0, np.zeros(0)
+def over_lost_rows(name: str, ch: Channels) -> np.ndarray:
+    """Rows in which a speed that is a difference goes over rows that are lost: by how much it is off depends on who lost them."""
+    rows = counts(name, ch)[1] if name in ANGLE_OF else 0
+    return over_losses(ch.run.time, rows) if rows else np.zeros(len(ch.run), bool)
 
 
 def commanded(ch: Channels) -> str:
@@ -135,11 +78,6 @@ def measured(name: str, ch: Channels) -> float:
     if usual <= 0.0 or np.mean(steps == 0.0) > 0.5:
         return 0.0
     return noise_of(x) / usual
-
-
-def noise_of(x: np.ndarray) -> float:
-    """Noise of rows, by fourth differences: a motion leaves next to nothing in them, white noise 70 times its variance."""
-    return float(np.median(abs(np.diff(x, n=4)))) / RULES.residuals.normal_median / np.sqrt(70.0) if len(x) > 4 else 0.0
 
 
 def period(ch: Channels) -> float:

@@ -31,7 +31,7 @@ from . import drive, free_law, laws, memory
 from .channels import Channels
 from .compare import Compared
 from .forward import ROWS, stable
-from .recorder import counts, ticks
+from .recorder import counts, over_lost_rows, ticks
 from .set_points import about, between, jump, jumps
 
 SUPPLY = "supply"
@@ -278,7 +278,8 @@ def _behind(row: int, values: dict, ch: Channels) -> tuple[float, float]:
 
 def channel(name: str, values: dict, ch: Channels) -> Compared:
     """One measured channel against what sensor and recorder make of the simulated one."""
-    simulated, measured, good = read(name, values, ch), ch.taken(ch.raw(name)), ch.taken(settled(ch))
+    simulated, measured = read(name, values, ch), ch.taken(ch.raw(name))
+    good = ch.taken(settled(ch) & ~over_lost_rows(name, ch))
     if name == "reducer.input_angle":
         ratio = ch.setting.value("reducer.gear_ratio", values)
         if ch.has("load.angle"):  # what the gear winds up; where both are is the other angle's comparison

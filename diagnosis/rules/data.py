@@ -28,7 +28,11 @@ class DataRules:
 
     # --- the clock: data.faults
     gap: int = rule(4, "usual steps without a sample that are a gap", CHECKED)
-    uneven: float = rule(0.5, "share of the usual step by which an uneven one differs from it", CHECKED)
+    uneven: float = rule(
+        0.5,
+        "share of the usual step by which an uneven one differs from it; where most are even, a longer one lost rows",
+        CHECKED,
+    )
     most_uneven: float = rule(0.05, "share of uneven steps from which on a clock is irregular", CHECKED)
 
     # --- corrupted samples

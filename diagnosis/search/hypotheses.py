@@ -11,7 +11,7 @@ from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, 
 
 from ..data.rig import Rig, split
 from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES, along, unit
-from ..data.stuck import resolution
+from ..data.values import resolution
 from ..residuals import whole
 from ..residuals.drive import both
 from ..residuals.drive import electric as electric_of

@@ -147,6 +147,24 @@ def test_clipping_is_of_one_channel_and_a_recording_is_long_enough_for_every_fau
     assert len({f["channel"] for f in placed if f["kind"] == "clipped"}) == 1
 
 
+def test_what_is_noted_of_faults_anyhow_is_what_is_wrong(seed):
+    """Rows that are left are as they were, but for those that are noted; and what is lost is behind a row that is noted."""
+    rng = np.random.default_rng(seed)
+    sound = draw(rng, ALL, duration=10.0).read(_ramp(), 0, rng)
+    channels = ("current", "motor_speed", "angle", "voltage")
+    table, placed = faults.spoil_anyhow(sound, rng, channels)
+    rows = {name: np.zeros(len(table), bool) for name in (*channels, "time")}
+    for fault in placed:
+        rows[fault["channel"]][fault["first"] : fault["last"] + 1] = True
+    kept = np.isin(sound["time"], table["time"])
+    for name in channels:
+        left = sound[name][kept].to_numpy()
+        off = (table[name].to_numpy() != left) & np.isfinite(left)
+        assert not (off & ~rows[name]).any() or {f["kind"] for f in placed if f["channel"] == name} >= {"frozen"}
+    lost = np.flatnonzero(np.diff(np.flatnonzero(kept)) > 1)
+    assert rows["time"][lost].all() and (~kept).any() == rows["time"].any()
+
+
 def test_fault_rows_are_counted_by_channel_and_kind():
     placed = [
         {"channel": "current", "first": 10, "last": 19, "kind": "frozen"},

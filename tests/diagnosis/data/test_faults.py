@@ -51,6 +51,50 @@ def test_corrupted_samples_are_found_one_by_one(rig, run):
 
 
 @pytest.mark.parametrize(
+    "spikes",
+    [
+        {600: 1.5, 602: -1.5, 604: 1.5},
+        dict.fromkeys((600, 601, 602, 604, 605, 606), 1.5),  # more than half of seven neighbours, all to one side
+        {600: 3.0, 601: 3.0, 602: 3.0, 605: 1.2, 606: 1.2},
+    ],
+)
+def test_corrupted_samples_close_together_do_not_hide_each_other(rig, run, spikes):
+    for row, height in spikes.items():
+        run.signals["motor.torque"][row] += height
+    check([run], rig)
+    assert set(np.flatnonzero(~run.good["motor.torque"])) == set(spikes)
+
+
+def test_a_ring_that_crosses_zero_is_no_row_of_corrupted_samples(rig, run):
+    """Every other sample of it is quiet, and what it ends in is too small for a spike."""
+    run.signals["motor.torque"][600:628:2] += 1.5 * (-0.7) ** np.arange(14)
+    assert check([run], rig) == []
+
+
+def test_a_corrupted_sample_of_a_coarse_speed(rig, run):
+    """Five counts high, where the motion makes two: its rounding is no noise of twelve times a count."""
+    coarse = 25.0
+    run.signals["reducer.input_speed"] = coarse * np.round(40.0 * np.sin(3.0 * run.time) / coarse)
+    run.signals["reducer.input_speed"][1800] += 8.0 * coarse
+    assert [(f.kind, f.first, f.last) for f in check([run], rig)] == [("corrupted", 1800, 1800)]
+
+
+@pytest.mark.parametrize("rows, lost", [(1, 1), (4, 3), (9, 120)])
+def test_a_difference_over_lost_rows_is_no_speed(rig, run, rows, lost):
+    """A recorder that divides by the time of as many rows as usual, and one that knows the time."""
+    angle = run.signals["reducer.input_angle"]
+    keep = np.append(np.arange(2000), np.arange(2000 + lost, N))
+    angle, time = np.cumsum(40.0 * np.sin(3.0 * run.time))[keep] * 1e-3, run.time[keep]
+    turned = np.append(np.zeros(rows), angle[rows:] - angle[:-rows])
+    passed = np.append(np.full(rows, rows * 1e-3), time[rows:] - time[:-rows])
+    for by, wrong in ((rows * 1e-3, True), (passed, False)):
+        speed = turned / by + 0.05 * np.sin(1e3 * time)
+        found = MeasuredRun("log.csv", "", keep, time, {"reducer.input_speed": speed, "reducer.input_angle": angle})
+        told = {(f.kind, f.first, f.last) for f in check([found], rig)}
+        assert told == {("missing", 1999, 2000 + lost)} | ({("corrupted", 2000 + lost, 1999 + lost + rows)} if wrong else set())
+
+
+@pytest.mark.parametrize(
     "limits, told", [({"min": -24.0, "max": 24.0}, [700, 3000]), ({}, []), ({"min": -600.0, "max": 600.0}, [])]
 )
 def test_a_command_far_beyond_its_controllers_limits_is_corrupted(rig, run, limits, told):
@@ -91,6 +135,11 @@ def test_missing_samples(rig, run):
     run.time[2000:] += 0.5
     (fault,) = check([run], rig)
     assert (fault.kind, fault.channel, fault.first, fault.last) == ("missing", "time", 1999, 2000)
+
+
+def test_a_single_lost_row_is_missing_where_rows_are_even(rig, run):
+    run.time[2000:] += 1e-3
+    assert [(f.kind, f.first, f.last) for f in check([run], rig)] == [("missing", 1999, 2000)]
 
 
 @pytest.mark.parametrize("speed, rests", [(0.0, True), (0.5, False), (-0.5, False)])

@@ -152,6 +152,43 @@ def test_a_clipped_channel_is_told_in_every_row(rig, rng, speed, channel):
     assert np.array_equal(rows(faults, "clipped", channel, len(x)), abs(x) >= limit)
 
 
+@pytest.mark.parametrize("limit, told", [(1.4, True), (2.0, False)])
+def test_a_speed_of_few_counts_is_clipped_between_two_of_them(rig, rng, speed, limit, told):
+    """Its rows at the limit are too few in a row for its angle to go on by a count; at a whole count nobody can tell."""
+    run = recorded(rng, 0.9 * np.pi * speed / abs(speed).max(), counts=700, rows=1)
+    count = 2.0 * np.pi / 700.0 / STEP  # rad/s, one a row; up to two after noise that the encoder's lines have
+    angle = turned(speed / abs(speed).max() * 9.0) + 0.3 * count * STEP * rng.standard_normal(len(speed))
+    run.signals[OUTPUT], run.signals[LOAD] = counted(angle, 700), difference(counted(angle, 700), 1)
+    run.signals[LOAD] = np.clip(run.signals[LOAD], -limit * count, limit * count)
+    for name in (INPUT, SPEED):
+        del run.signals[name]
+    assert kinds(check([run], rig)) == ({("clipped", LOAD)} if told else set())
+
+
+VOLTAGE = "controller.voltage"
+
+
+@pytest.mark.parametrize("rests", [True, False])
+def test_a_measured_voltage_that_freezes_is_told_at_rest_and_in_motion(rig, rng, speed, rests):
+    run, length = recorded(rng, speed), 80
+    run.signals[VOLTAGE] = np.clip(8.0 * speed, -15.0, 15.0) + 0.05 * rng.standard_normal(len(speed))
+    first = longest_rest(speed)[0] if rests else fast(speed, length)
+    run.signals[VOLTAGE][first : first + length] = run.signals[VOLTAGE][first]
+    faults = check([run], rig)
+    assert kinds(faults) == {("frozen", VOLTAGE)}
+    assert np.array_equal(np.flatnonzero(rows(faults, "frozen", VOLTAGE, len(speed))), np.arange(first + 1, first + length))
+
+
+def test_a_voltage_that_is_a_number_may_stay(rig, rng, speed):
+    """Computed anew in each row, held for a while in motion, at rest, and where it is saturated."""
+    run, length = recorded(rng, speed), 200
+    voltage = np.clip(8.0 * speed + 3.0 * np.sin(7.0 * STEP * np.arange(len(speed))), -15.0, 15.0)
+    first = fast(speed, length)
+    voltage[first : first + length] = voltage[first]
+    run.signals[VOLTAGE] = voltage
+    assert check([run], rig) == []
+
+
 def test_a_plateau_and_the_end_of_a_travel_are_no_limits(rig, rng, speed):
     """One top speed for all moves, whose difference of counts has two levels; and a rest at the same end after each."""
     top = 0.6 * abs(speed).max()

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 KINDS = ("frozen", "spike", "nan", "gap")  # the gap last: it moves the rows behind it
+BEYOND = 50.0  # V, of a spike in a command, which may jump within its limits
 
 
 def spoil_with_all(table: pd.DataFrame, rng: np.random.Generator) -> tuple[pd.DataFrame, list[dict]]:
@@ -65,10 +66,9 @@ def spoil_recording(table: pd.DataFrame, rng: np.random.Generator, channels: tup
     *others, clipped = rng.permutation([name for name in channels if name != "angle"])
     x = table[clipped].to_numpy(copy=True)
     limit = 0.7 * np.quantile(abs(x), 0.999)
-    at_limit = (abs(x) >= limit).astype(int)  # of a value just there, as counts have, nobody can tell that it was not cut
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], at_limit, [0]])))
+    at_limit = abs(x) >= limit  # of a value just there, as counts have, nobody can tell that it was not cut
     table[clipped] = np.clip(x, -limit, limit)
-    for first, last in zip(edges[::2], edges[1::2] - 1):
+    for first, last in _edges(at_limit):
         note(clipped, first, last, "clipped")
 
     others = [*others, "angle"]
@@ -100,3 +100,74 @@ def spoil_recording(table: pd.DataFrame, rng: np.random.Generator, channels: tup
     placed = [fault for fault in placed if fault["first"] <= fault["last"]]
     note("time", k, k + 1, "missing")
     return table, placed
+
+
+def spoil_anyhow(table: pd.DataFrame, rng: np.random.Generator, channels: tuple[str, ...]) -> tuple[pd.DataFrame, list[dict]]:
+    """A recording with faults of any number and length in any channels, at rest and in motion, some beside each other.
+
+    Noted are the rows that are wrong: a value that stands where it would have stood anyway is none, nor a limit that
+    nothing reached. One channel is clipped at one end or both, up to two freeze for 0.1 to 1 s, spikes of 2 to 20 times a
+    channel's range come alone or in bursts, values are lost, and rows: singly, or up to half a second of them.
+    """
+    table, n = table.copy(), len(table)
+    step = float(np.median(np.diff(table["time"])))
+    wrong: dict[tuple[str, str], np.ndarray] = {}
+
+    def note(channel, kind):
+        return wrong.setdefault((channel, kind), np.zeros(n, bool))
+
+    names = list(rng.permutation(channels))
+    sound = {name: table[name].to_numpy(copy=True) for name in names}
+    spread = {name: float(np.ptp(np.quantile(x, (0.02, 0.98)))) for name, x in sound.items()} | {"voltage": BEYOND}
+    if rng.random() < 0.7:
+        name = str(names.pop(int(np.argmax([each != "voltage" for each in names]))))  # a command saturates honestly
+        x, side = table[name].to_numpy(copy=True), rng.integers(3)
+        middle = 0.5 * (x.max() + x.min()) if name.endswith("angle") else 0.0
+        limit = rng.uniform(0.5, 0.9) * np.quantile(abs(x - middle), 0.999)
+        high, low = (limit if side != 1 else np.inf), (-limit if side != 0 else -np.inf)
+        x = np.clip(x, middle + low, middle + high)
+        note(name, "clipped")[:] = x != sound[name]
+        table[name] = x
+    for name in map(str, names[: rng.integers(3)]):
+        x, length = table[name].to_numpy(copy=True), int(rng.uniform(0.1, 1.0) / step)
+        first = int(rng.integers(0, n - length - 1))
+        x[first : first + length] = x[first]
+        changed = np.mean(x[first + 1 : first + length] != sound[name][first + 1 : first + length])
+        note(name, "frozen")[first + 1 : first + length] = changed > 0.5
+        table[name] = x
+    for name in map(str, rng.permutation(names)[: rng.integers(1, 4)]):
+        x, first = table[name].to_numpy(copy=True), int(rng.integers(0, n - 100))
+        for _ in range(rng.integers(1, 7)):
+            length = int(rng.integers(1, 4))
+            x[first : first + length] += rng.uniform(2.0, 20.0) * max(spread[name], 1e-3) * rng.choice((-1.0, 1.0))
+            note(name, "corrupted")[first : first + length] = True
+            first = first + length + int(rng.integers(1, 8)) if rng.random() < 0.5 else int(rng.integers(0, n - 100))
+        table[name] = x
+    for name in map(str, rng.permutation(names)[: rng.integers(3)]):
+        x, first = table[name].to_numpy(copy=True), int(rng.integers(0, n - 20))
+        x[first : first + rng.integers(1, 20)] = rng.choice((np.nan, np.inf))
+        note(name, "non-finite")[:] |= ~np.isfinite(x)
+        table[name] = x
+    keep = np.ones(n, bool)
+    for _ in range(rng.integers(4)):
+        first = int(rng.integers(10, n - 10))
+        lost = int(rng.integers(1, 4)) if rng.random() < 0.5 else int(rng.uniform(0.02, 0.5) / step)
+        keep[first : first + lost] = False
+    for name, lost in ((name, rows) for (name, kind), rows in wrong.items() if kind in ("corrupted", "non-finite")):
+        for kind in ("clipped", "frozen", "corrupted"):  # a row has one fault, the last that befell it
+            if (name, kind) in wrong and wrong[name, kind] is not lost:
+                wrong[name, kind] &= ~lost
+    table, row = table[keep].reset_index(drop=True), np.cumsum(keep) - 1
+    placed = [
+        {"channel": name, "first": int(row[a]), "last": int(row[b]), "kind": kind}
+        for (name, kind), rows in wrong.items()
+        for a, b in _edges(rows & keep)
+    ]
+    gaps = [(row[a], row[a] + 1) for a, _ in _edges(~keep)]
+    return table, placed + [{"channel": "time", "first": int(a), "last": int(b), "kind": "missing"} for a, b in gaps]
+
+
+def _edges(rows: np.ndarray) -> list[tuple[int, int]]:
+    """First and last of each stretch of rows."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(int), [0]])))
+    return list(zip(edges[::2], edges[1::2] - 1))

@@ -115,12 +115,10 @@ class Recording(Case):
         return bool(self.ratios) and min(self.ratios) >= 2.0
 
     def write(self, folder: Path) -> tuple[Path, Path, Path]:
-        """rig.toml, train.csv and test.csv: all that the product sees. A user knows a controller that is slower than his log."""
+        """rig.toml, train.csv and test.csv: all that the product sees."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        slow = self.recorder.control > self.recorder.step
-        more = {"controller.sample_period": self.recorder.control} if slow else {}
-        (folder / "rig.toml").write_text(rig(self.sheet, "forward", self.recorder.channels, more))
+        (folder / "rig.toml").write_text(rig(self.sheet, "forward", self.recorder.channels, _period(self.recorder)))
         for table, name in zip(self.logs, ("train.csv", "test.csv")):
             table.to_csv(folder / name, index=False, float_format="%.9g")
         return folder / "rig.toml", folder / "train.csv", folder / "test.csv"
@@ -193,6 +191,30 @@ def hide(
         off=off,
         forms=forms,
     )
+
+
+def misread(seed: int, anyhow: bool, longest: float = np.inf) -> tuple[str, pd.DataFrame, pd.DataFrame, list[dict]]:
+    """A sound drive's log and the same with faults: rig, both tables, and what was put where.
+
+    What `hide` with `faulty` gives as the log that teaches, at a third of the cost; `anyhow`: with the faults of spoil_anyhow.
+    """
+    rng = np.random.default_rng([seed, 10, crc32(b"")])
+    sheet, base = nature(rng, nominal(rng))
+    recorder = draw(rng)
+    recorder = replace(recorder, duration=min(recorder.duration, longest))
+    plans = [motion(rng, length, DENSE) for length in (recorder.duration, min(recorder.duration, JUDGED))]
+    sound = recorder.read(dense(behind(base, recorder), plans[0]), 0, np.random.default_rng([seed, 12, 0]))
+    measured = tuple(name for name in recorder.channels if name not in UNSEEN and name != "supply")
+    if anyhow:
+        log, placed = faults.spoil_anyhow(sound, np.random.default_rng([seed, 13]), measured)
+    else:
+        log, placed = faults.spoil_recording(sound, rng, tuple(name for name in measured if name != "voltage"))
+    return rig(sheet, "forward", recorder.channels, _period(recorder)), sound, log, placed
+
+
+def _period(recorder: Recorder) -> dict[str, float]:
+    """A user knows a controller that is slower than his log."""
+    return {"controller.sample_period": recorder.control} if recorder.control > recorder.step else {}
 
 
 def _lasting(cause: Cause, times: float) -> Cause:

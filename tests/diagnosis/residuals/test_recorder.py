@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from selflock.diagnosis.residuals.recorder import _difference
+from selflock.diagnosis.data.differenced import SpeedRows, difference, over_losses
 
 STEP, COUNT, LENGTH = 1e-3, 2.0 * np.pi / 4000.0, 8000
 
@@ -36,11 +36,25 @@ def faulty(rng, time, x):
 @pytest.mark.parametrize("own", [0.0, COUNT], ids=["alone", "beside its angle"])
 def test_the_rows_of_a_difference_are_read_from_a_faulty_log(rng, rows, own):
     time, x = speed(rng, rows)
-    assert _difference(x, np.ones(LENGTH, bool), time, own)[1] == rows
+    assert difference([SpeedRows(x, np.ones(LENGTH, bool), time)], own)[1] == rows
     time, x, good = faulty(rng, time, x)
-    assert _difference(x, good, time, own)[1] == rows
+    assert difference([SpeedRows(x, good, time)], own)[1] == rows
 
 
 def test_what_is_no_difference_is_told_as_none(rng):
     time, x = speed(rng, 0)
-    assert _difference(x + 0.1 * rng.standard_normal(LENGTH), np.ones(LENGTH, bool), time, 0.0) == (0.0, 0)
+    assert difference([SpeedRows(x + 0.1 * rng.standard_normal(LENGTH), np.ones(LENGTH, bool), time)]) == (0.0, 0)
+
+
+def test_runs_tell_together_what_each_is_too_short_to_tell(rng):
+    """Pieces of a log: one alone has too few rows for a spectrum in which the zeros could be seen."""
+    time, x = speed(rng, 5)
+    pieces = [slice(a, a + 200) for a in rng.choice(np.arange(50, LENGTH - 200), 30, replace=False)]
+    runs = [SpeedRows(x[part], np.ones(200, bool), time[part]) for part in pieces]
+    assert np.mean([difference([run])[1] == 5 for run in runs]) < 0.9
+    assert difference(runs)[1] == 5
+
+
+def test_rows_whose_difference_goes_over_lost_rows(rng):
+    time = STEP * np.append(np.arange(100), np.arange(103, 200))
+    assert np.flatnonzero(over_losses(time, 4)).tolist() == [0, 1, 2, 3, 100, 101, 102, 103]

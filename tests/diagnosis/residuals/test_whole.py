@@ -31,6 +31,15 @@ def seed():
     return found
 
 
+DIFFERENCED = {
+    "step": 1e-3,
+    "jitter": 0.0,
+    "duration": 8.0,
+    "channels": ("setpoint_angle", "setpoint_speed", "voltage", "current", "angle", "motor_speed", "speed", "ambient"),
+    "speeds": {"motor_speed": Speed("filter", time=1e-3), "speed": Speed("difference", 4)},
+}
+
+
 def experiment(case, folder, spoil=lambda table: table):
     """Of the log to learn from."""
     rig, train, _ = case.write(folder)
@@ -116,6 +125,18 @@ def test_nothing_is_compared_behind_a_gap_nor_at_the_start(seed, tmp_path):
         away = min(RULES.residuals.settling, RULES.residuals.settling_share * np.ptp(ch.run.time))
         assert not good[(since >= 0.0) & (since < away)].any() and not good[ch.run.time < ch.run.time[0] + away].any()
         assert good.sum() > 0.7 * len(good)
+
+
+@pytest.mark.slow
+def test_a_difference_that_goes_over_a_lost_row_is_not_compared(seed, tmp_path):
+    """Whether it was taken before the row was lost or behind it nobody knows; an angle is compared all the same."""
+    case = recordings.hide([], seed, recorder=replace(draw(np.random.default_rng(seed)), **DIFFERENCED), longest=8.0)
+    n = len(case.logs[0])
+    bench = experiment(case, tmp_path, lambda table: table.drop(index=n // 2))
+    (ch,) = bench.channels.values()
+    for name, rows in (("load.speed", slice(n // 2, n // 2 + 4)), ("load.angle", slice(0, 0))):
+        good = whole.channel(name, {}, ch)[2]
+        assert not good[rows].any() and good[n // 2 - 4 : n // 2].all() and good[n // 2 + 4 : n // 2 + 20].all()
 
 
 @pytest.mark.slow

@@ -1,0 +1,122 @@
+"""Whether a speed is a difference of an encoder's counts, of which, and over how many rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from ..rules import RULES
+from .values import stretches
+
+
+@dataclass(frozen=True)
+class SpeedRows:
+    """A speed as it stands in the rows of one run."""
+
+    x: np.ndarray  # rad/s
+    good: np.ndarray  # bool
+    time: np.ndarray  # s
+
+
+def difference(runs: list[SpeedRows], own: float = 0.0) -> tuple[float, int]:
+    """Count, rad, and rows of the difference that a speed is; 0 for none. own: the count of its angle, where that is logged.
+
+    A difference over n rows, times their duration, is a whole number of counts in nearly all rows. With rows at equal times
+    that holds for every n, and what is missing in the spectrum tells it, of all runs together; or the own count does.
+    """
+    for rows in range(1, RULES.search.differenced + 1):
+        count, levels = _on_counts(runs, rows)
+        if count == 0.0:
+            continue
+        if (told := _missing(levels, [_together(run, rows) for run in runs])) and (its := _on_counts(runs, told)[0]) > 0.0:
+            return its, told
+        if rows > 1 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own:
+            return count, rows
+        if own == 0.0:
+            return (count, 1) if _once(runs) else (0.0, 0)
+    return 0.0, 0
+
+
+def over_losses(time: np.ndarray, rows: int) -> np.ndarray:
+    """Rows in which a difference over so many rows back goes over rows that are lost, or begins before the first; bool."""
+    begins = np.append(True, lost(time))
+    return np.convolve(begins, np.ones(rows))[: len(time)] > 0.0
+
+
+def lost(time: np.ndarray) -> np.ndarray:
+    """Steps from row to row in which rows are lost, bool."""
+    steps = np.diff(time)
+    return steps > (1.0 + RULES.data.uneven) * np.median(steps)
+
+
+def _together(run: SpeedRows, rows: int) -> np.ndarray:
+    """Where a difference over so many rows, and the next one, are of sound rows without a gap between any of them."""
+    begins = ~run.good[1:] | ~run.good[:-1] | lost(run.time)
+    return maximum_filter1d(begins.astype(int), 2 * rows + 1)[rows - 1 :] == 0
+
+
+def _missing(levels: list[np.ndarray], sound: list[np.ndarray]) -> int:
+    """The most rows n over which this may be a difference, by what its spectrum lacks; 0 where it lacks nothing.
+
+    A difference over n rows passes nothing, be it motion or rounding, at 1, 2, ... waves in n rows; a row that is wrong, or
+    lacks, has all waves. Second differences first, so that the slow motion does not leak into all others.
+    """
+    from scipy.signal import welch  # a second to load, for those whose recorder is asked
+
+    rules = RULES.residuals
+    pieces = []
+    for here, trusted in zip(levels, sound):
+        starts, lengths = stretches(trusted)
+        pieces += [np.diff(here[a : a + n], n=2) for a, n in zip(starts, lengths) if trusted[a] and n > 2]
+    longest = max(map(len, pieces), default=0)
+    if longest < 2:
+        return 0
+    total = sum(map(len, pieces))
+    segment = 2 ** int(np.log2(max(min(longest, total / rules.segments), 2.0)))
+    segment = min(rules.longest_segment, segment)
+    pieces = [piece for piece in pieces if len(piece) >= segment]
+    each = [welch(piece, nperseg=segment, detrend=False) for piece in pieces]
+    frequency = each[0][0]
+    power = np.average([found for _, found in each], axis=0, weights=[len(piece) for piece in pieces])
+    power = power[1:] / np.sin(np.pi * frequency[1:]) ** 4
+    found = 0
+    for rows in range(2, min(RULES.search.differenced, segment // rules.segment_rows) + 1):
+        places = segment / rows * np.arange(1, rows // 2 + 1) - 1.0
+        near = segment / rows / 2.0
+        deepest = []
+        for place in places:
+            at = np.arange(max(0, int(np.ceil(place - near))), min(len(power), int(place + near) + 1))
+            apart = abs(at - place)
+            deepest.append(power[at[apart < 1.5]].mean() / max(float(np.median(power[at[apart > near / 3.0]])), 1e-300))
+        if max(deepest) < rules.missing:
+            found = rows
+    return found
+
+
+def _once(runs: list[SpeedRows]) -> bool:
+    """Whether the rounding of a row comes again with the other sign in the next, as in a difference over one row."""
+    fasts = [np.diff(run.x, n=2) for run in runs if len(run.x) > 3]
+    if not fasts:
+        return False
+    ends = np.quantile(np.concatenate(fasts), (0.05, 0.95))
+    fasts = [np.clip(fast, *ends) for fast in fasts]
+    beside = np.concatenate([fast[1:] * fast[:-1] for fast in fasts])
+    return bool(np.mean(beside) < RULES.residuals.differenced_once * np.mean(np.concatenate(fasts) ** 2))
+
+
+def _on_counts(runs: list[SpeedRows], rows: int) -> tuple[float, list[np.ndarray]]:
+    """The count of which a speed is a whole number in so many rows, 0 for none; and that number in each row of each run."""
+    rules = RULES.residuals
+    turned = [run.x[rows:] * (run.time[rows:] - run.time[:-rows]) for run in runs]
+    trusted = [run.good[rows:] & run.good[:-rows] for run in runs]
+    moved = abs(np.concatenate([way[good] for way, good in zip(turned, trusted)]))
+    moved = moved[moved > rules.no_count]
+    if len(moved) >= rules.noise_samples:
+        count = float(np.median(moved[moved < 1.5 * moved.min()]))
+        for parts in (1, 2, 3):  # the slowest row may have turned by more than one
+            off = abs(moved * parts / count - np.round(moved * parts / count))
+            if np.mean(off < rules.on_a_count) > rules.mostly:
+                return count / parts, [np.round(way * parts / count) for way in turned]
+    return 0.0, []

@@ -1,0 +1,30 @@
+"""What the values of a channel say by themselves: where they stay, how far they lie apart, in which steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..rules import RULES
+
+
+def stretches(x: np.ndarray, parted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and lengths of stretches of one value; a row where `parted` begins a new one."""
+    begins = np.concatenate([[True], x[1:] != x[:-1]])
+    starts = np.flatnonzero(begins if parted is None else begins | parted)
+    return starts, np.diff(np.append(starts, len(x)))
+
+
+def spread(x: np.ndarray, quantiles: tuple[float, float]) -> float:
+    """How far apart these quantiles of x are."""
+    return float(np.ptp(np.quantile(x, quantiles)))
+
+
+def resolution(values: np.ndarray) -> float:
+    """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
+    steps = np.diff(np.unique(values[np.isfinite(values)]))
+    return float(np.quantile(steps, RULES.data.smallest_step)) if len(steps) else 0.0
+
+
+def noise_of(x: np.ndarray) -> float:
+    """Noise of rows, by fourth differences: a motion leaves next to nothing in them, white noise 70 times its variance."""
+    return float(np.median(abs(np.diff(x, n=4)))) / RULES.residuals.normal_median / np.sqrt(70.0) if len(x) > 4 else 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import signal
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -99,6 +100,7 @@ def pool(parcel: Parcel, function: Callable, workers: int, scheduler: str | None
 
 def _local(workers: int, folder: Path, stack: ExitStack) -> str:
     """The address of a cluster of this machine, which ends with the stack."""
+    _refuse_unguarded(getattr(sys.modules["__main__"], "__file__", None))
     # No failure is allowed here: whether a run is tried again is decided in engine.py, which knows who was to blame.
     given = {"distributed.scheduler.allowed-failures": 0, "temporary-directory": str(folder), **QUIET}
     stack.enter_context(dask.config.set(given))
@@ -113,6 +115,16 @@ def _local(workers: int, folder: Path, stack: ExitStack) -> str:
         silence_logs=logging.CRITICAL,
     )
     return cluster.scheduler_address
+
+
+def _refuse_unguarded(script: str | None) -> None:
+    """Refuse a script that each process of ours, which begins by importing it, would run again."""
+    path = Path(script) if script else None
+    if path and path.suffix == ".py" and path.is_file() and "__name__" not in path.read_text(encoding="utf-8", errors="replace"):
+        raise SweepError(
+            f"{path}: its processes begin by importing this script, and would do all of it again. Put what it does under "
+            'if __name__ == "__main__": and start it again.'
+        )
 
 
 def _begun(stack: ExitStack, make: Callable, **given: Any) -> Any:

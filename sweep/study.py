@@ -38,6 +38,7 @@ import pandas as pd
 
 from selflock.master import toml
 
+from . import roles
 from .errors import SweepError
 from .record import Figure, evaluate, figure
 
@@ -111,6 +112,7 @@ def from_dict(data: dict[str, Any], file: Path) -> Study:
     if not record and not table:
         raise SweepError("nothing is kept of the runs: add a [record], or table = true.")
     _check_names(record, parameters, data.get("stop"))
+    roles.check(data.get("report", {}), [*parameters, *(one.name for one in record)])
     return Study(
         file,
         data,

@@ -15,7 +15,7 @@ from distributed.comm.core import CommClosedError
 
 from selflock.master.stops import Stops
 from selflock.sweep import SweepError, map_runs
-from selflock.sweep.cluster import _begun, _patiently
+from selflock.sweep.cluster import _begun, _patiently, _refuse_unguarded
 from selflock.sweep.engine import _batch
 from selflock.sweep.store import Store
 
@@ -327,3 +327,14 @@ def test_a_worker_that_dies_as_it_is_given_the_runs_is_tried_again():
     assert _patiently(give, 1, wrong=OSError) == "given" and tries == [(1,), (1,)]
     with pytest.raises(CommClosedError):  # what nobody waits for
         _patiently(lambda: tries.clear() or give(), wrong=ValueError)
+
+
+def test_a_script_that_its_processes_would_run_again_is_told(tmp_path):
+    """Python begins processes by importing the script that asks for them."""
+    text = "from selflock.sweep import map_runs\n\ndef main():\n    return map_runs(abs, [1.0], workers=1)\n\n"
+    (script := tmp_path / "mine.py").write_text(text + "main()\n")
+    with pytest.raises(SweepError, match='mine.py: .* if __name__ == "__main__":'):
+        _refuse_unguarded(str(script))
+    script.write_text(text + 'if __name__ == "__main__":\n    main()\n')
+    for told in (str(script), None, "<stdin>"):
+        _refuse_unguarded(told)

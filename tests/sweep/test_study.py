@@ -126,3 +126,25 @@ def test_an_expression_that_is_none():
     for expression in ("m.y +", "__import__('os')", "m.y.__class__"):
         with pytest.raises(SweepError):
             figures([figure("f", {"max": expression})], table, {})
+
+
+@pytest.mark.parametrize("told, words", [
+    ({"frictoin": "a"}, "frictoin: no chart has this role"),
+    ({"friction": "mu"}, "no parameter and no figure 'mu'"),
+    ({"pareto": {"moving": "y", "torque": "y"}}, r"write pareto = \{ holding = ..., moving = ..., torque = ... \}"),
+    ({"moving": "y"}, r"write moving = \{ figure = ... \}"),
+    ({"margins": {"by": ["a"], "figures": ["z"]}}, "no parameter and no figure 'z'"),
+    ({"hold_times": [-1]}, r"write times in s"),
+])  # fmt: skip
+def test_a_role_that_no_chart_can_draw_is_told_before_the_runs(told, words):
+    vary = {"a": {"values": [1, 2], "set": "motor.resistance"}}
+    with pytest.raises(SweepError, match=words):
+        study(vary=vary, report=told)
+    roles = {
+        "friction": "a",
+        "ratio": 50,
+        "hold_times": [0, 1.5],
+        "moving": {"figure": "y", "time": 2.0},
+        "holding": {"figure": "y"},
+    }
+    assert study(vary=vary, report=roles | {"margins": {"by": ["a"], "figures": ["y"]}}).report["ratio"] == 50

@@ -163,7 +163,10 @@ def _sealed(kind: Any) -> type:
             path = Path(self._data_path(name))
             if sha256(path) != Path(f"{path}.sha256").read_text():
                 raise OSError(name)  # numba then compiles it
-            return super()._load_data(name)
+            try:
+                return super()._load_data(name)
+            except Exception as error:  # whole, and of another numba
+                raise OSError(name) from error
 
         def _save_data(self, name: str, data: Any) -> None:
             super()._save_data(name, data)

@@ -28,6 +28,7 @@ from pathlib import Path
 from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
+import numba
 from numba import njit, typeof, types
 from numba.core.errors import NumbaError
 
@@ -152,9 +153,9 @@ def _copied(sources: dict[Path, bytes], beside: str = "") -> Path:
     """The folder of a copy of these sources, made if it is not there yet, safe beside others that make it.
 
     It is named by their content, by what they stand `beside`: the copy of the laws, under which name they are loaded, and by
-    how they are compiled: a function without a face must not be met where one is called.
+    how they are compiled: a function without a face must not be met where one is called, nor what another numba kept.
     """
-    digest = hashlib.sha256(f"{beside} {FACELESS}".encode())
+    digest = hashlib.sha256(f"{beside} {FACELESS} numba {numba.__version__}".encode())
     for path, content in sources.items():
         digest.update(f"{path.as_posix()} {len(content)}\n".encode() + content)
     return cache.copied(f"laws_{digest.hexdigest()[:16]}", {path.as_posix(): content for path, content in sources.items()})

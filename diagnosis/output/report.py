@@ -39,6 +39,7 @@ LEFT_OVER = {  # what remains, by the variable it depends on
     "set-point change": "comes when set-points change",
     "time": "changes with time",
 }
+TOLD = 3  # dependences in the first lines
 QUARTER = np.pi / 2.0
 NEAR = np.radians(1.0)  # to a quarter of a turn: angles are mounted and counted no finer by eye
 
@@ -77,10 +78,16 @@ def write(
         faults=faults,
         drawn=set(drawn.get("figures", ())),
         next=following(result, not whole.lacking(experiment.rig, set(experiment.runs[0].signals))),
-        dependences="; ".join(dict.fromkeys(left_over(name, experiment.rig.linear) for name in result.remainder["depends_on"])),
+        dependences=dependences([left_over(name, experiment.rig.linear) for name in result.remainder["depends_on"]]),
         bars=pictures.search(outcome) if outcome else [],
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},
     )
+
+
+def dependences(told: list[str]) -> str:
+    """What is left goes with, the most of it first: a few in words, for what is left of a log without noise goes with everything."""
+    each = list(dict.fromkeys(told))
+    return "; ".join(each[:TOLD] + [f"and with {len(each) - TOLD} more, below"] * (len(each) > TOLD))
 
 
 def left_over(name: str, linear: bool = False) -> str:

@@ -2,10 +2,13 @@
 
 import hashlib
 import os
+import pickle
 import stat
 import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
 
 import pytest
 
@@ -154,3 +157,22 @@ def test_what_numba_kept_is_checked_before_it_is_loaded(tmp_path, harm):
             {"flip": good[:middle] + bytes([good[middle] ^ 8]) + good[middle + 1 :], "cut": good[:middle], "empty": b""}[harm]
         )
         run()
+
+
+def test_what_another_numba_kept_is_compiled_again():
+    """It is whole, so that its seal fits, and names modules that are not there any more."""
+    told = pickle.dumps(SimpleNamespace).replace(b"types", b"olden")
+
+    class Kept:
+        def _load_data(self, name):
+            return pickle.loads(told)
+
+        def _data_path(self, name):
+            return name
+
+    with pytest.raises(ModuleNotFoundError):
+        Kept()._load_data("")
+    with pytest.raises(OSError, match="held.nbc"), TemporaryDirectory() as folder:
+        (path := Path(folder) / "held.nbc").write_bytes(told)
+        Path(f"{path}.sha256").write_text(hashlib.sha256(told).hexdigest())
+        cache._sealed(Kept)()._load_data(str(path))

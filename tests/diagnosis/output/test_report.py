@@ -9,7 +9,7 @@ import pytest
 from selflock.diagnosis.data.signals import along
 from selflock.diagnosis.judge.cause import Cause
 from selflock.diagnosis.judge.models import OpenModel
-from selflock.diagnosis.output.report import convention, following, left_over
+from selflock.diagnosis.output.report import convention, dependences, following, left_over
 
 
 @pytest.mark.parametrize(
@@ -44,3 +44,8 @@ def test_what_is_left_is_said_in_words():
 )  # fmt: skip
 def test_units_of_a_linear_drive(name, unit, told):
     assert along(unit, name) == told
+
+
+def test_of_much_that_is_left_the_first_lines_say_the_most():
+    assert dependences(["a", "b", "a", "c"]) == "a; b; c"
+    assert dependences(["a", "b", "c", "d", "e"]) == "a; b; c; and with 2 more, below"

@@ -35,7 +35,7 @@ ELSEWHERE = {  # what decides nothing
     "pipeline/chance.py": {"LEVELS"},  # quantiles that are told
     "output/figures.py": {"STYLE"},
     "output/pictures.py": {"BEFORE", "AFTER", "MEASURED"},  # colours
-    "output/report.py": {"QUARTER", "NEAR"},  # which words are said of an angle
+    "output/report.py": {"QUARTER", "NEAR", "TOLD"},  # which words are said, and how many
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
     "data/rig.py": {"SHARES"},
     "data/table.py": {

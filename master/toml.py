@@ -29,11 +29,29 @@ def parse(text: str) -> dict[str, Any]:
         _check(data, "")
     except RecursionError:
         raise ValueError("its brackets are nested too deep") from None
-    except tomllib.TOMLDecodeError:
-        raise
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(_told(text, str(error))) from None
     except ValueError as error:  # of Python's own int
         raise ValueError("it has a number of thousands of digits" if "digits" in str(error) else str(error)) from None
     return data
+
+
+def _told(text: str, said: str) -> str:
+    """What tomllib says of a text, with what people write there most often."""
+    place = re.search(r"at line (\d+)|at end of document", said)
+    lines = text.splitlines()
+    number = int(place[1]) if place and place[1] else len(lines)
+    line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+    where = f"line {number}, {line[:80]}"
+    if "overwrite" in said or "twice" in said or "already" in said:
+        return f"{where}: it stands there a second time. Keep one of them"
+    if re.search("[\u2018\u2019\u201c\u201d\u201e]", line):
+        return f'{where}: write straight quotes, as in "text"'
+    if re.search(r"=\s*[+-]?\d+,\d+\s*(#.*)?$", line):
+        return f"{where}: write a decimal point, and no comma"
+    if re.fullmatch(r"[\w.\"-]+\s*=\s*[A-Za-z][^\"'\[{]*", line):
+        return f"{where}: text stands in quotes ({said})"
+    return said
 
 
 def _check(value: Any, name: str) -> None:

@@ -71,7 +71,7 @@ def voltage(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
             ]
         return []
     if miss < RULES.data.unlike:
-        return []
+        return _hidden_resistance(u - k * w, i, r, said) if measured else []
     tried = sorted((rms(x - y) / rms(x), text) for text, x, y in _slips(u, i, w, r, k, said, (u_name, CURRENT, w_name)) if rms(x))
     best = tried[0][0]
     slips = [text for left, text in tried if left <= max(1.3 * best, best + 0.02)]
@@ -83,6 +83,19 @@ def voltage(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
     if 1.0 / RULES.data.gross < asked < RULES.data.gross:
         begin = f"R i + k_e w, of {said(CURRENT)} and {said(w_name)}, does not follow {said(u_name)} ({100 * miss:.0f} % is left)"
     return [_unlike(begin, slips if named else [], u_name, CURRENT, w_name, R, KE)]
+
+
+def _hidden_resistance(left: np.ndarray, i: np.ndarray, r: float, said: Said) -> list[Finding]:
+    """A resistance far below that of the log: the balance holds as well without it, and a current made of it is off as far.
+
+    left: V, of the voltage without what the speed takes.
+    """
+    found = float(left @ i) / float(i @ i) if np.any(i) else 0.0
+    if not r or found < RULES.data.gross_beside * r or rms(left - found * i) > RULES.data.mended * rms(left):
+        return []
+    text = f"{said.prefix}{R} = {r:g} Ohm, and beside the voltage and the speed the current of {said(CURRENT)} takes {found:.4g} V for each A"
+    kilo = near(found / r, 1e3)
+    return [Finding(f"{text}{': kOhm given as Ohm?' if kilo else '.'} Write {said.prefix}{R} = {found:.4g}.", True, (R, CURRENT))]
 
 
 def _unlike(begin: str, slips: list[str], *about: str) -> Finding:

@@ -205,6 +205,13 @@ def _rig(path: Path, data: dict) -> Rig:
                 f"{path}: columns {taken[column.signal]!r} and {column.column!r} are both {column.signal}. Keep one of them."
             )
         taken[column.signal] = column.column
+        for other in columns if column.column and not system else ():  # of a drive, whose signals have one unit each
+            mine, theirs = (unit(split(one.signal, drives)[1], linear) for one in (column, other))
+            if other.column == column.column and mine != theirs:
+                raise DataError(
+                    f"{path}: column {column.column!r} cannot be both {other.signal} ({theirs}) and {column.signal} ({mine}): "
+                    "one of them is another column."
+                )
     named = head.get("named", False)
     if not columns and not named:
         raise DataError(

@@ -337,3 +337,26 @@ def test_what_a_controller_is_told_of_its_drive_is_said_once(tmp_path):
     assert rigs.load(path).parameters == given | told
     path.write_text(head + text(drive))
     assert rigs.load(path).parameters == drive
+
+
+@pytest.mark.parametrize(("more", "says"), [
+    ('"motor.resistance" = 2,3', "line 7, .*: write a decimal point"),
+    ('"motor.resistance" = 2.2', "line 7, .*: it stands there a second time"),
+    ("[rig.more]\nname = “axis”", "line 8, .*: write straight quotes"),
+    ("[rig.more]\nname = axis", "line 8, .*: text stands in quotes"),
+])  # fmt: skip
+def test_what_is_no_toml_is_told_by_what_people_write(tmp_path, more, says):
+    head = '[rig]\nkind = "forward"\n[columns]\n"motor.voltage" = "u"\n[parameters]\n"motor.resistance" = 2.0\n'
+    if "2,3" in more:
+        head = head.replace('"motor.resistance"', '"motor.inductance"')
+    (tmp_path / "rig.toml").write_text(head + more + "\n", encoding="utf-8")
+    with pytest.raises(diagnosis.DataError, match=says):
+        rigs.load(tmp_path / "rig.toml")
+
+
+def test_one_column_is_not_two_quantities(tmp_path):
+    (tmp_path / "rig.toml").write_text(
+        '[rig]\nkind = "forward"\n[columns]\n"motor.voltage" = "u"\n"controller.voltage" = "u"\n"motor.current" = "u"\n'
+    )
+    with pytest.raises(diagnosis.DataError, match=r"'u' cannot be both motor.voltage \(V\) and motor.current \(A\)"):
+        rigs.load(tmp_path / "rig.toml")

@@ -106,6 +106,7 @@ FORWARDS = {  # of a forward rig
     "milliamperes": ({}, LOG.assign(i=1e3 * LOG.i), ("'i' (motor.current)", "mA read as A", 'unit = "mA"')),
     "sign of a current": ({}, LOG.assign(i=-LOG.i), ("turn the sign of column 'i' (motor.current), factor = -1",)),
     "columns exchanged": ({"u": '"i"', "i": '"u"'}, LOG, ("exchanged", "'i' (motor.voltage)", "'u' (motor.current)")),
+    "kiloohms": ({"motor__resistance": 0.002}, LOG, ("kOhm given as Ohm?", "motor.resistance = 2")),
     "no parameters": ({"nothing": True}, LOG, ("[parameters] of rig.toml is empty", "data sheets", "gear's ratio")),
 }  # fmt: skip
 INVERSES = {

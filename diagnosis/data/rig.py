@@ -209,7 +209,7 @@ def _rig(path: Path, data: dict) -> Rig:
             mine, theirs = (unit(split(one.signal, drives)[1], linear) for one in (column, other))
             if other.column == column.column and mine != theirs:
                 raise DataError(
-                    f"{path}: column {column.column!r} cannot be both {other.signal} ({theirs}) and {column.signal} ({mine}): "
+                    f"{path}: column {column.column!r} cannot be both {column.signal} ({mine}) and {other.signal} ({theirs}): "
                     "one of them is another column."
                 )
     named = head.get("named", False)

@@ -42,24 +42,21 @@ import signal
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # until somebody listens
 import sys
 from selflock import cli
-from selflock.ending import Watched, leave
+from selflock.ending import Watched
 from selflock.fmus.errors import SelflockError
-try:
-    with Watched(cli.errors) as ending:
-        print("begun", flush=True)
-        try:
+with Watched(cli.errors, last=True) as ending:
+    print("begun", flush=True)
+    try:
 {body}
-        except (KeyboardInterrupt, SelflockError, OSError) as error:
-            sys.exit(str(error))
-finally:
-    leave()
+    except (KeyboardInterrupt, SelflockError, OSError) as error:
+        sys.exit(str(error))
 """
 
 
 def begin(area: Area, out: Path, scratch: Path) -> subprocess.Popen:
     """The command's process, which listens: what Python does before is not asked about."""
     lines = area.python.replace("cli.app()", "sys.exit(cli.app(standalone_mode=False))").replace("; ", "\n").splitlines()
-    code = AROUND.format(body="\n".join(f"            {line}" for line in lines))
+    code = AROUND.format(body="\n".join(f"        {line}" for line in lines))
     process = subprocess.Popen(
         [sys.executable, "-c", code, str(out)],
         stdout=subprocess.PIPE,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from typing import Annotated, Any
 
 import typer
 
-from selflock.ending import Watched, leave
+from selflock.ending import Watched
 from selflock.fmus.errors import Interrupted, SelflockError
 from selflock.fmus.shown import visible
 from selflock.verbose import Anywhere, listen
@@ -71,17 +72,12 @@ def selflock(
 
 def main() -> None:
     """Entry of the `selflock` command, and all that its process does."""
-    try:
-        carry_out()
-    except KeyboardInterrupt:  # as it ended anyway
-        sys.exit(130)
-    finally:
-        leave()
+    carry_out(last=True)
 
 
-def carry_out() -> None:
-    """A command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM."""
-    watched = Watched(errors)
+def carry_out(last: bool = False) -> None:
+    """A command: what a user can mend is one message and exit code 2; 130 after Ctrl-C, 143 after SIGTERM. last: as of Watched."""
+    watched = Watched(errors, last)
     try:
         with watched:
             app()
@@ -115,6 +111,8 @@ def _failed(error: Exception) -> None:
         text = f"The memory does not suffice. {text}".strip()
     if isinstance(error, OSError) and error.filename:
         text = f"{error.filename}: {error.strerror}; choose another place, or make this one usable."
+    elif isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        text = f"A file cannot be written on: {error.strerror}. Make room, or choose another place."
     errors.print("error: ", style="bold red", end="")
     errors.print(visible(text), highlight=False)
 

@@ -24,13 +24,16 @@ ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class Watched:
-    """Watches over a command while it is entered. `code`: the exit code by the signal that came last."""
+    """Watches over a command while it is entered. `code`: the exit code by the signal that came last.
+
+    last: the process is at its end behind it (`leave`).
+    """
 
     code = 130
     asked = False  # whether any signal was heard, whatever became of the exception
 
-    def __init__(self, errors: Console):
-        self._errors = errors
+    def __init__(self, errors: Console, last: bool = False):
+        self._errors, self._last = errors, last
         self._heard = threading.Event()
 
     def __enter__(self) -> Watched:
@@ -75,8 +78,11 @@ class Watched:
         os._exit(code)
 
     def __exit__(self, *_: object) -> None:
-        for number, before in self._before.items():
-            signal.signal(number, before)
+        if self._last:
+            leave()
+        else:
+            for number, before in self._before.items():
+                signal.signal(number, before)
         if hasattr(self, "_ours"):
             signal.set_wakeup_fd(self._wakeup)
             self._theirs.close()

@@ -64,6 +64,8 @@ def map_runs(
     scheduler  address of an existing Dask scheduler, instead of workers
     function   may give (figures, files) with files to be kept in the folder, {name: bytes}
     """
+    if workers is not None and workers < 0:
+        raise SweepError(f"{workers} workers: give how many processes make runs, 0 for this one alone.")
     keys = [digest(item) for item in items]
     with ExitStack() as stack:
         store = None

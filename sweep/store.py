@@ -34,6 +34,7 @@ except ImportError:  # not on Windows: there two sweeps at once in one folder ar
     fcntl = None
 
 COMPACT_AT = 500  # part files
+OURS = ("parts", "lock", "study.json.new")  # all that a sweep killed before its study.json has made
 
 Row = dict[str, Any]
 
@@ -55,6 +56,7 @@ class Store:
         self.folder = Path(folder)
         self.parts = self.folder / "parts"
         self.work = self.folder / "work"
+        self._refuse()
         self._writing("making the folder", lambda: self.parts.mkdir(parents=True, exist_ok=True))
         self._lock = self._hold()
         shutil.rmtree(self.work, ignore_errors=True)  # of a sweep that was killed
@@ -91,6 +93,17 @@ class Store:
             os.close(self._lock)
             self._lock = None
 
+    def _refuse(self) -> None:
+        """Refuse a folder that is no sweep's before anything in it is touched."""
+        if self.folder.is_dir() and not (self.folder / "study.json").exists():
+            if strange := sorted(
+                p.name for p in self.folder.iterdir() if p.name not in OURS or (p.name == "parts" and any(p.iterdir()))
+            ):
+                raise SweepError(
+                    f"{self.folder} is not the folder of a sweep: it holds {strange[0]}. Nothing in it was touched. Give an empty folder or "
+                    "a new one."
+                )
+
     def _claim(self, about: dict) -> None:
         """Mark the folder as this study's, or refuse it if it is another's."""
         file = self.folder / "study.json"
@@ -105,9 +118,6 @@ class Store:
                 )
             if known == about:
                 return
-        elif strange := sorted(p.name for p in self.folder.iterdir() if p.name not in ("parts", "lock")):
-            self.close()
-            raise SweepError(f"{self.folder} is not the folder of a sweep (it holds {strange[0]}). Give an empty or a new one.")
         self._write(file, lambda to: to.write_text(json.dumps(about, indent=1), encoding="utf-8"))
 
     def _hold(self) -> int | None:

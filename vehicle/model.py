@@ -18,6 +18,7 @@ _ALL = pymunk.batch.BodyFields
 _FIELDS = _ALL.POSITION | _ALL.ANGLE | _ALL.VELOCITY | _ALL.ANGULAR_VELOCITY | _ALL.FORCE | _ALL.TORQUE
 _BATCH_AT = (0, 24, 48, 16, 40, 64)  # bytes of position, velocity, force, angle, angular velocity, torque in a row of the batch
 FASTEST = 1e3  # m/s, beyond which a body has run away
+MOST_STEPS = 2000  # inner steps of one macro step
 MOST_WORK = 1_250_000  # of one macro step, in visits (`work`), some 27 ns each: more would keep a caller waiting
 MOST_SETTLING = 400_000_000  # of the time that the robot is given before the start, in the same: some 10 s
 RAMP = 3.0  # pitches over which a rail comes out to its height
@@ -112,7 +113,7 @@ class Model:
             self.body = self._rows.ctypes.data + 72 * np.arange(rows, dtype=np.int64)
             self._fetch()
         self._size = 0.0
-        self.most_steps = MOST_WORK // work(v, len(self.gx))  # inner steps of a macro step
+        self.most_steps = min(MOST_STEPS, MOST_WORK // work(v, len(self.gx)))  # inner steps of a macro step
         self._arrays = (
             self.constants,
             self.gx,

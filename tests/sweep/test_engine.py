@@ -338,3 +338,22 @@ def test_a_script_that_its_processes_would_run_again_is_told(tmp_path):
     script.write_text(text + 'if __name__ == "__main__":\n    main()\n')
     for told in (str(script), None, "<stdin>"):
         _refuse_unguarded(told)
+
+
+def test_a_folder_of_others_is_not_touched(tmp_path):
+    for kept in ("work/thesis.txt", "parts/thesis.txt", "thesis.txt"):
+        out = tmp_path / kept.replace("/", "_")
+        (out / kept).parent.mkdir(parents=True)
+        (out / kept).write_text("mine")
+        before = sorted(out.rglob("*"))
+        with pytest.raises(SweepError, match="is not the folder of a sweep.* Nothing in it was touched"):
+            map_runs(jobs.draw, SEEDS, folder=out, workers=0)
+        assert sorted(out.rglob("*")) == before
+    Store(tmp_path / "mine", {"what": "a"}).close()
+    (tmp_path / "mine" / "study.json").rename(tmp_path / "mine" / "study.json.new")  # killed as it was being made
+    Store(tmp_path / "mine", {"what": "a"}).close()
+
+
+def test_workers_below_none(tmp_path):
+    with pytest.raises(SweepError, match="-1 workers"):
+        map_runs(jobs.draw, SEEDS, workers=-1)

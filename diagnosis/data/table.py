@@ -285,17 +285,16 @@ def _book(path: Path) -> pd.DataFrame:
     with zipfile.ZipFile(path) as archive:
         if sum(entry.file_size for entry in archive.infolist()) > LARGEST_JSON:
             raise DataError(f"{path}: holds more than {LARGEST_JSON >> 20} MiB unpacked. Save the sheet as .csv.")
-    book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
-    try:
-        sheets: list[list[tuple[Any, ...]]] = []
-        cells = 0
+    sheets: list[list[tuple[Any, ...]]] = []
+    cells = 0
+    with path.open("rb") as file:  # ours to close: a sheet that is not read to its end holds it open
+        book = load_workbook(file, read_only=True, data_only=True, keep_links=False)
         for sheet in book.worksheets:
             sheets.append([])
             for row in sheet.iter_rows(values_only=True):
                 if (cells := cells + len(row)) > LARGEST_BOOK:
                     raise DataError(f"{path}: has more than {LARGEST_BOOK} cells. Save the sheet as .csv.")
                 sheets[-1].append(row)
-    finally:
         book.close()
     rows = max(sheets, key=len, default=[])
     width = max((k + 1 for row in rows for k, cell in enumerate(row) if cell is not None), default=0)

@@ -456,7 +456,7 @@ static int quicken(Instance *it, fmi2String guid, fmi2Boolean visible)
     char *plain = plain_path(it->resources, &it->link);
     door_before();
     if (plain) it->slave = to.Instantiate(it->name, fmi2CoSimulation, guid ? guid : "", plain, &it->own, visible, 1);
-    it->door = door_of(it->door);
+    if (it->slave) it->door = door_of(it->door); /* of none there is nothing to close later */
     free(plain);
     return it->slave != NULL;
 }

@@ -106,7 +106,7 @@ class Driving(Shafts):
 
     def _torque(self, name: str) -> None:
         word = self.words[name]
-        signal = "reducer.output_torque" if word.side == LOAD and word.strength == 2 else "motor.torque"
+        signal = "reducer.output_torque" if word.side == LOAD and word.strength >= 2 else "motor.torque"
         if signal in self.guess.taken:
             self.guess.left[name] = f"claims the place of {self.guess.taken[signal].column!r}"
             return
@@ -218,7 +218,7 @@ class Driving(Shafts):
         ]
         found = []
         for name in self.varying:
-            if name in self.guess.left or self.words[name].strength == 2 or name in {t.column for t in self.guess.taken.values()}:
+            if name in self.guess.left or self.words[name].strength >= 2 or name in {t.column for t in self.guess.taken.values()}:
                 continue
             y = self.columns.mean(name)
             (inertia, damping, coulomb, *_), left = of.fitted(y, *parts)
@@ -342,7 +342,7 @@ class Driving(Shafts):
         if any("holds" in why or "against friction" in why for one in taken.values() for why in one.why):
             return
         drivers = [one.column for signal, one in taken.items() if signal in ("motor.torque", "motor.current", "motor.voltage")]
-        if any(self.words[column].strength == 2 for column in drivers):
+        if any(self.words[column].strength >= 2 for column in drivers):
             return
         for signal, one in list(taken.items()):
             if signal != "motor.supply_voltage":

@@ -74,12 +74,12 @@ class Looking:
             "its unit"
             if word.said
             else "its name"
-            if word.strength == 2
+            if word.strength >= 2
             else "a letter of its name"
             if word.strength
             else "its numbers"
         ]
-        sure = more.pop("sure", LIKELY if word.strength == 2 or word.strength == 0 else UNSURE)
+        sure = more.pop("sure", LIKELY if word.strength >= 2 or word.strength == 0 else UNSURE)
         self.guess.taken[signal] = Taken(column, signal, why=why, sure=sure, **more)
         return self.guess.taken[signal]
 

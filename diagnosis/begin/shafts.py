@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..rules import RULES
@@ -40,7 +42,9 @@ class Shafts(Measures):
                 )
                 taken = self._take(signal, best)
                 for other in mine:
-                    if other != best:
+                    if other != best and self.words[best].strength == 3 and self._asks(other):
+                        self.words[other] = replace(self.words[other], role=SETPOINT)
+                    elif other != best:
                         tie = of.proportional(self.columns, other, best, quantity == ANGLE)
                         same = (
                             f"goes as {best!r} does (r = {tie.r:.3f}, factor {tie.factor:.4g})"
@@ -57,8 +61,15 @@ class Shafts(Measures):
         self._setpoints()
         self._ratio()
 
+    def _asks(self, name: str) -> bool:
+        """Whether a run's result is of a component that says no more than motions: of a manoeuvre."""
+        whole = f"{name.partition('.')[0]}."
+        return "." in name and all(w.quantity in (ANGLE, SPEED) for n, w in self.words.items() if n.startswith(whole))
+
     def _lone_setpoints(self, actual: dict[str, list[str]]) -> None:
         """Of two channels that are one motion, and of which no name says so, the one that leads without noise is asked for."""
+        if any(word.strength == 3 for word in self.words.values()):
+            return  # in a run's results what leads by a row is an input of the step
         for quantity, names in actual.items():
             for first in list(names):
                 for second in list(names):
@@ -237,7 +248,7 @@ class Shafts(Measures):
             taken.factor = wanted
             taken.doubt(f"factor {wanted:.4g}, by {one.column!r}")
         if abs(tie.r) > RULES.begin.same and not guess.taken[measured].sure == UNSURE:
-            taken.sure = SURE if word.strength == 2 else LIKELY
+            taken.sure = SURE if word.strength >= 2 else LIKELY
         if side:
             taken.doubt(
                 "a set-point is of the load's side, and what goes with it is the motor's motion: factor over the gear's ratio"

@@ -9,6 +9,8 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
+from ..data.signals import canonical
+
 TIME, RUN, INDEX, FLAG = "time", "run", "index", "flag"
 ANGLE, SPEED, ACCELERATION, TORQUE, CURRENT, VOLTAGE = "angle", "speed", "acceleration", "torque", "current", "voltage"
 DUTY, SUPPLY, TEMPERATURE, POWER, ERROR, OTHER = "duty", "supply", "temperature", "power", "error", "other"
@@ -46,7 +48,7 @@ _SIDES = {
     " ausgangs abtriebs",
 }
 _ROLES = {
-    SETPOINT: "setpoint set soll sollwert ref reference target goal cmd command commanded des desired demand consigne sp request req"
+    SETPOINT: "setpoint setpoints set soll sollwert ref reference target goal cmd command commanded des desired demand consigne sp request req"
     " setpunkt consigna planned setting vorgabe fuehrung wanted",
     ACTUAL: "actual act ist istwert meas measured feedback fb fbk present real mesure mesuree estimate est estimated filtered raw encoder gemessen value",
 }
@@ -82,6 +84,15 @@ UNITS = {  # as people write them: as the rig writes them, and of what they are
     **dict.fromkeys(("rad/s2", "rad/s^2", "rad/s²", "m/s2", "m/s²", "m/s^2", "deg/s2", "deg/s²"), ("", ACCELERATION)),
 }  # fmt: skip
 
+_VARIABLES = {  # of a run's results, by the rig's names
+    "reducer.input_angle": (ANGLE, MOTOR, ACTUAL), "reducer.input_speed": (SPEED, MOTOR, ACTUAL), "load.angle": (ANGLE, LOAD, ACTUAL),
+    "load.speed": (SPEED, LOAD, ACTUAL), "motor.current": (CURRENT, MOTOR, ""), "motor.torque": (TORQUE, MOTOR, ""),
+    "reducer.output_torque": (TORQUE, LOAD, ""), "reducer.input_torque": (TORQUE, MOTOR, ""), "motor.voltage": (VOLTAGE, MOTOR, ""), "controller.voltage": (VOLTAGE, MOTOR, ""),
+    "controller.angle_setpoint": (ANGLE, "", SETPOINT), "controller.speed_setpoint": (SPEED, "", SETPOINT),
+    "motor.duty": (DUTY, MOTOR, ""), "motor.supply_voltage": (SUPPLY, MOTOR, ""), "motor.temperature": (TEMPERATURE, MOTOR, ""),
+    "reducer.friction_torque": (OTHER, "", ""), "reducer.normal_force": (OTHER, "", ""), "load.load_torque": (OTHER, "", ""),
+}  # fmt: skip
+
 _FILLERS = set(
     "side shaft welle seite value values data signal sensor state states field msg of the control controller ch channel dc mode observation".split()
 )
@@ -112,7 +123,7 @@ _GREEK = str.maketrans(
 
 @dataclass(frozen=True)
 class Word:
-    """What a name says. strength: 2 a word or a unit says what it is, 1 a letter does, 0 nothing does."""
+    """What a name says. strength: 3 a run of ours wrote it, 2 a word or a unit says what it is, 1 a letter does, 0 nothing does."""
 
     header: str
     quantity: str = ""
@@ -122,6 +133,13 @@ class Word:
     said: bool = False  # the unit stands in brackets, or in a row of units
     strength: int = 0
     rest: tuple[str, ...] = ()  # what of it is no known word: which of several drives it is of, perhaps
+
+
+def _of_a_run(name: str) -> tuple[tuple[str, str, str], tuple[str, ...]] | None:
+    """Quantity, side and role of a variable as `selflock run` calls it, arm_reducer.input_speed; and of which drive it is."""
+    found = re.fullmatch(r"(?:(\w*?)_)?(motor|reducer|load|controller)\.(\w+)", name)
+    said = _VARIABLES.get(canonical(f"{found[2]}.{found[3]}")) if found else None
+    return (said, (found[1],) if found[1] else ()) if found and said else None
 
 
 def tokens(name: str) -> list[str]:
@@ -174,6 +192,8 @@ def read(header: str) -> Word:
             found["unit"].lower().replace("_", "/") if "s" in found["unit"] else found["unit"].lower().replace("_", "")
         ]
         name = found["name"]
+    if run := _of_a_run(name):
+        return Word(header, *run[0], unit=unit, said=said, strength=3, rest=run[1])
     words = tokens(name)
     if not unit:
         unit, quantity_of_unit, words = _unit_at_end(words)

@@ -112,12 +112,14 @@ def _bounded(path: Path, size: int, most: int) -> None:
 
 
 def _parquet(path: Path) -> pd.DataFrame:
-    from pyarrow.parquet import read_metadata
+    from pyarrow.parquet import read_metadata, read_schema
 
-    size = read_metadata(path)
+    size, schema = read_metadata(path), read_schema(path)
     _bounded(path, 8 * size.num_rows * size.num_columns, LARGEST)
     found = pd.read_parquet(path)
     found = found if found.index.names == [None] else found.reset_index()
+    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}  # as a run of ours writes them
+    found = found.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit and "[" not in name})
     lists = [name for name in found.columns if found[name].dtype == object and _is_list(found[name])]
     if not lists:
         return found

@@ -401,3 +401,35 @@ def test_an_encoder_that_is_set_anew_still_tells_its_speed_and_the_ratio(tmp_pat
     pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
     guess = place(read([tmp_path / "log.csv"]))
     assert guess.ratio and guess.ratio[0] == pytest.approx(RATIO, rel=2e-3) and guess.taken["load.angle"].sure == "sure"
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_run_s_result_is_placed_by_its_names(ending, tmp_path):
+    """What the motor is given by the master leads what it came from by a row, and is no set-point; a manoeuvre is one."""
+    from selflock.master import Variable
+    from selflock.master.files import sink
+
+    late = lambda x: np.append(x[0], x[:-1])
+    columns = {
+        "time": ("s", T), "moves.angle": ("deg", DEG * TRUTH["goal"]), "moves.angle_speed": ("deg/s", DEG * np.gradient(TRUTH["goal"], T)),
+        "arm_motor.speed": ("rad/s", late(TRUTH["motor_speed"])), "arm_motor.current": ("A", TRUTH["current"]),
+        "arm_motor.torque": ("N.m", TRUTH["torque"]), "arm_controller.voltage": ("V", TRUTH["voltage"]),
+        "arm_reducer.input_angle": ("rad", TRUTH["motor_angle"]), "arm_reducer.input_speed": ("rad/s", TRUTH["motor_speed"]),
+        "arm_reducer.friction_torque": ("N.m", 0.02 * np.sign(TRUTH["speed"])),
+        "arm_load.angle": ("rad", TRUTH["angle"]), "arm_load.speed": ("rad/s", TRUTH["speed"]),
+    }  # fmt: skip
+    made = sink([Variable(name, unit) for name, (unit, _) in columns.items()], tmp_path / f"run.{ending}")
+    for row in np.column_stack([x for _, x in columns.values()]):
+        made.block[made.fill] = row
+        made.fill += 1
+        made.checked()
+    made.close()
+    guess = rig_init([tmp_path / f"run.{ending}"], tmp_path / "rig.toml").guess
+    placed = {signal: one.column.partition(" ")[0] for signal, one in guess.taken.items()}
+    assert placed.pop("reducer.input_speed") in ("arm_reducer.input_speed", "arm_motor.speed")
+    assert placed == {
+        "controller.angle_setpoint": "moves.angle", "controller.speed_setpoint": "moves.angle_speed",
+        "motor.current": "arm_motor.current", "motor.torque": "arm_motor.torque", "motor.voltage": "arm_controller.voltage",
+        "reducer.input_angle": "arm_reducer.input_angle", "load.angle": "arm_load.angle", "load.speed": "arm_load.speed",
+    }  # fmt: skip
+    assert guess.taken["controller.angle_setpoint"].unit == "deg" and guess.ratio[0] == pytest.approx(RATIO, rel=2e-3)

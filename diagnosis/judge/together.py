@@ -25,7 +25,7 @@ from ..search.problem import Problem
 
 def asked(rig: Rig, experiment: Experiment) -> bool:
     """Whether single parts of a drive were compared whose loop is described."""
-    return rig.simulate in ("", "parts") and not whole.lacking(rig, set(experiment.runs[0].signals))
+    return rig.simulate in ("", whole.PARTED) and not whole.lacking(rig, set(experiment.runs[0].signals))
 
 
 def together(experiment: DriveExperiment, train: np.ndarray, judged: np.ndarray, before: dict, after: dict) -> list[dict]:

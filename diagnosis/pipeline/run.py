@@ -20,13 +20,14 @@ from ..data.sanity import Box
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..judge.gain import blame, comparisons
+from ..judge.hunting import hunts
 from ..judge.models import models
 from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.rivals import rivals
 from ..judge.time_step import finest, to_blame
-from ..judge.together import against, asked, together
-from ..judge.verdict import Judge, named, of_runs, verdict
+from ..judge.together import against, asked, closed_loop, together
+from ..judge.verdict import Judge, Judgement, named, of_runs, verdict
 from ..output.extend import extend
 from ..output.learnt import write_learnt
 from ..output.report import write
@@ -37,7 +38,7 @@ from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.kernels import kernels
 from ..residuals.recorder import counts, measured
 from ..residuals.setting import Setting
-from ..residuals.whole import WHOLE, lacking
+from ..residuals.whole import PARTED, WHOLE, lacking
 from ..rules import RULES
 from ..search.instants import place_jumps
 from ..search.kept import Kept
@@ -46,6 +47,11 @@ from ..search.selection import ForwardSelection
 from ..search.starts import correlated, told
 from ..search.step import so_far
 from . import hold_out as division
+
+HUNTS = (
+    "the drive hunts: with these causes it swings by itself, in a phase that no simulation from its set-points shares, "
+    "so its parts are compared on what was measured"
+)
 
 
 def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[MeasuredRun], list[DataFault], list[bool]]:
@@ -101,8 +107,31 @@ def diagnose_runs(
     search: for causes; else what is uncertain is fitted, and the answer is "none", or "unknown" where something is missing.
     blamed: the blame, where a whole of which this is a part has told it; then a cause is written, and nothing else is.
     """
-    rng = np.random.default_rng(seed)
-    rig, why = whole_where_described(rig, runs)
+    found = _diagnosed(rig, runs, faults, held, out, tell, seed, blamed, sanity, kept, search)
+    assert found is not None, "only a second try, part by part, may end without an answer"
+    return found
+
+
+def _diagnosed(
+    rig: Rig,
+    runs: list[MeasuredRun],
+    faults: list[DataFault],
+    held: list[bool],
+    out: Path | None,
+    tell: Callable,
+    seed: int,
+    blamed: list[dict] | None,
+    sanity: Box | None,
+    kept: Kept | None,
+    search: bool,
+    apart: str = "",
+) -> Diagnosis | None:
+    """As diagnose_runs. apart: why the parts of a drive are compared whose whole explained nothing.
+
+    Then None unless their causes make the whole hunt, and so say why it met no log.
+    """
+    rng, given = np.random.default_rng(seed), rig
+    rig, why = (replace(rig, simulate=PARTED), apart) if apart else whole_where_described(rig, runs)
     experiment = DriveExperiment(rig, runs)
     train, names = division.split(experiment, runs, held)
     if out is not None:
@@ -143,18 +172,24 @@ def diagnose_runs(
     result.recorder = recorded(problem, found.outcome.final, why)
     result.correlations = correlated(found.outcome.final, problem.rows)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
+    if apart and not (causes and answer != "unknown" and _hunts(experiment, train, found)):
+        return None
+    if answer == "unknown" and search and rig.simulate == WHOLE != given.simulate:
+        experiment.forget()
+        if swings := _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, HUNTS):
+            return swings
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
     extended = found
     if search and answer == "unknown" and (closest := beside.closest(found)):
-        extended, why = closest
-        result.best = Best(named(extended.outcome), extended.gain, why)
+        extended, doubt = closest
+        result.best = Best(named(extended.outcome), extended.gain, doubt)
     result.models = models(found.outcome, [bool(cause.weak) for cause in causes])
     mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
     result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]), found.free)
-    if extended.outcome.causes and asked(rig, experiment):
+    if extended.outcome.causes and asked(rig, experiment) and not apart:
         tell("the whole drive", 0.0)
         result.whole = together(experiment, train, judged, extended.mending.before, extended.mending.after)
         if causes and (contrary := against(result.whole)):
@@ -177,6 +212,12 @@ def diagnose_runs(
         tell("report", 0.0)
         write(result, mending, found.outcome, left, faults, out)
     return result
+
+
+def _hunts(experiment: DriveExperiment, train: np.ndarray, found: Judgement) -> bool:
+    """Whether the causes found part by part make the whole drive hunt."""
+    closed, _ = closed_loop(experiment, train, found.mending.after)
+    return hunts(closed, found.mending.after, [p for cause in found.outcome.causes for p in cause.free])
 
 
 def _sources(rig: Rig, runs: list[MeasuredRun], held: list[bool], out: Path) -> dict:

@@ -59,6 +59,9 @@ TURNS = {speed: SHOWN[angle] for speed, angle in ANGLE_OF.items()}
 WHOLE = "whole"
 """What a rig's `simulate` says to ask for this."""
 
+PARTED = "parts"
+"""And what it says to ask for each component on its measured inputs."""
+
 HOLD = "recorder.controller.hold"
 
 PARTS = laws.COMPONENTS

@@ -12,6 +12,10 @@ MEASURED = developed("the reducer FMU on a measured motion with its known load; 
 LINES = developed("remainders are asked for direction, load and lines over time")
 FREE = developed("A free function of one variable as a rival to all causes: an end stop is unknown again, with its position")
 GUESSES = developed("Unknown where many guesses share the error")
+HUNTING = (
+    "theory: 1 where effects add, the exponent of a power, and any number where a swing's phase is all that changes. Of recordings' "
+    "development seeds 10 610 to 10 640 the plays that make their loop hunt have 15 and 29, other plays 2 to 10, other causes 1 to 4"
+)
 STEP = developed("A step too coarse is asked before any law")
 
 _TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
@@ -97,6 +101,18 @@ class JudgeRules:
         (0.9, 4.0),
         "a value is determined whose interval is less than this share of its range and this many times itself",
         END_TO_END,
+    )
+
+    # --- does the drive hunt: judge.hunting
+    little_more: float = rule(
+        0.01,
+        "share of a cause by which there is more of it, where it is asked whether its drive hunts",
+        "theory: any that is small",
+    )
+    hunts: float = rule(
+        10.0,
+        "times as far as in proportion to it that a little more of a cause moves a whole drive (median of its channels), from which on it hunts",
+        HUNTING,
     )
 
     # --- is the step fine enough: judge.time_step

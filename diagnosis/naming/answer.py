@@ -11,6 +11,7 @@ from selflock.fmus.correction import law
 
 from ..calibration import told
 from ..calibration.fit import remaining
+from ..calibration.slopes import Slopes
 from ..rules import RULES
 from .contest import Round
 from .guesses import CURVE, heights
@@ -75,6 +76,8 @@ def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     found = {name: Fitted(name, value, None, None) for name, value in best.values.items()}
     if end.misfit is None or not problem.free:
         return found
+    slopes = Slopes(problem.misfit, problem.free)  # to both sides, where those of the fit were to one
+    end = replace(end, jacobian=slopes(end.places, end.misfit))
     labels = problem.blocks([work.layout.block(i) for i in range(len(work.runs))])
     errors, _, loose = told.errors(problem, end, labels)
     width = told.reach(labels, len(problem.free))

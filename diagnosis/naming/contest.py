@@ -203,15 +203,18 @@ class Contest:
         todo: list[tuple[Guess, dict[str, float], Direction]] = []
         for ways in (*curves, *chosen):
             todo += [(guess, self._start(way, guess), way) for way, guess in ways[: self._starts(ways[0][1])]]
-        for ways in chosen:
-            todo += [(ways[0][1], start, ways[0][0]) for start in g.brims(self.scene, ways[0][1])]
         for k, (guess, start, way) in enumerate(todo):
             if found and self.enough():
                 break
             self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.45 + 0.3 * k / len(todo))
             if (rival := self._fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
-        found = self._polished(_distinct(found), 0.7)
+        found = _distinct(found)
+        for rival in [rival for rival in found if self._bent(rival) and not self.enough()]:
+            self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", 0.7)
+            starts = (self.values | start for start in g.brims(self.scene, rival.guess))
+            found += [one for start in (rival.values, *starts) if (one := self._fit(rival.guess, start)) is not None]
+        found = self._polished(_distinct(found), 0.72)
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
@@ -236,9 +239,10 @@ class Contest:
         """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""
         rules = RULES.naming
         base = self.problem.loss(self.base.misfit)
-        self.most = max([self.most, *(base - rival.end.loss for rival in found)])
-        by_fit = sorted(found, key=lambda r: r.end.loss)[: rules.by_fit]
-        near = [r for r in (*found[: rules.polished], *by_fit) if base - r.end.loss >= rules.in_reach * self.most]
+        takes = lambda rival: base - rival.end.loss
+        self.most = max([self.most, *(takes(rival) for rival in found if rival.guess.kind != CURVE)])
+        by_fit = sorted(found, key=lambda r: r.end.loss)
+        near = [r for r in by_fit[: rules.by_fit] if takes(r) >= rules.in_reach * self.most] + found[: rules.polished]
         chosen = dict.fromkeys(rival.guess.label for rival in near)
         for k, rival in enumerate(found):
             if rival.rough and rival.guess.label in chosen:
@@ -248,6 +252,11 @@ class Contest:
                 if (better := self._fit(rival.guess, rival.values)) is not None:
                     found[k] = better
         return _distinct(found)
+
+    def _bent(self, rival: Rivalled) -> bool:
+        """Whether it is a limit that does something: where a law is bent, slopes that were learnt say little."""
+        base = self.problem.loss(self.base.misfit)
+        return rival.rough and rival.guess.law in ("limit", "overflow") and rival.end.loss <= (1.0 - RULES.naming.bent) * base
 
     def _so_far(self, found: list[Rivalled]) -> str:
         """What fits best by now, for those who wait."""

@@ -107,6 +107,7 @@ class Search:
     outcomes: list[Round]
     notes: list[str]
     begins: Work  # before anything was found
+    enough: Callable[[], bool]  # whether time is up
     stopped: bool = False  # by its time limit
 
 
@@ -124,7 +125,7 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     nothing = End(np.zeros(0), np.zeros(0), np.inf)
     given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
     work, near, places = fine_enough(work, near, places)
-    found, again = _begun(work, near, places, given, notes), RULES.naming.halved
+    found, again = _begun(work, near, places, given, notes, enough), RULES.naming.halved
     while len(found.outcomes) < RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
         prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
@@ -142,13 +143,14 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
             work, again = replace(work, inserts=(), found=[], acts={}), again - 1
             near = without(near, numbers)
             places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
-            found = _begun(work, near, places, given, notes)
+            found = _begun(work, near, places, given, notes, enough)
         else:
             found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
             found.begins = replace(work, inserts=(), found=[], acts={})
     if still := found.outcomes[0].still:
         notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
-    _curve_instead(found)
+    if not enough():
+        _curve_instead(found)
     found.work.played.extend(found.work.inserts)
     notes += _beyond(found)
     if enough():
@@ -196,16 +198,18 @@ def _widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, 
     return found, fit_from(found, winner.end.places, RULES.naming.effort, RULES.naming.ended, Forward).places
 
 
-def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes: list[str]) -> Search:
+def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes: list[str], enough: Callable[[], bool]) -> Search:
     """A search in which nothing was found yet, its base fitted to all that teaches."""
     base = _fitted(work, near.values(places), near.fixed)
-    return Search(work, given, base, base, [], notes, work)
+    return Search(work, given, base, base, [], notes, work, enough)
 
 
 def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | None:
     """The work with the most believed rival that the data that judge do not refuse; it is the round's winner."""
     outcome.winner = None
-    for rival in outcome.order[: RULES.naming.vetoed]:
+    before = _confirmable(outcome, found.work)
+    asked = before + [one for one in outcome.order if one not in before][: RULES.naming.vetoed]
+    for rival in outcome.order[:1] if found.enough() else asked:
         wider = found.work.with_also(rival.guess)
         after = _fitted(wider, rival.values, fixed)
         if _helps(after, found.best, rival.guess.kind):
@@ -215,6 +219,19 @@ def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | No
             return wider
         rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
     return None
+
+
+def _confirmable(outcome: Round, work: Work) -> list[Rivalled]:
+    """Where an event is believed most, what comes near it and could be confirmed by data that an event of another run cannot touch.
+
+    What lies in such data as well was no event.
+    """
+    order, base = outcome.order, outcome.base.errors.mean()
+    if not order or order[0].guess.kind != EVENT or not work.judges:
+        return []
+    takes = lambda rival: base - rival.candidate.errors.mean()
+    near = [r for r in order if r.guess.kind != EVENT and takes(r) >= RULES.naming.in_reach * takes(order[0])]
+    return near[: RULES.naming.vetoed]
 
 
 def _curve_instead(found: Search) -> None:
@@ -292,7 +309,7 @@ def _fitted(work: Work, values: dict[str, float], fixed: dict[str, float]) -> Wh
     problem.fixed |= {name: value for name, value in fixed.items() if name in known}
     places = np.array([np.clip(n.place(values.get(n.name, n.start)), 0.0, 1.0) for n in problem.free])
     problem.units = units(problem, problem.values(places))
-    end = fit_from(problem, places, RULES.calibrate.effort_start, RULES.calibrate.ended_start)
+    end = fit_from(problem, places, RULES.calibrate.effort_start, RULES.calibrate.ended_start, Forward)
     return _measured(work, problem, end, problem.values(end.places) | own(problem, work.judges, end))
 
 

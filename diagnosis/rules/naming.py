@@ -156,9 +156,14 @@ class NamingRules:
     shifted: int = rule(2, "events whose ends are shifted and fitted again, those that predict most", TIME)
     polished: int = rule(4, "rivals that are fitted again with slopes of their own, those that predict most", TIME)
     by_fit: int = rule(10, "the same of those that fit most", TIME)
+    bent: float = rule(
+        0.05,
+        "share of the base's loss that a limit or an overflow takes off from which on it is fitted so from all its starts",
+        "not studied: where a law is bent slopes learnt from steps say little",
+    )
     in_reach: float = rule(
         0.5,
-        "share of what the best takes off the loss that such a rival must take off",
+        "share of what the best that has a name takes off the loss that such a rival must take off",
         "not studied; the winner must take nine tenths of it, as_much, with slopes that were not its own before",
     )
     effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)

@@ -2,10 +2,11 @@
 
     python -m benchmarks.interoperability ../shared/foreign [-o docs/interoperability.md] [--limit 60]
 
-Every .fmu, .ssp and .ssd below the folder is tried, an FMU by each interface that it has, in its default experiment, at most
+Every .fmu (or folder of an unpacked one), .ssp, .ssd and OspSystemStructure.xml below the folder is tried, an FMU by each interface that it has, in its default experiment, at most
 STEPS communication steps of it. Each runs in a process of its own with a limit of time: a crash is a row. The independent
 loop is FMPy's `simulate_fmu` with the same step and, for model exchange, the same tolerance; a difference is the largest of
-all outputs at all rows, over the largest value that the output has.
+all outputs at all rows, over the largest value that the output has. Where model exchange differs, both are run once more at
+the tolerance TIGHT: what comes of different internal steps alone vanishes with them.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from typing import Any
 STEPS = 1000
 FEW = 20  # of what does not end in time
 LIMIT = 60.0  # s
+TIGHT = 1e-10
 EXACT = "bit by bit"
 KINDS = {"cs": "co-simulation", "me": "model exchange", "se": "scheduled execution"}
 HEAD = """# Interoperability
@@ -35,8 +37,9 @@ from a folder of models; give it your own. Each ran in a process of its own, in 
 communication steps of it. *Difference*: from FMPy's own loop with the same step, and for model exchange the same tolerance
 ({tolerance:g} where the FMU tells no tighter one); the largest of all outputs at all rows, over the output's largest value.
 
-**{ran} of {all} ran**, {same} of the {compared} that FMPy's loop ran, too, bit by bit as there; of model exchange, where each
-loop chooses its own internal steps, the largest difference is {worst:.1g}. A step is the difference of two communication points,
+**{ran} of {all} ran**, {same} of the {compared} that FMPy's loop ran, too, bit by bit as there; the others are model
+exchange, where each loop chooses its own internal steps: at most {worst:.1g} apart, and with a tolerance of {tight:g} in both
+(behind the arrow) at most {tighter:.1g}. A step is the difference of two communication points,
 so that it ends at the very number where the next one begins (FMI 2.0, 4.2.2): a model that jumps there jumps in that row.
 """
 FMUS = """
@@ -82,32 +85,47 @@ def ssp(path: Path, _: str, most: int) -> dict[str, Any]:
 
 def compared(system: Any, result: Any, way: str) -> dict[str, Any]:
     """The largest difference from FMPy's loop."""
-    import fmpy
-    import numpy as np
+    from dataclasses import replace
 
+    import fmpy
+
+    from selflock import master
     from selflock.master.exchange import TOLERANCE
     from selflock.master.reading import read_description
 
-    table, (name, component) = result.table, next(iter(system.components.items()))
+    name, component = next(iter(system.components.items()))
     described, _ = read_description(Path(component.fmu))
     told = float(described.defaultExperiment.tolerance or 0.0) if described.defaultExperiment else 0.0
-    other = fmpy.simulate_fmu(
-        component.fmu,
-        validate=False,
-        model_description=described,
-        fmi_type={"cs": "CoSimulation", "me": "ModelExchange"}[way],
-        start_time=system.run.start,
-        stop_time=system.run.stop,
-        output_interval=system.run.step,
-        relative_tolerance=min(told or TOLERANCE, TOLERANCE) if way == "me" else None,
-        record_events=False,
-        output=[column.removeprefix(f"{name}.") for column in table.columns if column != "time"],
-    )
-    places = {
-        round(time / system.run.step): k for k, time in enumerate(other["time"])
-    }  # the last row of a time is after its event
-    rows = [k for k, time in enumerate(table["time"]) if round(time / system.run.step) in places]
-    theirs = [places[round(table["time"][k] / system.run.step)] for k in rows]
+    tolerance = min(told or TOLERANCE, TOLERANCE) if way == "me" else None
+
+    def theirs_at(tolerance: float | None) -> Any:
+        return fmpy.simulate_fmu(
+            component.fmu,
+            validate=False,
+            model_description=described,
+            fmi_type={"cs": "CoSimulation", "me": "ModelExchange"}[way],
+            start_time=system.run.start,
+            stop_time=system.run.stop,
+            output_interval=system.run.step,
+            relative_tolerance=tolerance,
+            record_events=False,
+            output=[column.removeprefix(f"{name}.") for column in result.table.columns if column != "time"],
+        )
+
+    found = apart(result.table, theirs_at(tolerance), name, system.run.step)
+    if way == "me" and not found["same"]:
+        system.run = replace(system.run, fmu_tolerance=TIGHT)
+        found["tight"] = apart(master.run(system).table, theirs_at(TIGHT), name, system.run.step)["difference"]
+    return found
+
+
+def apart(table: Any, other: Any, name: str, step: float) -> dict[str, Any]:
+    """The largest difference of our table from another loop's rows, over the largest value that the output has."""
+    import numpy as np
+
+    places = {round(time / step): k for k, time in enumerate(other["time"])}  # the last row of a time is after its event
+    rows = [k for k, time in enumerate(table["time"]) if round(time / step) in places]
+    theirs = [places[round(table["time"][k] / step)] for k in rows]
     worst, same = 0.0, bool(rows)
     for column in other.dtype.names[1:]:
         if f"{name}.{column}" not in table or other[column].ndim > 1:
@@ -201,16 +219,22 @@ def outcome(told: dict[str, Any], folder: Path) -> str:
 
 def difference(told: dict[str, Any], folder: Path) -> str:
     if "same" in told:
-        return EXACT if told["same"] else f"{told['difference']:.1e}" if told["compared"] else "no row in common"
+        if told["same"] or not told["compared"]:
+            return EXACT if told["same"] else "no row in common"
+        return f"{told['difference']:.1e}" + (f" → {told['tight']:.0e}" if "tight" in told else "")
     return sentence(told["loop"], folder)[:80] if "loop" in told else ""
 
 
 def report(folder: Path, limit: float) -> str:
     """The page."""
     from selflock.master.exchange import TOLERANCE
+    from selflock.master.osp import FILE
+    from selflock.master.single import of_one
 
-    paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in (".fmu", ".ssp", ".ssd"))
-    fmus, ssps = ([path for path in paths if (path.suffix.lower() == ".fmu") == own] for own in (True, False))
+    known = (".fmu", ".ssp", ".ssd")
+    paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in known or path.name == FILE or of_one(path))
+    paths = [path for path in paths if not any(of_one(above) for above in path.parents)]
+    fmus, ssps = ([path for path in paths if of_one(path) == own] for own in (True, False))
     first, second, found = [], [], []
     for path in fmus:
         exporter, version, ways = described(path)
@@ -236,6 +260,8 @@ def report(folder: Path, limit: float) -> str:
         compared=len(both),
         same=sum(told["same"] for told in both),
         worst=max((told["difference"] for way, told in found if way == "me" and "same" in told), default=0.0),
+        tight=TIGHT,
+        tighter=max((told["tight"] for _, told in found if "tight" in told), default=0.0),
     )
     return head + FMUS + "\n".join(first) + "\n" + SSPS + "\n".join(second) + "\n"
 

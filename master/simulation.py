@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from .algorithms import ALGORITHMS
-from .errors import DescriptionError, PartFailed, RunInterrupted
+from .errors import DescriptionError, PartFailed, RunInterrupted, warn
 from .face import Part
 from .opening import system_of
 from .results import Result
@@ -143,8 +143,12 @@ def _simulate(running: Running) -> Result:
         with failing(running):
             running.recorder.check()
             running.sink.flush()
-            for part in running.wiring.parts.values():
+        for part in running.wiring.parts.values():
+            try:
                 part.terminate()
+            except PartFailed as error:  # every row is there
+                running.notes.append(f"{part.name} answered {error.status}, after its last step; the results are whole")
+                warn(running.notes[-1])
         result = running.result()
         log.info("%s: %d steps to %g s in %.2f s", result.system, result.steps, running.time, result.duration)
         done = True

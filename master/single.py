@@ -26,6 +26,8 @@ from .wiring import fmu_path
 
 SHOWN = 100  # variables of an FMU without outputs that are recorded
 POINTS = 1000  # steps of an experiment whose FMU names no step
+ENDLESS = 1e12  # s: what an experiment without an end is given as
+STEPS = 1e9  # of an experiment; more are no experiment's
 SLACK = 1e-9  # s: a time that is met but for its rounding
 
 
@@ -53,9 +55,12 @@ def single(
     start = told["startTime"] or 0.0
     stop = stop if stop is not None else told["stopTime"] if told["stopTime"] is not None else start + 1.0
     length = stop - start
+    if not 0.0 < length < ENDLESS:
+        said = "ends before it has begun" if length <= 0.0 else "has no end that a run would come to"
+        raise DescriptionError(f"{path}: its experiment from {start:g} to {stop:g} s {said}. Give a stop (--stop 5, stop=5).")
     if step is None:
         step = told["stepSize"] or _internal(way, length / POINTS)
-        step = length / max(1, math.ceil(length / step - 1e-6)) if length > 0.0 and step > 0.0 else 1e-3
+        step = length / max(1, math.ceil(length / step - 1e-6)) if step > length / STEPS else length / POINTS
     name = re.sub(r"\W", "_", way.modelIdentifier or path.stem)
     run = Run(start=start, stop=stop, step=step, open_inputs=True, record=[f"{name}.{one}" for one in _shown(description)])
     components = {name: Component(fmu=str(path), interface=interface)}

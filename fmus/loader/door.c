@@ -109,19 +109,21 @@ static void forget(Door *door)
     door->open = 0;
 }
 
-void door_close(Door *door)
+void door_close(Door *door, int lost)
 {
     if (!door) return;
-    int lock = py.Ensure();
-    forget(door);
-    let_go(&door->slave);
-    py.Release(lock);
+    if (!lost) {
+        int lock = py.Ensure();
+        forget(door);
+        let_go(&door->slave);
+        py.Release(lock);
+    }
     free(door);
 }
 
 Door *door_of(Door *old)
 {
-    door_close(old);
+    door_close(old, 0);
     if (!ready()) return NULL;
     Door *door = calloc(1, sizeof *door);
     if (!door) return NULL;

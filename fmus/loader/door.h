@@ -9,7 +9,7 @@ typedef struct Door Door;
    door_of ends what `old` was. */
 void door_before(void);
 Door *door_of(Door *old);
-void door_close(Door *door);
+void door_close(Door *door, int lost); /* lost: what it holds of Python's is not touched any more */
 
 /* The three calls of a communication step, without pythonfmu. 1: done; 0: not this way, call pythonfmu's function. */
 int door_set(Door *door, const fmi2ValueReference *references, size_t count, const fmi2Real *values);

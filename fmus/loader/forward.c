@@ -428,6 +428,7 @@ static void discard(Instance *it)
         }
     pthread_mutex_unlock(&lock);
     unlink_path(it);
+    door_close(it->door, it->dead); /* a dead one's Python objects are lost */
     free(it->name), free(it->resources), free(it->link), free(it->states), free(it);
 }
 
@@ -505,9 +506,6 @@ FMI2_EXPORT void fmi2FreeInstance(fmi2Component c)
     spare_count += keep;
     pthread_mutex_unlock(&lock);
     if (keep) return;
-    if (!it->dead) { /* a dead one's Python objects are lost */
-        door_close(it->door);
-        to.FreeInstance(it->slave);
-    }
+    if (!it->dead) to.FreeInstance(it->slave);
     discard(it);
 }

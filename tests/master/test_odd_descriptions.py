@@ -114,6 +114,25 @@ def test_what_nobody_can_guess_is_a_sentence(altered, refused, change, words):
     refused(lambda: single(path), words)
 
 
+@pytest.mark.parametrize(
+    "experiment, words",
+    [
+        ('startTime="2" stopTime="1"', "ends before it has begun"),
+        ('startTime="0" stopTime="1.7976931348623157e308"', "has no end"),
+        ('startTime="0" stopTime="1e300"', "has no end"),
+    ],
+)
+def test_an_experiment_without_an_end_asks_for_one(altered, refused, experiment, words):
+    path = altered(('startTime="0" stopTime="2"', experiment))
+    refused(lambda: single(path), words, "--stop")
+    assert single(path, stop=3.0).run.stop == 3.0
+
+
+@pytest.mark.parametrize("size", ["0", "-1", "1e-12", "1e-320"])
+def test_a_step_that_is_none_is_a_thousandth(altered, size):
+    assert single(altered(('stepSize="0.1"', f'stepSize="{size}"'))).run.step == 2.0 / 1000
+
+
 def test_what_matters_to_no_number_is_passed_over(altered):
     items = '<TypeDefinitions><SimpleType name="A"><Enumeration><Item name="a" value="1" colour="red"/></Enumeration></SimpleType></TypeDefinitions>'
     assert end(altered(("<ModelVariables>", f"{items}<ModelVariables>")), gain=3.0) == (1.5, [])

@@ -9,7 +9,7 @@ FMI const char *fmi2GetVersion(void) { return "2.0"; }
 FMI fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) { return fmi2OK; }
 WEAK fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real tolerance, fmi2Real start, fmi2Boolean s, fmi2Real stop) { return fmi2OK; }
 WEAK fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return fmi2OK; }
-FMI fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
+WEAK fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 FMI fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
 
 #define REST(name) WEAK fmi2Status name(fmi2Component c) { return fmi2Error; }

@@ -1,5 +1,6 @@
 /* One with strings, integers, booleans and an enumeration, that ends as told at `ends_at`: 1 Warning, 2 Discard,
-   3 Error, 4 Fatal, 5 a crash of the process (below 0 at initialization), 6 a value that is not a number. With `slow` its steps are pending for
+   3 Error, 4 Fatal, 5 a crash of the process (below 0 at initialization), 6 a value that is not a number, 7 Error to
+   fmi2Terminate. With `slow` its steps are pending for
    a while. Only one instance per process; only steps of one size. */
 #include "../fmi2.h"
 #include <math.h>
@@ -45,6 +46,7 @@ FMI fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     LOG(s, fmi2OK, "begins with %s, %d and %.3f", s->w[WORD_IN], s->i[COUNT_IN], s->r[ENDS_AT]);
     return fmi2OK;
 }
+FMI fmi2Status fmi2Terminate(fmi2Component c) { return ((Slave *)c)->i[END] == 7 ? fmi2Error : fmi2OK; }
 FMI fmi2Status fmi2Reset(fmi2Component c) { defaults(c); return fmi2OK; }
 
 #define ACCESS(Name, Type, field)                                                                                              \

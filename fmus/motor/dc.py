@@ -147,7 +147,10 @@ def advance(p, s, voltage, speed, dt):
     current = s.current
     if dt > 0.0 or p.inductance == 0.0:
         net = voltage - p.voltage_constant * strength * speed
-        current = next_current(current, net, drop, resistance, p.inductance, dt)
+        if drop == 0.0:  # as next_current, which is a call more at every step of most motors
+            current = free_current(current, net, resistance, p.inductance, dt)
+        else:
+            current = next_current(current, net, drop, resistance, p.inductance, dt)
     torque = p.torque_constant * current
     if s.effects > 0.0:
         heat = warmed(p, heat, resistance, s.current, current, dt)

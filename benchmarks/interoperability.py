@@ -198,7 +198,7 @@ def sentence(text: str, folder: Path) -> str:
     said = " ".join(lines[:3]) if lines and " answered " in lines[0] else lines[0] if lines else ""
     for known in sorted({str(folder), str(folder.resolve()), tempfile.gettempdir()}, key=len, reverse=True):
         said = said.replace(f"{known}/", "")
-    return cell(re.sub(r"selflock_ssp_\w+/(files/)?", "", said), 300)
+    return cell(re.sub(r"(selflock_ssp_|\btmp)\w+/(files/)?", "", said), 300)
 
 
 def cell(text: Any, width: int = 60) -> str:

@@ -56,8 +56,8 @@ def load(path: Path) -> System:
         node.tag = etree.QName(node).localname  # namespaces differ from version to version
     if root.tag != "OspSystemStructure":
         raise DescriptionError(
-            f"{path.name}: its root element is {root.tag}. Of .xml files systems are read from an {FILE}, and from a "
-            "modelDescription.xml with its binaries beside it, as the folder of an FMU."
+            f"{path.name}: its root element is {root.tag}. Of .xml files systems are read from an {FILE} alone; of an unpacked FMU "
+            "give the folder that its modelDescription.xml lies in."
         )
     return _Structure(path, root, [f"{path.name}: {note}" for note in notes]).system()
 

@@ -23,6 +23,7 @@ import numpy as np
 from ..fmus.cache import sha256
 from .errors import DescriptionError, ResultError
 from .files import File, Mark
+from .folder import is_fmu, packed
 from .stops import held
 
 if TYPE_CHECKING:
@@ -161,9 +162,9 @@ def identity(running: Running, settings: Any, stop: float) -> str:
     files: dict[str, str] = {}
     for component in system.components.values():
         names = [component.fmu, component.manoeuvre, *map(str, component.options.values())]
-        for name in (name for name in names if name and name.lower().endswith(SOURCES)):
+        for name in filter(None, names):
             path = system.folder / name
-            if path.is_file():
-                files[name] = sha256(path)
+            if path.is_file() and name.lower().endswith(SOURCES) or is_fmu(path):
+                files[name] = sha256(packed(path))
     whole = [told, settings, stop, files, version("selflock")]
     return hashlib.sha256(json.dumps(whole, default=str, sort_keys=True).encode()).hexdigest()

@@ -75,7 +75,8 @@ def opened(path: Path, folder: Path, variant: str, unlimited: bool, notes: list[
     else:
         folder = path
     if not (folder / variant).is_file():
-        raise DescriptionError(f"{path}: there is no {variant} in it.")
+        more = "" if path.suffix else ", nor an OspSystemStructure.xml or a modelDescription.xml"
+        raise DescriptionError(f"{path}: there is no {variant} in it{more}.")
     return folder / variant
 
 

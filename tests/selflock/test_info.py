@@ -1,6 +1,7 @@
 """`selflock info`: what is in a file, a page for each kind; names of strangers stay words, and lists end."""
 
 import re
+import zipfile
 from pathlib import Path
 
 import pandas as pd
@@ -33,6 +34,26 @@ def test_a_system_is_told_with_what_is_connected_to_what():
     assert line(text, "voltage") == "  voltage = 24 V, held" and "  torque N.m -> gear.motor_torque" in text
     robot = info(ROOT / "study" / "robot.toml")
     assert line(robot, "ratio") == "  ratio = 50" and "  angle rad <- 0.02 · rear_reducer.input_angle" in robot
+
+
+def test_folders_and_structures_of_others_are_told(native, tmp_path):
+    folder = tmp_path / "unpacked"
+    with zipfile.ZipFile(native("relaxation")) as archive:
+        archive.extractall(folder)
+    assert "unpacked: FMU Relaxation, FMI 2.0 co-simulation" in info(folder) and "2 outputs" in info(folder)
+    osp = tmp_path / "OspSystemStructure.xml"
+    osp.write_text(
+        '<OspSystemStructure version="0.1"><EndTime>2</EndTime><Simulators><Simulator name="a" source="unpacked"/>'
+        '<Simulator name="b" source="unpacked"/></Simulators><Connections><VariableConnection><Variable simulator="a" name="x"/>'
+        '<Variable simulator="b" name="u"/></VariableConnection></Connections></OspSystemStructure>'
+    )
+    for path in (osp, tmp_path):
+        assert "2 components, 1 connections" in info(path) and "from 0 to 2 s in steps of 0.1 s, jacobi" in info(path)
+        assert "  u K <- a.x" in info(path)
+    packed = master.ssp.export(osp, tmp_path / "s.ssp")
+    with zipfile.ZipFile(packed) as archive:
+        archive.extractall(tmp_path / "s")
+    assert "  u K <- a.x" in info(tmp_path / "s" / "SystemStructure.ssd")
 
 
 def test_an_ssp_is_told_as_the_system_in_it(tmp_path):

@@ -22,7 +22,7 @@ from .mending import Note, mend
 REFERENCES = 2**32 - 1
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 TRUE = ("true", "1")
-CAPABILITIES = ("canHandleVariableCommunicationStepSize", "canBeInstantiatedOnlyOncePerProcess")
+CAPABILITIES = ("canHandleVariableCommunicationStepSize", "canBeInstantiatedOnlyOncePerProcess", "canInterpolateInputs")
 
 
 def read_description(path: Path) -> tuple[ModelDescription, list[str]]:

@@ -161,6 +161,15 @@ def test_a_negated_alias_is_the_negative(altered):
     assert first["fall.sink"].to_numpy() == pytest.approx(1.6 * first["time"].to_numpy(), abs=1e-9)
 
 
+def test_capabilities_of_the_first_version_are_read(altered):
+    said = '<Implementation><CoSimulation_StandAlone><Capabilities canInterpolateInputs="true" canHandleVariableCommunicationStepSize="true"/></CoSimulation_StandAlone></Implementation>'
+    path = altered(("</fmiModelDescription>", f"{said}</fmiModelDescription>"), name="fall", binary="binaries/linux64/fall.so")
+    told = read_description(path)[0].coSimulation
+    assert (
+        told.canInterpolateInputs and told.canHandleVariableCommunicationStepSize and not told.canBeInstantiatedOnlyOncePerProcess
+    )
+
+
 @pytest.mark.parametrize(
     "name, words",
     [("numberOfContinuousStates", "its equations cannot be solved"), ("numberOfEventIndicators", "is None, which is no number")],

@@ -168,6 +168,16 @@ class Scene:
                 distinct.append(one)
         return distinct[: RULES.naming.pairs]
 
+    def differences(self, place: Place) -> list[tuple[str, int, str]]:
+        """Of its component's own variables of one unit, those first that are most alike in size: where an FMU tells no units
+        heat and temperature could be taken from one another, too."""
+        known, component = self.parts.variables, self.parts.owner(place.variable)
+        mine = [n for n, what in self.variables(place) if what == law.VALUE and n in known and self.parts.owner(n) == component]
+        size = {name: max(float(abs(self.joined(name)).max()), 1e-300) for name in mine}
+        found = [(a, law.DIFFERENCE, b) for a, b in combinations(mine, 2) if known[a].unit == known[b].unit]
+        found = [one for one in found if _moves(self.joined(*one))]
+        return sorted(found, key=lambda one: abs(np.log(size[one[0]] / size[one[2]])))
+
     @staticmethod
     def _even(x: np.ndarray) -> np.ndarray:
         return (x - x.mean()) / x.std()
@@ -416,8 +426,7 @@ def shifts(scene: Scene, place: Place) -> Iterator[tuple[Insert, float, str]]:
     component = scene.parts.owner(place.variable)
     mine = lambda name: not name or (name in scene.parts.variables and scene.parts.owner(name) == component)
     singles = [(name, what, "") for name, what in scene.variables(place) if what == law.VALUE and mine(name)]
-    apart = [one for one in scene.pairs(place) if one[1] == law.DIFFERENCE and mine(one[0]) and mine(one[2])]
-    for over, what, beside in (*singles[: RULES.naming.gated], *apart[: RULES.naming.gated]):
+    for over, what, beside in (*singles[: RULES.naming.gated], *scene.differences(place)[: RULES.naming.gated]):
         table, _ = curve(scene, place, over, what, False, beside)
         one = replace(table, law="proportional", points=0, fixed=table.fixed[:2])
         most = RULES.naming.reach * RULES.naming.reach * spread / float(abs(scene.joined(over, what, beside)).max())

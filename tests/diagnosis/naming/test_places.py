@@ -1,5 +1,7 @@
 """Corrections put into a system: what goes where, in which order, and which part of a step their variable is of; and what is refused."""
 
+from types import SimpleNamespace
+
 import hidden
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from selflock.diagnosis import DataError, name
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import component, taken
+from selflock.diagnosis.naming.guesses import Scene
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system
 from selflock.diagnosis.systems.parts import Parts
 from selflock.fmus.correction import law
@@ -101,3 +104,22 @@ def test_bad_input_gets_its_sentence(tmp_path, native):
     rig.write_text(rig.read_text().replace('inputs = "held"', 'inputs = "bent"'))
     with pytest.raises(DataError, match="'smooth' or 'held'"):
         name(rig, [log], out=None)
+
+
+def test_differences_of_a_component_begin_with_what_is_alike_in_size():
+    """No unit tells temperatures from heats there; the heat through an open window goes with the difference of the first."""
+    time = np.linspace(0.0, 10.0, 200)
+    heat, outside, inside = 1500.0 * np.sin(3.1 * time), 5.0 + np.sin(time), 20.0 + np.cos(2.3 * time)
+    series = {"time": time, "room.heat": heat, "room.outside": outside, "room.inside": inside, "wall.heat": 2.0 * heat**2}
+    known = {name: SimpleNamespace(unit="") for name in series if name != "time"}
+    parts = SimpleNamespace(variables=known, owner=lambda name: name.split(".")[0])
+    scene = Scene(parts, None, {name: [x] for name, x in series.items()}, "correction")
+    found = scene.differences(Place(IN, "room.outside"))
+    assert found[0] == ("room.outside", law.DIFFERENCE, "room.inside") or found[0] == (
+        "room.inside",
+        law.DIFFERENCE,
+        "room.outside",
+    )
+    assert len(found) == 3 and not any("wall.heat" in one for one in found)
+    known["room.heat"].unit = "W"
+    assert len(scene.differences(Place(IN, "room.outside"))) == 1  # what has another unit is no longer taken from it

@@ -99,14 +99,19 @@ class Problem:
         return replace(found.with_noise_at(min(endings, key=lambda e: e.loss).end), endings=tuple(endings))
 
     def _read_when(self, values: dict[str, float]) -> dict[str, float]:
-        """Values with each channel's shift where it fits best by itself: a signal in steps has slopes that lead nowhere."""
-        for p in self.base_free:
-            if p.of_recorder and p.name.endswith(".shift"):
-                places = [values[p.name], *map(float, np.linspace(p.low, p.high, RULES.search.shift_places))]
-                tried = [self.misfit(values | {p.name: place})[self.rows] for place in places]
-                best = int(np.argmin([rho(misfit, self.loss_scale).sum() for misfit in tried]))
-                values = values | {p.name: places[best]}
-        return values
+        """Values with each channel's shift where it fits best by itself: a signal in steps has slopes that lead nowhere.
+
+        Of a controller of which nothing is said, as it is first taken to be, and as one that acts all the time: whichever fits better.
+        """
+        loss = lambda values: float(rho(self.misfit(values)[self.rows], self.loss_scale).sum())
+        ends = []
+        for found in [values, values | {HOLD: 0.0}] if HOLD in values else [values]:
+            for p in self.base_free:
+                if p.of_recorder and p.name.endswith(".shift"):
+                    places = [found[p.name], *map(float, np.linspace(p.low, p.high, RULES.search.shift_places))]
+                    found = min((found | {p.name: place} for place in places), key=loss)
+            ends.append(found)
+        return min(ends, key=loss)
 
     @property
     def asked(self) -> tuple[Free, ...]:

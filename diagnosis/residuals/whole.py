@@ -248,12 +248,36 @@ def begins(values: dict, ch: Channels, here: Grid) -> tuple[np.ndarray, np.ndarr
     What a set-point did in a gap nobody knows, and a shaft that locks itself stays for long where that left it.
     """
     time = ch.run.time - ch.run.time[0]
-    if "begins" not in ch.memory:
-        ch.memory["begins"] = np.append(0, np.flatnonzero(ch.run.behind_gaps))
-    rows = ch.memory["begins"]
+    rows = _anew(ch)
     rows = rows[time[rows] <= here.time[-1]]
     places = np.searchsorted(here.time, time[rows] - 1e-9)
     return places, np.stack([begin(values, ch, int(row))[0] for row in rows])
+
+
+def _anew(ch: Channels) -> np.ndarray:
+    """Rows with which a run begins: the first, and those behind gaps, but where the set-point went on through the gap as it came.
+
+    Where lines through the rows before and behind a gap meet across it, the set-point in it is known to a quarter of what they miss:
+    to what makes the voltage by `formulas` of it another, no more is asked of the controlled angle anywhere.
+    """
+    if "anew" in ch.memory:
+        return ch.memory["anew"]
+    time, wanted = ch.run.time, ch.raw("controller.angle_setpoint")
+    gaps, electric, found = np.flatnonzero(ch.run.behind_gaps), drive.electric(ch), [0]
+    usual = (
+        drive.voltage(electric, {}, ch) / ch.setting.value("controller.angle_gain", {}) if electric else wanted - wanted.mean()
+    )
+    most = 4.0 * RULES.residuals.formulas * float(np.sqrt(np.mean(usual**2)))
+    for row in map(int, gaps):
+        last = row - 1
+        if last >= 1 and row + 1 < len(time) and last not in gaps and row + 1 not in gaps:
+            slopes = np.array([wanted[last] - wanted[last - 1], wanted[row + 1] - wanted[row]])
+            slopes /= np.array([time[last] - time[last - 1], time[row + 1] - time[row]])
+            if np.max(abs(wanted[row] - wanted[last] - (time[row] - time[last]) * slopes)) <= most:
+                continue
+        found.append(row)
+    ch.memory["anew"] = np.array(found)
+    return ch.memory["anew"]
 
 
 def _behind(row: int, values: dict, ch: Channels) -> tuple[float, float]:
@@ -304,7 +328,7 @@ def settled(ch: Channels) -> np.ndarray:
     """
     if "settled" not in ch.memory:
         time, rules = ch.run.time, RULES.residuals
-        begins = time[np.append(0, np.flatnonzero(ch.run.behind_gaps))]
+        begins = time[_anew(ch)]
         since = time - begins[np.searchsorted(begins, time, side="right") - 1]
         late = ch.setting.value(ch.prefix + "controller.sample_period", {}) + 2.0 * float(np.median(np.diff(time)))
         reached = about(jumped(ch), time, late)

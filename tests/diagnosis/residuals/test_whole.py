@@ -51,6 +51,11 @@ def experiment(case, folder, spoil=lambda table: table):
     return DriveExperiment(found, runs)
 
 
+def elsewhere(table, row):
+    """A log whose set-point is somewhere else from this row on, so that what it did before it is not to be told."""
+    return table.assign(setpoint_angle=table["setpoint_angle"] + 0.1 * (np.arange(len(table)) >= row))
+
+
 def at_rows(bench, step):
     """A simulation of the nominal drive in steps of at most `step` s, at the rows."""
     (ch,) = bench.but_with(replace(bench.setting, whole_step=step)).channels.values()
@@ -117,7 +122,7 @@ def test_nothing_is_compared_behind_a_gap_nor_at_the_start(seed, tmp_path):
     case = recordings.hide([], seed, longest=8.0, duration=8.0)
     n = len(case.logs[0])
     lost = slice(n // 2, n // 2 + n // 20)
-    bench = experiment(case, tmp_path, lambda table: table.drop(index=range(lost.start, lost.stop)))
+    bench = experiment(case, tmp_path, lambda table: elsewhere(table, lost.stop).drop(index=range(lost.start, lost.stop)))
     (ch,) = bench.channels.values()
     for residual in bench.residuals:
         ((_, _, good),) = bench.compare(residual, {})
@@ -145,7 +150,7 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     case = recordings.hide([], seed, longest=8.0, duration=8.0)
     n = len(case.logs[0])
     lost = slice(n // 2, n // 2 + n // 5)
-    bench = experiment(case, tmp_path, lambda table: table.drop(index=range(lost.start, lost.stop)))
+    bench = experiment(case, tmp_path, lambda table: elsewhere(table, lost.stop).drop(index=range(lost.start, lost.stop)))
     (ch,) = bench.channels.values()
     (first, behind), starts = whole.begins({}, ch, whole.grid(ch))
     assert first == 0
@@ -156,6 +161,29 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     simulated = whole.simulate({}, ch)
     assert simulated["angle"][behind] == starts[1, 2] and simulated["input_angle"][behind] == starts[1, 0]
     assert abs(np.diff(simulated["angle"])[behind:]).max() < 0.01 * travel  # and goes on from there
+
+
+def test_a_gap_through_which_the_set_point_went_on_is_simulated_through(tmp_path):
+    """Some lost rows, and a rest: the drive goes on, and its next rows are compared. Where the set-point turned it begins anew."""
+    case = recordings.hide([], recordings.DEVELOPMENT + 1, longest=3.0, duration=3.0)
+    table = case.logs[0]
+    time = table["time"].to_numpy()
+    table["setpoint_angle"] = np.interp(time, [0.0, 1.0, 2.0, 2.4, 3.0], [0.0, 0.5, 0.5, 0.1, 0.4])
+    table["setpoint_speed"] = np.gradient(table["setpoint_angle"], time)
+    rows = lambda begin, end: np.flatnonzero((time > begin) & (time < end))
+    lost = np.concatenate([rows(0.5, 0.53), rows(1.3, 1.7), rows(2.3, 2.5)])
+    (full,), (ch,) = (
+        experiment(case, tmp_path / name, lambda t, gone=gone: t.drop(index=gone)).channels.values()
+        for name, gone in (("full", []), ("gaps", lost))
+    )
+    places, _ = whole.begins({}, ch, whole.grid(ch))
+    assert whole.grid(ch).time[places] == pytest.approx([0.0, time[lost[-1] + 1] - time[0]], abs=2e-3)
+    before = ch.run.time - ch.run.time[0] < 2.2
+    at = ch.run.time[before] - ch.run.time[0]
+    ours, all_rows = (np.interp(at, whole.grid(c).time, whole.simulate({}, c)["angle"]) for c in (ch, full))
+    assert np.max(abs(ours - all_rows)) < 1e-3
+    behind = before & (ch.run.time - ch.run.time[0] > 1.7)
+    assert whole.settled(ch)[behind][:20].all()
 
 
 @pytest.mark.slow

@@ -42,6 +42,7 @@ ORDER = {  # of the elements in an element
     "ParameterSet": ("Parameters", "Enumerations", "Units", "Annotations"),
 }
 HOLDERS = ("Connectors", "ParameterBindings", "Elements", "Connections", "Units", "Enumerations", "Parameters", "Annotations")
+SOURCED = ("Component", "ParameterBinding", "ParameterMapping", "SignalDictionary")  # by a URI
 EMPTY_IS_NONE = ("unit", "startElement", "endElement", "startTime", "stopTime", "suppressUnitConversion", "sourceBase",
                  "implementation", "type", "factor", "offset")  # fmt: skip
 SIZED = "{urn:sized}type"  # where a node keeps the type that it had in 2.0
@@ -125,7 +126,7 @@ def bare(root: etree._Element) -> etree._Element:
     for node in list(root.iter(tag=etree.Element)):
         if _local(node) == "Component" and node.get("source") is None:
             node.set("source", "none")  # which 2.0 allows
-        if (node.get("source") or "").strip() and _local(node) != "MappingEntry":
+        if (node.get("source") or "").strip() and _local(node) in SOURCED:
             node.set("source", "some")  # what it names is found out where it is read
         for name in ("id", "generationDateAndTime", "startIndices", "endIndices"):
             node.attrib.pop(name, None)

@@ -72,7 +72,7 @@ def lacking(rig: Rig, signals: set[str]) -> str:
     described = {name.rpartition(".")[0] for name in rig.parameters}
     asked = {
         'a log in time, that is kind = "forward"': rig.kind == "forward",
-        "one drive, whose names begin with no prefix": rig.drives == ("",),
+        "one drive, not several": rig.drives == ("",),
         "all of it, not one component": not rig.only,
         "a column of controller.angle_setpoint": "controller.angle_setpoint" in signals,
         "a motor driven by its controller's voltage, not by a column of motor.duty": "motor.duty" not in signals,

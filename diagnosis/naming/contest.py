@@ -243,6 +243,12 @@ class Contest:
         self.most = max([self.most, *(takes(rival) for rival in found if rival.guess.kind != CURVE)])
         by_fit = sorted(found, key=lambda r: r.end.loss)
         near = [r for r in by_fit[: rules.by_fit] if takes(r) >= rules.in_reach * self.most] + found[: rules.polished]
+        # of times, as of what is bent, slopes that were learnt say little: events that look best have their own in any case
+        seen: dict[str, float] = {}
+        for way, guess in self.looks.ways:
+            seen[guess.label] = max(way.gain, seen.get(guess.label, -np.inf))
+        events = [rival for rival in found if rival.guess.kind == g.EVENT]
+        near += sorted(events, key=lambda r: -seen.get(r.guess.label, -np.inf))[: rules.events]
         chosen = dict.fromkeys(rival.guess.label for rival in near)
         for k, rival in enumerate(found):
             if rival.rough and rival.guess.label in chosen:

@@ -155,6 +155,7 @@ class NamingRules:
     starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)
     shifted: int = rule(2, "events whose ends are shifted and fitted again, those that predict most", TIME)
     polished: int = rule(4, "rivals that are fitted again with slopes of their own, those that predict most", TIME)
+    events: int = rule(3, "the same of events that look best", TIME)
     by_fit: int = rule(10, "the same of those that fit most", TIME)
     bent: float = rule(
         0.05,

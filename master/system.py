@@ -200,7 +200,7 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     except UnicodeDecodeError as error:
         raise DescriptionError(f"The system file {path} cannot be read: {error}.") from None
     except ValueError as error:
-        twice = " Something is given twice there: an input takes one connection only." if "overwrite" in str(error) else ""
+        twice = " An input takes one connection only." if "a second time" in str(error) else ""
         raise DescriptionError(f"{path} is not valid TOML: {error}.{twice}") from None
     try:
         return replace(from_dict(data, path.parent), allow_code=allow_code, unlimited=unlimited, isolate=isolate)

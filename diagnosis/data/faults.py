@@ -187,18 +187,19 @@ def _beyond(run: MeasuredRun, name: str, rig: Rig) -> np.ndarray:
 def _over_lost_rows(run: MeasuredRun, name: str) -> np.ndarray:
     """Rows in which a speed is too much by what its difference goes over lost rows: it was divided by the time of as many as usual.
 
-    Divided by what really passed it fits what is before and behind.
+    It is far from what is before and behind, and divided by what really passed it fits them.
     """
     x, beside, bad = _filled(run, name), RULES.data.spike, np.zeros(len(run), bool)
     steps = np.diff(run.time)
     usual = RULES.data.deviation * float(np.median(abs(np.diff(x)))) if len(x) > 1 else 0.0
+    least = max(RULES.data.corrupted * usual, RULES.data.spike_range * spread(x, RULES.data.range_quantiles))
     for row in (np.flatnonzero(lost(run.time)) + 1).tolist():
         gone, most, found = steps[row - 1] / np.median(steps) - 1.0, 0.0, 0
         for rows in range(1, min(RULES.search.differenced, len(x) - row - beside) + 1 if row >= beside else 1):
             ends = np.median(x[row - beside : row]), np.median(x[row + rows : row + rows + beside])
             here, line = x[row : row + rows], np.linspace(*ends, rows + 2)[1:-1]
-            off, mended = np.min(abs(here - line)), np.max(abs(here / (1.0 + gone / rows) - line))
-            if off > RULES.data.corrupted * usual and mended < RULES.data.spike_beside * off and rows * off > most:
+            off, mended = min(np.min(abs(here - end)) for end in ends), np.max(abs(here / (1.0 + gone / rows) - line))
+            if off > least and mended < RULES.data.spike_beside * off and rows * off > most:
                 most, found = rows * off, rows
         bad[row : row + found] = True
     return bad

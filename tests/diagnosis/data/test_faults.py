@@ -83,7 +83,7 @@ def test_a_corrupted_sample_of_a_coarse_speed(rig, run):
 def test_a_difference_over_lost_rows_is_no_speed(rig, run, rows, lost):
     """A recorder that divides by the time of as many rows as usual, and one that knows the time."""
     angle = run.signals["reducer.input_angle"]
-    keep = np.append(np.arange(2000), np.arange(2000 + lost, N))
+    keep = np.append(np.arange(2600), np.arange(2600 + lost, N))
     angle, time = np.cumsum(40.0 * np.sin(3.0 * run.time))[keep] * 1e-3, run.time[keep]
     turned = np.append(np.zeros(rows), angle[rows:] - angle[:-rows])
     passed = np.append(np.full(rows, rows * 1e-3), time[rows:] - time[:-rows])
@@ -91,7 +91,17 @@ def test_a_difference_over_lost_rows_is_no_speed(rig, run, rows, lost):
         speed = turned / by + 0.05 * np.sin(1e3 * time)
         found = MeasuredRun("log.csv", "", keep, time, {"reducer.input_speed": speed, "reducer.input_angle": angle})
         told = {(f.kind, f.first, f.last) for f in check([found], rig)}
-        assert told == {("missing", 1999, 2000 + lost)} | ({("corrupted", 2000 + lost, 1999 + lost + rows)} if wrong else set())
+        assert told == {("missing", 2599, 2600 + lost)} | ({("corrupted", 2600 + lost, 2599 + lost + rows)} if wrong else set())
+
+
+@pytest.mark.parametrize("behind", [35.0, 2.0], ids=["another speed", "a count of a shaft that creeps"])
+def test_what_is_honest_behind_lost_rows(rig, run, behind):
+    """A speed that changed meanwhile, and the last rows of a difference in which one count was."""
+    speed = np.where(run.time < 2.0, -35.0, 35.0) if behind == 35.0 else 30.0 * (run.time > 3.0)
+    speed[2100:2103] = behind
+    keep = np.append(np.arange(2000), np.arange(2100, N))
+    found = MeasuredRun("log.csv", "", keep, run.time[keep], {"reducer.input_speed": speed[keep] + 0.01 * (keep % 7)})
+    assert kinds(check([found], rig)) == {("missing", "time")}
 
 
 @pytest.mark.parametrize(

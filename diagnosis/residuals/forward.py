@@ -35,7 +35,7 @@ def simulate(values: dict, ch: Channels, closed: bool) -> dict[str, np.ndarray]:
     n = len(ch.dt)
     laws = [drive.law(part, values, ch) for part in COMPONENTS]
     reducer, load = laws[2], laws[3]
-    stiffness, damping, parts = stable(reducer, load, float(np.median(ch.dt)))
+    stiffness, damping, parts = by_turns(reducer, load, float(np.median(ch.dt)))
     laws[2] = reducer._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     zero = np.zeros(n)
     voltage = supply = zero
@@ -63,13 +63,31 @@ def stretches(ch: Channels) -> list[slice]:
     return [slice(int(part[0]), int(part[-1]) + 1) for part in np.split(ch.take, ch.gaps + 1)]
 
 
+def by_turns(reducer, load, step: float) -> tuple[float, float, int]:
+    """Stiffness and damping of the output shaft, N.m/rad, N.m.s/rad, and the parts of a step, for components that take turns.
+
+    As given, or what most parts carry; the damping is at least what such a coupling needs to be stable.
+    """
+    rules, together = RULES.residuals, swinging(reducer, load)
+    least, most = rules.turns_damping
+    parts = int(np.clip(np.ceil(step * np.sqrt(reducer.shaft_stiffness / together) / rules.turns_step), 1, rules.turns_parts))
+    stiffness = min(reducer.shaft_stiffness, together * (rules.turns_step * parts / step) ** 2)
+    usual = np.sqrt(stiffness * together)
+    return stiffness, max(min(reducer.shaft_damping, most * usual), least * usual), parts
+
+
 def stable(reducer, load, step: float) -> tuple[float, float, int]:
-    """Stiffness and damping of the output shaft, N.m/rad, N.m.s/rad, and the parts of a step: as given, or what most parts carry."""
-    rules, of_load = RULES.residuals, law("load")
-    inertia = max(of_load.moment_of_inertia(load, of_load.State(0.0, 0.0)), 1e-12)
-    behind = reducer.shaft_inertia * reducer.gear_ratio**2
-    together = inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia
-    fastest = max(np.sqrt(reducer.shaft_stiffness / max(together, 1e-12)), reducer.shaft_damping / max(together, 1e-12))
+    """The same for the simulation of second order: as given, or what most parts carry."""
+    rules, together = RULES.residuals, swinging(reducer, load)
+    fastest = max(np.sqrt(reducer.shaft_stiffness / together), reducer.shaft_damping / together)
     parts = int(np.clip(np.ceil(step * fastest / rules.shaft_step), 1, rules.shaft_parts))
     most = rules.shaft_step * parts / step
     return min(reducer.shaft_stiffness, together * most**2), min(reducer.shaft_damping, together * most), parts
+
+
+def swinging(reducer, load) -> float:
+    """The inertia that swings on the output shaft, kg.m2: that of the load, and that of the input shaft behind the gear."""
+    of_load = law("load")
+    inertia = max(of_load.moment_of_inertia(load, of_load.State(0.0, 0.0)), 1e-12)
+    behind = reducer.shaft_inertia * reducer.gear_ratio**2
+    return max(inertia * behind / max(inertia + behind, 1e-300) if behind > 0.0 else inertia, 1e-12)

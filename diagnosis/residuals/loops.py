@@ -121,7 +121,7 @@ def _together(pm, pr, pl, m, g, l, pull, rise, voltage, beside, h):
 
 
 def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, speed_setpoint, dt, parts, start, out):
-    """A drive from its voltage, or with closed > 0 from its set-points.
+    """A drive from its voltage, or with closed > 0 from its set-points; its components take turns, as FMUs in their places do.
 
     start: angle and speed of the input shaft, angle and speed of the load. With supply above 0 the controller's
     command is a duty. Where powered is 0 the motor is open.
@@ -132,13 +132,15 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
     m = dc.start(pm)
     g = shaft.start(pr, start[0], start[1], angle, speed)
     l = load.State(angle, speed)
-    delivered, pull = _rests(pr, pl, g, l)
-    rise = u = 0.0
+    delivered = u = 0.0
     for i in range(len(dt)):
         if i > 0:
             h = dt[i] / parts
             for _ in range(parts):
-                m, g, l, pull, rise, mo, delivered = _together(pm, pr, pl, m, g, l, pull, rise, u, 0.0, h)
+                m, mo = dc.advance(pm, m, u, g.speed, h)
+                g, go = shaft.advance(pr, g, mo.torque, l.angle, l.speed, h)
+                delivered = go.output_torque
+                l, lo = load.advance(pl, l, delivered, h)
             out[1, i] = mo.current
             out[2, i] = mo.torque
         u = voltage[i]

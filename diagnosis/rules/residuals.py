@@ -106,9 +106,21 @@ class ResidualRules:
     )
 
     # --- a whole drive in time: residuals.forward
+    turns_step: float = rule(
+        0.3,
+        "the output shaft's own frequency times the inner step, at most, of components that take turns",
+        "theory: explicit coupling is stable below 1; " + WHOLE,
+    )
+    turns_parts: int = rule(
+        4, "parts of a step in such a drive, at most; a shaft too stiff for them is softened", "a limit of time; " + WHOLE
+    )
+    turns_damping: tuple[float, float] = rule(
+        (0.2, 0.4), "least and most damping of its output shaft, over √(stiffness · inertia)", WHOLE
+    )
     shaft_step: float = rule(
         0.1,
-        "the output shaft's own frequency and its damper's rate, times the inner step, at most",
+        "of a whole drive compared in all its channels: the output shaft's own frequency and its damper's rate, times the inner step, "
+        "at most",
         "theory: Verlet's step is stable below 2, and its frequency off by (0.1)^2 / 24, which a drive that swings for a hundred "
         "waves does not yet show",
     )

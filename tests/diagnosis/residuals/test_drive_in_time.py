@@ -100,16 +100,22 @@ def test_a_loop_is_of_second_order_in_its_step(period):
 
 def test_a_shaft_that_swings_undamped_neither_grows_nor_fades():
     """Two inertias on a spring: angle = A cos(w t), w^2 = k (1/J_out + 1/(J r^2)), for a hundred waves."""
-    p = parameters(motor__torque_constant=0.0, motor__voltage_constant=0.0, reducer__shaft_damping=0.0, load__gravity=0.0)
+    p = parameters(
+        motor__torque_constant=0.0, motor__voltage_constant=0.0, reducer__shaft_damping=0.0, load__gravity=0.0,
+        controller__angle_gain=0.0, controller__speed_gain=0.0,
+    )  # fmt: skip
     step, behind = 5e-4, J * RATIO**2
     pulsation = np.sqrt(STIFF * (1.0 / LOAD + 1.0 / behind))
     stiffness, damping, parts = stable(p[2], p[3], step)
     assert (stiffness, damping) == (STIFF, 0.0)
     time = step * np.arange(round(100 * 2.0 * np.pi / pulsation / step))
-    zero, out, wound = np.zeros(len(time)), np.empty((8, len(time))), 0.01
+    zero, out, wound, off, nothing = np.zeros((2, len(time))), np.empty((8, len(time))), 0.01, laws.no_sensor(), free_law.none()
     share = LOAD / (LOAD + behind)  # of the wind-up at the input
     start = np.array([share * wound * RATIO, 0.0, -(1.0 - share) * wound, 0.0])
-    kernels().whole(*p, 0.0, np.ones(len(time)), zero, zero, zero, zero, np.full(len(time), step), parts, start, out)
+    kernels().closed(
+        *p, off, off, 0.0, 0.0, np.ones(len(time)), zero, zero, np.full(len(time), step), parts, 0.0, np.zeros(1, int),
+        start[None], nothing.place, nothing.over, nothing.knots, nothing.heights, out,
+    )  # fmt: skip
     twist = out[3] / RATIO - out[6]
     assert np.max(abs(twist[-100:])) == pytest.approx(wound, rel=1e-2)
     last = slice(len(time) // 2, None)  # and in step with the closed form

@@ -106,5 +106,5 @@ def test_in_a_table_of_a_run_the_command_stands_beside_what_it_was_computed_from
     table.to_csv(tmp_path / "run.csv", index=False)
     (tmp_path / "rig.toml").write_text('[rig]\nkind = "forward"\nnamed = true\ndrives = ["rear_"]\n')
     (run,) = read(tmp_path / "run.csv", load(tmp_path / "rig.toml"))
-    assert np.allclose(run.signals["rear_controller.voltage"][:-1], np.cos(time[:-1]))
-    assert np.allclose(run.signals["rear_motor.current"], time)
+    assert np.allclose(run.signals["controller.voltage"][:-1], np.cos(time[:-1]))
+    assert np.allclose(run.signals["motor.current"], time)

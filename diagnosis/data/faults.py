@@ -125,7 +125,8 @@ def _at_rest(run: MeasuredRun, rig: Rig) -> list[DataFault]:
 def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     """Samples of each channel that are wrong alone. A spike of a torque that others feel is an impact.
 
-    An angle or a speed has no such: nothing is elsewhere for a few samples and back.
+    An angle has no such: nothing is elsewhere for a few samples and back. Nor has a speed, but where no angle was measured that
+    would tell and a torque feels it: a drive that jerks from row to row of a slow log.
     """
     bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
     spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
@@ -139,16 +140,19 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     for name, bad in spikes.items():
         if bares[name] in TORQUES and bad.any():
             spikes[name] = bad & ~_impacts(bad, [there for place, there in places.items() if place != name])
+        elif bares[name] in ANGLE_OF and bad.any() and name.removesuffix(bares[name]) + ANGLE_OF[bares[name]] not in bares:
+            torques = [there for place, there in places.items() if split(place, rig.drives)[1] in TORQUES]
+            spikes[name] = bad & ~_impacts(bad, torques, 1)
     return spikes
 
 
-def _impacts(bad: np.ndarray, places: list[list[np.ndarray]]) -> np.ndarray:
-    """Those of the bad stretches that are felt in other places."""
+def _impacts(bad: np.ndarray, places: list[list[np.ndarray]], witnesses: int = RULES.data.impact_witnesses) -> np.ndarray:
+    """Those of the bad stretches that are felt in so many other places."""
     starts, lengths = stretches(bad)
     impact = np.zeros(len(starts), bool)
     for length in np.unique(lengths[bad[starts]]):
         here = bad[starts] & (lengths == length)
-        impact[here] = _felt(places, int(length), len(bad))[starts[here] + length // 2]
+        impact[here] = _felt(places, int(length), len(bad))[starts[here] + length // 2] >= witnesses
     return np.repeat(impact, lengths)
 
 
@@ -159,7 +163,7 @@ def _filled(run: MeasuredRun, name: str, bad: np.ndarray | None = None) -> np.nd
 
 
 def _felt(places: list[list[np.ndarray]], length: int, samples: int) -> np.ndarray:
-    """Rows about which channels of several places bend, over a spike of this length, as they rarely do, and there alone."""
+    """In how many places channels bend about each row, over a spike of this length, as they rarely do, and there alone."""
     rules, span = RULES.data, length + 2
     count = np.zeros(samples, int)
     for there in places:
@@ -170,7 +174,7 @@ def _felt(places: list[list[np.ndarray]], length: int, samples: int) -> np.ndarr
             about = median_filter(bend, size=2 * rules.impact_about * span + 1, mode="reflect")
             bent |= bend > np.maximum(np.quantile(bend, rules.spike_tail), rules.impact_sharp * about)
         count += maximum_filter1d(bent.astype(int), 2 * rules.impact_reach + 1)
-    return count >= rules.impact_witnesses
+    return count
 
 
 def _beyond(run: MeasuredRun, name: str, rig: Rig) -> np.ndarray:

@@ -71,6 +71,20 @@ def test_a_ring_that_crosses_zero_is_no_row_of_corrupted_samples(rig, run):
     assert check([run], rig) == []
 
 
+@pytest.mark.parametrize("felt", [True, False])
+def test_a_drive_that_jerks_between_two_rows_of_a_slow_log_is_sound(rig, rng, felt):
+    """It creeps in counts of its tacho, and its torque is another behind the jerk; a speed that no torque feels is wrong."""
+    n, at = 500, 300
+    speed = -0.1 * rng.integers(0, 3, n)
+    torque = -2.5e-3 + 2e-5 * rng.standard_normal(n)
+    speed[at] = -1.2
+    if felt:
+        torque[at:] += 8e-4
+    run = MeasuredRun("log.csv", "", np.arange(n), 0.25 * np.arange(n), {"reducer.input_speed": speed, "motor.torque": torque})
+    told = {(f.channel, f.first, f.last) for f in check([run], rig) if f.kind == "corrupted"}
+    assert told == (set() if felt else {("reducer.input_speed", at, at)})
+
+
 def test_a_corrupted_sample_of_a_coarse_speed(rig, run):
     """Five counts high, where the motion makes two: its rounding is no noise of twelve times a count."""
     coarse = 25.0

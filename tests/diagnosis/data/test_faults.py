@@ -75,7 +75,7 @@ def test_a_ring_that_crosses_zero_is_no_row_of_corrupted_samples(rig, run):
 def test_a_drive_that_jerks_between_two_rows_of_a_slow_log_is_sound(rig, rng, felt):
     """It creeps in counts of its tacho, and its torque is another behind the jerk; a speed that no torque feels is wrong."""
     n, at = 500, 300
-    speed = -0.1 * rng.integers(0, 3, n)
+    speed = -0.1 * rng.choice(3, n, p=(0.25, 0.6, 0.15))
     torque = -2.5e-3 + 2e-5 * rng.standard_normal(n)
     speed[at] = -1.2
     if felt:

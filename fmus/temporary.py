@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import os
+import secrets
 import shutil
 import stat
 import tempfile
@@ -33,14 +34,15 @@ def folder(kind: str = "", base: str | None = None) -> Path:
     """A new folder below `base`, the user's temporary folder where none is given; gone at the end of the process."""
     base = base or tempfile.gettempdir()
     _sweep(base)
-    made = Path(tempfile.mkdtemp(prefix=PREFIX + kind, dir=base))
+    made = Path(base) / f"{PREFIX}{kind}{secrets.token_hex(8)}"
+    if not _made:
+        atexit.register(_clear_own, os.getpid())
+    _made.append(made)  # before it is there: Ctrl-C may come between any two lines
+    made.mkdir(mode=0o700)
     if fcntl is not None:
         lock = os.open(made / LOCK, os.O_CREAT | os.O_RDWR, 0o600)
         fcntl.flock(lock, fcntl.LOCK_EX)
         _locks.append(lock)
-    if not _made:
-        atexit.register(_clear_own, os.getpid())
-    _made.append(made)
     return made
 
 

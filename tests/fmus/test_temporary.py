@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from itertools import count
 
 from selflock.fmus import temporary
 
@@ -33,3 +34,33 @@ def test_what_was_left_is_taken_away_and_what_lives_stays(tmp_path):
     alive.communicate("")
     assert not os.path.exists(kept)
     temporary.remove(mine)
+
+
+def test_ctrl_c_at_any_line_of_the_making_leaves_nothing(tmp_path, monkeypatch):
+    """As if the signal came before each line in turn, until all lines are done."""
+    monkeypatch.setattr(temporary, "_made", [])
+    temporary._sweep(str(tmp_path))
+
+    for line in count(1):
+        lines = count(1)
+
+        def interrupt(frame, event, _):
+            if frame.f_code is not temporary.folder.__code__:
+                return None
+            if event == "line" and next(lines) == line:
+                raise KeyboardInterrupt
+            return interrupt
+
+        before = sys.gettrace()
+        try:
+            sys.settrace(interrupt)
+            made = temporary.folder(base=str(tmp_path))
+        except KeyboardInterrupt:
+            made = None
+        finally:
+            sys.settrace(before)
+        temporary.clear()
+        assert not list(tmp_path.iterdir())
+        if made is not None:
+            break
+    assert line > 5

@@ -121,7 +121,7 @@ def campaign(area: Area, kills: int, rng: random.Random, told: Counter, failures
         while True:
             last = told["kills"] >= kills or (times > 0 and rng.random() > AGAIN)
             end = rng.choice(area.ends)
-            began = time.monotonic()
+            began, before = time.monotonic(), set(scratch.iterdir())  # of SIGKILL: the next that needs a folder takes it away
             hit, said = killed(area, out, scratch, PATIENCE if last else rng.uniform(0.0, 1.1 * length), end, rng)
             try:
                 told["kills"] += hit
@@ -137,7 +137,8 @@ def campaign(area: Area, kills: int, rng: random.Random, told: Counter, failures
                 assert there >= had or isinstance(area, Run), f"{had} were there, now {there}"
                 told["with something kept"] += there > 0
                 had, times = there, times + 1
-                assert end == "SIGKILL" or not list(scratch.iterdir()), f"left: {list(scratch.iterdir())}"
+                left = set(scratch.iterdir()) - before
+                assert end == "SIGKILL" or not left, f"left: {left}"
             except (AssertionError, OSError) as error:
                 told["failed"] += 1
                 failures.append(f"{area.name}, {end}: {error}; it said: {said[-1000:]}")

@@ -29,6 +29,9 @@ from .system import Connection, System, did_you_mean, formula
 def given(system: System, settings: Mapping[str, Any]) -> tuple[System, dict[str, Any]]:
     """The system with those settings that name one of its values, and the other settings."""
     mine = {name: _number(name, value) for name, value in settings.items() if name in system.values}
+    for name, value in mine.items():
+        if isinstance(value, bool) and type(system.values[name]) in (int, float):
+            raise DescriptionError(f"settings: {name} = {str(value).lower()} is no number.")
     rest = {name: value for name, value in settings.items() if name not in mine}
     for name in rest:
         if system.values and "." not in name and not system.alone:
@@ -60,9 +63,11 @@ def numbers(system: System) -> dict[str, float | bool]:
 
 def _connected(target: str, connection: Connection, known: Mapping[str, Any]) -> Connection:
     where = f"[connections] {target}"
-    factor = _of(f"{where} factor", connection.factor, known)
-    offset = _of(f"{where} offset", connection.offset, known)
-    return replace(connection, factor=float(factor), offset=float(offset))
+    found = {key: _of(f"{where} {key}", getattr(connection, key), known) for key in ("factor", "offset")}
+    for key, value in found.items():
+        if isinstance(value, bool):
+            raise DescriptionError(f'{where} {key} = "{getattr(connection, key)}": its value is {str(value).lower()}, no number.')
+    return replace(connection, factor=float(found["factor"]), offset=float(found["offset"]))
 
 
 def _of(where: str, value: Any, known: Mapping[str, Any]) -> Any:

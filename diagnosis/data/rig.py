@@ -425,9 +425,8 @@ def _numbers(path: Path, table: str, given: dict) -> dict[str, float]:
     for name, value in given.items():
         if isinstance(value, dict):
             raise DataError(f'{path}: [{table}] {name}: write it as "component.parameter" = number, with the name in quotes.')
-    return {  # true and false are 1 and 0 to a law
-        name: float(value) if isinstance(value, bool) else _number(path, f'[{table}] "{name}"', value)
-        for name, value in given.items()
+    return {  # true and false are for a switch alone: whoever knows the parameters holds them against it
+        name: value if isinstance(value, bool) else _number(path, f'[{table}] "{name}"', value) for name, value in given.items()
     }
 
 

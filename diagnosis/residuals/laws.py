@@ -118,6 +118,10 @@ def _check(rig: Rig, table: str, given: Iterable[tuple[str, float]], sensors: bo
         row = _row(rig, where, name)
         if row is None:
             raise DataError(f"{rig.path}: {where} {name!r}: {value:.6g} is a value for all of a component; name the parameter.")
+        if isinstance(value, bool) and row.type != "Boolean":
+            raise DataError(
+                f"{rig.path}: {where} {name!r} = {str(value).lower()}: {row.name} is a number{row.unit and f' in {row.unit}'}."
+            )
         low, high = row.low, row.high
         if not low <= value <= high:
             unit = f" {row.unit}" if row.unit else ""

@@ -64,10 +64,17 @@ def test_what_is_wrong_with_a_value_is_told(refused, values, words):
     refused(lambda: master.run(made(values)), *words)
 
 
+def test_true_is_no_factor(refused):
+    refused(
+        lambda: master.run(made({"locked": True}, {}, "= locked")), '[connections] b.u factor = "= locked"', "true, no number"
+    )
+
+
 def test_a_misspelt_setting_is_told_with_the_nearest_value(refused):
     system = made({"ratio": 50.0, "more": 1.0})
     refused(lambda: master.run(system, {"ration": 80}), "ration is no value", "Did you mean ratio?")
     refused(lambda: master.run(system, {"ratio": "eighty"}), "ratio = 'eighty' is no number")
+    refused(lambda: master.run(system, {"ratio": True}), "ratio = true is no number")
 
 
 DRIVE = {

@@ -130,6 +130,8 @@ def test_a_wrong_rig_is_told_in_one_message(tmp_path, change, says):
         ("load.inertia", "nan", "nan is not a number"),
         ("load.inertia", '"1"', "'1' is not a number"),
         ("motor.resistance.x", "1.0", "no 'resistance.x'"),
+        ("motor.resistance", "true", "= true: resistance is a number in Ohm"),
+        ("reducer.friction_kinetic", "false", "= false: friction_kinetic is a number"),
     ],
 )
 def test_a_value_that_its_fmu_would_refuse_is_told_before_the_work(tmp_path, parameter, value, says):

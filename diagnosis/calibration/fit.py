@@ -199,15 +199,16 @@ def _squares(
         return seen[key]
 
     last: dict[bytes, np.ndarray] = {}  # slopes where they were taken last, which is mostly where the fit ends
+    # The solver is given copies of both: it weighs them by the loss, in place.
 
     def slope(x: np.ndarray) -> np.ndarray:
         last.clear()
         last[x.tobytes()] = slopes(x, value(x))
-        return last[x.tobytes()].copy()  # the solver changes what it is given
+        return last[x.tobytes()].copy()
 
     edge = RULES.search.inside
     found = least_squares(
-        value,
+        lambda x: value(x).copy(),
         np.clip(start, edge, 1.0 - edge),
         jac=slope,
         bounds=(0.0, 1.0),

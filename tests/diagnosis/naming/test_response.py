@@ -6,8 +6,10 @@ import hidden
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import least_squares
 
 from selflock.diagnosis import name
+from selflock.diagnosis.calibration import fit
 from selflock.diagnosis.calibration.fit import Calibrating, fit_from
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.calibration.slopes import Learnt
@@ -156,6 +158,29 @@ def test_a_fit_with_slopes_that_are_learnt_ends_where_one_with_its_own_does(prob
     known = {n.name: column for n, column in zip(frees, np.eye(2) @ _slopes(one, start).T)}
     learnt = fit_from(one, start, 30, (1e-8, 1e-8), known=known)
     assert learnt.loss == pytest.approx(apart.loss, rel=1e-3)
+
+
+def test_a_fit_answers_with_the_errors_where_it_ended(problem, monkeypatch):
+    """Although solvers, as SciPy's of 1.15, weigh in place what they are given."""
+
+    def weighing(value, start, jac, **more):
+        def taken(call):
+            def once(x):
+                given = call(x)
+                own = given.copy()
+                given[:] = np.nan
+                return own
+
+            return once
+
+        return least_squares(taken(value), start, jac=taken(jac), **more)
+
+    monkeypatch.setattr(fit, "least_squares", weighing)
+    frees = (Number("upper.gain", "upper.gain", 0.15, 0.05, 0.5),)
+    one = replace(problem, numbers=frees)
+    vars(one)["played"] = problem.played
+    end = fit_from(one, np.array([0.2]), 5)
+    assert end.misfit.tolist() == one.misfit(end.places).tolist() and np.isfinite(end.jacobian).all()
 
 
 def _slopes(problem: Calibrating, start):

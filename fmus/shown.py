@@ -40,6 +40,11 @@ def literal(figure: Any) -> Any:
     return figure
 
 
+def one_line(text: Any) -> str:
+    """The text as `visible`, its tabs and line breaks written out, too: it stays one line of several."""
+    return visible(text).replace("\t", "\\t").replace("\n", "\\n")
+
+
 def visible(text: Any) -> str:
     """The text with its control characters written out: none moves the cursor, makes a link or turns the writing round."""
     return CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), str(text))

@@ -18,7 +18,7 @@ from dataclasses import fields
 from typing import Any
 
 from .errors import DescriptionError
-from .system import Component, System, connection_of, did_you_mean, fits, formula, made
+from .system import Component, System, connection_of, did_you_mean, fits, formula, made, one_line_each
 
 PARTS = {
     "controller": "selflock:Controller",
@@ -43,6 +43,7 @@ def join(system: System, tables: Any) -> None:
     """Put the drives of a file into its system, as components before those that they drive, and connections."""
     if not isinstance(tables, dict):
         raise DescriptionError("[drives] should be a table of drives, each as [drives.NAME].")
+    one_line_each("[drives]", tables)
     found: dict[str, dict[str, Component]] = {kind: {} for kind in PARTS}
     driven = set()
     for name in tables:

@@ -22,6 +22,7 @@ from .mending import Note, mend
 REFERENCES = 2**32 - 1
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 TRUE = ("true", "1")
+BLANKS = str.maketrans("\t\n\r", "   ")
 CAPABILITIES = ("canHandleVariableCommunicationStepSize", "canBeInstantiatedOnlyOncePerProcess", "canInterpolateInputs")
 
 
@@ -107,7 +108,7 @@ def version_of(text: str) -> str:
 
 
 def _plain(root: etree._Element, note: Note) -> None:
-    """What FMI has no namespace for, and the version in its words."""
+    """What FMI has no namespace for, the version in its words, and names that are one line."""
     space = etree.QName(root).namespace or ""
     if "fmi" in space.lower():
         note("FMI has no namespace; this one is left out", space)
@@ -115,6 +116,11 @@ def _plain(root: etree._Element, note: Note) -> None:
             node.tag = etree.QName(node).localname
         etree.cleanup_namespaces(root)
     root.set("fmiVersion", version_of(root.get("fmiVersion", "")))
+    for node in root.iterfind("ModelVariables/*"):
+        name = node.get("name", "")
+        if (plain := name.translate(BLANKS)) != name:  # as xs:normalizedString, which a name is, has it
+            note("a line break or tab in a name is a blank", plain)
+            node.set("name", plain)
 
 
 def _complete(root: etree._Element) -> None:

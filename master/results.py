@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..fmus.shown import one_line
 from .face import Variable, view
 from .seen import Seen
 from .stops import held
@@ -235,4 +236,4 @@ class Result:
             lines.append(f"  energy the coupling lost at {name}: {bond.lost:+.3g} J{percent}")
         if self.path:
             lines.append(f"  results: {self.path}")
-        return "\n".join(lines)
+        return "\n".join(map(one_line, lines))  # whatever its names hold

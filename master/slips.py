@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import DescriptionError
-from .system import WANTED, Bond, Component, Connection, Fault, Run, System, fits
+from .system import WANTED, Bond, Component, Connection, Fault, Run, System, fits, one_line_each
 
 
 def checked(system: System) -> System:
@@ -26,6 +26,7 @@ def checked(system: System) -> System:
         entries = getattr(system, table)
         if not isinstance(entries, Mapping):
             raise DescriptionError(f"system.{table} is {_said(entries)}: it is a dictionary by name.")
+        one_line_each(f"[{table}]", entries)
         for name, entry in entries.items():
             if not isinstance(entry, kind):
                 raise DescriptionError(f"system.{table}[{name!r}] is {_said(entry)}: write {as_}.")

@@ -6,12 +6,14 @@ there, in master.wiring.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ..fmus.shown import one_line
 from . import toml
 from .algorithms import ALGORITHMS
 from .errors import DescriptionError, ResultError
@@ -222,6 +224,7 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
         head.get("name", "system"), head.get("description", ""), Path(folder), made(Run, data.get("run", {}), "[run]")
     )
     system.values = _values(data.get("values", {}))
+    one_line_each("[components]", data.get("components", {}))
     for name, table in data.get("components", {}).items():
         where = f"[components.{name}]"
         component = made(Component, table, where)
@@ -262,6 +265,13 @@ def _values(table: Any) -> dict[str, float | bool | str]:
                 f'[values] {name} = {value!r}: a number is wanted here, or an expression such as "= 2 * ratio".'
             )
     return dict(table)
+
+
+def one_line_each(where: str, names: Iterable[str]) -> None:
+    """Refuse names that would break the lines of a message, a summary or a table."""
+    for name in names:
+        if one_line(name) != str(name):
+            raise DescriptionError(f"{where} '{one_line(name)}': a name has no line breaks, tabs or other control characters.")
 
 
 def formula(value: Any) -> str | None:

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from jinja2 import Environment
 
-from selflock.fmus.shown import visible
+from selflock.fmus.shown import one_line
 from selflock.view import page
 
 from ..rules import RULES
@@ -147,10 +147,11 @@ class Calibration:
         if self.doubts():
             lines += ["[[Doubts]]", *(f"    {sentence}." for sentence in self.doubts())]
         if self.faults:
-            lines.append(f"[[Data]]\n    {len(self.faults)} faults in the data, left out (calibration.json)")
+            lines.append("[[Data]]")
+            lines.append(f"    {len(self.faults)} faults in the data, left out (calibration.json)")
         if self.folder:
             lines.append(f"Open {self.folder / 'report.html'}; the next run takes {self.folder / self.files[0]}")
-        return visible("\n".join(lines))
+        return "\n".join(map(one_line, lines))
 
     def __str__(self) -> str:
         return self.summary()

@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from selflock.fmus.shown import printed, visible
+from selflock.fmus.shown import one_line, printed, visible
 
 from ..data.sanity import Box
 from ..rules import RULES
@@ -158,7 +158,7 @@ class Diagnosis:
             lines.append(f"  the extended FMUs are not all written: {self.extension['not_written']}")
         if self.report:
             lines.append(f"  open {self.report}")
-        return "\n".join(lines)
+        return "\n".join(map(one_line, lines))
 
     def __str__(self) -> str:
         return self.summary()

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from selflock.fmus.shown import printed, visible
+from selflock.fmus.shown import one_line, printed
 
 from ..calibration.result import finite
 from ..rules import RULES
@@ -170,7 +170,7 @@ class Naming:
             yield f"  open {self.folder / 'report.html'}"
 
     def summary(self) -> str:
-        return visible("\n".join(self.lines()))
+        return "\n".join(map(one_line, self.lines()))
 
     def __str__(self) -> str:
         return self.summary()

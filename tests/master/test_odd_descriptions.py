@@ -86,6 +86,7 @@ def test_what_xml_may_be(altered, change):
         (('dependencies="7"', 'dependencies="7,1"'), "taken as not told: 5"),
         (('<Integer start="1"/>', '<Integer start="1" declaredType="Count"/>'), "'Count' is not defined"),
         (('name="at_entry" valueReference="7" causality="output"><Real/>', 'name="at_entry" valueReference="7" causality="output"><Real derivative="-1"/>'), "derivative of nothing: at_entry"),
+        (('name="at_entry"', 'name="at&#10;entry"'), "a line break or tab in a name is a blank: at entry"),
         (("<CoSimulation ", '<CoSimulation maxOutputDerivativeOrder="" '), "maxOutputDerivativeOrder is no number"),
         (("<ModelVariables>", '<UnitDefinitions><Unit name="x"><BaseUnit kg="0.5"/></Unit></UnitDefinitions><ModelVariables>'), "goes by its name: x"),
     ],

@@ -122,3 +122,11 @@ def test_memory_does_not_grow_with_what_is_written(system, tmp_path, ending):
     assert peak(long) < peak(long / 2) + 100_000  # 10000 rows of 4 numbers more are 320 kB if they were kept
     if ending == "parquet":  # what its writer keeps grows with the row groups
         assert parquet.ParquetFile(tmp_path / "t.parquet").num_row_groups == 2
+
+
+def test_what_a_name_holds_breaks_no_line_of_the_summary(system):
+    description = system({"i": "Integrator"}, open_inputs=True, stop=0.1)
+    lines = master.run(description).summary().splitlines()
+    description.name = "one\nerror: two\x1b[2J"
+    told = master.run(description).summary()
+    assert len(told.splitlines()) == len(lines) and told.startswith(r"one\nerror: two\x1b[2J: 0.1 s")

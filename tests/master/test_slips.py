@@ -28,6 +28,8 @@ def one():
         (lambda s: setattr(s.run, "record", "a.*"), ["[run] record = 'a.*'", "a list of names"]),
         (lambda s: setattr(s.components["a"], "start", [1.0]), ["[components.a] start = [1.0]", "a table is wanted"]),
         (lambda s: s.connections.update({"a.u": master.Connection(3)}), ["[connections] a.u source = 3", "text in quotes"]),
+        (lambda s: s.components.update({"a\nb": s.components["a"]}), ["[components] 'a\\nb'", "no line breaks"]),
+        (lambda s: s.components.update({"a\x1bb": s.components["a"]}), ["[components] 'a\\x1bb'", "control characters"]),
         (lambda s: s.faults.append({"variable": "a.y"}), ["system.faults holds a dictionary", "master.Fault("]),
     ],
 )
@@ -61,3 +63,10 @@ def test_numbers_of_other_kinds_are_numbers(one):
 
     one.run.stop, one.run.step = np.float32(0.002), np.float64(0.001)
     assert master.run(one, stop=np.int64(1)).steps == 1000
+
+
+def test_a_name_of_two_lines_is_refused_where_a_file_is_read(tmp_path, refused):
+    for text in ('[components."a\\nb"]\npart = "x:Y"', '[drives."a\\tb"]\nratio = 50.0'):
+        (tmp_path / "s.toml").write_text(text + "\n")
+        said = refused(lambda: master.load(tmp_path / "s.toml"), "a name has no line breaks, tabs or other control characters")
+        assert "\n" not in said and "\t" not in said

@@ -35,8 +35,10 @@ def unpack(path: Path, folder: Path, what: str, unlimited: bool = False) -> None
     new = not folder.exists()
     try:
         ending(path)
-        if not unlimited:
-            _directory(path)
+        if not unlimited and (size := path.stat().st_size) > LARGEST:
+            raise _too_much(path, f"it has {size >> 20} MiB")
+        if not unlimited and (size := contents(path)) > DIRECTORY:
+            raise _too_much(path, f"its list of contents has {size >> 20} MiB")
         with zipfile.ZipFile(path) as archive:
             room = None if unlimited else LARGEST
             for entry, name in _checked(archive, path, unlimited):
@@ -67,14 +69,11 @@ def _too_much(path: Path, what: str) -> DescriptionError:
     )
 
 
-def _directory(path: Path) -> None:
-    """Refuse a list of contents that is itself too large, before it is read."""
-    if path.stat().st_size > LARGEST:
-        raise _too_much(path, f"it has {path.stat().st_size >> 20} MiB")
+def contents(path: Path) -> int:
+    """The bytes of an archive's list of contents, which ZipFile reads at once: looked at before it does."""
     with path.open("rb") as file:
-        end = zipfile._EndRecData(file)  # type: ignore[attr-defined]  # the size that ZipFile then reads at once
-    if end and end[5] > DIRECTORY:
-        raise _too_much(path, f"its list of contents has {end[5] >> 20} MiB")
+        end = zipfile._EndRecData(file)  # type: ignore[attr-defined]
+    return int(end[5]) if end else 0
 
 
 def _checked(archive: zipfile.ZipFile, path: Path, unlimited: bool) -> list[tuple[zipfile.ZipInfo, str]]:
@@ -141,7 +140,7 @@ def root_of(file: Path, what: str, unlimited: bool = False) -> dict[str, str]:
 
     Entities, which grow without end or read other files, can only be declared in a document type; FMI and SSP have none.
     """
-    if not unlimited and (size := file.stat().st_size) > XML:
+    if not unlimited and (size := ending(file).stat().st_size) > XML:
         raise DescriptionError(
             f"{what} has {size >> 20} MiB; at most {XML >> 20} MiB are read. --unlimited takes the limit away."
         )
@@ -173,7 +172,7 @@ def _attributes(source: BinaryIO, what: str) -> dict[str, str]:
         raise _Enough
 
     def refuse(*_: Any) -> Any:
-        raise DescriptionError(f"{what} declares a document type (<!DOCTYPE …>), which has no place in it; it may hold entities.")
+        raise DescriptionError(f"{what} {xml.TYPED}")
 
     parser = expat.ParserCreate()
     parser.StartElementHandler, parser.StartDoctypeDeclHandler = start, refuse

@@ -26,7 +26,7 @@ from ..fmus import temporary
 from ..fmus.cache import sha256
 from ..fmus.place import ending
 from . import archive
-from .described import chosen, offered
+from .described import chosen, is_name, offered
 from .errors import DescriptionError, warn
 from .folder import packed, renamed, tidy
 from .reading import read_description, version_of
@@ -138,7 +138,7 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
     if not has:
         raise DescriptionError(f"{path} is for nothing: its modelDescription.xml names neither co-simulation nor model exchange.")
     for way in list(has.values())[:1]:
-        if not _is_name(way.modelIdentifier or ""):
+        if not is_name(way.modelIdentifier or ""):
             said = f"{way.modelIdentifier!r} is no modelIdentifier" if way.modelIdentifier else "it has no modelIdentifier"
             raise DescriptionError(f"{path}: {said}, which names its binary.")
         moved += _check_binary(folder, description, way.modelIdentifier, path)
@@ -146,11 +146,6 @@ def describe(folder: Path, path: Path, unlimited: bool = False) -> ModelDescript
     for note in moved + mended:
         warn(f"{path}: {note}")
     return description
-
-
-def _is_name(text: str) -> bool:
-    """Whether it names a file in its folder. FMI wants a name of C; that matters in FMI 1.0, whose functions begin with it."""
-    return 0 < len(text) <= 200 and text.isprintable() and not text.startswith(".") and not set(text) & set("/\\:")
 
 
 def _platform(folder: Path, description: ModelDescription) -> str:

@@ -228,3 +228,8 @@ def _derived(v: ModelVariable, index: int, shapes: Mapping[str, tuple[int, ...]]
     if not isinstance(state, ModelVariable) or shapes.get(state.name) != shapes[v.name]:
         return ""
     return next(name for name, k in _elements(state, shapes) if k == index)
+
+
+def is_name(text: str) -> bool:
+    """Whether it names a file in its folder. FMI wants a name of C; that matters in FMI 1.0, whose functions begin with it."""
+    return 0 < len(text) <= 200 and text.isprintable() and not text.startswith(".") and not set(text) & set("/\\:")

@@ -13,18 +13,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import unquote
 
 from fmpy.model_description import ModelDescription
 from lxml import etree
 
 from ..fmus.variable import Variable
 from . import archive, xml
-from .described import number_of
+from .described import is_name, number_of
 from .errors import DescriptionError
 from .face import Part
 from .reading import read_description
-from .ssp.archive import proxied
+from .ssp.archive import proxied, split
 from .ssp.others import Others
 from .system import System, from_dict
 
@@ -120,23 +120,29 @@ class _Structure:
     def _simulator(self, node: etree._Element) -> dict[str, Any]:
         name, where = node.get("name", ""), f"{self.path.name}, line {node.sourceline}"
         source, place = proxied(node.get("source", ""))
-        parts = urlsplit(source)
+        parts = split(source)
         if not name or not source or parts.scheme not in ("", "file"):
             raise DescriptionError(f"{where}: a simulator needs a name, and a source that is a path or a file:// URI.")
         file = self.path.parent / unquote(parts.path)
         try:
             description, mended = read_description(file)
-        except OSError:
+        except FileNotFoundError:
             raise DescriptionError(f"{name}: there is no FMU at {file}.") from None
+        except OSError as error:
+            raise DescriptionError(f"{name}: {source} cannot be read: {error.strerror or error}.") from None
         except Exception as error:  # fmpy raises whatever its parser meets
             raise DescriptionError(f"{name}: {source} cannot be read as an FMU: {error}") from None
+        if name in self.described:
+            raise DescriptionError(f"{where}: two simulators are named {name!r}.")
         self.notes += [f"{name}: {note}" for note in mended]
         self.described[name], self.files[name] = description, file
         for variable in description.modelVariables:
             self.causality[name, variable.name] = variable.causality or "local"
             self.units[name, variable.name] = variable.unit or ""
         if node.get("stepSize"):
-            self.others.steps[name] = number_of(node.get("stepSize")) or 0.0
+            if (step := number_of(node.get("stepSize"))) is None:
+                raise DescriptionError(f"{where}: stepSize = {node.get('stepSize')!r} is no number.")
+            self.others.steps[name] = step
         made: dict[str, Any] = {"fmu": str(file.absolute()), "start": {}}
         if place is not None:
             made |= {"host": place} if place else {"process": True}
@@ -204,13 +210,17 @@ class _Structure:
             found = [one for one in self.causality if one[0] == owner and one[1].startswith(f"{name}[")]
         else:
             beside = [self.files[owner].parent, self.path.parent]
-            stems = [self.described[owner].modelName or "", self.files[owner].stem]
+            stems = [one for one in (self.described[owner].modelName or "", self.files[owner].stem) if is_name(one)]
             files = [folder / f"{stem}_OspModelDescription.xml" for folder in beside for stem in stems]
             file = next((file for file in files if file.is_file()), None)
             if file is None:
-                raise DescriptionError(f"{where}: {owner} has no {files[0].name}, which says what is in {name!r}.")
+                wanted = files[0].name if files else "OspModelDescription.xml"
+                raise DescriptionError(f"{where}: {owner} has no {wanted}, which says what is in {name!r}.")
             archive.root_of(file, file.name)
-            found = [(owner, one) for one in _variables(xml.root_of(file.read_bytes())[0], name)]
+            try:
+                found = [(owner, one) for one in _variables(xml.root_of(file.read_bytes())[0], name)]
+            except etree.XMLSyntaxError as error:
+                raise DescriptionError(f"{file.name}: cannot be read as XML: {error}") from None
         if not found:
             raise DescriptionError(f"{where}: {owner} has no group of variables {name!r}.")
         return found

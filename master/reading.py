@@ -13,6 +13,7 @@ import fmpy
 from fmpy.model_description import ModelDescription
 from lxml import etree
 
+from ..fmus.place import ending
 from . import archive, xml
 from .described import INTERFACES, NEGATED, number_of, offered
 from .errors import DescriptionError
@@ -74,15 +75,25 @@ def _third(root: etree._Element, described: ModelDescription) -> None:
 
 
 def _content(path: Path) -> bytes:
+    """Its description's bytes, of whatever lies there: nothing of it was looked at yet."""
+    ending(path)
     if path.is_dir():
-        return (path / "modelDescription.xml").read_bytes()
+        if (size := ending(path / DESCRIPTION).stat().st_size) > archive.XML:
+            raise _too_large(size)
+        return (path / DESCRIPTION).read_bytes()
+    if (size := archive.contents(path)) > archive.DIRECTORY:
+        raise _too_large(size)
     with zipfile.ZipFile(path) as packed:
         names = packed.namelist()
         alike = [one for one in names if one.lower().rpartition("/")[2] == DESCRIPTION.lower() and one.count("/") < 2]
         name = DESCRIPTION if DESCRIPTION in names else min(alike, key=lambda one: one.count("/"), default=DESCRIPTION)
         if (size := packed.getinfo(name).file_size) > archive.XML:
-            raise DescriptionError(f"it has {size >> 20} MiB; at most {archive.XML >> 20} MiB are read.")
+            raise _too_large(size)
         return packed.read(name)
+
+
+def _too_large(size: int) -> DescriptionError:
+    return DescriptionError(f"it has {size >> 20} MiB; at most {archive.XML >> 20} MiB are read.")
 
 
 def _read(root: etree._Element) -> ModelDescription:

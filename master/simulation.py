@@ -29,6 +29,7 @@ from .system import System, check_choice
 log = logging.getLogger(__name__)
 
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
+COUNTED = 2.0**53  # steps from which on a double does not tell one from the next
 LOADED = 0.05  # share of that where it is loaded already
 
 
@@ -266,7 +267,7 @@ def check_times(system: System, stop: float, endless: bool = False) -> None:
         raise DescriptionError(f"The stop time {stop:g} s must be after the start {run.start:g} s.")
     for what, length in (("The time from start to stop", stop - run.start), ("[run] interval", run.interval)):
         steps = length / run.step
-        if not math.isfinite(steps):
+        if not steps < COUNTED:
             raise DescriptionError(f"{what}, {length:g} s, is beyond any number of steps of {run.step:g} s.")
         if abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
             raise DescriptionError(f"{what}, {length:g} s, is not a whole number of steps of {run.step:g} s.")

@@ -11,9 +11,12 @@ import re
 
 from lxml import etree
 
+from .errors import DescriptionError
+
 PARSER = {"resolve_entities": False, "no_network": True, "load_dtd": False, "remove_comments": True, "remove_pis": True}
 MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 ENCODINGS = ("utf-8", "utf-16", "cp", "iso8859", "koi8", "mac", "shift_jis", "euc", "gb", "big5")  # of texts
+TYPED = "declares a document type (<!DOCTYPE …>), which has no place in it; it may hold entities."
 FORBIDDEN = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 BARE = re.compile(rb"&(?!(?:#\d+|#x[0-9A-Fa-f]+|amp|lt|gt|quot|apos);)")
 DECLARED = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*['\"]([A-Za-z0-9._-]+)")
@@ -68,12 +71,19 @@ def legible(content: bytes) -> tuple[bytes, list[str]]:
 
 
 def root_of(content: bytes) -> tuple[etree._Element, list[str]]:
-    """The root of a document without comments, and what was mended. Raises etree.XMLSyntaxError."""
+    """The root of a document without comments, and what was mended. Raises etree.XMLSyntaxError, DescriptionError."""
     content, notes = sound(content)
     try:
-        return etree.fromstring(content, etree.XMLParser(**PARSER)), notes
+        return without_type(etree.fromstring(content, etree.XMLParser(**PARSER))), notes
     except etree.XMLSyntaxError:
         content, more = legible(content)
         if not more:
             raise
-        return etree.fromstring(content, etree.XMLParser(**PARSER)), notes + more
+        return without_type(etree.fromstring(content, etree.XMLParser(**PARSER))), notes + more
+
+
+def without_type(root: etree._Element) -> etree._Element:
+    """The root of a document that declares no document type."""
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise DescriptionError(f"it {TYPED}")
+    return root

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from functools import cache
 from pathlib import Path
-from urllib.parse import parse_qs, unquote, urlsplit
+from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 
 import fmpy.ssp
 from lxml import etree
@@ -100,7 +100,7 @@ def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Pat
     if (path := _as_written(uri, base, root.resolve())) is not None:
         notes.append(f"{what}: source {uri!r} is taken as {path.relative_to(root.resolve()).as_posix()!r}")
         return path
-    parts = urlsplit(uri)
+    parts = split(uri)
     if parts.scheme or parts.netloc:
         raise DescriptionError(f"{what}: source {uri!r} is not a relative path inside the SSP; only those are supported.")
     path, root = (base / unquote(parts.path)).resolve(), root.resolve()
@@ -120,16 +120,24 @@ def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Pat
 
 def _as_written(uri: str, base: Path, root: Path) -> Path | None:
     """The file of a source that is no relative URI but a path as it is written (with # or %), or begins at the archive's root."""
-    if urlsplit(uri).path == uri and not uri.startswith("/") and unquote(uri) == uri:
+    if split(uri).path == uri and not uri.startswith("/") and unquote(uri) == uri:
         return None
     plain = re.sub("^file:/*", "/", uri)
     path = (root / plain.lstrip("/") if plain.startswith("/") else base / uri).resolve()
     return path if path.is_relative_to(root) and (path.is_file() or is_fmu(path)) else None
 
 
+def split(uri: str) -> SplitResult:
+    """The parts of a URI; what is none, such as one with half a bracket, is a path."""
+    try:
+        return urlsplit(uri)
+    except ValueError:
+        return SplitResult("", "", uri, "", "")
+
+
 def proxied(uri: str) -> tuple[str, str | None]:
     """The file in OSP's proxyfmu://machine:port?file=X.fmu, and "machine:port", "" without a port; of any other URI itself, None."""
-    parts = urlsplit(uri)
+    parts = split(uri)
     files = parse_qs(parts.query).get("file", [])
     if parts.scheme not in ("proxyfmu", "proxy-fmu") or len(files) != 1:
         return uri, None

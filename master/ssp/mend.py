@@ -84,7 +84,7 @@ def tree(path: Path, notes: list[str]) -> etree._Element:
             node.tag = f"{{{NAMESPACES.get(prefix, 'urn:unbound:' + prefix)}}}{local}"
             slips.add(f"the prefix {prefix} is not declared; it is taken as what it usually means", node)
     notes += slips.sentences(path.name)
-    return root
+    return xml.without_type(root)
 
 
 def _recovered(content: bytes) -> tuple[etree._Element | None, bool]:

@@ -1,6 +1,8 @@
 """OspSystemStructure.xml: runs as the same system in our words; what it says is used, told, or refused in a sentence."""
 
+import os
 import shutil
+import zipfile
 
 import numpy as np
 import pytest
@@ -159,3 +161,43 @@ def test_other_xml_and_missing_fmus(structure, refused, tmp_path):
     refused(lambda: master.load(path), "its root element is fmiModelDescription")
     path.write_text("<OspSystemStructure>")
     refused(lambda: master.load(path), "OspSystemStructure.xml")
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (('source="../relaxation.fmu"', 'source="//[::1/x.fmu"'), "there is no FMU at"),
+        (('source="../relaxation.fmu"', 'source="/dev/zero"'), "it is a device or a pipe"),
+        (('name="b" source', 'name="a" source'), "two simulators are named 'a'"),
+        (('name="b" source', 'name="b" stepSize="often" source'), "stepSize = 'often' is no number"),
+        (("1e-2</Base", "1e-300</Base"), "is beyond any number of steps of 1e-300 s"),
+        (('<?xml version="1.0" encoding="utf-8"?>', '<!DOCTYPE a [<!ENTITY b "c">]>'), "declares a document type"),
+    ],
+)
+def test_what_is_hostile_is_refused(structure, refused, change, words):
+    path = structure("")
+    text = path.read_text()
+    assert change[0] in text
+    path.write_text(text.replace(*change))
+    refused(lambda: master.run(path), words)
+
+
+def test_documents_beside_it_are_as_little_trusted(structure, refused, native, tmp_path):
+    """The list of groups torn; a description of gigabytes, or with entities, in a folder as an FMU."""
+    path = structure(
+        '<VariableGroupConnection><VariableGroup simulator="a" name="g"/><VariableGroup simulator="b" name="g"/></VariableGroupConnection>'
+    )
+    beside = path.parent / "relaxation_OspModelDescription.xml"
+    beside.write_text("<OspModelDescription><b")
+    refused(lambda: master.load(path), "relaxation_OspModelDescription.xml", "cannot be read as XML")
+    fmu = tmp_path / "relaxation.fmu"
+    with zipfile.ZipFile(fmu) as archive:
+        content = archive.read("modelDescription.xml")
+        fmu.unlink()
+        archive.extractall(fmu)
+    described = fmu / "modelDescription.xml"
+    assert b"?>" in content
+    described.write_bytes(content.replace(b"?>", b'?><!DOCTYPE a [<!ENTITY b "c">]>', 1))
+    refused(lambda: master.load(path), "cannot be read as an FMU: it declares a document type")
+    os.truncate(described, 1 << 32)
+    refused(lambda: master.load(path), "it has 4096 MiB")

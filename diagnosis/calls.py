@@ -26,7 +26,7 @@ from .naming.run import name_system
 from .pipeline.replay import Replay, replay_drive
 from .planning.page import write as write_plan
 from .planning.run import NextRun, opened, plan_run
-from .progress import shown
+from .progress import Tell, shown
 from .rules import RULES
 from .search.kept import FOLDER, Kept
 from .systems.system import replay_system
@@ -83,9 +83,9 @@ def diagnose(
     """
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
-    with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time) as kept:
+    with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
         seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
-        with laws(rig), shown(progress) as tell:
+        with laws(rig):
             result = answer(rig, logs, test, folder, tell, seed, anyway, kept)
         if kept:
             kept.forget()
@@ -94,14 +94,28 @@ def diagnose(
 
 @contextmanager
 def _keeping(
-    what: str, folder: Path | None, rig: Rig, read: Sequence[Path], seed: int | None, max_time: float | None
-) -> Iterator[Kept | None]:
-    """Where fits are kept while `what` is at work, for who forgets them at its end; how it is told that it was stopped."""
+    what: str,
+    folder: Path | None,
+    rig: Rig,
+    read: Sequence[Path],
+    seed: int | None,
+    max_time: float | None,
+    progress: bool | Callable[[str, float], None],
+) -> Iterator[tuple[Kept | None, Tell]]:
+    """Where fits are kept while `what` is at work, for who forgets them at its end; how it is told that it was stopped.
+
+    And what tells progress, which also ends the work where what should have done so got lost on its way.
+    """
     kept = None if folder is None else Kept.of(folder, asdict(replace(rig, isolate=False)), read, seed)  # it changes no number
     stops = Stops(max_time)
     try:
-        with stops:
-            yield kept
+        with stops, shown(progress) as tell:
+
+            def heeding(doing: str, share: float) -> None:
+                stops.obey()
+                tell(doing, share)
+
+            yield kept, heeding
     except BaseException as error:
         # what reads a file in C may meet the interrupt, and tell of a damaged file in its place
         if not (stops.asked or isinstance(error, KeyboardInterrupt)):
@@ -171,7 +185,7 @@ def calibrate(
     """
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
-    with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+    with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
         result = calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
         if kept:
             kept.forget()
@@ -207,7 +221,7 @@ def name(
     """
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "naming", "naming.json") if out else None
-    with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time) as kept, shown(progress) as tell:
+    with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
         began = monotonic()
         enough = lambda: max_time is not None and monotonic() - began > RULES.naming.enough * max_time
         result = name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept, enough)

@@ -8,6 +8,7 @@ file, is done first.
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 import weakref
 from collections.abc import Callable, Iterator
@@ -51,6 +52,7 @@ class Stops:
                 if callable(before) or (before == signal.SIG_IGN and rings):
                     self._before[number] = before
                     signal.signal(number, self._hear)
+            self._lost, sys.unraisablehook = sys.unraisablehook, self._lose
         if self.seconds is not None:
             self._timer = threading.Timer(min(self.seconds, threading.TIMEOUT_MAX), self._ring)
             self._timer.daemon = True
@@ -78,7 +80,14 @@ class Stops:
         else:
             before(number, frame)
 
+    def _lose(self, lost: Any) -> None:
+        """An exception that cannot go on, as through C that called Python, such as a compiler's: the user's comes from `obey`."""
+        if not (self.asked and issubclass(lost.exc_type, KeyboardInterrupt)):
+            self._lost(lost)
+
     def __exit__(self, *_: object) -> None:
+        if sys.unraisablehook == self._lose:
+            sys.unraisablehook = self._lost
         with self._lock:
             self._over = True
         if self._timer is not None:

@@ -1,6 +1,8 @@
 """A diagnosis that was stopped goes on where it was, to the same bits; its folder is its own."""
 
+import ctypes
 import json
+import signal
 from dataclasses import asdict
 
 import pytest
@@ -87,3 +89,17 @@ def test_a_folder_with_others_content_is_refused_before_anything_is_written(tmp_
     with pytest.raises(SelflockError, match="is not the folder of a replay"):
         diagnosis.replay(tmp_path / "rig.toml", tmp_path / "log.csv", tmp_path)
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_ctrl_c_that_c_swallowed_ends_a_diagnosis_at_its_next_stage(tmp_path, rng):
+    """As within numba's compiler, which calls Python: no exception goes on through it."""
+    inverse(tmp_path, rng, friction=0.04, noise=2e-3)
+    told = []
+
+    def progress(what, share):
+        told.append(what)
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
+
+    with pytest.raises(KeyboardInterrupt, match="The diagnosis was stopped; nothing is kept"):
+        diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=None, progress=progress)
+    assert len(told) == 1

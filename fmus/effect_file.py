@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 from . import units
 from .effect import CONSTANT, METAL, ORDER, ROLES, SWITCH, VALUE, VARIABLES, Effect, Parameter
 from .errors import EffectError
+from .place import ending
 
 LAWS = {
     "controller": "controller.pd",
@@ -63,7 +64,7 @@ def read_folder(folder: Path) -> tuple[EffectFile, ...]:
 
 def _read(path: Path) -> EffectFile:
     try:
-        with path.open("rb") as file:
+        with ending(path).open("rb") as file:
             raw = file.read(MOST_BYTES + 1)
         text = raw.decode("utf-8-sig")
         tree = ast.parse(text)

@@ -228,6 +228,7 @@ def from_dict(data: dict[str, Any], folder: Path | str = ".") -> System:
     for name, table in data.get("components", {}).items():
         where = f"[components.{name}]"
         component = made(Component, table, where)
+        one_line_each(where, map(str, (component.fmu, component.part, component.manoeuvre, component.host)))
         component.start = {n: value for n, value in _flat(component.start, where)}
         if sum(map(bool, (component.fmu or component.host, component.part, component.manoeuvre))) != 1:
             raise DescriptionError(
@@ -270,7 +271,7 @@ def _values(table: Any) -> dict[str, float | bool | str]:
 def one_line_each(where: str, names: Iterable[str]) -> None:
     """Refuse names that would break the lines of a message, a summary or a table."""
     for name in names:
-        if one_line(name) != str(name):
+        if one_line(name) != name:
             raise DescriptionError(f"{where} '{one_line(name)}': a name has no line breaks, tabs or other control characters.")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import datetime
 from fnmatch import fnmatch
@@ -10,6 +11,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from selflock.fmus.shown import one_line
 from selflock.master import toml
 from selflock.master.drives import KNOWN
 
@@ -176,7 +178,10 @@ def _rig(path: Path, data: dict) -> Rig:
     for table in data:
         if not isinstance(data[table], dict):
             raise DataError(f"{path}: {table!r} is a table: write [{table}], and its keys below.")
+        _one_line_each(path, f"[{table}]", data[table])
     head = _typed(path, "[rig]", data.get("rig", {}), HEAD)
+    for key in ("drives", "system", "effects"):
+        _one_line_each(path, f"[rig] {key}", given if isinstance(given := head.get(key, []), list) else [given])
     alone = head["drives"][0] if len(head.get("drives", [])) == 1 and not head.get("system") else ""
     if alone:
         data, head = (
@@ -251,6 +256,13 @@ def _rig(path: Path, data: dict) -> Rig:
         system=(path.parent / system) if system else None,
         effects=(path.parent / head["effects"]) if head.get("effects") else None,
     )
+
+
+def _one_line_each(path: Path, where: str, names: Iterable[str]) -> None:
+    """Refuse names that would break the lines of a message or of the answer."""
+    for name in names:
+        if one_line(name) != name:
+            raise DataError(f"{path}: {where} '{one_line(name)}': a name has no line breaks, tabs or other control characters.")
 
 
 def _of_the_drive(given: dict[str, float], drives: tuple[str, ...]) -> dict[str, float]:

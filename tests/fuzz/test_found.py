@@ -213,13 +213,14 @@ def test_steps_of_a_component_that_nobody_can_count(tmp_path, step):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes have names here")
-@pytest.mark.parametrize("ending", ["toml", "csv", "parquet", "fmu", "ssp"])
+@pytest.mark.parametrize("ending", ["toml", "csv", "parquet", "fmu", "ssp", "xml", "py"])
 def test_what_has_no_end_is_not_waited_for(tmp_path, ending):
     """A pipe or a device, as an archive or a link can hold them; before, the first was waited for and the second read for ever."""
     pipe, device = tmp_path / f"pipe.{ending}", tmp_path / f"device.{ending}"
     os.mkfifo(pipe)
     device.symlink_to("/dev/zero")
     asks = {"toml": [master.load, load_rig, read_study], "csv": [master.read], "parquet": [master.read]}
+    asks["py"] = [lambda path: read_folder(path.parent)]
     with inputs.bounded():
         for path in (pipe, device):
             for ask in asks.get(ending, [master.load]):

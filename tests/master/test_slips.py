@@ -66,7 +66,7 @@ def test_numbers_of_other_kinds_are_numbers(one):
 
 
 def test_a_name_of_two_lines_is_refused_where_a_file_is_read(tmp_path, refused):
-    for text in ('[components."a\\nb"]\npart = "x:Y"', '[drives."a\\tb"]\nratio = 50.0'):
+    for text in ('[components."a\\nb"]\npart = "x:Y"', '[components.a]\nfmu = "a\\nb.fmu"', '[drives."a\\tb"]\nratio = 50.0'):
         (tmp_path / "s.toml").write_text(text + "\n")
         said = refused(lambda: master.load(tmp_path / "s.toml"), "a name has no line breaks, tabs or other control characters")
         assert "\n" not in said and "\t" not in said

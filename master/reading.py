@@ -78,6 +78,8 @@ def _content(path: Path) -> bytes:
     """Its description's bytes, of whatever lies there: nothing of it was looked at yet."""
     ending(path)
     if path.is_dir():
+        if (path / DESCRIPTION).is_symlink():
+            raise DescriptionError(f"its {DESCRIPTION} is a link, no file; nothing outside the folder is read.")
         if (size := ending(path / DESCRIPTION).stat().st_size) > archive.XML:
             raise _too_large(size)
         return (path / DESCRIPTION).read_bytes()

@@ -97,6 +97,15 @@ def unpack(path: Path, folder: Path, notes: list[str], unlimited: bool = False, 
 
 def inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Path:
     """The file that a relative URI names, seen from `base`. Absolute URIs and files outside `root` are refused."""
+    try:
+        return _inside(uri, base, root, what, notes)
+    except (OSError, ValueError) as error:  # too long, or with a zero byte
+        raise DescriptionError(
+            f"{what}: source {uri[:200]!r} is no path of a file: {getattr(error, 'strerror', None) or error}."
+        ) from None
+
+
+def _inside(uri: str, base: Path, root: Path, what: str, notes: list[str]) -> Path:
     if (path := _as_written(uri, base, root.resolve())) is not None:
         notes.append(f"{what}: source {uri!r} is taken as {path.relative_to(root.resolve()).as_posix()!r}")
         return path

@@ -1,5 +1,6 @@
 """An .ssd beside its files and an unpacked folder run as their archive does; nothing outside is read, nothing there written."""
 
+import re
 import shutil
 import zipfile
 
@@ -105,3 +106,27 @@ def test_a_folder_that_is_none(tmp_path):
     (tmp_path / "bomb.ssd").write_text('<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>')
     with pytest.raises(DescriptionError, match="document type"):
         read(tmp_path / "bomb.ssd", tmp_path / "room")
+
+
+@pytest.mark.parametrize(
+    "source, words",
+    [
+        ("a%00b.fmu", "is no path of a file"),
+        ("a" * 5000, "is no path of a file"),
+        ("//[::1/x.fmu", "outside the SSP"),
+        ("resources/linked", "modelDescription.xml is a link"),
+    ],
+)
+def test_a_source_that_is_none_is_one_sentence(packed, tmp_path, source, words):
+    folder = tmp_path / "open"
+    with zipfile.ZipFile(packed) as whole:
+        whole.extractall(folder)
+    (folder / "resources" / "linked").mkdir()
+    (folder / "resources" / "linked" / "modelDescription.xml").symlink_to("/etc/passwd")
+    document = folder / "SystemStructure.ssd"
+    text, count = re.subn(r'source="resources/[^"]*"', f'source="{source}"', document.read_text(), count=1)
+    assert count == 1
+    document.write_text(text)
+    with pytest.raises(DescriptionError, match=words) as told:
+        load(folder)
+    assert len(str(told.value)) < 400

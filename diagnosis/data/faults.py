@@ -132,6 +132,7 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
     spikes |= {name: _beyond(run, name, rig) for name, bare in bares.items() if bare == "controller.voltage"}
     spikes |= {name: spikes[name] | _over_lost_rows(run, name) for name in spikes if bares[name] in ANGLE_OF}
+    spikes |= {name: _outside(run, name, spikes[name]) for name in spikes if bares[name] == "motor.supply_voltage"}
     places: dict[str, list[np.ndarray]] = {}
     for name, bare in bares.items():
         if bare in _FEELS:
@@ -186,6 +187,12 @@ def _beyond(run: MeasuredRun, name: str, rig: Rig) -> np.ndarray:
     x = run.signals[name]
     away = abs(x - 0.5 * (low + high)) > RULES.data.beyond_limits * 0.5 * (high - low)
     return away & np.isfinite(x)
+
+
+def _outside(run: MeasuredRun, name: str, bad: np.ndarray) -> np.ndarray:
+    """Those of the bad samples that are beyond all others: a supply goes to and fro between its levels with what hangs on it."""
+    x, rest = run.signals[name], run.signals[name][run.good[name] & ~bad]
+    return bad & ((x < rest.min()) | (x > rest.max())) if bad.any() and len(rest) else bad
 
 
 def _over_lost_rows(run: MeasuredRun, name: str) -> np.ndarray:

@@ -377,7 +377,7 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
     if window <= RULES.residuals.shortest_mean * here.dt[-1]:
         return np.interp(when - 0.5 * window, here.time, x)
     area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * here.dt[1:])])
-    return (np.interp(when, here.time, area) - np.interp(when - window, here.time, area)) / window
+    return _rate(area, here.time, when - window, when)
 
 
 def _waves(turns: str, order: int, rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -400,8 +400,15 @@ def differences(angle: np.ndarray, time: np.ndarray, late: float, rows: int, ch:
     """A speed made of an angle at these times: the difference over so many rows back, over as many as there are at the start."""
     last = np.maximum(ch.taken(np.arange(len(ch.run))), 1)
     stamps = ch.run.time - ch.run.time[0]
-    now, then = stamps[last], stamps[np.maximum(last - rows, 0)]
-    return (np.interp(now - late, time, angle) - np.interp(then - late, time, angle)) / (now - then)
+    return _rate(angle, time, stamps[np.maximum(last - rows, 0)] - late, stamps[last] - late)
+
+
+def _rate(x: np.ndarray, time: np.ndarray, since: np.ndarray, until: np.ndarray) -> np.ndarray:
+    """Mean rate of x between these times, as far as it is known: a channel that is early asks for more than was simulated."""
+    ends, least = time[[0, -1]], 1e-3 * (until - since)
+    until = np.clip(until, ends[0] + least, ends[1])
+    since = np.clip(since, ends[0], until - least)
+    return (np.interp(until, time, x) - np.interp(since, time, x)) / (until - since)
 
 
 def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:

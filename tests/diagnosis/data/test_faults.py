@@ -50,6 +50,16 @@ def test_corrupted_samples_are_found_one_by_one(rig, run):
     assert (~run.good["motor.torque"]).sum() == 3 and run.good["reducer.input_speed"].all()
 
 
+def test_a_supply_goes_to_and_fro_between_its_levels_and_is_corrupted_beyond_them(rig, run, rng):
+    levels = np.full(N, 7.1)
+    levels[: N // 3] = levels[N // 2 : N // 2 + 200] = 7.9  # nothing hangs on it
+    short = rng.choice(np.arange(N // 3 + 50, N // 2 - 50, 40), 12, replace=False)
+    levels[short] = levels[short + 1] = 7.9
+    run.signals["motor.supply_voltage"] = levels + 0.05 * rng.integers(-1, 2, N)
+    run.signals["motor.supply_voltage"][3000] = 0.0
+    assert [(f.kind, f.channel, f.first) for f in check([run], rig)] == [("corrupted", "motor.supply_voltage", 3000)]
+
+
 @pytest.mark.parametrize(
     "spikes",
     [

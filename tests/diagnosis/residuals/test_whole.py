@@ -117,6 +117,21 @@ def test_the_error_of_rounding_is_that_of_its_counts(seed, tmp_path):
     assert abs(errors).max() <= count * (1.0 + 1e-9)
 
 
+def test_a_channel_that_is_early_is_read_to_the_last_row_as_far_as_was_simulated(seed, tmp_path):
+    """The last row of a mean or a difference over rows asks for more than that: it is no smaller for it."""
+    recorder = replace(draw(np.random.default_rng(seed), (), True), **DIFFERENCED)
+    bench = experiment(recordings.hide([], seed, recorder=recorder, longest=2.0), tmp_path)
+    (ch,) = bench.channels.values()
+    grid, rows, early = whole.grid(ch), whole.simulate({}, ch), 0.8e-3
+    window = {"recorder.controller.voltage.window": 1e-3, "recorder.controller.voltage.shift": -early}
+    late = {"recorder.load.speed.shift": -early}
+    for name, values, of in (("controller.voltage", window, "voltage"), ("load.speed", late, "speed")):
+        x = whole.read(name, values, ch)
+        assert len(x) == len(ch.run) and counts("load.speed", ch)[1] == 4
+        around = rows[of][grid.time > grid.time[-1] - 6e-3]
+        assert around.min() - 1e-6 <= x[-1] <= around.max() + 1e-6, (name, x[-3:], around)
+
+
 @pytest.mark.slow
 def test_nothing_is_compared_behind_a_gap_nor_at_the_start(seed, tmp_path):
     case = recordings.hide([], seed, longest=8.0, duration=8.0)

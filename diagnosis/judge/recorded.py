@@ -61,8 +61,8 @@ def _numbers(problem: Problem, final: Fit) -> dict[str, dict]:
 
 
 def _unit(p: Free) -> str:
-    """Relative of a ripple; all else are times."""
-    return "1" if ".ripple_" in p.name else "s"
+    """Relative of a ripple, an angle of a zero; all else are times."""
+    return "1" if ".ripple_" in p.name else "rad" if p.name.endswith(".zero") else "s"
 
 
 def _at_end(p: Free, final: Fit) -> bool:

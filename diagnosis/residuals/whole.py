@@ -7,6 +7,7 @@ was recorded is said by numbers that are fitted beside all else and never named 
     recorder.<channel>.shift     s, read so much later than its row says
     recorder.<channel>.window    s, mean over so long before (of a switched voltage, over part of its step)
     recorder.<channel>.filter    s, time constant of a first-order filter
+    recorder.<channel>.zero      rad, an encoder's zero lies anywhere within a count, which it rounds down or to the nearest
     recorder.<channel>.ripple…   relative, cosine and sine of so many waves in a turn (a tacho's)
     recorder.controller.hold     s, the command acts so much later: half the period of a controller faster than the log
 
@@ -373,6 +374,7 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
             if a or b:
                 cos, sin = _waves(TURNS[name], order, rows)
                 x = x * (1.0 + a * cos + b * sin)
+    x = x + of("zero")
     window = of("window")
     if window <= RULES.residuals.shortest_mean * here.dt[-1]:
         return np.interp(when - 0.5 * window, here.time, x)

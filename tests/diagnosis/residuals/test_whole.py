@@ -16,6 +16,7 @@ from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.mending import excess
 from selflock.diagnosis.residuals.recorder import counts, period, step_of, ticks
 from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.search import hypotheses
 from selflock.diagnosis.search.problem import Problem
 
 from ..plant import recordings
@@ -130,6 +131,23 @@ def test_a_channel_that_is_early_is_read_to_the_last_row_as_far_as_was_simulated
         assert len(x) == len(ch.run) and counts("load.speed", ch)[1] == 4
         around = rows[of][grid.time > grid.time[-1] - 6e-3]
         assert around.min() - 1e-6 <= x[-1] <= around.max() + 1e-6, (name, x[-3:], around)
+
+
+def test_an_encoder_that_rounds_down_is_no_bias(seed, tmp_path):
+    """Its reading is half a count too little on average, as no data sheet tells; what is beyond a count is not its zero."""
+    recorder = replace(draw(np.random.default_rng(seed), ("angle",), True), **DIFFERENCED)
+    recorder = replace(recorder, counts=recorder.counts | {"angle": 2000})
+    count = 2.0 * np.pi / 2000
+
+    def down(table):
+        return table.assign(angle=table["angle"] - 0.5 * count)  # which was taken out
+
+    bench = experiment(recordings.hide([], seed, recorder=recorder, longest=4.0), tmp_path, down)
+    (zero,) = (p for p in hypotheses.recorder(bench) if p.name == "recorder.load.angle.zero")
+    assert (zero.low, zero.high) == pytest.approx((-0.5 * count, 0.5 * count))
+    problem = Problem.of(bench, np.ones(bench.layout.count, bool)).with_noise()
+    values = problem.fit(problem.base_free, problem.nominal).values
+    assert values[zero.name] == pytest.approx(-0.5 * count, abs=0.15 * count)
 
 
 @pytest.mark.slow

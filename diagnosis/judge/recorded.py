@@ -15,6 +15,7 @@ from ..residuals import whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.recorder import counts, ticks
+from ..residuals.rounding import sees_counts
 from ..rules import RULES
 from ..search.fit import Fit
 from ..search.hypotheses import Free
@@ -144,7 +145,8 @@ def _assumed_of_whole(ch: Channels) -> list[str]:
     settling = min(rules.settling, rules.settling_share * float(time[-1] - time[0]))
     return [
         "set-points are numbers, valid at the instant of their row and straight between rows",
-        f"the loop closes over {angle} and {speed}, as the drive has them, not as they were recorded",
+        f"the loop closes over {angle} and {speed}, as the drive has them, not as they were recorded"
+        + ("; the voltage steps with the angle's counts, which are taken for noise" if sees_counts(ch) else ""),
         "a channel was read in the same way from the first row to the last, in all logs",
         f"a run begins as its first row says; its first {settling:.2g} s, and as much behind a gap, are not compared",
     ]

@@ -20,7 +20,7 @@ from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .propagated import of_inputs
 from .residual import Residual
-from .whole import rounding
+from .rounding import rounding
 
 
 def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:

@@ -411,35 +411,3 @@ def _rate(x: np.ndarray, time: np.ndarray, since: np.ndarray, until: np.ndarray)
     until = np.clip(until, ends[0] + least, ends[1])
     since = np.clip(since, ends[0], until - least)
     return (np.interp(until, time, x) - np.interp(since, time, x)) / (until - since)
-
-
-def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:
-    """What a channel is off by its encoder's counts, (zeros, rows), the zero lying so many counts away; None where it has none.
-
-    That is no white noise: a shaft that creeps keeps the same error for many rows, one that runs has a new one in each. So
-    it is computed, from the simulated angle itself.
-    """
-    if name == "reducer.input_angle":
-        own = _of_angle(name, values, ch, zeros)
-        other = _of_angle("load.angle", values, ch, 1.0 - zeros) if ch.has("load.angle") else None
-        ratio = ch.setting.value("reducer.gear_ratio", values) if other is not None else 1.0
-        both = [e for e in (None if own is None else own / ratio, None if other is None else -other) if e is not None]
-        return sum(both[1:], both[0]) if both else None
-    if name == "load.angle":
-        return _of_angle(name, values, ch, zeros)
-    count, rows = counts(name, ch)
-    if not rows:
-        return None
-    here, angle = grid(ch), simulate(values, ch)[TURNS[name]]
-    return np.array([differences(error, here.time, 0.0, rows, ch) for error in _rounded(angle, count, zeros)])
-
-
-def _of_angle(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:
-    count, _ = counts(name, ch)
-    return _rounded(read(name, values, ch), count, zeros) if count > 0.0 else None
-
-
-def _rounded(angle: np.ndarray, count: float, zeros: np.ndarray) -> np.ndarray:
-    """Of an angle, (zeros, rows)."""
-    zeros = np.asarray(zeros)[:, None]
-    return count * (np.floor(angle / count + zeros) + 0.5 - zeros) - angle

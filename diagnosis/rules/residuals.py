@@ -204,6 +204,15 @@ class ResidualRules:
     zeros: tuple[float, ...] = rule(
         (0.1, 0.35, 0.6, 0.85), "counts by which an encoder's zero is moved to know its rounding", CLOSED
     )
+    beside_count: int = rule(
+        4, "rows on each side of a count by which a voltage's own change is told", "as for differences of noise"
+    )
+    sees_counts: float = rule(
+        0.5,
+        "share of angle_gain times a count by which the voltage steps with it, for a controller to see counts",
+        "half: 0 or 1",
+    )
+    sees_counts_errors: float = rule(4.0, "standard errors of that share that it has to be from 0", "beyond chance")
     formulas: float = rule(
         0.003,
         "share of a channel's size below which no simulation of a whole drive is asked to be right; of the controlled angle what "

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from selflock.diagnosis.data.faults import check
-from selflock.diagnosis.data.log import read
-from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.data.log import MeasuredRun, read
+from selflock.diagnosis.data.rig import LogColumn, Rig, load
 from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.residuals import whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.mending import excess
 from selflock.diagnosis.residuals.recorder import counts, period, step_of, ticks
+from selflock.diagnosis.residuals.rounding import rounding, sees_counts
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search import hypotheses
 from selflock.diagnosis.search.problem import Problem
@@ -113,7 +115,7 @@ def test_the_error_of_rounding_is_that_of_its_counts(seed, tmp_path):
     (ch,) = bench.channels.values()
     count, _ = counts("load.angle", ch)
     assert count == pytest.approx(2.0 * np.pi / case.recorder.counts["angle"], rel=1e-3)
-    errors = whole.rounding("load.angle", {}, ch, np.arange(8) / 8)
+    errors = rounding("load.angle", {}, ch, np.arange(8) / 8)
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(count / np.sqrt(12.0), rel=0.1)
     assert abs(errors).max() <= count * (1.0 + 1e-9)
 
@@ -148,6 +150,45 @@ def test_an_encoder_that_rounds_down_is_no_bias(seed, tmp_path):
     problem = Problem.of(bench, np.ones(bench.layout.count, bool)).with_noise()
     values = problem.fit(problem.base_free, problem.nominal).values
     assert values[zero.name] == pytest.approx(-0.5 * count, abs=0.15 * count)
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_whether_a_controller_sees_counts_is_told_by_its_voltage(told, rng):
+    """u = k (w - phi), phi in counts or as it is; the voltage acts at the row of a count, or half of it only at the next."""
+    n, count, gain = 4000, 2.0 * np.pi / 2000, 40.0
+    time = 1e-3 * np.arange(n)
+    shaft = 0.7 * np.sin(2.0 * np.pi * 0.3 * time) + 1e-3 * rng.standard_normal()
+    read = count * np.floor(shaft / count)
+    asked = gain * (1.1 * np.sin(2.0 * np.pi * 0.3 * time) - (read if told else shaft))
+    late = np.convolve(asked, [0.5, 0.5])[:n]
+    signals = {
+        "controller.angle_setpoint": 1.1 * np.sin(2.0 * np.pi * 0.3 * time),
+        "load.angle": read,
+        "controller.voltage": late + 0.3 * gain * count * rng.standard_normal(n),
+    }
+    columns = tuple(LogColumn(name, name) for name in signals)
+    parts = {"controller.angle_gain": gain, "motor.resistance": 2.0, "reducer.gear_ratio": 50.0, "load.mass": 1.0}
+    found = Rig(Path("rig.toml"), "bench", "forward", columns, parts, time=LogColumn("time", "time"), simulate=whole.WHOLE)
+    run = MeasuredRun("log.csv", "", np.arange(n), time, signals)
+    check([run], found)
+    (ch,) = DriveExperiment(found, [run]).channels.values()
+    assert sees_counts(ch) is told
+
+
+def test_what_a_controller_makes_of_counts_is_noise_of_its_voltage(seed, tmp_path):
+    """The same drive, once with a controller that sees counts: what it differs by is of the size that is told, in voltage and current."""
+    recorder = replace(draw(np.random.default_rng(seed), ("angle",), True), **DIFFERENCED, control=1e-4)
+    recorder = replace(recorder, counts=recorder.counts | {"angle": 1000}, lags={}, noise=dict.fromkeys(recorder.noise, 0.0))
+    case = recordings.hide([], seed, recorder=recorder, longest=4.0)
+    coarse = case.base._replace(step=(0.0, 0.0, 0.0, 2.0 * np.pi / 1000, 0.0))
+    rows = [recorder.read(recordings.dense(drive, case.plans[0]), 0) for drive in (case.base, coarse)]
+    bench = experiment(case, tmp_path, lambda table: table.assign(voltage=rows[1]["voltage"], angle=rows[1]["angle"]))
+    (ch,) = bench.channels.values()
+    ch.memory["sees counts"] = True
+    for name, column in (("controller.voltage", "voltage"), ("motor.current", "current")):
+        differs = (rows[1][column] - rows[0][column]).to_numpy()[len(rows[0]) // 4 :]
+        told = rounding(name, {}, ch, np.arange(8) / 8)[:, len(rows[0]) // 4 :]
+        assert 0.4 < np.std(told) / np.std(differs) < 2.5, (name, np.std(told), np.std(differs))
 
 
 @pytest.mark.slow

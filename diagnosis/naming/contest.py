@@ -128,7 +128,9 @@ class Contest:
         self.scene = Scene(self.problem.played.parts, self.played, series, self.prefix, self.smooth)
         outcome.still = self.scene.still
         weights = self.arranged.put(weight(base.misfit, RULES.search.loss_scale))
-        columns = self.arranged.put(self._as_fit(problem, base).jacobian)
+        columns = self.arranged.put(
+            determined(self._as_fit(problem, base).jacobian, weight(base.misfit, RULES.search.loss_scale))
+        )
         self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs)
         self.looks = Looks(
             problem,
@@ -185,11 +187,11 @@ class Contest:
             if ways[0][1].kind != CURVE and (ways[0][0].gain >= least or (plain and ways[0][1].law in ("limit", "overflow")))
         ]
         chosen = others[: rules.fits if plain else rules.fits_derived]
-        if curves and plain:
-            best = curves[0][0][1]
+        if curves:
+            best = curves[0][0][1]  # what a curve says may have a name
             near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over and w[0][1].kind == g.LAW]
-            chosen += [ways for ways in near[: rules.of_place] if ways not in chosen]
-        elif chosen:
+            chosen += [ways for ways in near[: rules.of_place if plain else rules.of_place // 2] if ways not in chosen]
+        if chosen and not plain:
             best = chosen[0][0][1]  # what has fewer numbers than it, and looks as it does, is no worse a name for it
             near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over]
             near.sort(key=lambda ways: len(ways[0][1].numbers))
@@ -462,3 +464,17 @@ def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: floa
     least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
     few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
     return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]
+
+
+def determined(slopes: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The directions in which numbers move a misfit, (entries, directions), each as much; not those that only rounding tells.
+
+    slopes: (entries, numbers); weights: (entries,). Numbers of a row of FMUs may make up for each other: what is told of their
+    difference by the last digits would be taken for a step without end on blocks that were not seen.
+    """
+    weighted = slopes * weights[:, None]
+    lengths = np.sqrt((weighted**2).sum(0))
+    flat = slopes[:, lengths > 0.0] / lengths[lengths > 0.0]
+    _, sizes, ways = np.linalg.svd(flat * weights[:, None], full_matrices=False)
+    kept = sizes > RULES.naming.degenerate * sizes.max(initial=0.0)
+    return flat @ (ways[kept].T / sizes[kept])

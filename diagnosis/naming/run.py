@@ -207,11 +207,11 @@ def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes:
 def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | None:
     """The work with the most believed rival that the data that judge do not refuse; it is the round's winner."""
     outcome.winner = None
-    before = _confirmable(outcome, found.work)
+    tried = lambda rival: (wider := found.work.with_also(rival.guess), _fitted(wider, rival.values, fixed))
+    before = [] if found.enough() else _confirmed(outcome, found.work, lambda rival: tried(rival)[1])
     asked = before + [one for one in outcome.order if one not in before][: RULES.naming.vetoed]
     for rival in outcome.order[:1] if found.enough() else asked:
-        wider = found.work.with_also(rival.guess)
-        after = _fitted(wider, rival.values, fixed)
+        wider, after = tried(rival)
         if _helps(after, found.best, rival.guess.kind):
             outcome.winner = rival
             outcome.beside = beside(rival, outcome.order, outcome.chance_level, outcome.base.errors.mean())
@@ -221,17 +221,19 @@ def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | No
     return None
 
 
-def _confirmable(outcome: Round, work: Work) -> list[Rivalled]:
-    """Where an event is believed most, what comes near it and could be confirmed by data that an event of another run cannot touch.
+def _confirmed(outcome: Round, work: Work, fitted: Callable[[Rivalled], Whole]) -> list[Rivalled]:
+    """Where an event is believed most, what comes near it and is confirmed by data that an event of another run cannot touch.
 
-    What lies in such data as well was no event.
+    What lies in such data as well was no event: it leaves less of them than the event does, beside which the base is free of
+    what happened and may be all that they ask for.
     """
     order, base = outcome.order, outcome.base.errors.mean()
     if not order or order[0].guess.kind != EVENT or not work.judges:
         return []
     takes = lambda rival: base - rival.candidate.errors.mean()
     near = [r for r in order if r.guess.kind != EVENT and takes(r) >= RULES.naming.in_reach * takes(order[0])]
-    return near[: RULES.naming.vetoed]
+    event = fitted(order[0]) if near else None
+    return [r for r in near[: RULES.naming.vetoed] if event is not None and _helps(fitted(r), event)]
 
 
 def _curve_instead(found: Search) -> None:

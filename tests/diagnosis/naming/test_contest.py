@@ -1,0 +1,65 @@
+"""What of a contest can be asked without a contest: what its base tells, and what goes before an event."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.naming.contest import Contest, determined
+from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, Guess
+from selflock.diagnosis.naming.places import IN, Insert, Place
+from selflock.diagnosis.naming.run import Whole, _confirmed
+from selflock.diagnosis.search.linear import Linear
+from selflock.diagnosis.search.screen import Direction
+
+BLOCKS, SAMPLES = 35, 29
+
+
+def test_numbers_that_make_up_for_each_other_are_no_step_without_end_on_unseen_blocks(rng):
+    """Two gains in a row: only their product is told. No step of a base may lose more than chance can: a share of the errors."""
+    slopes = rng.standard_normal((BLOCKS * SAMPLES, 3))
+    slopes[:, 2] = -0.7 * slopes[:, 0] * (1.0 + 1e-7 * rng.standard_normal(len(slopes)))
+    errors, ones = rng.standard_normal((BLOCKS, SAMPLES)), np.ones(BLOCKS * SAMPLES)
+    columns = determined(slopes, ones)
+    assert columns.shape == (BLOCKS * SAMPLES, 2)
+    assert columns.T @ columns == pytest.approx(np.eye(2), abs=1e-9)  # each moves the misfit as much
+    assert np.linalg.lstsq(columns, slopes[:, :2], rcond=None)[1] == pytest.approx(0.0, abs=1e-9)  # nothing told is lost
+    linear = Linear(columns.reshape(BLOCKS, SAMPLES, 2), np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5)
+    assert abs(linear.draws(errors).without[0]) < 0.2 * (errors**2).sum()
+
+
+def test_where_nothing_is_free_nothing_is_determined():
+    assert determined(np.zeros((9, 0)), np.ones(9)).shape == (9, 0)
+    assert determined(np.zeros((9, 2)), np.ones(9)).shape == (9, 0)  # as of start values, which a block alone tells
+
+
+@pytest.mark.parametrize(("left_by_law", "first"), [(0.95, False), (0.3, True)])
+def test_before_an_event_goes_what_leaves_less_of_other_runs_than_the_event_does(left_by_law, first):
+    """A lid that was open: beside the event the base is right in other runs, and a law that half makes up for it is not."""
+    rival = lambda kind, mean: SimpleNamespace(
+        guess=SimpleNamespace(kind=kind), candidate=SimpleNamespace(errors=np.full(4, mean)), values={}
+    )
+    event, law, far = rival(EVENT, 0.1), rival(LAW, 0.4), rival(LAW, 0.8)
+    left = {id(event): 0.5, id(law): left_by_law, id(far): 0.0}
+    outcome = SimpleNamespace(order=[event, law, far], base=SimpleNamespace(errors=np.ones(4)))
+    whole = lambda one: Whole(None, None, {}, None, {"x": left[id(one)]}, {})
+    assert _confirmed(outcome, SimpleNamespace(judges={1}), whole) == ([law] if first else [])
+    assert _confirmed(outcome, SimpleNamespace(judges=set()), whole) == []  # nothing judges
+
+
+def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_better(monkeypatch):
+    """Of what multiplies, too: a curve over the right variable stood first, and a law of another one was named."""
+
+    def way(kind, law, over, place, gain):
+        insert = Insert("c", Place(IN, place), law, True, over)
+        guess = Guess(kind, law, f"{law} of {over} times {place}", (insert,), ())
+        return Direction(guess.hypothesis, {}, (), np.zeros((1, 1, 0)), gain), guess
+
+    ways = [way(CURVE, "table", "air", "heater.command", 100.0), way(LAW, "limit", "air", "heater.command", 50.0)]
+    ways += [way(LAW, name, "body", f"{name}.u", 90.0) for name in ("limit", "cubic", "power")]
+    asked = []
+    contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
+    contest.looks, contest.values, contest.base, contest.most = SimpleNamespace(ways=ways), {}, SimpleNamespace(misfit=None), 0.0
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
+    assert contest._fits(DERIVED) == []
+    assert "limit of air times heater.command" in asked and len(asked) == len(ways)

@@ -14,6 +14,7 @@ from selflock.fmus.build import build_all
 from selflock.master import ResultError, read
 
 FULL, WORKER = "disk full", "a worker killed"
+ALL = 10**9  # more than any count of fits
 ENDS = ("SIGINT", "SIGTERM", "SIGKILL", FULL)
 
 SYSTEM = """
@@ -175,8 +176,21 @@ class Study(Area):
         return count
 
 
-class Diagnose(Area):
-    name = "diagnose"
+class Keeping(Area):
+    """What keeps each fit until its answer is there whole."""
+
+    answer = ""
+
+    def look(self, out, reference):
+        kept = out / "kept"
+        if not kept.exists() and (out / self.answer).exists():  # ended as the process was about to
+            self.compare(out, reference)
+            return ALL
+        return len(list(kept.glob("*.npz")))
+
+
+class Diagnose(Keeping):
+    name, answer = "diagnose", "diagnosis.json"
 
     def __init__(self, room):
         super().__init__(room)
@@ -201,14 +215,11 @@ class Diagnose(Area):
         assert json.loads(mine) == json.loads(theirs), "another answer"
         assert not (out / "kept").exists()
 
-    def look(self, out, reference):
-        return len(list((out / "kept").glob("*.npz"))) if out.exists() else 0
 
-
-class Fitted(Area):
+class Fitted(Keeping):
     """A motor on a bench whose resistance and constant are hidden; `command` keeps its fits."""
 
-    command, answer, options = "", "", ""
+    command, options = "", ""
 
     def __init__(self, room):
         super().__init__(room)
@@ -236,9 +247,6 @@ class Fitted(Area):
             theirs["effort"].pop(key, None)
         assert mine == theirs, "another answer"
         assert not (out / "kept").exists()
-
-    def look(self, out, reference):
-        return len(list((out / "kept").glob("*.npz"))) if out.exists() else 0
 
 
 class Calibrate(Fitted):

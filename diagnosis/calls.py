@@ -121,7 +121,9 @@ def _keeping(
         if not (stops.asked or isinstance(error, KeyboardInterrupt)):
             raise
         why = "nothing is kept"
-        if kept and folder:
+        if kept and folder and not kept.folder.exists():
+            why = f"its answer is whole, in {folder}"
+        elif kept and folder:
             why = f"{kept.count} fits are kept in {folder / FOLDER}, and the same command goes on with them"
         raise stops.error(what, why) from None
 

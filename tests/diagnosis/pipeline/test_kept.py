@@ -103,3 +103,18 @@ def test_ctrl_c_that_c_swallowed_ends_a_diagnosis_at_its_next_stage(tmp_path, rn
     with pytest.raises(KeyboardInterrupt, match="The diagnosis was stopped; nothing is kept"):
         diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=None, progress=progress)
     assert len(told) == 1
+
+
+@pytest.mark.slow
+def test_ctrl_c_behind_the_answer_says_that_it_is_whole(tmp_path, rng, monkeypatch):
+    inverse(tmp_path, rng, friction=0.04, noise=2e-3)
+    forget = Kept.forget
+
+    def interrupted(kept):
+        forget(kept)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Kept, "forget", interrupted)
+    with pytest.raises(KeyboardInterrupt, match="The diagnosis was stopped; its answer is whole, in .*out"):
+        diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "diagnosis.json").read_text())["verdict"]

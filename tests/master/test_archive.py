@@ -187,8 +187,10 @@ def test_a_script_that_is_not_there_is_a_message(tmp_path, counter):
 
 
 def test_paths_and_files_that_no_system_takes_are_one_message(tmp_path):
+    with pytest.raises(DescriptionError, match="a\\\\x00b.*control characters"):
+        master.from_dict({"components": {"a": {"fmu": "a\0b"}}})
     with pytest.raises(DescriptionError, match="no path"):
-        master.run(master.from_dict({"components": {"a": {"fmu": "a\0b"}}}))
+        master.run(master.System(components={"a": master.Component(fmu="a\0b")}))
     with pytest.raises(DescriptionError, match="a\\\\x00b"):
         master.load("a\0b.toml")
     for text in ("x = " + "[" * 100_000, "x = " + "{a=" * 50_000, "[" * 100_000):

@@ -51,12 +51,12 @@ def _steps_with_counts(ch: Channels) -> bool:
     count = counts(angle, ch)[0] if command and ch.has(angle) else 0.0
     if count <= 0.0:
         return False
-    beside, size = rules.beside_count, 2 * rules.beside_count + 2
+    beside, rows = rules.beside_count, 2 * rules.beside_count + 2
     good = ch.good(angle) & ch.good(command)
-    if len(good) <= size:
+    if len(good) <= rows:
         return False
-    turned, stepped = (sliding_window_view(np.diff(ch.raw(name)), size) for name in (angle, command))
-    near = sliding_window_view(good[1:] & good[:-1], size).all(axis=1)
+    turned, stepped = (sliding_window_view(np.diff(ch.raw(name)), rows) for name in (angle, command))
+    near = sliding_window_view(good[1:] & good[:-1], rows).all(axis=1)
     at = turned[:, beside]
     alone = (abs(turned[:, [beside - 1, beside + 1]]) < 0.5 * count).all(axis=1)
     here = near & alone & (abs(at) > 0.5 * count) & (abs(at) < 1.5 * count)
@@ -65,8 +65,10 @@ def _steps_with_counts(ch: Channels) -> bool:
     ratio = ch.setting.value("reducer.gear_ratio", {}) if angle.startswith("reducer") else 1.0
     beyond = lambda x: x[here, beside] + x[here, beside + 1] - 2.0 * np.delete(x[here], (beside, beside + 1), axis=1).mean(axis=1)
     asked, done = -ch.setting.value("controller.angle_gain", {}) / ratio * beyond(turned), beyond(stepped)
-    share = float(asked @ done) / float(asked @ asked)
-    error = float(np.sqrt(np.sum((asked * (done - share * asked)) ** 2))) / float(asked @ asked)
+    if not (size := float(asked @ asked)):  # a controller of speed alone
+        return False
+    share = float(asked @ done) / size
+    error = float(np.sqrt(np.sum((asked * (done - share * asked)) ** 2))) / size
     return share > max(rules.sees_counts, rules.sees_counts_errors * error)
 
 

@@ -374,7 +374,8 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
             if a or b:
                 cos, sin = _waves(TURNS[name], order, rows)
                 x = x * (1.0 + a * cos + b * sin)
-    x = x + of("zero")
+    if zero := of("zero"):
+        x = x + zero
     window = of("window")
     if window <= RULES.residuals.shortest_mean * here.dt[-1]:
         return np.interp(when - 0.5 * window, here.time, x)

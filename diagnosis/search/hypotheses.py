@@ -267,7 +267,8 @@ def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
             for order in (n for n in RULES.residuals.ripples if n * turned >= 1.0):  # of less than a wave nothing tells it
                 numbers |= {f"ripple_{wave}_{order}": (0.0, -rules.tacho_ripple, rules.tacho_ripple) for wave in ("cos", "sin")}
         elif channel.endswith("load.angle"):  # the other shaft's zero is nobody's fault however far it is
-            numbers["zero"] = 0.0, -0.5 * (count := counts(channel, ch)[0]), 0.5 * count
+            half = 0.5 * counts(channel, ch)[0]
+            numbers["zero"] = (0.0, -half, half)
         elif channel in VOLTAGES:
             numbers["window"] = (rules.window_start * step, 0.0, step)
         found += [Free(f"recorder.{channel}.{name}", *three) for name, three in numbers.items() if three[2] > three[1]]

@@ -69,9 +69,7 @@ def _run(p, h, wanted, fast, per_act, per_row, seen, rows):
         least = -max(-torque * slope * lever, -torque / ratio + down * preload * level)
         drive = k * current - cogging * math.sin(cogging_order * motor) - viscous * speed
         free = speed + STEP * drive / rotor
-        speed = (
-            free - STEP * min(max((free - 0.0) * rotor / STEP, least), most) / rotor
-        )  # what would stop it, as far as friction reaches
+        speed = free - STEP * min(max(free * rotor / STEP, least), most) / rotor  # what would stop it, as far as friction reaches
         motor += STEP * speed
         pull = torque - weight * math.sin(load + tilt) - push * math.sin(2.0 * math.pi * 1.7 * n * STEP)
         turning += STEP * pull / inertia
@@ -303,7 +301,7 @@ def hide(names: list[str], seed: int, duration: float = 15.0, faulty: bool = Fal
         true |= CAUSES[name](s, np.random.default_rng([seed, 22]))
     logs = [log(rng, true, by, plan) for plan in plans]
     shown = [simulate(d, plans[1], by.per_act, by.per_row, by.seen).T[1:3] for d in (s, true)]
-    noise = np.hypot(by.noise[0], 0.0), np.hypot(by.noise[1], by.least_current / math.sqrt(12.0))
+    noise = by.noise[0], np.hypot(by.noise[1], by.least_current / math.sqrt(12.0))
     ratio = max(float(np.sqrt(1.0 + np.mean((a - b) ** 2) / n**2)) for a, b, n in zip(*shown, noise))
     faults: list[str] = []
     if faulty:

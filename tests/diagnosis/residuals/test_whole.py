@@ -152,10 +152,10 @@ def test_an_encoder_that_rounds_down_is_no_bias(seed, tmp_path):
     assert values[zero.name] == pytest.approx(-0.5 * count, abs=0.15 * count)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_whether_a_controller_sees_counts_is_told_by_its_voltage(told, rng):
+@pytest.mark.parametrize(("told", "gain"), [(True, 40.0), (False, 40.0), (False, 0.0)])
+def test_whether_a_controller_sees_counts_is_told_by_its_voltage(told, gain, rng):
     """u = k (w - phi), phi in counts or as it is; the voltage acts at the row of a count, or half of it only at the next."""
-    n, count, gain = 4000, 2.0 * np.pi / 2000, 40.0
+    n, count = 4000, 2.0 * np.pi / 2000
     time = 1e-3 * np.arange(n)
     shaft = 0.7 * np.sin(2.0 * np.pi * 0.3 * time) + 1e-3 * rng.standard_normal()
     read = count * np.floor(shaft / count)

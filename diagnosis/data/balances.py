@@ -30,7 +30,7 @@ def rms(x: np.ndarray) -> float:
 
 def borne_out(pieces: Pieces, said: Said) -> set[str]:
     """The signals of a voltage's balance that holds with a measured speed."""
-    (u_name, u), (w_name, w) = _volts(pieces, said) or ("", None), _speed(pieces, said, set()) or ("", None)
+    (u_name, u), (w_name, w) = motor_volts(pieces, said) or ("", None), input_speed(pieces, said, set()) or ("", None)
     if u is None or w is None or w_name != SPEED or not pieces.has(CURRENT):
         return set()
     back, asked = said.value(KE) * w, u - said.value(R) * pieces.mean(CURRENT)
@@ -43,8 +43,8 @@ def borne_out(pieces: Pieces, said: Said) -> set[str]:
 
 def voltage(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
     """The voltage against current and speed. suspects: signals that are wrong already; nothing is said by them."""
-    volts = _volts(pieces, said)
-    motion = _speed(pieces, said, suspects)
+    volts = motor_volts(pieces, said)
+    motion = input_speed(pieces, said, suspects)
     if volts is None or motion is None:
         return []
     (u_name, u), (w_name, w) = volts, motion
@@ -163,7 +163,7 @@ def motor_constants(said: Said) -> list[Finding]:
 def torque(pieces: Pieces, coarse: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
     """The torque at the input shaft against the motion that it makes. coarse: pieces long enough for a speed to change in."""
     given = _torque(pieces, said)
-    motion = _speed(pieces, said, suspects)
+    motion = input_speed(pieces, said, suspects)
     if given is None or motion is None or suspects & {given[0], RATIO}:
         return []
     (name, m), (w_name, w) = given, motion
@@ -187,7 +187,7 @@ def torque(pieces: Pieces, coarse: Pieces, said: Said, suspects: set[str]) -> li
 def _judged(said: Said, name: str, w_name: str, m, w, a, angle) -> list[Finding]:
     """The torque as a sum of inertia, friction and gravity, fitted, against what the rig says of them."""
     rules, size = RULES.data, rms(m)
-    weight = _weight(said)
+    weight = heaviest(said)
     lean = said.value("load.arm_angle") if weight and angle is not None else None
     swing = (said.value("load.inertia") + _hung(said)) / (weight or 1.0) / said.value(RATIO)
     columns = _columns(w, a, angle, lean, swing)
@@ -218,10 +218,7 @@ def _judged(said: Said, name: str, w_name: str, m, w, a, angle) -> list[Finding]
         if (times := size / (pull / ratio * grip)) > rules.gross_beside:
             text = f"{said(name)} is {number(times)} times what the load asks for at the input shaft"
             return [Finding(f"{text}: {_thousand(said, name, times)}.", True, (name, "load.constant_torque"))]
-    found = _gravity(said, abs(m) + known * abs(a), w, w_name, name, angle)  # inertia may lift, too
-    if lean is not None and not found:
-        found += _lean(said, m, w, a, angle, lean, swing, left)
-    return found
+    return _lean(said, m, w, a, angle, lean, swing, left) if lean is not None else []
 
 
 def _columns(w, a, angle, lean: float | None, swing: float) -> dict[str, np.ndarray]:
@@ -311,7 +308,7 @@ def _impulse(pieces: Pieces, said: Said, name: str) -> np.ndarray:
 
 def _falls(said: Said) -> float:
     """The most by which the load may push the input shaft, N.m."""
-    return (abs(said.value("load.constant_torque")) + _weight(said)) / said.value(RATIO)
+    return (abs(said.value("load.constant_torque")) + heaviest(said)) / said.value(RATIO)
 
 
 def _inertia_of(said: Said) -> tuple[float, float]:
@@ -328,34 +325,14 @@ def _hung(said: Said) -> float:
     return said.value("load.mass") * said.value("load.arm") ** 2
 
 
-def _weight(said: Said) -> float:
+def heaviest(said: Said) -> float:
     """The most that gravity pulls on the load, N.m."""
     return said.value("load.mass") * said.value("load.arm") * said.value("load.gravity")
 
 
 def _pull(said: Said) -> float:
     """N.m by which the load pulls at the output, as its mean size."""
-    return abs(said.value("load.constant_torque")) + 0.7 * _weight(said)
-
-
-def _gravity(said: Said, had, w, w_name: str, name: str, angle) -> list[Finding]:
-    """What the load alone asks for while it is lifted, against what there was for it (N.m, without a sign)."""
-    weight = _weight(said)
-    pull = np.full(len(w), said.value("load.constant_torque"))
-    if weight and angle is not None:
-        pull = pull + weight * np.cos(angle + said.value("load.arm_angle"))
-    elif weight:
-        return []
-    if "load.constant_torque" in said.rig.uncertain or not np.any(pull):
-        return []
-    asked = pull / said.value(RATIO)
-    lifts = (asked * w > 0.0) & (abs(w) > RULES.data.surely * np.max(abs(w)))
-    if lifts.sum() < RULES.data.fewest_pieces or np.sum(abs(asked[lifts])) < RULES.data.gross * np.sum(had[lifts]):
-        return []
-    times = np.sum(abs(asked[lifts])) / max(np.sum(had[lifts]), 1e-300)
-    text = f"to lift the load as {said(w_name)} does, the rig asks for {number(times)} times the torque of {said(name)}"
-    mend = f"look at load.mass (kg), load.arm (m), load.constant_torque (N.m), the gear's ratio and the unit of {said(name)}"
-    return [Finding(f"{text}: {mend}.", times > RULES.data.gross_beside, (name, "load.mass"))]
+    return abs(said.value("load.constant_torque")) + 0.7 * heaviest(said)
 
 
 def moves(x: np.ndarray) -> bool:
@@ -364,7 +341,7 @@ def moves(x: np.ndarray) -> bool:
     return len(x) > 2 and float(np.mean(x[1:] * x[:-1])) > RULES.data.goes_on * float(np.mean(x * x))
 
 
-def _volts(pieces: Pieces, said: Said) -> tuple[str, np.ndarray] | None:
+def motor_volts(pieces: Pieces, said: Said) -> tuple[str, np.ndarray] | None:
     for name in ("motor.voltage", "controller.voltage"):
         if pieces.has(name):
             return name, pieces.mean(name)
@@ -382,7 +359,7 @@ def _torque(pieces: Pieces, said: Said) -> tuple[str, np.ndarray] | None:
     return None
 
 
-def _speed(pieces: Pieces, said: Said, suspects: set[str]) -> tuple[str, np.ndarray] | None:
+def input_speed(pieces: Pieces, said: Said, suspects: set[str]) -> tuple[str, np.ndarray] | None:
     """Of the input shaft, rad/s, by what is not suspected."""
     ratio = said.value(RATIO)
     for name, of in ((SPEED, pieces.mean), ("reducer.input_angle", pieces.change), ("load.speed", pieces.mean), ("load.angle", pieces.change)):  # fmt: skip

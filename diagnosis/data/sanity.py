@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import DataError
 from ..rules import RULES
-from . import balances, electric, motions, wrapped
+from . import balances, electric, lifting, motions, wrapped
 from .finding import Finding, Said
 from .log import MeasuredRun
 from .pieces import Pieces
@@ -120,7 +120,11 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         suspects |= {name for f in findings for name in f.about}
         findings += electric.torque(coarse, said, suspects)
         suspects |= {name for f in findings for name in f.about}
-        findings += balances.torque(Pieces(runs, prefix, RULES.data.fine_pieces), coarse, said, suspects)
+        fine = Pieces(runs, prefix, RULES.data.fine_pieces)
+        lifts = lifting.lifting(fine, said, suspects)
+        findings += lifts
+        if not any(f.gross for f in lifts):
+            findings += balances.torque(fine, coarse, said, suspects)
     if not suspects and (zero := motions.zero(coarse, said)):
         findings = zero + [f for f in findings if "load.angle" not in f.about]
     if not 0.5 < ratio and "reducer.gear_ratio" not in suspects:

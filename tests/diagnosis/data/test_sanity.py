@@ -290,3 +290,29 @@ def test_measured_drives_pass_without_a_word(name):
     check(runs, rig)
     found = box(rig, runs)
     assert not found.findings and found.assumed, found.lines()
+
+
+LIFTED = {
+    "by a torque": ("inverse", INVERSE),
+    "by a current": ("inverse", ("motor.current", "reducer.input_speed", "load.angle")),
+    "by a voltage": ("forward", ("motor.voltage", "reducer.input_speed", "load.angle")),
+    "by what the supply lets it give": ("forward", ("controller.angle_setpoint", "load.angle", "load.speed")),
+}
+OVER = {  # what somebody wrote, and the words that tell it
+    "an arm in mm": ({"load__arm": 250.0}, ("load.arm may be in mm: 0.25 m would do",)),
+    "an arm in cm": ({"load__arm": 25.0}, ("load.arm may be in cm: 0.25 m would do",)),
+    "a mass in g": ({"load__mass": 2000.0}, ("load.mass may be in g: 2 kg would do",)),
+    "friction in percent": ({"reducer__friction_kinetic": 1.0}, ("reducer.friction_kinetic may be in percent: 0.01 would do",)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("by", LIFTED)
+@pytest.mark.parametrize("slip", OVER)
+def test_what_no_motor_could_lift_is_told(slip, by, tmp_path):
+    changes, words = OVER[slip]
+    kind, channels = LIFTED[by]
+    limits = {} if "voltage" not in by and "supply" not in by else {"controller__voltage_min": -12.0, "controller__voltage_max": 12.0}  # fmt: skip
+    assert not boxed(tmp_path, written(kind, channels, **limits)).findings
+    found = boxed(tmp_path, written(kind, channels, **limits, **changes))
+    (finding,) = found.findings
+    assert "to lift the load as" in finding.sentence and all(word in finding.sentence for word in words), finding.sentence

@@ -37,6 +37,7 @@ ELSEWHERE = {  # what decides nothing
     "output/pictures.py": {"BEFORE", "AFTER", "MEASURED"},  # colours
     "output/report.py": {"QUARTER", "NEAR", "TOLD"},  # which words are said, and how many
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
+    "data/lifting.py": {"SLIPS"},  # units
     "data/rig.py": {"SHARES"},
     "data/table.py": {
         "LARGEST",

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from .errors import SelflockError
+from .shown import one_line
 
 MARK = ".selflock"  # holds the name of the command whose folder it is
 DOCUMENT = 256 << 20  # bytes of an answer that is read again
@@ -39,13 +40,20 @@ def claim(folder: Path, command: str, known: str) -> Path:
 def ending(path: Path, most: int | None = None) -> Path:
     """The path, where what is there has an end: no device and no pipe, which are read for ever. most: bytes. Raises OSError."""
     try:
-        status = path.stat()
+        status = named(path).stat()
     except ValueError:  # a zero byte
         raise OSError(errno.EINVAL, f"{str(path)!r} is no path of a file", str(path)) from None
     if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):  # a folder is told when it is read
         raise OSError(errno.EINVAL, "it is a device or a pipe, and no file", str(path))
     if most is not None and status.st_size > most:
         raise OSError(errno.EFBIG, f"it has {status.st_size >> 20} MiB, and {most >> 20} MiB at most are read", str(path))
+    return path
+
+
+def named(path: Path) -> Path:
+    """The path, where it is one line: the second of two would pass for a line of ours in all that tells of the file. Raises OSError."""
+    if "\n" in str(path):
+        raise OSError(errno.EINVAL, "its name has a line break, rename it", one_line(path))
     return path
 
 

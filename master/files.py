@@ -23,7 +23,7 @@ import pyarrow as pa
 import pyarrow.csv as csv
 import pyarrow.parquet as pq
 
-from ..fmus.place import ending
+from ..fmus.place import ending, named
 from .archive import RATIO
 from .errors import ResultError, warn
 from .face import Variable
@@ -276,7 +276,7 @@ def read(path: Path | str, whole: bool = False) -> tuple[pd.DataFrame, dict[str,
     What was not written whole, after a crash or at this very instant, is read over with a warning. whole: it is a person's
     table, whose last line counts without a line break, too.
     """
-    path = Path(path)
+    path = named(Path(path))
     try:
         if path.suffix.lower() == ".parquet":
             return _once(_read_parquet(path))

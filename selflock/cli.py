@@ -10,7 +10,7 @@ import typer
 
 from selflock.ending import Watched
 from selflock.fmus.errors import Interrupted, SelflockError
-from selflock.fmus.shown import visible
+from selflock.fmus.shown import one_line, visible
 from selflock.verbose import Anywhere, listen
 
 from .commands import drives, files, models, sweeps, systems
@@ -80,6 +80,7 @@ def carry_out(last: bool = False) -> None:
     watched = Watched(errors, last)
     try:
         with watched:
+            _words(sys.argv[1:])
             app()
     except (Interrupted, KeyboardInterrupt) as stopped:
         errors.print(visible(str(stopped) or "Stopped."), highlight=False)
@@ -91,6 +92,13 @@ def carry_out(last: bool = False) -> None:
         said = str(error).partition("\n")[0]  # a reader in C makes an error of its own of the user's Ctrl-C
         errors.print(visible(f"Stopped; what was under way ended with: {said}"), highlight=False)
         sys.exit(watched.code)
+
+
+def _words(given: list[str]) -> None:
+    """Raise SelflockError where a word has two lines: the second of a stranger's file name would pass for a line of ours."""
+    for word in given:
+        if "\n" in word:
+            raise SelflockError(f"{one_line(word)}: it has a line break. Give the file a name of one line.")
 
 
 def _is_time_up(error: Exception) -> bool:

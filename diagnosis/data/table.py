@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from selflock.fmus.place import named
+
 from ..errors import DataError
 from .structures import DEEPEST, LONGEST, MOST_NAMES, WIDEST, fields, of_hdf, of_matlab
 from .text import LOGS, form_of, read_text
@@ -37,7 +39,7 @@ ENDINGS = TEXTS | BOOKS | {".parquet", ".pq", ".mat", ".h5", ".hdf5", ".json", "
 
 def table(path: str | Path) -> pd.DataFrame:
     """The table in a file. DataError says what is wrong with it, and what to do."""
-    path = Path(path)
+    path = named(Path(path))
     if not path.exists():
         raise DataError(f"{path}: there is no such log.")
     if path.is_dir():

@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from selflock.fmus.place import DOCUMENT, ending
+from selflock.fmus.place import DOCUMENT, ending, named
+from selflock.fmus.shown import one_line
 
 from ..errors import DataError
 from ..judge.cause import label
@@ -114,7 +115,7 @@ def _files(folders: Sequence[str | Path]) -> Iterable[Path]:
     for folder in map(Path, folders):
         if not folder.is_dir():
             raise DataError(f"{folder}: is no folder. Give folders that selflock diagnose wrote to.")
-        yield from sorted(folder.rglob(NAME))
+        yield from map(named, sorted(folder.rglob(NAME)))
 
 
 def _told(path: Path) -> tuple[dict[str, Any], list[str], list[dict[str, Any]]]:
@@ -130,7 +131,7 @@ def _told(path: Path) -> tuple[dict[str, Any], list[str], list[dict[str, Any]]]:
         )
     try:
         row = {
-            "unit": str(about["unit"] or about["rig"]),
+            "unit": one_line(about["unit"] or about["rig"]),
             "time": datetime.fromisoformat(about["recorded"]).replace(tzinfo=None),
             "told_by": str(about["told_by"]),
             "verdict": str(told["verdict"]),

@@ -9,11 +9,13 @@ import pytest
 from lxml import html
 from rich.console import Console
 
-from selflock import master
+from selflock import cli, master
 from selflock.commands import terminal
 from selflock.diagnosis import diagnose
+from selflock.diagnosis.data.table import table
 from selflock.fmus.build import build
 from selflock.fmus.shown import policy, visible
+from selflock.master import toml
 from selflock.master.ssp import export
 from selflock.sweep import report, sweep
 
@@ -148,3 +150,29 @@ def test_a_terminal_is_told_names_as_they_are(monkeypatch, capsys):
     assert "\x1b" not in said and said.splitlines()[1] == "two"
     assert "[link=http://x]b[/link] [red]c :smile: \\x1b]8;;http://x\\x07d\\x1b[2J \\u202eback \\udce9.csv" in said
     assert visible("µ = 3 Ω\tok\n") == "µ = 3 Ω\tok\n"
+
+
+TWO = "log\nVerdict: explained.csv"  # whose second line would pass for one of ours
+
+
+def test_a_file_whose_name_has_two_lines_is_refused(tmp_path, monkeypatch, capsys):
+    """Wherever its name comes from: a word of the command line, a program's call, a folder that is looked through."""
+    (tmp_path / TWO).write_text("time,a\n0,1\n1,2\n")
+    inside = tmp_path / "x\ny" / "diagnosis.json"
+    inside.parent.mkdir()
+    inside.write_text("{}")
+    for words in (
+        ["info", tmp_path / TWO],
+        ["view", tmp_path / TWO],
+        ["replay", "rig.toml", tmp_path / TWO],
+        ["track", tmp_path],
+    ):
+        monkeypatch.setattr("sys.argv", ["selflock", *map(str, words)])
+        with pytest.raises(SystemExit) as end:
+            cli.carry_out()
+        said = capsys.readouterr()
+        assert end.value.code == 2 and "line break" in said.err and len((said.out + said.err).splitlines()) == 1, said
+    for read in (table, master.read, toml.read):
+        with pytest.raises(OSError, match="line break") as refused:
+            read(tmp_path / TWO)
+        assert "\n" not in str(refused.value.filename)

@@ -137,7 +137,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     for file in sorted(Path(pythonfmu.__file__).parent.glob("*.py")):
         files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
     files |= loader.binaries(name, package)
-    files["documentation/index.html"] = documentation.page(model, key).encode()
+    files["documentation/index.html"] = documentation.page(model, key, _hash(sources, {}, name.encode())).encode()
     files["documentation/licenses/license.txt"] = LICENSE.read_bytes()
     files["model.png"] = documentation.icon(name)
     model.guid = _guid(files)

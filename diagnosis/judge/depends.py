@@ -176,8 +176,7 @@ def _lines(
         (len(experiment.residuals), experiment.layout.count, len(frequencies)), complex
     )  # of r exp(-i w t) over each block
     for block in range(experiment.layout.count):
-        waves = np.exp(-2j * np.pi * np.outer(time[block, known[block]], frequencies))
-        sums[:, block] = kept[block][:, known[block]] @ waves
+        sums[:, block] = kept[block][:, known[block]] @ _waves(time[block, known[block]], frequencies)
     found = {}
     for number, residual in enumerate(experiment.residuals):
         energy, counts = float((kept[:, number] ** 2).sum()), present[:, experiment.slice(residual)].sum(1).astype(float)
@@ -194,6 +193,17 @@ def _lines(
                 gain += 2.0 * (amplitude.conj() * there).real - 0.5 * abs(amplitude) ** 2 * counts[unseen].sum()
         found[residual.name] = 1.0 / frequencies[int(gain[0].argmax())], gain.max(1) / energy
     return found
+
+
+def _waves(time: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
+    """exp(-2 i pi time frequency), (times, frequencies), of frequencies that lie evenly.
+
+    exp(a + b) = exp(a) exp(b): exponentials of every 64th frequency and of 64 steps between two, and their products.
+    """
+    apart, fine = frequencies[1] - frequencies[0], 64
+    wave = lambda f: np.exp(-2j * np.pi * np.outer(time, f))
+    product = wave(frequencies[::fine])[:, :, None] * wave(apart * np.arange(fine))[:, None, :]
+    return product.reshape(len(time), -1)[:, : len(frequencies)]
 
 
 def _shares(r: np.ndarray, columns: np.ndarray, folds: np.ndarray, orders: np.ndarray, signs: np.ndarray) -> np.ndarray:

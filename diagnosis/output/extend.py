@@ -32,6 +32,7 @@ from ..residuals.laws import COMPONENTS, as_fmu, law
 from ..residuals.mending import Mending
 from ..residuals.residual import Residual
 from ..residuals.whole import WHOLE
+from ..rules import RULES
 from ..search.hypotheses import Hypothesis
 from .loop import in_the_loop, run_again, sensor_name, write_loop
 from .playback import write_system
@@ -61,7 +62,7 @@ def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis
         fmus[name] = build("Sensor", out / f"{name}.fmu", **known)
     _parameters(experiment, mending.before, after, out / "parameters.toml")
     system = write_loop(experiment, values, fmus, out) if together else write_system(experiment, values, fmus, out)
-    enough = experiment.head(experiment.enough(blocks))
+    enough = experiment.head(experiment.enough(blocks, RULES.residuals.played))
     promised = Mending(enough, residual, after, after, blocks)
     theirs = with_fmus(enough, fmus, residual, after)  # None where this comparison is not one of an FMU
     found = None if theirs is None else Mending(theirs, residual, after, after, blocks)

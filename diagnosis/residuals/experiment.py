@@ -70,9 +70,9 @@ class Experiment:
         """The same blocks and residuals over the first samples of each run."""
         raise NotImplementedError
 
-    def enough(self, blocks: np.ndarray) -> list[int]:
-        """Samples of each run that hold enough samples of these blocks to show something, for what is slow or large."""
-        left, found = RULES.residuals.shown, []
+    def enough(self, blocks: np.ndarray, left: int = RULES.residuals.shown) -> list[int]:
+        """Samples of each run that hold so many (`left`) of these blocks' samples, for what is slow or large."""
+        found = []
         for i in range(len(self.runs)):
             block = self.layout.block(i)
             places = np.flatnonzero(blocks[block])[:left]

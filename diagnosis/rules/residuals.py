@@ -270,8 +270,13 @@ class ResidualRules:
     # --- memory and time
     shown: int = rule(
         60_000,
-        "samples that show what an FMU or a finer step leaves",
-        f'a limit of time, with "{LEAN}": FMPy would take longer for an hour than the whole diagnosis',
+        "samples that show what a finer step leaves",
+        f'a limit of time, with "{LEAN}"; not studied',
+    )
+    played: int = rule(
+        4_000,
+        "samples that judge, up to which an extended FMU is run again",
+        "a limit of time: the FMU gives what the compiled law gives, or it does not; FMPy takes 30 us a sample",
     )
     shown_least: int = rule(
         100,

@@ -14,7 +14,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from selflock.fmus import loader
+from selflock.fmus import documentation, loader
 from selflock.fmus.build import build, build_all, built
 from selflock.fmus.documentation import _prose
 from selflock.fmus.errors import BuildError
@@ -71,6 +71,20 @@ def test_the_licences_of_all_that_it_carries_are_inside(fmu, name):
     (theirs,) = (file for file in distribution("pythonfmu").files if file.name == "LICENSE")
     for text in ((ROOT / "LICENSE").read_text(), theirs.read_text()):
         assert text.strip() in told
+
+
+def test_a_law_is_drawn_once_whatever_the_fmu_s_start_values_are(tmp_path, monkeypatch):
+    monkeypatch.setenv("SELFLOCK_CACHE", str(tmp_path / "cache"))
+    drawn = []
+    svg = documentation._svg
+    monkeypatch.setattr(documentation, "_svg", lambda *asked: drawn.append(asked) or svg(*asked))
+    one, other = build("Motor", tmp_path / "one.fmu"), build("Motor", tmp_path / "other.fmu", resistance=2.0)
+    assert len(drawn) == 1
+    figures = [
+        zipfile.ZipFile(path).read("documentation/index.html").split(b"<figure>")[1].split(b"</figure>")[0]
+        for path in (one, other)
+    ]
+    assert figures[0] == figures[1]
 
 
 def test_a_law_s_text_becomes_paragraphs_formulas_and_a_list_of_symbols():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.data.log import MeasuredRun
-from selflock.diagnosis.judge.depends import _functions, _shares
+from selflock.diagnosis.judge.depends import _functions, _shares, _waves
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.residuals.drive_experiment import in_turn
 
@@ -57,3 +57,8 @@ def test_what_changes_its_sign_with_the_direction_needs_the_direction(rng):
     x, direction = rng.uniform(0.0, 1.0, (BLOCKS, BINS)), rng.choice([-1.0, 1.0], (BLOCKS, BINS))
     r = direction * x**2 + 0.1 * x
     assert shares(x, r)[0] < 0.1 < 0.95 < shares(x, r, direction)[0]
+
+
+def test_waves_of_frequencies_that_lie_evenly_are_those_of_each_alone(rng):
+    time, frequencies = rng.uniform(0.0, 300.0, 50), np.arange(0.02, 7.0, 0.01)
+    assert _waves(time, frequencies) == pytest.approx(np.exp(-2j * np.pi * np.outer(time, frequencies)), abs=1e-11)

@@ -30,9 +30,15 @@ def write(result: Calibration, problem: Calibrating, out: Path) -> Path:
     result.folder = out
     result.files = [path.name for path in (_system(result, problem, out), _table(result, out)) if path is not None]
     result.files += [result.write(out).name, "report.html"]
-    drawn = figures.carried({"traces": traces(result, problem)}, least={"traces": 400})
-    tables = Markup(environment().get_template("tables.html.j2").render(result=result))
-    return page.write(out / "report.html", environment(), "report.html.j2", drawn, result=result, tables=tables)
+    plots = traces(result, problem)
+    judged = {label(run) for i, run in enumerate(problem.runs) if i not in problem.which}
+    first = next(
+        (plot for plot in plots if plot["title"] in judged), plots[0]
+    )  # one picture leaves room on a phone's first screen
+    more = plots if len(plots) > 1 else None
+    drawn = figures.carried({"first": [first], "traces": more}, least={"first": 400, "traces": 400})
+    tables = Markup(environment().get_template("tables.html.j2").render(result=result, page=True))
+    return page.write(out / "report.html", environment(), "report.html.j2", drawn, result=result, tables=tables, more=more)
 
 
 def _shared(result: Calibration) -> list[FittedNumber]:

@@ -109,6 +109,20 @@ class Calibration:
         alike = [f"{', '.join(names[:-1])} and {names[-1]} cannot be told from one another in these logs" for names in together]
         return [sentence for number in self.numbers for sentence in number.sentences()] + alike + self.notes
 
+    def says(self) -> str:
+        """What was found, in a clause."""
+        told = [n for n in self.numbers if not n.silent]
+        sound = sum(n.determined and not n.at_bound and not n.collinear_with for n in told)
+        count = len(self.numbers)
+        if sound == count:
+            return "The number was found" if count == 1 else f"All {count} numbers were found"
+        return f"{sound or 'None'} of {count} numbers {'was' if sound == 1 else 'were'} found beyond doubt"
+
+    def lacking(self) -> list[str]:
+        """Outputs of which more is left than noise."""
+        left = {e.name: (e.after if e.held_out is None else e.held_out, e.noise) for e in self.errors}
+        return [name for name, (error, noise) in left.items() if error is None or error > RULES.search.clean * noise]
+
     def data(self) -> dict[str, Any]:
         """As calibration.json has it."""
         found = {key: value for key, value in asdict(self).items() if key not in ("folder", "files")}

@@ -140,6 +140,22 @@ class Naming:
         path.write_text(text + "\n", encoding="utf-8", errors="backslashreplace")
         return path
 
+    def next(self) -> Iterator[str]:
+        """What to do with the answer, in sentences."""
+        if self.stopped:
+            yield "Its time was up before all was held against the base: the same command with more time goes on with the fits that it has"
+        if self.verdict == "none":
+            yield "Nothing that these logs show is missing: the calibrated numbers suffice"
+        for cause in self.causes:
+            if cause.beside:
+                yield f"{cause.label} and {' and '.join(cause.beside)} do alike in these logs: record a run in which they would differ"
+            if cause.kind == "parameter":
+                yield f"{cause.place} is off: give it under [parameters] of the rig, or let it be fitted under [calibrate]"
+        if self.verdict == "unknown" and self.curve is not None:
+            yield f"Look for what depends on {self.curve.over} and acts on {self.curve.place}: the curve shows how much it is"
+        if self.remainder.get("significant"):
+            yield "What remains is more than noise: look at the errors over time below"
+
     def lines(self) -> Iterator[str]:
         yield f"Verdict: {self.verdict}. {self.why}"
         for cause in self.causes:

@@ -45,6 +45,10 @@ def test_hidden_numbers_are_found_and_a_silent_one_is_named(tmp_path, oscillator
     assert error.held_out == pytest.approx(0.002, rel=0.2) and error.noise == pytest.approx(0.002, rel=0.2)
     told = json.loads((tmp_path / "out/calibration.json").read_text())
     assert told["numbers"][0]["value"] == result.numbers[0].value and told["effort"]["failed"] == 0
+    page = (tmp_path / "out/report.html").read_text("utf-8").partition("<h1>")[2]
+    first = ["3 of 4 numbers were found beyond doubt", 'data-figure="first"', "held out", "What to do next", "changes nothing that is compared",
+             "selflock run calibrated.toml", "<table>", 'data-figure="traces"']  # fmt: skip
+    assert sorted(first, key=page.index) == first and result.lacking() == []
     again = master.run(tmp_path / "out/calibrated.toml", stop=0.1)
     assert again.steps == 20
     assert (

@@ -151,8 +151,12 @@ def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path,
     assert ssp.load(out / "extended.ssp").components.keys() == {"relaxation", "correction"}
     data = json.loads((out / "naming.json").read_text())
     assert data["verdict"] == result.verdict and data["rivals"][0]["rows"]
-    page = (out / "report.html").read_text()
+    page = (out / "report.html").read_text().replace("<wbr>", "")
     assert "cubic of relaxation.x" in page and page.count("data-figure=") == 1 + bool(result.curve)
+    first = ["What is missing has a name", "cubic of relaxation.x", *['data-figure="missing"'] * bool(result.curve), "&rarr;", "What to do next",
+             "selflock run extended.toml --input inputs.csv", "<table>"]  # fmt: skip
+    shown = page.partition("<h1>")[2].replace("\u2192", "&rarr;")
+    assert sorted(first, key=shown.index) == first
 
 
 @pytest.mark.in_turn

@@ -34,6 +34,17 @@ class Commands(Anywhere):
         except KeyboardInterrupt as stopped:
             raise Interrupted(str(stopped) or "Stopped.") from None
 
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """The commands by what they are for."""
+        panels: dict[str, list[tuple[str, str]]] = {}
+        for name in self.list_commands(ctx):
+            if (command := self.get_command(ctx, name)) is not None:
+                panel = getattr(command, "rich_help_panel", None) or "Commands"
+                panels.setdefault(panel, []).append((name, command.get_short_help_str(limit=1000)))
+        for panel, rows in panels.items():
+            with formatter.section(panel):
+                formatter.write_dl(rows)
+
 
 app = typer.Typer(
     name="selflock",
@@ -41,6 +52,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # what draws boxes about a help is half of what it costs
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for panel, group in GROUPS.items():

@@ -2,6 +2,7 @@
 
 import logging
 import signal
+import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -188,3 +189,15 @@ def test_ctrl_c_leaves_rows_and_their_summary(typed, tmp_path, monkeypatch):
     code, told, _ = typed("run", BENCH, "-o", tmp_path / "x.csv")
     assert code == 130 and "interrupted at t = 0.01 s" in " ".join(told.split())
     assert len(read(tmp_path / "x.csv")[0]) == 11
+
+
+def test_a_help_lists_commands_by_what_they_are_for_and_loads_nothing_that_draws(typed):
+    code, out, _ = typed("--help")
+    assert not code and [line for line in out.splitlines() if line.endswith(":") and line[0] != " "] == [
+        "Options:", *(f"{panel}:" for panel in cli.GROUPS)
+    ]  # fmt: skip
+    ask = "import sys, selflock.cli as c\ntry: c.app(['--help'])\nexcept SystemExit: pass\nprint(sorted(sys.modules), file=sys.stderr)"
+    loaded = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stderr
+    assert "'typer.core'" in loaded and not any(
+        f"'{name}'" in loaded for name in ("markdown_it", "pygments", "pydantic", "numpy")
+    )

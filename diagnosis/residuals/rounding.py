@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import lfilter
 
 from ..rules import RULES
 from .channels import Channels
@@ -79,6 +78,8 @@ def _through_loop(shown: str, values: dict, ch: Channels, zeros: np.ndarray) -> 
     times ratio, so that an error that lasts longer than that over angle_gain is none of the voltage's (the pole of the loop
     without inertia or friction). The current follows the voltage with inductance over resistance.
     """
+    from scipy.signal import lfilter  # a third of a second to load, for those whose controller sees counts
+
     angle = seen_by_controller(ch)[0]
     error = _of_angle(angle, values, ch, zeros)
     if error is None:

@@ -201,3 +201,9 @@ def test_a_help_lists_commands_by_what_they_are_for_and_loads_nothing_that_draws
     assert "'typer.core'" in loaded and not any(
         f"'{name}'" in loaded for name in ("markdown_it", "pygments", "pydantic", "numpy")
     )
+
+
+def test_what_replays_and_diagnoses_loads_no_library_that_few_need():
+    ask = "import sys, selflock.diagnosis.calls; print(sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout
+    assert "'numba'" in loaded and not any(f"'{name}'" in loaded for name in ("scipy.signal", "scipy.stats", "dask"))

@@ -110,6 +110,11 @@ class Search:
     enough: Callable[[], bool]  # whether time is up
     stopped: bool = False  # by its time limit
 
+    @property
+    def named(self) -> list[Round]:
+        """The rounds whose winners stand."""
+        return [outcome for outcome in self.outcomes if outcome.winner is not None]
+
 
 def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str], enough: Callable[[], bool]) -> Search:
     near = heads(work)
@@ -126,7 +131,7 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
     work, near, places = fine_enough(work, near, places)
     found, again = _begun(work, near, places, given, notes, enough), RULES.naming.halved
-    while len(found.outcomes) < RULES.naming.rounds:
+    while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
         prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
         own = in_own_steps(work, near, places)
@@ -137,16 +142,17 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
             break
         near, places = _widened(near, outcome.winner, wider)
         work, near, places = fine_enough(wider, near, places)
-        if work is wider:
-            continue
-        if k == 0 and again:  # it was found in steps that hide or feign something, so that it is looked for anew
+        if work is not wider and k == 0 and again:  # found in steps that hide or feign something, it is looked for anew
             work, again = replace(work, inserts=(), found=[], acts={}), again - 1
             near = without(near, numbers)
             places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
             found = _begun(work, near, places, given, notes, enough)
-        else:
+            continue
+        if work is not wider:
             found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
             found.begins = replace(work, inserts=(), found=[], acts={})
+        near, places = _needed(found, near, places)
+        work = found.work
     if still := found.outcomes[0].still:
         notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
     if not enough():
@@ -196,6 +202,30 @@ def _widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, 
         return found, winner.end.places
     winner.problem.played.close()
     return found, fit_from(found, winner.end.places, RULES.naming.effort, RULES.naming.ended, Forward).places
+
+
+def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extending, np.ndarray]:
+    """The search without what was found earlier and is not needed beside what was found later, by what made it believed then.
+
+    Each cause is found beside what was known by then. One that stood for a part of what was found after it takes nothing away
+    any more once that is there: without it, the rest fitted again, the data that judge are told as well.
+    """
+    for outcome in found.named[:-1]:
+        winner = outcome.winner
+        assert winner is not None
+        fewer = found.work.but_for(winner.guess)
+        less = _fitted(fewer, found.best.values, near.fixed)
+        if _helps(found.best, less, winner.guess.kind):
+            continue
+        winner.candidate.doubt = "beside what was found later it lowers the error of what judges no more"
+        outcome.winner, outcome.beside = None, []
+        found.work, found.best = fewer, less
+        gone = {n.name for n in winner.guess.numbers}
+        near = without(near, [n for n in near.numbers if n.name not in gone], fewer.inserts)
+        places = np.array([np.clip(n.place(less.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
+        places = fit_from(near, places, RULES.naming.effort, RULES.naming.ended, Forward).places
+    found.work.played.extend(found.work.inserts)
+    return near, places
 
 
 def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes: list[str], enough: Callable[[], bool]) -> Search:
@@ -293,7 +323,7 @@ def _later(work: Work, near: Extending, values: dict[str, float]) -> bool:
 
 def _told(tell: Callable, k: int) -> Callable[[str, float], None]:
     share = 0.85 / RULES.naming.rounds
-    return lambda what, part: tell(f"cause {k + 1}: {what}", 0.05 + share * (k + part))
+    return lambda what, part: tell(f"cause {k + 1}: {what}", min(0.05 + share * (k + part), 0.9))
 
 
 def _unseen(work: Work) -> list[np.ndarray]:

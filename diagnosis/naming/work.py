@@ -79,6 +79,13 @@ class Work:
         numbers = tuple(n if n.run is None else replace(n, run=self.which[n.run]) for n in guess.numbers)
         return replace(self, inserts=(*self.inserts, *guess.inserts), found=[*self.found, numbers], acts=self.acts | guess.acts)
 
+    def but_for(self, guess: Guess) -> Work:
+        """The same without one that was found."""
+        gone = {n.name for n in guess.numbers}
+        found = [numbers for numbers in self.found if not gone & {n.name for n in numbers}]
+        acts = {name: what for name, what in self.acts.items() if name not in gone}
+        return replace(self, inserts=tuple(one for one in self.inserts if one not in guess.inserts), found=found, acts=acts)
+
 
 def heads(work: Work, most: int = RULES.naming.glance) -> Extending:
     """The heads of all runs that teach, of so many samples, on which guesses are looked at and compared."""
@@ -95,10 +102,11 @@ def heads(work: Work, most: int = RULES.naming.glance) -> Extending:
     return problem
 
 
-def without(near: Extending, numbers: Sequence[Number]) -> Extending:
-    """A problem with these numbers alone, and without corrections."""
-    found = replace(near, numbers=tuple(numbers), acts={})
+def without(near: Extending, numbers: Sequence[Number], inserts: Sequence[Insert] = ()) -> Extending:
+    """A problem with these numbers and corrections alone."""
+    names = {n.name for n in numbers}
+    found = replace(near, numbers=tuple(numbers), acts={name: what for name, what in near.acts.items() if name in names})
     vars(found)["played"] = near.played
     assert isinstance(near.played, Extended)
-    near.played.extend(())
+    near.played.extend(inserts)
     return found

@@ -22,6 +22,7 @@ from ..search.fit import Fit, held_out, rho, weight
 from ..search.hypotheses import Free, Hypothesis
 from ..search.linear import Linear
 from ..search.screen import Direction
+from ..systems.parts import Parts
 from . import guesses as g
 from .arranged import Arranged
 from .extended import Extended, Extending
@@ -449,13 +450,17 @@ class Contest:
         return found
 
     def _ordered(self, real: list[Rivalled], level: float, base: float) -> list[Rivalled]:
-        """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best."""
+        """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best.
+
+        Of as many numbers what needs no more than its own FMU knows comes first: for a law of what another has there would have
+        to be a path between them that the system does not have, too.
+        """
         if not real:
             return []
         best = real[0].candidate
         least = RULES.naming.as_much * (base - best.errors.mean())
         as_good = [r for r in real if base - r.candidate.errors.mean() >= least and not worse(r.candidate, best, level)]
-        as_good.sort(key=lambda r: (len(r.candidate.free), r.candidate.errors.mean()))
+        as_good.sort(key=lambda r: (len(r.candidate.free), foreign(r.guess, self.scene.parts), r.candidate.errors.mean()))
         return as_good + [r for r in real if r not in as_good]
 
 
@@ -464,6 +469,12 @@ def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: floa
     least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
     few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
     return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]
+
+
+def foreign(guess: Guess, parts: Parts) -> bool:
+    """Whether its law goes with what the FMU that it acts on is not given and does not give."""
+    owner = lambda name: parts.owner(name) if name in parts.variables else ""
+    return any(owner(name) != owner(one.place.variable) for one in guess.inserts[:1] for name in (one.over, one.beside) if name)
 
 
 def determined(slopes: np.ndarray, weights: np.ndarray) -> np.ndarray:

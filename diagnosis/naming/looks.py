@@ -73,11 +73,17 @@ class Looks:
         vars(found)["trusted"] = problem.trusted
         return found
 
-    def _misfit(self, guess: Guess, at: dict[str, float]) -> np.ndarray | None:
-        """The misfit with a guess at these values of its numbers: of one correction by how outputs answer it, else simulated."""
+    def _misfit(self, guess: Guess, at: dict[str, float], whole: bool = False) -> np.ndarray | None:
+        """The misfit with a guess at these values of its numbers: of one correction by how outputs answer it, else simulated.
+
+        whole: all that a path does at once, as a delay of a command in stairs, is large and turns back soon. Where answers
+        change as a run goes on what is between two of them errs by a share of each step, and not of what is left of both.
+        """
         values = self.values | {n.name: n.start for n in guess.numbers} | at
         problem = self._problem(guess)
-        if len(guess.inserts) == 1:
+        if whole and guess.place is not None and not self.responses.steady(guess.place):
+            self.scene.played.extend((*self.inserts, *guess.inserts))
+        elif len(guess.inserts) == 1:
             change = self.responses.change(guess.inserts[0], problem.settings(values))
             return None if change is None or self.base.misfit is None else self.base.misfit + change
         errors = problem.errors(values)
@@ -114,7 +120,7 @@ class Looks:
             frees = [f for f in guess.free if f.name in trial.acting]
             self._keep(guess, trial.at, frees, np.stack(columns, -1))
         else:
-            moved = self._misfit(guess, off)
+            moved = self._misfit(guess, off, True)
             if moved is not None and self.base.misfit is not None:
                 self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
 
@@ -130,6 +136,7 @@ class Looks:
             self.tell(f"first look at {place}", 0.05 + 0.35 * k / len(places))
             for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
                 self._column(trial)
+            scene.played.extend(self.inserts)
             if g.EVENT in self.kinds:
                 self._events(place, next(g.shifts(scene, place)))
             if g.LAW in self.kinds:
@@ -179,7 +186,10 @@ class Looks:
             return
         if not multiplies and not beside:
             self.tables.append((table, knots, columns))
+        paths = {one.law for _, one in self.ways if one.kind == g.PATH and one.place == place}
         for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
+            if guess.law == "constant" and ("scale" if multiplies else "offset") in paths:
+                continue  # whatever variable it is said of
             self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
         for coarser, heights in g.coarser(table, knots):
             self._keep_curve(coarser, columns @ heights, "curve")

@@ -92,6 +92,13 @@ class Responses:
         parts = [-a[t] / problem.units[name] for name in answers for a, t in zip(answers[name], problem.trusted[name])]
         return np.concatenate(parts)
 
+    def steady(self, place: Place) -> bool:
+        """Whether a step at a place is answered alike whenever it begins, so that any sum of steps is answered by their sum."""
+        if place not in self.kept:
+            self.kept[place] = self._measured(place)
+        known = self.kept[place]
+        return known is not None and all(len(kernel.begins) == 1 for kernel in known[0])
+
     def _added(self, one: Insert, settings: Settings, heard: dict[str, np.ndarray], step: float) -> np.ndarray | None:
         """What the correction adds to its signal in each step."""
         over = "" if one.own else one.over

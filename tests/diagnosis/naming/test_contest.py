@@ -1,14 +1,19 @@
 """What of a contest can be asked without a contest: what its base tells, and what goes before an event."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from selflock.diagnosis.naming.contest import Contest, determined
+from selflock.diagnosis.calibration.numbers import Number
+from selflock.diagnosis.naming import run
+from selflock.diagnosis.naming.contest import Contest, Round, determined
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, Guess
 from selflock.diagnosis.naming.places import IN, Insert, Place
-from selflock.diagnosis.naming.run import Whole, _confirmed
+from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
+from selflock.diagnosis.naming.work import Work
+from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.linear import Linear
 from selflock.diagnosis.search.screen import Direction
 
@@ -63,3 +68,47 @@ def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_b
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
     assert contest._fits(DERIVED) == []
     assert "limit of air times heater.command" in asked and len(asked) == len(ways)
+
+
+def cause(name, amount, place="first.u", over="first.x", loss=0.1):
+    """A rival that was fitted: a law of one number, and what it leaves of each of four blocks."""
+    numbers = (Number(f"{name}.a", f"{name}.a", 0.0, -amount, amount),)
+    guess = Guess(LAW, "cubic", name, (Insert(name, Place(IN, place), "cubic", False, over),), numbers)
+    candidate = Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), loss))
+    return SimpleNamespace(guess=guess, candidate=candidate, values={})
+
+
+@pytest.mark.parametrize(("without_first", "stays"), [(1.02, False), (1.5, True)])
+def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, stays):
+    """An offset was named that stood for part of a leak, and the leak second, beside which it does nothing."""
+    first, second = cause("first", 1.0), cause("second", 1.0)
+    played = SimpleNamespace(extend=lambda inserts: None)
+    work = Work(None, None, [], (), {1}, [], "", None, played, 1.0)
+    both = replace(
+        work,
+        inserts=(*first.guess.inserts, *second.guess.inserts),
+        found=[first.guess.numbers, second.guess.numbers],
+    )
+    left = {("first", "second"): 1.0, ("second",): without_first}
+    whole = lambda work, *_: Whole(None, None, {}, None, {"x": left[tuple(one.name for one in work.inserts)]}, {})
+    monkeypatch.setattr(run, "_fitted", whole)
+    monkeypatch.setattr(run, "without", lambda near, numbers, inserts: SimpleNamespace(numbers=tuple(numbers), free=numbers))
+    monkeypatch.setattr(run, "fit_from", lambda near, places, *_: SimpleNamespace(places=places))
+    rounds = [Round(None, [], winner) for winner in (first, second)]
+    search = Search(both, None, None, whole(both), rounds, [], work, lambda: False)
+    near = SimpleNamespace(fixed={}, numbers=(*first.guess.numbers, *second.guess.numbers), free=())
+    near, places = _needed(search, near, np.zeros(2))
+    assert [outcome.winner for outcome in search.named] == ([first, second] if stays else [second])
+    assert [one.name for one in search.work.inserts] == (["first", "second"] if stays else ["second"])
+    assert [n.name for n in near.numbers] == (["first.a", "second.a"] if stays else ["second.a"])
+    assert len(places) == len(search.work.found) == 1 + stays
+
+
+def test_of_what_does_as_well_a_law_of_its_own_fmu_comes_first():
+    """A loss of a chamber over its own temperature was named as one of the heater before it, which does not know of that."""
+    contest = Contest(None, np.zeros(0), "c", lambda what, share: None)
+    owner = lambda name: name.partition(".")[0]
+    contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=owner, variables={"first.u", "first.x", "second.x"}))
+    there, here = cause("there", 1.0, over="second.x", loss=0.1), cause("here", 1.0, loss=0.1005)
+    log, far = cause("log", 1.0, over="a column", loss=0.1004), cause("far", 1.0, loss=0.5)
+    assert contest._ordered([there, log, here, far], 0.0, 1.0) == [here, there, log, far]

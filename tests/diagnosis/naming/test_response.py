@@ -1,6 +1,7 @@
 """What is added at a place, and how outputs answer it, held against the simulation of the very same; and steps of two sizes."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import hidden
 import numpy as np
@@ -16,6 +17,8 @@ from selflock.diagnosis.calibration.slopes import Learnt
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import Extended, Extending
+from selflock.diagnosis.naming.guesses import PATH, Guess, number
+from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place
 from selflock.diagnosis.naming.response import Responses
 from selflock.diagnosis.naming.steps import in_own_steps
@@ -210,3 +213,20 @@ def test_what_stops_looking_answers_with_the_best_so_far(tmp_path, native):
     assert result.causes and result.causes[0].law.startswith("saturation")
     whole = name(rig, [tmp_path / "log.csv"], [tmp_path / "test.csv"], out=None, kinds=["path"])
     assert not whole.stopped and whole.effort["simulations"] > result.effort["simulations"]
+
+
+def test_all_that_a_path_does_is_simulated_where_answers_change(problem):
+    """A late command: the answers to each step and to its return are large, and what is left of both is not their sum's error."""
+    place = Place(IN, "upper.inflow")
+    guess = Guess(PATH, "delay", "delay", (Insert("c", place, "delay"),), (number("c.T", 0.0, 0.0, 20.0),))
+    looks = Looks.__new__(Looks)
+    looks.problem, looks.values, looks.inserts = problem, {}, ()
+    looks.scene, looks.base = SimpleNamespace(played=problem.played), SimpleNamespace(misfit=problem.misfit(np.zeros(0)))
+    looks.responses = Responses(problem, {}, (), {place: []}, {place: 1.0})
+    summed, moved = (looks._misfit(guess, {"c.T": 7.0}, whole) for whole in (False, True))
+    trial = looks.trial(guess)
+    simulated = trial.misfit(np.array([n.place(7.0) for n in trial.free]))
+    change = np.linalg.norm(simulated - looks.base.misfit)
+    assert np.linalg.norm(moved - simulated) < 1e-9 * change
+    assert np.linalg.norm(summed - simulated) > 0.05 * change
+    assert not looks.responses.steady(place)

@@ -1,6 +1,10 @@
 """The hidden plants of benchmarks.strangers; what is named in them is the study's. Here: where steps would pass for a law."""
 
+import subprocess
+import sys
+
 import numpy as np
+import pandas as pd
 import pytest
 import strangers
 
@@ -24,3 +28,82 @@ def test_what_hides_is_drawn_anew_for_each_seed_and_moves_what_is_recorded(monke
     first, other, again = (case.logs[0]["position"].to_numpy() for case in cases)
     assert np.array_equal(first, again) and not np.array_equal(first, other)
     assert cases[0].right[1] == {"controller.wanted", "recorded controller.wanted"}
+
+
+VESSEL = '''
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Vessel(Fmi2Slave):
+    """Air in a vessel, from 7 bar and to 1 bar through a valve each."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.size, self.volume, self.begin, self.inlet, self.outlet, self.pressure, self.flow = 1.0, 9.0, 3.0, 0.5, 0.5, 3.0, 0.0
+        for name in ("size", "volume", "begin"):
+            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable))
+        for name in ("inlet", "outlet"):
+            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        for name in ("pressure", "flow"):
+            self.register_variable(Real(name, causality=Fmi2Causality.output))
+
+    def exit_initialization_mode(self):
+        self.pressure = self.begin
+
+    def do_step(self, t, h):
+        self.flow = 1.3 * self.inlet * abs(7.0 - self.pressure) ** 0.5
+        self.pressure += h * (self.flow - self.size * self.outlet * abs(self.pressure - 1.0) ** 0.5) / self.volume
+        return True
+'''
+VESSEL_RIG = """
+[rig]
+system = "Vessel.fmu"
+step = 0.1
+inputs = "held"
+
+[columns]
+"Vessel.inlet" = "inlet"
+"Vessel.outlet" = "outlet"
+"Vessel.pressure" = "pressure"
+"Vessel.flow" = "flow"
+
+[calibrate]
+"Vessel.size" = { start = 1.0, low = 0.2, high = 5.0 }
+"Vessel.begin" = { start = 3.0, low = 1.0, high = 6.0, each_run = true }
+"""
+
+
+def vessel(rng, rows=500, late=4):
+    """A log of a vessel whose outlet follows its command so many rows late, in steps of a hundredth of a row."""
+    stairs = lambda: np.repeat(rng.uniform(0.05, 1.0, rows), rng.integers(10, 40, rows))[:rows]
+    inlet, outlet = stairs(), stairs()
+    real = np.concatenate([outlet[:1].repeat(late), outlet[: rows - late]])
+    x, flow, seen = 2.5, 0.0, []
+    for into, out in zip(inlet, real):
+        seen.append((x, flow))
+        for _ in range(100):
+            flow = 1.3 * into * (7.0 - x) ** 0.5
+            x += 0.001 * (flow - 0.9 * out * (x - 1.0) ** 0.5) / 9.0
+    told = np.array(seen) + 0.015 * rng.standard_normal((rows, 2))
+    return pd.DataFrame(
+        {"time": 0.1 * np.arange(rows), "inlet": inlet, "outlet": outlet, "pressure": told[:, 0], "flow": told[:, 1]}
+    )
+
+
+def test_a_late_command_of_what_it_multiplies_is_seen(tmp_path):
+    """How a vessel answers its valve changes with all that acts on it, so that sums of answers to steps say little of a delay.
+
+    It was `unknown`: the look put the delay far behind chance, and it was never fitted.
+    """
+    rng = np.random.default_rng(1)
+    (tmp_path / "vessel.py").write_text(VESSEL)
+    subprocess.run(
+        [sys.executable, "-m", "pythonfmu", "build", "-f", "vessel.py", "-d", "."], cwd=tmp_path, check=True, capture_output=True
+    )
+    (tmp_path / "rig.toml").write_text(VESSEL_RIG)
+    logs = [tmp_path / "train.csv", tmp_path / "test.csv"]
+    for log in logs:
+        vessel(rng).to_csv(log, index=False)
+    result = name(tmp_path / "rig.toml", logs[:1], test=logs[1:], out=None, starts=1, kinds=["path"])
+    assert result.causes and (result.causes[0].law, result.causes[0].place) == ("delay", "Vessel.outlet"), result.summary()
+    assert result.causes[0].numbers[0].value == pytest.approx(0.4, abs=0.1)

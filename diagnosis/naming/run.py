@@ -20,6 +20,7 @@ from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
 from ..residuals.mending import rms
+from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
@@ -158,7 +159,7 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     if not enough():
         _curve_instead(found)
     found.work.played.extend(found.work.inserts)
-    notes += _beyond(found)
+    notes += _beyond(found) + _at_once(found)
     if enough():
         found.stopped = True
         count = sum(len(outcome.fitted) for outcome in found.outcomes)
@@ -190,6 +191,31 @@ def _beyond(found: Search) -> list[str]:
         f"{table.goes_with} lies beyond what taught ({low:.4g} to {high:.4g}) in {100.0 * share:.0f} % of what judges: there the "
         "curve stays as at its last point, and says nothing. Let a log that teaches go as far"
     ]
+
+
+def _at_once(found: Search) -> list[str]:
+    """What is to be told of outputs that follow inputs at once, and were recorded in the row of those: a step answers them at its end.
+
+    What the model computes for the next row leaves then less than half of what is beyond the noise of such an output.
+    """
+    problem, notes = found.best.problem, []
+    errors = problem.errors(found.best.values) or {}
+    for name, parts in errors.items():
+        trusted = problem.trusted[name]
+        here, later = [], []
+        for i, e, good in zip(problem.which, parts, trusted):
+            measured = problem.runs[i].signals[name]
+            both = good[:-1] & good[1:]
+            here.append(e[:-1][both])
+            later.append((measured[:-1] - (measured - e)[1:])[both])
+        noise, now, then = float(of_samples(parts, trusted)), rms(here), rms(later)
+        if now > RULES.search.clean * noise and then**2 - noise**2 < 0.5 * (now**2 - noise**2):
+            notes.append(
+                f"{name} fits what the model computes for the next row better ({now:.3g} -> {then:.3g}), as where an FMU follows an "
+                "input at once and both were read in one row: what is held from a row on acts in the row behind it. Move such a "
+                "column down by a row, and name again"
+            )
+    return notes
 
 
 def _widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, np.ndarray]:

@@ -208,8 +208,16 @@ class Played:
         return found
 
     def trusted(self, name: str, which: Sequence[int]) -> list[np.ndarray]:
-        """Which samples of an output count."""
-        return [self.runs[i].usable(name) & np.isfinite(self.runs[i].signals[name]) for i in which]
+        """Which samples of an output count.
+
+        The first row of a run is before any step. What is no start value there, an FMU that computes in its steps has not
+        computed yet: it says nothing of the model.
+        """
+        found = [self.runs[i].usable(name) & np.isfinite(self.runs[i].signals[name]) for i in which]
+        if self.parts.variables[name].initial not in ("exact", "approx"):
+            for good in found:
+                good[0] = False
+        return found
 
     def spread(self, name: str) -> float:
         """Standard deviation of what is measured, over all runs."""

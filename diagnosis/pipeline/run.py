@@ -33,7 +33,7 @@ from ..output.learnt import write_learnt
 from ..output.report import write
 from ..residuals import drive
 from ..residuals.channels import Channels
-from ..residuals.closing import ahead
+from ..residuals.closing import ahead, unseen
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.kernels import kernels
 from ..residuals.recorder import counts, measured
@@ -263,6 +263,8 @@ def out_of_step(rig: Rig, runs: list[MeasuredRun]) -> list[str]:
         found.append(f"{electric} was measured: it has noise of its own, {100 * noise:.2g} % of its spread")
     elif ahead(channels):
         found.append("its commands stand in the row before the one that they answer")
+    elif name := unseen(channels):
+        found.append(f"{electric} does not step with the counts in which the log has {name}: its controller saw another sample")
     for speed in ANGLE_OF:
         if channels.has(speed) and (rows := counts(speed, channels)[1]):
             found.append(f"{speed} is a difference of counts over {rows} row{'s' * (rows > 1)}")

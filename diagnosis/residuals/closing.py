@@ -1,4 +1,5 @@
-"""What a command tells of its controller: at which shaft its sensors are, where both are logged, and whether it acts between rows.
+"""What a command tells of its controller: at which shaft its sensors are, where both are logged, whether it acts between rows, and
+whether it saw what the log has.
 
 Seen at the motor the command is that of the load's angle and speed, and beside it what the wind-up between both shafts makes,
 
@@ -17,7 +18,7 @@ from ..data.rig import LOAD, MOTOR
 from ..rules import RULES
 from . import drive
 from .channels import Channels, derivative
-from .recorder import commanded
+from .recorder import commanded, counts
 
 
 def shaft(channels: list[Channels]) -> str:
@@ -44,6 +45,40 @@ def ahead(ch: Channels) -> bool:
             if then < RULES.residuals.of_next_row * now:
                 return True
     return False
+
+
+def unseen(ch: Channels) -> str:
+    """The encoder that counts from anywhere, over which the loop closes, whose counts the command has nothing of; "" for none.
+
+    In step a row's command is the law of that row's samples, or of those some rows before, and has their counts times a gain,
+    whatever the law is beside that. Such an encoder always counts: where its command does not, these are the recorder's. Only
+    counts that would show beside the command's own noise tell anything.
+    """
+    command, angle = commanded(ch), "reducer.input_angle"
+    at_motor = not ch.has("load.angle") or ch.setting.rig.loop == MOTOR
+    if ch.steady or not command or not at_motor or not ch.has("controller.angle_setpoint", angle):
+        return ""
+    gain = ch.setting.value(ch.prefix + "controller.angle_gain", {}) / ch.setting.value(ch.prefix + "reducer.gear_ratio", {})
+    return angle if gain > 0.0 and _nothing_of(ch, command, angle, gain) else ""
+
+
+def _nothing_of(ch: Channels, command: str, name: str, gain: float) -> bool:
+    """Whether the command has surely less than half of gain times what is new in every row of a channel, whenever it acts."""
+    rules = RULES.residuals
+    new, acts = -gain * np.diff(ch.raw(name), n=4), np.diff(ch.raw(command), n=4)
+    good = binary_erosion(ch.good(name) & ch.good(command), iterations=4)[2:-2]
+    good &= abs(new) <= rules.coarse_steps * max(
+        float(np.median(abs(new[good]))) if good.any() else 0.0, 16.0 * gain * counts(name, ch)[0]
+    )
+    shares, errors = [], []
+    for late in range(min(rules.acts_late, len(new) // 2)):
+        both = good[: len(good) - late] & good[late:]
+        x, y = new[: len(new) - late][both], acts[late:][both]
+        if len(x) <= rules.noise_samples or not (size := float(x @ x)):
+            return False
+        shares.append(abs(float(x @ y)) / size)
+        errors.append(np.sqrt(float((x * x) @ (y * y))) / size)
+    return max(s + rules.sees_counts_errors * e for s, e in zip(shares, errors)) < rules.sees_counts
 
 
 def _asked(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray]:

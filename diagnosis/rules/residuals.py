@@ -213,6 +213,9 @@ class ResidualRules:
         "half: 0 or 1",
     )
     sees_counts_errors: float = rule(4.0, "standard errors of that share that it has to be from 0", "beyond chance")
+    acts_late: int = rule(
+        32, "rows within which a controller in step with the log acts on a sample", "theory: longer than delays are"
+    )
     formulas: float = rule(
         0.003,
         "share of a channel's size below which no simulation of a whole drive is asked to be right; of the controlled angle what "

@@ -108,13 +108,19 @@ def record(rng, by: Recorder, s: dict[str, float], rows: np.ndarray, plan: np.nd
     clock = np.arange(begin + 0.02, end - 0.02, by.row)
     if by.stamps == "jitter":
         clock = clock + by.row * rng.uniform(-0.2, 0.2, len(clock))
+    instant = lambda when: np.rint(when / step).astype(int)
+    clock = step * instant(clock)
     noise = {"u": by.noise_voltage, "i": by.noise_current, "n": 0.0 if by.window else by.noise_speed, "ubat": by.noise_voltage}
     quantum = {"i": by.least_current, "u": s["supply"] / 8192, "ubat": s["supply"] / 8192}
     out = {}
     for c in by.channels:
         x = known[c]
-        sent = clock if by.table == "together" or c.startswith("want") else np.arange(by.phases[c], end, by.periods[c])
-        value = x[np.minimum((sent / step).astype(int), len(x) - 1)] + noise.get(c, 0.0) * rng.standard_normal(len(sent))
+        sent = (
+            clock
+            if by.table == "together" or c.startswith("want")
+            else step * instant(np.arange(by.phases[c], end, by.periods[c]))
+        )
+        value = x[np.minimum(instant(sent), len(x) - 1)] + noise.get(c, 0.0) * rng.standard_normal(len(sent))
         value = quantum[c] * np.round(value / quantum[c]) if c in quantum else value
         if by.table == "straight":
             value = np.interp(clock, sent, value)

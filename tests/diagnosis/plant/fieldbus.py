@@ -129,6 +129,10 @@ def _run(p, h, wanted, fast, given, battery, act, seen, at_motor, rows):
             if mode * new[1] >= 0.0:
                 y[:] = new
                 break
+            if y[1] == 0.0:  # what would slide comes back within the step: it rests
+                _go(p, h, 0.0, y, real, time, left, k, new)
+                y[:], mode = new, 0.0
+                break
             part = left * y[1] / (y[1] - new[1])
             _go(p, h, mode, y, real, time, part, k, new)
             y[:] = new

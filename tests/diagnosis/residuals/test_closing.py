@@ -7,7 +7,7 @@ import pytest
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import LOAD, MOTOR, load
 from selflock.diagnosis.residuals.channels import Channels
-from selflock.diagnosis.residuals.closing import ahead, shaft
+from selflock.diagnosis.residuals.closing import ahead, shaft, unseen
 from selflock.diagnosis.residuals.drive import speed_setpoint
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.setting import Setting
@@ -70,3 +70,25 @@ def test_the_rate_of_a_set_point_at_rest_is_nothing_at_all(tmp_path, rng):
     assert np.all(rate[rests] == 0.0) and np.all(rate[rests[0] - 2 : rests[0]] > 0.0) and np.all(rate[rests[-1] + 1 :] < 0.0)
     coarse = 0.004 * np.floor(0.5 * time / 0.004)
     assert np.mean(speed_setpoint(coarse, {}, ch)) == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("told", "late", "noise", "seen"),
+    [(True, 0, 0.1, True), (True, 7, 0.1, True), (False, 0, 0.1, False), (False, 0, 30.0, True)],
+)
+def test_a_command_without_its_encoders_counts_saw_another_sample(told, late, noise, seen, tmp_path, rng):
+    """u = k (w - phi / r), phi in counts or as it is, some rows late; noise in counts times k. Beyond it nothing can be told."""
+    time, count = 1e-3 * np.arange(6000), 2.0 * np.pi / 500
+    wanted = 0.7 * np.sin(1.9 * time)
+    turned = 40.0 * 0.95 * np.roll(wanted, 20) + 0.3
+    read_as = count * np.floor(turned / count)
+    u = 100.0 * (wanted - (read_as if told else turned) / 40.0)
+    u = np.roll(u, late) + noise * 100.0 / 40.0 * count * rng.standard_normal(len(time))
+    table = {"time": time, "wanted": wanted, "u": u, "motor": read_as}
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False, float_format="%.12g")
+    (tmp_path / "rig.toml").write_text(
+        RIG.replace("arm_", "").replace('drives = [""]\n', "").replace('"load.angle" = "load"\n', "")
+    )
+    rig = load(tmp_path / "rig.toml")
+    (run,) = read(tmp_path / "log.csv", rig)
+    assert unseen(Channels(run, "", Setting(rig, len(run), kernels(), {"": 1}))) == ("" if seen else "reducer.input_angle")

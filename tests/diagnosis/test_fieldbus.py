@@ -1,0 +1,50 @@
+"""The plant that lifts nothing: its own physics, and what the diagnosis makes of it. `python -m benchmarks.fieldbus` asks each cause."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis import diagnose
+
+from .plant import fieldbus
+
+
+def _winch(rng, friction):
+    """A winch of which only the voltage is given."""
+    of = replace(fieldbus.make(rng), load="winch", way="voltage", act=1, seen=0.0, battery=(1.0, 0.0, 0.0, 0.0))
+    s = fieldbus.sheet(rng, of)
+    return of, s | {"friction": friction * s["tangent"], "preload": 0.0}
+
+
+def test_its_gear_holds_a_rope_that_pulls_and_slides_by_the_law_of_the_wedge(rng):
+    """A winch at rest under its load stays there without a volt (12); at even speed its current is that of (2), (3), (13)."""
+    n = 100_000
+    of, s = _winch(rng, 1.2)
+    still = fieldbus.simulate(s, of, np.zeros((3, n)))
+    assert np.ptp(still[1000:, 2]) < 1e-2
+    of, s = _winch(rng, 0.5)
+    even = fieldbus.simulate(s, of, np.stack([np.zeros(n), np.zeros(n), np.full(n, 0.9 * s["supply"])]))[-1]
+    slope = math.tan(math.atan(s["tangent"]) + math.atan(s["friction"])) / (s["ratio"] * s["tangent"])
+    assert even[1] * s["constant"] == pytest.approx(s["pull"] * slope, rel=0.01)
+    assert even[3] * s["constant"] == pytest.approx(0.9 * s["supply"] - s["resistance"] * even[1], rel=0.01)
+
+
+def test_the_second_log_begins_in_motion_and_files_are_written_as_a_user_would(tmp_path):
+    case = fieldbus.hide([], fieldbus.DEVELOPMENT + 1, 3.0)
+    rig, train, test = case.write(tmp_path)
+    assert [path.name for path in (*train, test)] == ["train1.csv", "train2.csv", "test.csv"]
+    assert "[columns]" in rig.read_text() and "controller" in rig.read_text()
+    assert len(case.logs[1]) < len(case.logs[0])
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+def test_counts_that_the_controller_never_saw_are_no_fault_of_the_drive(tmp_path):
+    """A carriage whose loop closes over its motor's 512 counts, as the log has them, and steps with none."""
+    rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + 19).write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=1)
+    assert result.verdict == "none", result.summary()

@@ -1,6 +1,6 @@
 """A hidden fleet: many units over a year, some of them wearing; what is named, and what it costs.
 
-    python -m benchmarks.fleet [--search] [--units 50] [--months 12] [--worn 3] [--seconds 5] [--seed 0] [--workers 2] [--picture]
+    python -m benchmarks.fleet [--search] [--units 50] [--months 12] [--worn 3] [--seconds 5] [--seed 0] [--workers 2] [--only 9 21 ...] [--picture]
     python -m benchmarks.fleet --draw          only look at the diagnoses at hand again
 
 Units are of one type (the plant of tests/diagnosis/plant): each has tolerances of its own, a room that is warm in summer and
@@ -76,7 +76,7 @@ def record(given: argparse.Namespace) -> dict[int, tuple[str, float]]:
     sheet, hidden = bench.nominal(np.random.default_rng([given.seed, 0])), plan(given.seed, given.units, given.worn)
     (OUT / "logs").mkdir(parents=True, exist_ok=True)
     (OUT / "rig.toml").write_text(rig(sheet).replace('name = "hidden bench"', 'name = "drive of the hidden fleet"') + UNCERTAIN)
-    for number in range(given.units):
+    for number in given.only or range(given.units):
         drive = unit(np.random.default_rng([given.seed, 2, number]), sheet)
         for month in range(given.months):
             rng = np.random.default_rng([given.seed, 3, number, month])
@@ -91,13 +91,16 @@ def record(given: argparse.Namespace) -> dict[int, tuple[str, float]]:
             motion = replace(motion, ambient=np.full(len(motion.angle), warm))
             table = bench.record(bench.run(now, motion), now, rng)[["time", *SEEN["forward"]]]
             table.to_csv(path, index=False, float_format="%.7g")
-    return hidden
+    return {number: what for number, what in hidden.items() if not given.only or number in given.only}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name, usual in (("units", 50), ("months", 12), ("worn", 3), ("seconds", 5.0), ("seed", 0), ("workers", 2)):
         parser.add_argument(f"--{name}", type=type(usual), default=usual)
+    parser.add_argument(
+        "--only", type=int, nargs="*", help="these of the units alone; six or more, that what all do at once is told"
+    )
     parser.add_argument("--draw", action="store_true")
     parser.add_argument("--picture", action="store_true")
     parser.add_argument("--search", action="store_true", help="look for causes, too, where a log is not explained")

@@ -1,6 +1,6 @@
 """The same log told otherwise, and more or less of it: does the diagnosis answer the same?
 
-    python -m benchmarks.same [--seeds 2] [--first 300] [--only reducer.viscous ...]
+    python -m benchmarks.same [--seeds 2] [--first 300] [--longest 40] [--only reducer.viscous ...]
     python -m benchmarks.same --draw           only write the document from the rows at hand
 
 Each case is one of benchmarks.recordings, on seeds for development. Its log is given as it is; with other units, other times,
@@ -137,6 +137,7 @@ def document(found: list[dict], folder: Path) -> str:
 def main() -> None:
     parser = arguments(__doc__, 2, 2, 0)
     parser.add_argument("--first", type=int, default=300, help="number of the first seed")
+    parser.add_argument("--longest", type=float, default=0.0, help="cut all logs to this length, s, for a quick look")
     chosen = parser.parse_args()
     folder = ROOT / "out" / "same"
     if not chosen.draw:
@@ -144,7 +145,7 @@ def main() -> None:
 
         kinds = [([name], chosen.seeds) for name in chosen.only or EFFECTS if name != "none"] + [([], chosen.none)]
         items = [
-            {"hidden": names, "seed": recordings.DEVELOPMENT + chosen.first + number, "faulty": False, "longest": 0.0, "way": way}
+            {"hidden": names, "seed": recordings.DEVELOPMENT + chosen.first + number, "faulty": False, "longest": chosen.longest, "way": way}
             for names, count in kinds for number in range(count) for way in WAYS
         ]  # fmt: skip
         collect(one, items, folder, {"strengths": STRENGTHS}, chosen.workers, chosen.scheduler)

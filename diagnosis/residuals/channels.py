@@ -143,6 +143,21 @@ def derivative(x: np.ndarray, time: np.ndarray) -> np.ndarray:
     return found
 
 
+def rate(x: np.ndarray, time: np.ndarray, samples: int) -> np.ndarray:
+    """dx/dt of what is averaged over `samples`.
+
+    Averages of both, so that a steady rate stays what it is however rows or their stamps scatter: divided by single steps, the mean
+    of 1 / dt is more than 1 over the mean of dt, 4 % where stamps scatter by a fifth of a step.
+    """
+    return derivative(smooth(x, samples), _evened(time, samples))
+
+
+def _evened(time: np.ndarray, samples: int) -> np.ndarray:
+    """Times averaged over `samples`, but for where that would shorten the steps at both ends."""
+    line = np.linspace(time[0], time[-1], len(time))
+    return line + smooth(time - line, samples)
+
+
 def _quantile(x: np.ndarray, share: float) -> float:
     """Of the absolute values; x is left in disorder, for want of memory in an hour's log."""
     return float(np.quantile(np.abs(x, out=x), share, overwrite_input=True))
@@ -162,11 +177,11 @@ def motion(
     time = np.cumsum(dt)
     if speed is None:
         assert angle is not None, "a motion is measured by an angle or a speed"
-        fine = derivative(smooth(angle, samples), time)
+        fine = rate(angle, time, samples)
         plain = derivative(angle, time)
     else:
         fine, plain = smooth(speed, samples), speed
-    acceleration = derivative(fine, time)
+    acceleration = derivative(fine, _evened(time, samples))
     if angle is None:
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
     else:

@@ -10,7 +10,7 @@ from ..data.rig import MOTOR
 from ..data.signals import MOVES
 from ..rules import RULES
 from . import drive, laws, phase
-from .channels import Channels, ShaftMotion, derivative, smooth, window
+from .channels import Channels, ShaftMotion, derivative, rate, smooth, window
 
 Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -177,11 +177,11 @@ def load(values: dict, ch: Channels) -> Compared:
 def redundant(side: str, values: dict, ch: Channels) -> Compared:
     """A measured speed against the derivative of the measured angle of the same shaft, smoothed alike."""
     samples = ch.smoothing
-    slope = derivative(smooth(ch.true(side + "angle", values), samples), np.cumsum(ch.dt))
+    slope = rate(ch.true(side + "angle", values), np.cumsum(ch.dt), samples)
     name = side + "speed"
     good = everywhere(len(slope))
     good[:samples] = good[-samples:] = False  # the average has no neighbours there
-    return drive.read(name, slope, values, ch), smooth(ch.raw(name), samples), good
+    return drive.read(name, drive.differenced(name, slope, ch), values, ch), smooth(ch.raw(name), samples), good
 
 
 def twist(values: dict, ch: Channels) -> Compared:
@@ -218,7 +218,7 @@ def shafts(name: str, values: dict, ch: Channels) -> Compared:
     good[:reach] = good[-reach:] = False  # the average has no neighbours there
     stretch = _stretches(values, ch)
     mean = lambda x: (np.bincount(stretch, x * ch.dt) / np.bincount(stretch, ch.dt))[stretch]
-    simulated, measured = drive.read(name, out, values, ch), smooth(ch.raw(name), samples)
+    simulated, measured = drive.read(name, drive.differenced(name, out, ch), values, ch), smooth(ch.raw(name), samples)
     return mean(smooth(simulated, wide)), mean(smooth(measured, wide)), mean(good) > 1.0 - 1e-9
 
 

@@ -49,7 +49,7 @@ def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
         if ch.steady
         else motion(
             ch.true(angle, values) if ch.has(angle) else None,
-            ch.true(speed, values) if ch.has(speed) else None,
+            _centred(speed, values, ch) if ch.has(speed) else None,
             ch.dt,
             ch.smoothing,
             _still(side, ch),
@@ -61,6 +61,23 @@ def shaft(side: str, values: dict, ch: Channels) -> ShaftMotion | None:
     if ch.setting.balanced and (not known or (len(known) + 1) * ch.setting.samples <= RULES.residuals.motions_remembered):
         known[told] = found
     return found
+
+
+def _centred(speed: str, values: dict, ch: Channels) -> np.ndarray:
+    """A measured speed where it is the shaft's: a difference over some rows is that of their middle, and stands at their end."""
+    x, window = ch.true(speed, values), ch.setting.windows.get(ch.prefix + speed)
+    return np.interp(ch.run.time + 0.5 * window, ch.run.time, x) if window else x
+
+
+def differenced(speed: str, x: np.ndarray, ch: Channels) -> np.ndarray:
+    """A speed x of all samples as its channel has it: its mean over the rows of which it is a difference, if it is one."""
+    window, time = ch.setting.windows.get(ch.prefix + speed), ch.run.time
+    if not window:
+        return x
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))])
+    until = np.maximum(time, time[1])
+    since = np.maximum(until - window, time[0])
+    return (np.interp(until, time, turned) - np.interp(since, time, turned)) / (until - since)
 
 
 def _still(side: str, ch: Channels) -> float | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..data.log import MeasuredRun
 from ..data.rig import Rig, split
-from ..data.signals import MOVES, SIGNALS
+from ..data.signals import ANGLE_OF, MOVES, SIGNALS
 from ..errors import DataError
 from ..rules import RULES
 from . import drive
@@ -18,6 +18,7 @@ from .channels import Channels, derivative
 from .closing import shaft
 from .experiment import Experiment
 from .kernels import kernels
+from .recorder import counts
 from .residual import Residual, residuals
 from .setting import Setting
 from .whole import WHOLE
@@ -43,6 +44,15 @@ class DriveExperiment(Experiment):
         if not rig.loop and len(rig.drives) == 1 and not self.steady:
             self.rig = rig = replace(rig, loop=shaft([*self.channels.values()]))
             self.setting = replace(self.setting, rig=rig)
+            self.channels = self._channels(takes=takes)
+        if not self.steady and rig.simulate != WHOLE:  # which simulates its recorder
+            windows = {
+                ch.prefix + name: rows * self.step
+                for ch in (self.channels[0, prefix] for prefix in rig.drives)
+                for name in ANGLE_OF
+                if ch.has(name) and (rows := counts(name, ch)[1])
+            }
+            self.setting = replace(self.setting, windows=windows)
             self.channels = self._channels(takes=takes)
         self.residuals = tuple(
             residual

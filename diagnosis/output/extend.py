@@ -62,7 +62,7 @@ def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis
         fmus[name] = build("Sensor", out / f"{name}.fmu", **known)
     _parameters(experiment, mending.before, after, out / "parameters.toml")
     system = write_loop(experiment, values, fmus, out) if together else write_system(experiment, values, fmus, out)
-    enough = experiment.head(experiment.enough(blocks, RULES.residuals.played))
+    enough = experiment.head(experiment.enough(blocks, _played(experiment, blocks)))
     promised = Mending(enough, residual, after, after, blocks)
     theirs = with_fmus(enough, fmus, residual, after)  # None where this comparison is not one of an FMU
     found = None if theirs is None else Mending(theirs, residual, after, after, blocks)
@@ -80,6 +80,12 @@ def extend(mending: Mending[DriveExperiment], out: Path, causes: list[Hypothesis
         return told | run_again(experiment, values, system, residual)
     except SelflockError as error:  # as of an FMU that cannot go on
         return told | {"not_run": str(error)}
+
+
+def _played(experiment: DriveExperiment, blocks: np.ndarray) -> int:
+    """How many samples of these blocks there are in as many rows, of the runs that have any, as FMUs are run again on."""
+    runs = [blocks[experiment.layout.block(i)] for i in range(len(experiment.runs))]
+    return int(RULES.residuals.played * np.mean(np.concatenate([one for one in runs if one.any()] or [np.ones(1)])))
 
 
 def starts(part: str, name: str, values: dict[str, float]) -> dict:

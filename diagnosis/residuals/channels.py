@@ -153,9 +153,8 @@ def rate(x: np.ndarray, time: np.ndarray, samples: int) -> np.ndarray:
 
 
 def _evened(time: np.ndarray, samples: int) -> np.ndarray:
-    """Times averaged over `samples`, but for where that would shorten the steps at both ends."""
-    line = np.linspace(time[0], time[-1], len(time))
-    return line + smooth(time - line, samples)
+    """Times whose steps are averaged over `samples`: those of averaged times, without shorter ones at both ends."""
+    return time[0] + np.concatenate([[0.0], np.cumsum(smooth(np.diff(time), samples))])
 
 
 def _quantile(x: np.ndarray, share: float) -> float:

@@ -277,8 +277,8 @@ class ResidualRules:
         f'a limit of time, with "{LEAN}"; not studied',
     )
     played: int = rule(
-        4_000,
-        "samples that judge, up to which an extended FMU is run again",
+        20_000,
+        "rows, about, on which an extended FMU is run again",
         "a limit of time: the FMU gives what the compiled law gives, or it does not; FMPy takes 30 us a sample",
     )
     shown_least: int = rule(

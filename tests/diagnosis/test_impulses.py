@@ -33,7 +33,7 @@ def test_a_sound_drive_has_no_cause(faulty, tmp_path):
     case = impulses.hide([], impulses.DEVELOPMENT + int(np.random.SeedSequence().entropy % 20), 8.0, faulty)
     print(case.seed, case.faults)
     rig, train, test = case.write(tmp_path)
-    result = diagnose(rig, [train], test=[test], out=None, seed=case.seed)
+    result = diagnose(rig, train, test=[test], out=None, seed=case.seed)
     assert result.verdict == "none", result.summary()
 
 
@@ -42,6 +42,6 @@ def test_a_sound_drive_has_no_cause(faulty, tmp_path):
 def test_a_play_is_found_to_a_tenth_of_what_is_hidden(tmp_path):
     case = impulses.hide(["reducer.backlash"], impulses.DEVELOPMENT + 1, 10.0)
     rig, train, test = case.write(tmp_path)
-    result = diagnose(rig, [train], test=[test], out=None, seed=1)
+    result = diagnose(rig, train, test=[test], out=None, seed=1)
     assert result.causes and result.causes[0].label == "reducer backlash", result.summary()
     assert result.causes[0].parameters["reducer.backlash"]["value"] == pytest.approx(case.true["play"], rel=0.1)

@@ -271,13 +271,13 @@ class Case:
         given = [f'"{name}" = {float(value)!r}' for name, value in values.items()]
         return "\n".join(['[rig]\nname = "bench"\nkind = "forward"\n\n[columns]', *named, "\n[parameters]", *given, ""])
 
-    def write(self, folder: Path) -> tuple[Path, Path, Path]:
+    def write(self, folder: Path) -> tuple[Path, list[Path], Path]:
         """rig.toml, train.csv, test.csv."""
         files = [Path(folder) / name for name in ("rig.toml", "train.csv", "test.csv")]
         files[0].write_text(self.rig())
         for table, path in zip(self.logs, files[1:]):
             table.to_csv(path, index=False, float_format="%.9g")
-        return files[0], files[1], files[2]
+        return files[0], files[1:2], files[2]
 
 
 def calm(s: dict[str, float], plan: tuple[np.ndarray, np.ndarray], by: Recorder) -> bool:

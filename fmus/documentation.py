@@ -106,8 +106,8 @@ td, th { border: 1px solid #ccd; padding: 0.25rem 0.5rem; vertical-align: top }
 """
 
 
-def page(slave: Slave, key: str, law: str) -> str:
-    """documentation/index.html of a slave; `key` names its content, `law` its sources, without its start values."""
+def page(slave: Slave, key: str, sources: str) -> str:
+    """documentation/index.html of a slave; `key` names its content, `sources` what it is made of, whatever its start values are."""
     face = type(slave)
     name, effects = face.__name__, getattr(slave.law, "EFFECTS", ())
     laws = [cleandoc(module.__doc__ or "") for module in face.explained or (slave.law,)]
@@ -115,7 +115,7 @@ def page(slave: Slave, key: str, law: str) -> str:
         f"<h1>{escape(name)}.fmu</h1><p>{escape(face.__doc__ or '')}</p>",
         "<h2>Equations</h2>",
         *(_prose(law) for law in laws),
-        *(f"<figure>{svg}<figcaption>{escape(text)}</figcaption></figure>" for svg, text in _drawn(slave, law)),
+        *(f"<figure>{svg}<figcaption>{escape(text)}</figcaption></figure>" for svg, text in _drawn(slave, sources)),
         "<h2>Variables</h2>",
     ]
     own = {parameter.name for effect in effects for parameter in effect.parameters}
@@ -190,7 +190,7 @@ def _effects(effects: tuple[Effect, ...], slave: Slave) -> str:
     return _rows(["effect", "formula", "parameter", "start", "description", "the run that tells it", "source"], rows)
 
 
-def _drawn(slave: Slave, law: str) -> list[tuple[str, str]]:
+def _drawn(slave: Slave, sources: str) -> list[tuple[str, str]]:
     """The picture of a component as (svg, caption), or nothing where it has none.
 
     It shows the law at start values of its own, so that it is drawn once for a law, not for each FMU of it.
@@ -198,7 +198,7 @@ def _drawn(slave: Slave, law: str) -> list[tuple[str, str]]:
     picture = PICTURES.get(name := type(slave).__name__)
     if not picture:
         return []
-    drawn = hashlib.sha256(f"{law} {version('matplotlib')}".encode() + Path(__file__).read_bytes()).hexdigest()[:12]
+    drawn = hashlib.sha256(f"{sources} {version('matplotlib')}".encode() + Path(__file__).read_bytes()).hexdigest()[:12]
     path = cache.kept(f"pictures/{name}_{drawn}.svg", lambda path: cache.write(path, _svg(slave, picture).encode()))
     return [(path.read_text(encoding="utf-8"), picture.caption)]
 

@@ -152,6 +152,19 @@ def rate(x: np.ndarray, time: np.ndarray, samples: int) -> np.ndarray:
     return derivative(smooth(x, samples), _evened(time, samples))
 
 
+def integral(x: np.ndarray, dt: np.ndarray) -> np.ndarray:
+    """Of x over time from the first sample on, by trapezia; dt: to each from the one before."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * dt[1:])])
+
+
+def mean_rate(x: np.ndarray, time: np.ndarray, since: np.ndarray, until: np.ndarray) -> np.ndarray:
+    """Mean rate of x between these times, as far as it is known: a channel that is early asks for more than was simulated."""
+    ends, least = time[[0, -1]], 1e-3 * (until - since)
+    until = np.clip(until, ends[0] + least, ends[1])
+    since = np.clip(since, ends[0], until - least)
+    return (np.interp(until, time, x) - np.interp(since, time, x)) / (until - since)
+
+
 def _evened(time: np.ndarray, samples: int) -> np.ndarray:
     """Times whose steps are averaged over `samples`: those of averaged times, without shorter ones at both ends."""
     return time[0] + np.concatenate([[0.0], np.cumsum(smooth(np.diff(time), samples))])
@@ -182,7 +195,7 @@ def motion(
         fine, plain = smooth(speed, samples), speed
     acceleration = derivative(fine, _evened(time, samples))
     if angle is None:
-        angle = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * dt[1:])])
+        angle = integral(fine, dt)
     else:
         angle = smooth(angle, samples) if samples else angle
     noise = 0.0

@@ -11,7 +11,7 @@ from scipy.ndimage import binary_opening
 
 from ..rules import RULES
 from . import laws, memory, phase
-from .channels import Channels, ShaftMotion, derivative, motion
+from .channels import Channels, ShaftMotion, derivative, integral, mean_rate, motion
 from .laws import lags
 
 
@@ -74,10 +74,7 @@ def differenced(speed: str, x: np.ndarray, ch: Channels) -> np.ndarray:
     window, time = ch.setting.windows.get(ch.prefix + speed), ch.run.time
     if not window:
         return x
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))])
-    until = np.maximum(time, time[1])
-    since = np.maximum(until - window, time[0])
-    return (np.interp(until, time, turned) - np.interp(since, time, turned)) / (until - since)
+    return mean_rate(integral(x, ch.dt), time, time - window, time)
 
 
 def _still(side: str, ch: Channels) -> float | None:

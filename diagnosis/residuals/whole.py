@@ -29,7 +29,7 @@ from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..rules import RULES
 from . import drive, free_law, laws, memory
-from .channels import Channels
+from .channels import Channels, integral, mean_rate
 from .compare import Compared
 from .forward import ROWS, stable
 from .recorder import counts, over_lost_rows, ticks
@@ -379,8 +379,7 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
     window = of("window")
     if window <= RULES.residuals.shortest_mean * here.dt[-1]:
         return np.interp(when - 0.5 * window, here.time, x)
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * here.dt[1:])])
-    return _rate(area, here.time, when - window, when)
+    return mean_rate(integral(x, here.dt), here.time, when - window, when)
 
 
 def _waves(turns: str, order: int, rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -403,12 +402,4 @@ def differences(angle: np.ndarray, time: np.ndarray, late: float, rows: int, ch:
     """A speed made of an angle at these times: the difference over so many rows back, over as many as there are at the start."""
     last = np.maximum(ch.taken(np.arange(len(ch.run))), 1)
     stamps = ch.run.time - ch.run.time[0]
-    return _rate(angle, time, stamps[np.maximum(last - rows, 0)] - late, stamps[last] - late)
-
-
-def _rate(x: np.ndarray, time: np.ndarray, since: np.ndarray, until: np.ndarray) -> np.ndarray:
-    """Mean rate of x between these times, as far as it is known: a channel that is early asks for more than was simulated."""
-    ends, least = time[[0, -1]], 1e-3 * (until - since)
-    until = np.clip(until, ends[0] + least, ends[1])
-    since = np.clip(since, ends[0], until - least)
-    return (np.interp(until, time, x) - np.interp(since, time, x)) / (until - since)
+    return mean_rate(angle, time, stamps[np.maximum(last - rows, 0)] - late, stamps[last] - late)

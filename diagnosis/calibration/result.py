@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from itertools import combinations
-from math import isfinite
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -64,14 +65,29 @@ class ChannelError:
     after: float | None
     noise: float  # of single samples
     spread: float  # standard deviation of what was measured
+    samples: int  # that told the noise
     held_out_before: float | None = None
     held_out: float | None = None  # on data that taught nothing; None where there are none
+    judged: int = 0  # samples of these
 
     @property
     def explained(self) -> float | None:
         """Share of the variance, on what is held out where that is."""
         error = self.after if self.held_out is None else self.held_out
         return 1.0 - (error / self.spread) ** 2 if self.spread and error is not None else None
+
+    @property
+    def lacking(self) -> bool:
+        """Whether more is left than noise, and than few samples make of it by chance.
+
+        A root mean square of n samples scatters by 1 / sqrt(2 n) of itself, the noise, told by a median, by more
+        (`noise_scatter`). The more samples, the nearer to the noise must the error be.
+        """
+        error, count = (self.after, self.samples) if self.held_out is None else (self.held_out, self.judged)
+        if error is None or not (count and self.samples):
+            return True
+        scatter = math.hypot(RULES.residuals.noise_scatter / math.sqrt(self.samples), math.sqrt(0.5 / count))
+        return error > (RULES.search.clean + NormalDist().inv_cdf(1.0 - RULES.judge.significant) * scatter) * self.noise
 
 
 @dataclass
@@ -120,8 +136,7 @@ class Calibration:
 
     def lacking(self) -> list[str]:
         """Outputs of which more is left than noise."""
-        left = {e.name: (e.after if e.held_out is None else e.held_out, e.noise) for e in self.errors}
-        return [name for name, (error, noise) in left.items() if error is None or error > RULES.search.clean * noise]
+        return [error.name for error in self.errors if error.lacking]
 
     def data(self) -> dict[str, Any]:
         """As calibration.json has it."""
@@ -202,7 +217,7 @@ def finite(told: Any) -> Any:
     if isinstance(told, (list, tuple)):
         return [finite(value) for value in told]
     if isinstance(told, (float, np.floating)):
-        return float(told) if isfinite(told) else None
+        return float(told) if math.isfinite(told) else None
     return told
 
 

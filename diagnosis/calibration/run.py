@@ -114,8 +114,10 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
             after=_of(error[1], name),
             noise=noise[name],
             spread=played.spread(name),
+            samples=_count(problem.trusted[name]),
             held_out_before=_of(held_out[0], name),
             held_out=_of(held_out[1], name),
+            judged=_count(problem.counted(range(len(runs)), unseen)[name]) if words else 0,
         )
         for name in played.outputs
     ]
@@ -226,6 +228,10 @@ def sizes(problem: Calibrating, values: dict[str, float], counted: list[np.ndarr
         return None
     trusted = problem.counted(which, counted)
     return {name: rms([e[t] for e, t in zip(errors[name], trusted[name])]) for name in errors}
+
+
+def _count(rows: list[np.ndarray]) -> int:
+    return int(sum(one.sum() for one in rows))
 
 
 def _of(sizes: dict[str, float] | None, name: str) -> float | None:

@@ -169,6 +169,11 @@ class ResidualRules:
 
     # --- noise of samples: residuals.noise
     normal_median: float = rule(0.6745, "median absolute value of a normal law of deviation 1", "theory: Φ⁻¹(3/4)")
+    noise_scatter: float = rule(
+        1.25,
+        "standard error of such a noise of n samples, in units of itself / sqrt(n)",
+        "theory: a median of differences of neighbours in white noise, by simulation (tests/diagnosis/residuals)",
+    )
     normal_tenth: float = rule(1.645, "absolute value that a tenth of a normal law of deviation 1 exceeds", "theory: Φ⁻¹(0.95)")
     no_count: float = rule(1e-9, "rad; what turned by less did not", "theory: digits of a log")
     on_a_count: float = rule(

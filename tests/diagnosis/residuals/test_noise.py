@@ -10,6 +10,7 @@ from selflock.diagnosis.data.log import read
 from selflock.diagnosis.residuals.channels import smooth
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
+from selflock.diagnosis.rules import RULES
 
 N = 20_000
 SIGMA = 0.03
@@ -120,3 +121,9 @@ def test_points_that_are_rows_have_the_scatter_about_their_neighbours(tmp_path, 
     torque = np.sign(speed) * (0.1 + 0.3 * np.exp(-abs(speed) / 20.0)) + SIGMA * rng.standard_normal(len(speed))
     table = pd.DataFrame({"time": np.arange(len(speed)) * 1.0, "speed": speed, "torque": torque})
     assert steady(tmp_path, table) == pytest.approx(SIGMA, rel=0.25)
+
+
+@pytest.mark.parametrize("count", [300, 3000])
+def test_what_is_found_scatters_as_its_rule_says(rng, count):
+    of_each = [found(rng.standard_normal(count)) for _ in range(800)]  # whose own deviation is told to 2.5 %
+    assert np.std(of_each) == pytest.approx(RULES.residuals.noise_scatter / np.sqrt(count), rel=0.12)

@@ -1,4 +1,4 @@
-"""What is asked of a rig: which code of it may run, what a diagnosis of it reads, and the answer, of a drive or a system."""
+"""What is asked of a rig: which code of it may run, and what a diagnosis of it reads."""
 
 from __future__ import annotations
 
@@ -8,17 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from selflock.fmus.laws import joined
-from selflock.master import load as load_system
 from selflock.master.code import allowed_effects
 
 from .data.rig import Rig, load
-from .data.sanity import box
-from .judge.result import Diagnosis
-from .pipeline.run import diagnose_runs, gather
-from .progress import Tell
-from .residuals.laws import check_names
-from .search.kept import Kept
-from .systems.system import diagnose_system
 
 
 def asked(rig: str | Path | Rig, allow_code: bool, isolate: bool = False) -> Rig:
@@ -36,21 +28,9 @@ def files(rig: Rig, logs: Sequence[str | Path], test: Sequence[str | Path]) -> l
     """What a search reads, those that there are."""
     found = [*map(Path, logs), *map(Path, test), *([rig.system] if rig.system else [])]
     if rig.system is not None and rig.system.suffix == ".toml" and rig.system.is_file():
+        from selflock.master import load as load_system
+
         system = load_system(rig.system, rig.allow_code)
         found += [system.folder / component.fmu for component in system.components.values() if component.fmu]
     found += sorted(rig.effects.glob("*.py")) if rig.effects and rig.effects.is_dir() else []
     return [path for path in found if path.is_file()]
-
-
-def answer(
-    rig: Rig, logs, test, out: Path | None, tell: Tell, seed: int, anyway: bool, kept: Kept | None, search: bool = True
-) -> Diagnosis:
-    """The diagnosis of a rig, under its `laws`; the arguments are those of `diagnose`."""
-    if rig.system is not None:
-        return diagnose_system(rig, logs, test, out, tell, seed, kept, search, anyway)
-    check_names(rig)
-    tell("reading", 0.0)
-    runs, faults, held = gather(rig, logs, test)
-    sanity = box(rig, runs)
-    sanity.refuse(rig, anyway)
-    return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity, kept=kept, search=search)

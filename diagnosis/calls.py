@@ -1,4 +1,7 @@
-"""The calls of a user: a rig says whether it is a drive that is asked about, or a system of FMUs."""
+"""The calls of a user: a rig says whether it is a drive that is asked about, or a system of FMUs.
+
+Each loads the rooms that it needs: half of what a replay takes is loading.
+"""
 
 from __future__ import annotations
 
@@ -8,34 +11,30 @@ from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from time import monotonic
+from typing import TYPE_CHECKING
 
 from threadpoolctl import threadpool_limits
 
 from selflock.fmus.place import claim
 from selflock.master.stops import Stops
-from selflock.view import checked
 
-from .asked import answer, asked, files, laws
-from .calibration.result import Calibration
-from .calibration.run import Spread, calibrate_system, here
+from .asked import asked, files, laws
 from .data.rig import Rig
-from .judge.result import Diagnosis
-from .naming.guesses import KINDS
-from .naming.outcome import Naming
-from .naming.run import name_system
-from .pipeline.replay import Replay, replay_drive
-from .planning.page import write as write_plan
-from .planning.run import NextRun, opened, plan_run
 from .progress import Tell, shown
 from .rules import RULES
-from .search.kept import FOLDER, Kept
-from .systems.system import replay_system
-from .tracking.changes import changes
-from .tracking.page import write as write_track
-from .tracking.series import read, series_of
-from .tracking.track import Track
+
+if TYPE_CHECKING:
+    from .calibration.result import Calibration
+    from .calibration.run import Spread
+    from .judge.result import Diagnosis
+    from .naming.outcome import Naming
+    from .pipeline.replay import Replay
+    from .planning.run import NextRun
+    from .search.kept import Kept
+    from .tracking.track import Track
 
 
+@threadpool_limits.wrap(limits=1)  # matrices are narrow: threads of BLAS only cost
 def replay(
     rig: str | Path | Rig,
     log: str | Path,
@@ -53,7 +52,13 @@ def replay(
     rig = asked(rig, allow_code, isolate)
     with laws(rig):
         out = claim(Path(out), "replay", "replay.json") if out else None
-        return replay_drive(rig, log, out, anyway) if rig.system is None else replay_system(rig, log, out, anyway)
+        if rig.system is not None:
+            from .systems.system import replay_system
+
+            return replay_system(rig, log, out, anyway)
+        from .pipeline.replay import replay_drive
+
+        return replay_drive(rig, log, out, anyway)
 
 
 @threadpool_limits.wrap(limits=1)  # the search has threads of its own: BLAS's beside them only cost
@@ -81,6 +86,8 @@ def diagnose(
     `out`, and the same call goes on with it, to the same bits.
     isolate: every FMU of the rig's system runs in a process of its own with limits and without rights (docs/security.md).
     """
+    from .answered import answer
+
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
     with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
@@ -106,6 +113,8 @@ def _keeping(
 
     And what tells progress, which also ends the work where what should have done so got lost on its way.
     """
+    from .search.kept import FOLDER, Kept
+
     kept = None if folder is None else Kept.of(folder, asdict(replace(rig, isolate=False)), read, seed)  # it changes no number
     stops = Stops(max_time)
     try:
@@ -147,13 +156,16 @@ def plan(
 
     Raises DataError where nothing is open, or rig and logs describe no loop.
     """
+    from .planning.page import write
+    from .planning.run import opened, plan_run
+
     folder, out = Path(diagnosis), Path(out) if out else None
     told, found = opened(folder, Path(rig) if rig else None)
     found = asked(found, allow_code)
     with laws(found), shown(progress) as tell:
         result = plan_run(folder, told, found, limits or {}, out, seed, tell)
         if out is not None:
-            write_plan(result, out)
+            write(result, out)
         return result
 
 
@@ -168,7 +180,7 @@ def calibrate(
     seed: int = 0,
     allow_code: bool = False,
     max_time: float | None = None,
-    spread: Spread = here,
+    spread: Spread | None = None,
     isolate: bool = False,
 ) -> Calibration:
     """Fit the numbers that `rig` names under [calibrate] and [uncertain] to `logs`; the error is told on `test` or held-out blocks.
@@ -185,10 +197,12 @@ def calibrate(
 
     Raises DataError where rig or logs cannot carry a calibration, DescriptionError where the system is wrong.
     """
+    from .calibration.run import calibrate_system, here
+
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
     with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
-        result = calibrate_system(rig, logs, test, folder, tell, starts, seed, spread, kept)
+        result = calibrate_system(rig, logs, test, folder, tell, starts, seed, spread or here, kept)
         if kept:
             kept.forget()
         return result
@@ -203,7 +217,7 @@ def name(
     progress: bool | Callable[[str, float], None] = False,
     starts: int = 2,
     seed: int = 0,
-    kinds: Sequence[str] = KINDS,
+    kinds: Sequence[str] | None = None,
     allow_code: bool = False,
     max_time: float | None = None,
     isolate: bool = False,
@@ -221,12 +235,16 @@ def name(
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
+    from .naming.guesses import KINDS
+    from .naming.run import name_system
+
     rig = asked(rig, allow_code, isolate)
+    kinds = KINDS if kinds is None else tuple(kinds)
     folder = claim(Path(out), "naming", "naming.json") if out else None
     with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
         began = monotonic()
         enough = lambda: max_time is not None and monotonic() - began > RULES.naming.enough * max_time
-        result = name_system(rig, logs, test, folder, tell, starts, seed, tuple(kinds), kept, enough)
+        result = name_system(rig, logs, test, folder, tell, starts, seed, kinds, kept, enough)
         if kept and not result.stopped:
             kept.forget()
         return result
@@ -240,10 +258,17 @@ def track(folders: str | Path | Sequence[str | Path], page: str | Path | None = 
 
     Raises DataError where no diagnosis is found, or one does not say when its logs were recorded.
     """
+    from selflock.view import checked
+
+    from .tracking.changes import changes
+    from .tracking.page import write
+    from .tracking.series import read, series_of
+    from .tracking.track import Track
+
     given = [folders] if isinstance(folders, (str, Path)) else list(folders)
     path = checked(Path(page)) if page else None
     diagnoses = read(given, since)
     found = Track(diagnoses, changes(series_of(diagnoses.values)))
     if path:
-        write_track(found, path)
+        write(found, path)
     return found

@@ -13,7 +13,8 @@ from threadpoolctl import threadpool_limits
 
 from selflock.fmus.cache import sha256
 
-from .asked import answer, asked, files, laws
+from .answered import answer
+from .asked import asked, files, laws
 from .data.rig import Rig
 from .tracking.logs import logs_of
 from .tracking.series import NAME

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import cache
-from math import inf
+from math import inf, pi
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -34,7 +34,13 @@ _BASE = {
     "radian": "rad",
 }
 _NAMES = {"%": "percent", "1": "", "-": "", "rev": "turn", "1/min": "1/minute"}
-
+_USUAL = {  # in logs and data sheets, to the bits that pint has: it takes half a second to load
+    "%": of(0.01),
+    "deg": of(pi / 180, rad=1),
+    "deg/s": of(pi / 180, rad=1, s=-1),
+    "rpm": of(pi / 30, rad=1, s=-1),
+    **{f"m{name}": parse(name)._replace(factor=1e-3) for name in ("m", "m/s", "s", "A", "V", "N", "N.m", "H", "Ohm", "W")},
+}
 
 LONGEST = 200  # characters of a name that is looked up
 ENDLESS = re.compile(r"\*\*\s*[(+-]*\s*\d{3,}|\*\*[^A-Za-z]*\*\*")
@@ -82,7 +88,9 @@ def to_si(name: str, declared: Declared = NOTHING) -> float:
 
 @cache
 def _plain(name: str) -> Unit | None:
-    """A unit of SI symbols alone, for which pint, half a second to load, is not asked. It reads N/m.s otherwise than FMI: left to it."""
+    """A usual unit, or one of SI symbols alone: pint is not asked. It reads N/m.s otherwise than FMI: left to it."""
+    if name in _USUAL:
+        return _USUAL[name]
     try:
         plain = parse(name)
     except (KeyError, OverflowError):

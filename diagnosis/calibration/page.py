@@ -17,7 +17,7 @@ from selflock.master.errors import DescriptionError, ResultError
 from selflock.view import figures, page
 from selflock.view.figures import axis, line
 
-from ..output.pictures import AFTER, BEFORE, MEASURED, Plots
+from ..output.traces import AFTER, BEFORE, MEASURED, Plots
 from .fit import Calibrating
 from .numbers import label
 from .result import Calibration, FittedNumber, environment

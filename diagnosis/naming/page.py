@@ -13,7 +13,7 @@ from selflock.view.figures import axis, line, points
 
 from ..calibration.numbers import label
 from ..calibration.page import measured
-from ..output.pictures import AFTER, BEFORE, Plots
+from ..output.traces import AFTER, BEFORE, Plots
 from .outcome import FreeCurve, Naming
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ from ..residuals import phase
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import COMPONENTS, as_fmu, law
 from ..residuals.mending import Mending
-from ..residuals.residual import Residual
+from ..residuals.residual import RUNS, Residual
 from ..residuals.whole import WHOLE
 from ..rules import RULES
 from ..search.hypotheses import Hypothesis
@@ -120,10 +120,6 @@ def _of_runs(experiment: DriveExperiment, after: dict) -> list[str]:
             lines += ["", f"# run {json.dumps(run.name, ensure_ascii=False)} of {json.dumps(run.log, ensure_ascii=False)}"]
             lines += [f"# {line}" for line in own]
     return lines
-
-
-RUNS = {"gear": "reducer", "motor": "motor", "controller": "controller", "drive": "reducer"}
-"""The FMU that takes the law's place in a residual of this kind; in a whole drive those of all components do."""
 
 
 def with_fmus(

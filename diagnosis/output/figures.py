@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
@@ -11,11 +12,12 @@ from matplotlib.figure import Figure
 from selflock.fmus.shown import literal
 from selflock.view.page import pretty
 
-from ..residuals.mending import Mending
-from . import pictures
+from . import traces
+from .traces import Plots
 
 BEFORE, AFTER, MEASURED = "#c2571a", "#1f6fb2", "#222222"
-COLOURS = {pictures.BEFORE: BEFORE, pictures.AFTER: AFTER, pictures.MEASURED: MEASURED}
+COLOURS = {traces.BEFORE: BEFORE, traces.AFTER: AFTER, traces.MEASURED: MEASURED}
+Place = TypeVar("Place", Path, BytesIO)
 STYLE: dict[str, Any] = {
     "font.size": 10,
     "axes.grid": True,
@@ -36,7 +38,7 @@ def subplots(
     return figure, figure.subplots(rows, columns, **more)
 
 
-def save(figure: Figure, path: Path) -> Path:
+def save(figure: Figure, path: Place) -> Place:
     """Write a figure."""
     literal(figure)
     if figure.get_layout_engine() is None:
@@ -46,9 +48,8 @@ def save(figure: Figure, path: Path) -> Path:
 
 
 @styled
-def traces(mending: Mending, path: Path, compared: list | None = None, title: str = "") -> Path:
-    """Measured against simulated, and below it their difference."""
-    plots = pictures.traces(mending, compared)
+def drawn(plots: Plots, title: str = "") -> bytes:
+    """Measured against simulated, and below it their difference (traces.py), as PNG."""
     figure, axes = subplots(2, 1, figsize=(9, 5.4), sharex=True, height_ratios=[2, 1])
     for one, plot in zip(axes, plots):
         for mark in plot["marks"]:
@@ -59,4 +60,5 @@ def traces(mending: Mending, path: Path, compared: list | None = None, title: st
     axes[0].set_title(title, loc="left")
     axes[1].set_xlabel(f"{plots[1]['x']['label']} in {pretty(plots[1]['x']['unit'])}")
     axes[0].legend(loc="best", ncols=3, fontsize=9)
-    return save(figure, path)
+    save(figure, buffer := BytesIO())
+    return buffer.getvalue()

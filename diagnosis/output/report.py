@@ -17,6 +17,7 @@ from ..residuals import whole
 from ..residuals.mending import Mending
 from ..search.selection import Selection
 from . import pictures, spectrum
+from .traces import traces
 
 SAYS = {
     "explained": "A cause was found.",
@@ -55,7 +56,7 @@ def write(
             "missing": pictures.missing(mending, found, np.random.default_rng(1), left[0].variable if left else "")
             if found or result.verdict == "unknown"
             else None,
-            "traces": pictures.traces(mending),
+            "traces": traces(mending),
             "where": pictures.where(mending, noise),
             "spectrum": spectrum.plots(mending, noise),
             "faults": pictures.faults(experiment.original, faults),

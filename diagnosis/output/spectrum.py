@@ -16,7 +16,7 @@ from ..residuals import drive
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import Mending
 from ..rules import RULES
-from .pictures import AFTER, BEFORE
+from .traces import AFTER, BEFORE
 
 SHAFTS = ("the input shaft", "the output shaft")
 

@@ -4,7 +4,9 @@ Each component runs on its measured inputs, or the whole drive from its set-poin
 are compared, both.
 
 The reducer is the FMU itself, in kinematic mode: the measured motion is imposed on its input shaft, and on its output
-shaft the angle at which its spring carries the known load. What it computes is drawn over what was measured.
+shaft the angle at which its spring carries the known load. What it computes is drawn over what was measured, on one page.
+
+What runs FMUs and what draws for a notebook is loaded where it is needed: a replay is to answer while one watches.
 """
 
 from __future__ import annotations
@@ -18,7 +20,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from selflock.fmus.build import build
 from selflock.fmus.shown import printed
 
 from ..data.gathered import gathered
@@ -27,16 +28,17 @@ from ..data.rig import Rig
 from ..data.sanity import Box, box
 from ..errors import DataError
 from ..judge.together import asked, closed_loop, recorded
-from ..output import figures
-from ..output.extend import RUNS, starts, with_fmus
+from ..output.traces import Plots, traces
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.experiment import Experiment
 from ..residuals.laws import check_names
 from ..residuals.mending import Mending, rms
 from ..residuals.noise import floor
-from ..residuals.residual import Residual
+from ..residuals.residual import RUNS, Residual
 from ..residuals.whole import WHOLE
 from ..search.instants import place_jumps
-from .run import whole_where_described
+from .in_step import whole_where_described
+from .replay_page import write
 
 
 @dataclass
@@ -59,9 +61,10 @@ class Replay:
     comparisons: list[Comparison]
     faults: list[dict]
     folder: Path | None
-    figures: list[str] = field(default_factory=list)
+    plots: dict[str, Plots] = field(default_factory=dict)  # of each comparison, as data (selflock.view.figures)
     points: pd.DataFrame | None = None
     sanity: Box | None = None  # what log and rig of a drive say of each other
+    page: Path | None = None
 
     def summary(self) -> str:
         """What log and rig say of each other, error of each channel, faults, and what to open, as text."""
@@ -81,8 +84,8 @@ class Replay:
                     for f in self.faults[:6]
                 )
             )
-        if self.folder:
-            lines.append(f"Open {self.folder / self.figures[0]}" if self.figures else f"Written to {self.folder}")
+        if self.page:
+            lines.append(f"Open {self.page}")
         return "\n".join(lines)
 
     def __str__(self) -> str:
@@ -90,11 +93,24 @@ class Replay:
 
     def _repr_html_(self) -> str:
         """The summary and the first picture, for a notebook."""
-        picture = self.folder / self.figures[0] if self.folder and self.figures else None
-        if picture is None or not picture.is_file():
+        if not self.plots:
             return printed(self.summary())
-        data = base64.b64encode(picture.read_bytes()).decode()
+        from ..output.figures import drawn
+
+        title, plots = next(iter(self.plots.items()))
+        data = base64.b64encode(drawn(plots, title)).decode()
         return f'{printed(self.summary())}<img style="max-width: 100%" alt="" src="data:image/png;base64,{data}">'
+
+    def write(self, rig: Rig) -> None:
+        """replay.json, points.csv and the page, to its folder."""
+        if self.folder is None:
+            return
+        if self.points is not None:
+            self.points.to_csv(self.folder / "points.csv", index=False, float_format="%.9g")
+        sanity = self.sanity.row() if self.sanity else None
+        told = {"sanity": sanity, "comparisons": [asdict(c) for c in self.comparisons], "faults": self.faults}
+        (self.folder / "replay.json").write_text(json.dumps(told, indent=2) + "\n")
+        self.page = write(self, rig, self.folder)
 
 
 def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool = False) -> Replay:
@@ -113,42 +129,31 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool
     folder = Path(out) if out else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    comparisons, drawn, points = [], [], None
+    comparisons, plots, points = [], {}, None
     for experiment, values in _experiments(rig, runs):
         for residual in experiment.residuals:
             compared = _by_fmu(experiment, residual, values, folder)
-            errors = [m - s for s, m, _ in compared]
-            trusted = [good & np.isfinite(s) for s, _, good in compared]
-            e = rms([x[t] for x, t in zip(errors, trusted)])
-            size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
-            noise = floor(experiment, residual, values, errors, trusted)
-            relative = e / size if size else 0.0
-            comparisons.append(
-                Comparison(residual.name, residual.output, residual.unit, e, relative, noise, list(residual.components))
-            )
+            comparisons.append(comparison(experiment, residual, values, compared))
+            everywhere = np.ones(experiment.layout.count, bool)
+            plots[residual.name] = traces(Mending(experiment, residual, values, values, everywhere), compared)
             if residual.kind == "gear" and experiment.steady:
                 points = _points(experiment, residual, compared[0])
             if folder:
-                title = f"{rig.name}: {residual.output}, error {e:.3g} {residual.unit} rms" + (
-                    f", {100 * relative:.1f} % of the measured" if size else ""
-                )
-                everywhere = np.ones(experiment.layout.count, bool)
-                mending = Mending(experiment, residual, values, values, everywhere)
-                name = residual.name.replace(" ", "_")
-                path = figures.traces(mending, folder / f"{name}.png", compared, title)
-                drawn.append(path.name)
-                write_csv(_table(experiment, compared), folder / f"{name}.csv")
-    result = Replay(comparisons, [f.row() for f in faults], folder, drawn, points, sanity)
-    if folder:
-        if points is not None:
-            points.to_csv(folder / "points.csv", index=False, float_format="%.9g")
-        (folder / "replay.json").write_text(
-            json.dumps(
-                {"sanity": sanity.row(), "comparisons": [asdict(c) for c in comparisons], "faults": result.faults}, indent=2
-            )
-            + "\n"
-        )
+                write_csv(_table(experiment, compared), folder / f"{residual.name.replace(' ', '_')}.csv")
+    result = Replay(comparisons, [f.row() for f in faults], folder, plots, points, sanity)
+    result.write(rig)
     return result
+
+
+def comparison(experiment: Experiment, residual: Residual, values: dict, compared: list, name: str = "") -> Comparison:
+    """How far what was simulated is off, over all trusted samples. name: of the comparison, where it is not the residual's."""
+    errors = [m - s for s, m, _ in compared]
+    trusted = [good & np.isfinite(s) for s, _, good in compared]
+    error = rms([x[t] for x, t in zip(errors, trusted)])
+    size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
+    noise = floor(experiment, residual, values, errors, trusted)
+    relative = error / size if size else 0.0
+    return Comparison(name or residual.name, residual.output, residual.unit, error, relative, noise, list(residual.components))
 
 
 def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExperiment, dict[str, float]]]:
@@ -172,9 +177,13 @@ def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExper
 
 def _by_fmu(experiment: DriveExperiment, residual: Residual, values: dict, folder: Path | None):
     """A comparison with the component's FMU in the law's place."""
-    part = RUNS.get(residual.kind)
-    if part is None or folder is None or residual.kind == "drive":
+    if folder is None or residual.kind == "drive" or residual.kind not in RUNS:
         return experiment.compare(residual, values)
+    from selflock.fmus.build import build
+
+    from ..output.extend import starts, with_fmus
+
+    part = RUNS[residual.kind]
     name = residual.prefix + part
     given = starts(part, name, {**experiment.rig.parameters, **values})
     path = build(part.capitalize(), folder / f"{name}.fmu", **given, **({"kinematic": True} if part == "reducer" else {}))

@@ -17,7 +17,6 @@ from ..data.log import MeasuredRun
 from ..data.origin import about
 from ..data.rig import Rig
 from ..data.sanity import Box
-from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..judge.gain import blame, comparisons
 from ..judge.hunting import hunts
@@ -31,15 +30,8 @@ from ..judge.verdict import Judge, Judgement, named, of_runs, verdict
 from ..output.extend import extend
 from ..output.learnt import write_learnt
 from ..output.report import write
-from ..residuals import drive
-from ..residuals.channels import Channels
-from ..residuals.closing import ahead, unseen
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.kernels import kernels
-from ..residuals.recorder import counts, measured
-from ..residuals.setting import Setting
-from ..residuals.whole import PARTED, WHOLE, lacking
-from ..rules import RULES
+from ..residuals.whole import PARTED, WHOLE
 from ..search.instants import place_jumps
 from ..search.kept import Kept
 from ..search.problem import Problem
@@ -47,6 +39,7 @@ from ..search.selection import ForwardSelection
 from ..search.starts import correlated, told
 from ..search.step import so_far
 from . import hold_out as division
+from .in_step import whole_where_described
 
 HUNTS = (
     "the drive hunts: with these causes it swings by itself, in a phase that no simulation from its set-points shares, "
@@ -225,50 +218,6 @@ def _sources(rig: Rig, runs: list[MeasuredRun], held: list[bool], out: Path) -> 
     near = lambda path: Path(os.path.relpath(path, out)).as_posix()
     logs = {near(run.source): is_held for run, is_held in zip(runs, held) if run.source}
     return {"rig": near(rig.path), "logs": [p for p, h in logs.items() if not h], "test": [p for p, h in logs.items() if h]}
-
-
-def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
-    """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it; and why.
-
-    Component by component tells more where rows are even, the controller acts at each and gives its command as a number, and
-    speeds are what they say: then measured inputs are as good as the outputs that follow from them.
-    """
-    run = runs[0]
-    if rig.simulate:
-        return rig, f'the rig asks for it (simulate = "{rig.simulate}")'
-    if what := lacking(rig, set(run.signals)):
-        return rig, f"the rig and its log describe no whole loop, which needs {what}"
-    if reasons := out_of_step(rig, runs):
-        return replace(rig, simulate=WHOLE), f"the log was not taken in step with its controller: {'; '.join(reasons)}"
-    return rig, (
-        "nothing says that the log was not taken in step with its controller: "
-        "its rows are even, no period is given, its voltage is a number without noise, no speed is made of counts"
-    )
-
-
-def out_of_step(rig: Rig, runs: list[MeasuredRun]) -> list[str]:
-    """What says that a log was not taken in step with its controller; nothing where it may have been."""
-    run = runs[0]
-    setting = Setting(rig, len(run), kernels(), {"": RULES.residuals.usual_window})
-    channels, steps = Channels(run, "", setting, beside=tuple(runs)), np.diff(run.time)
-    found, usual = [], float(np.median(steps))
-    if (period := rig.parameters.get("controller.sample_period", 0.0)) > 0.0:
-        found.append(f"the rig gives the controller a period of its own, {1e3 * period:.4g} ms")
-    uneven = float(np.median(abs(steps - usual)))
-    if uneven > RULES.pipeline.even * usual:
-        found.append(f"its rows are uneven, half of them by more than {100 * uneven / usual:.2g} % of the step")
-    if not (electric := drive.electric(channels)):
-        found.append("it has no voltage")
-    elif (noise := measured(electric, channels)) > RULES.residuals.exact:
-        found.append(f"{electric} was measured: it has noise of its own, {100 * noise:.2g} % of its spread")
-    elif ahead(channels):
-        found.append("its commands stand in the row before the one that they answer")
-    elif name := unseen(channels):
-        found.append(f"{electric} does not step with the counts in which the log has {name}: its controller saw another sample")
-    for speed in ANGLE_OF:
-        if channels.has(speed) and (rows := counts(speed, channels)[1]):
-            found.append(f"{speed} is a difference of counts over {rows} row{'s' * (rows > 1)}")
-    return found
 
 
 def problem_of(

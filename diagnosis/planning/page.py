@@ -11,7 +11,7 @@ from selflock.view import figures, page
 from selflock.view.figures import axis, band, line
 
 from ..data.signals import SIGNALS
-from ..output.pictures import MEASURED, Plots
+from ..output.traces import MEASURED, Plots
 from .run import NextRun, table
 
 

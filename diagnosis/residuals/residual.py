@@ -29,6 +29,9 @@ from . import compare, drive, forward, free_law, laws, phase, whole
 from .channels import Channels
 from .compare import Compared
 
+RUNS = {"gear": "reducer", "motor": "motor", "controller": "controller", "drive": "reducer"}
+"""The FMU that takes the law's place in a residual of this kind; in a whole drive those of all components do."""
+
 
 @dataclass(frozen=True, eq=False)
 class Residual:

@@ -5,9 +5,8 @@ Nothing here knows what the FMUs are. Where the one to blame is of this package 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,15 +19,15 @@ from ..errors import DataError
 from ..judge.depends import depends
 from ..judge.gain import blame, comparisons, measure
 from ..judge.result import Diagnosis
-from ..output import figures
 from ..output.report import write
+from ..output.traces import traces
 from ..pipeline import hold_out as division
-from ..pipeline.replay import Comparison, Replay
+from ..pipeline.replay import Replay, comparison
 from ..pipeline.run import diagnose_runs, gather
 from ..residuals.blocks import Blocks
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending, rms, sizes
-from ..residuals.noise import floor, of_bins
+from ..residuals.noise import of_bins
 from ..residuals.residual import Compared, Residual
 from ..rules import RULES
 from ..search.kept import Kept
@@ -116,34 +115,18 @@ def replay_system(rig: Rig, log: str | Path, out: str | Path | None, anyway: boo
     folder = Path(out) if out else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    comparisons, drawn = [], []
+    comparisons, plots = [], {}
     for whole in (False, True):
         experiment = SystemExperiment(rig, parts, runs, whole)
         if not whole:
             sanity = box(experiment, rig)
             sanity.refuse(rig, anyway)
         for residual in experiment.residuals:
-            compared = experiment.compare(residual, {})
-            errors = [m - s for s, m, _ in compared]
-            trusted = [good & np.isfinite(s) for s, _, good in compared]
-            error, size = (
-                rms([e[t] for e, t in zip(errors, trusted)]),
-                rms([m[t] for (_, m, _), t in zip(compared, trusted)]),
-            )
             name = f"whole {residual.output}" if whole else residual.output
-            relative = error / size if size else 0.0
-            noise_floor = floor(experiment, residual, {}, errors, trusted)
-            comparisons.append(
-                Comparison(name, residual.output, residual.unit, error, relative, noise_floor, list(residual.components))
-            )
-            if folder:
-                path = folder / f"{name.replace(' ', '_')}.png"
-                figures.traces(Mending(experiment, residual, {}, {}, np.ones(experiment.layout.count, bool)), path)
-                drawn.append(path.name)
-    result = Replay(comparisons, [f.row() for f in faults], folder, drawn, sanity=sanity)
-    if folder:
-        data = {"sanity": sanity.row(), "comparisons": [asdict(c) for c in comparisons], "faults": result.faults}
-        (folder / "replay.json").write_text(json.dumps(data, indent=2) + "\n")
+            comparisons.append(comparison(experiment, residual, {}, experiment.compare(residual, {}), name))
+            plots[name] = traces(Mending(experiment, residual, {}, {}, np.ones(experiment.layout.count, bool)))
+    result = Replay(comparisons, [f.row() for f in faults], folder, plots, sanity=sanity)
+    result.write(rig)
     return result
 
 

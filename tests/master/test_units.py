@@ -7,7 +7,7 @@ import pytest
 
 from selflock.fmus.units import SYMBOLS, of
 from selflock.master.errors import DescriptionError
-from selflock.master.units import _pint_unit, conversion, to_si, unit
+from selflock.master.units import _USUAL, _pint_unit, conversion, to_si, unit
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_refused(source, target):
 def test_what_pint_is_not_asked_it_would_say_too():
     second = [separator + symbol for separator in "./" for symbol in ("m", "s-1", "degC", "rad2")]
     names = [first + rest for first, rest in product([*SYMBOLS, "m2", "s-2", "degC2"], ("", "/s.m", *second))]
-    assert all(unit(name) == _pint_unit(name) for name in names)
+    assert all(unit(name) == _pint_unit(name) for name in [*names, *_USUAL])
 
 
 def test_what_an_fmu_says_of_its_units_counts_first():

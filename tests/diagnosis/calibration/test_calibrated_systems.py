@@ -10,7 +10,7 @@ import pytest
 
 from selflock import master
 from selflock.diagnosis import calibrate
-from selflock.diagnosis.calls import here
+from selflock.diagnosis.calibration.run import here
 from selflock.master import ssp
 from selflock.master.system import Component, Connection, Run, System
 

@@ -1,5 +1,6 @@
 """Replay: a measured motion imposed on the reducer's FMU, against the wedge's closed forms; and the worm drive."""
 
+import base64
 import math
 from pathlib import Path
 
@@ -13,9 +14,11 @@ from selflock.diagnosis.data.gathered import gathered
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.output import extend
+from selflock.diagnosis.output.traces import BEFORE, MEASURED
+from selflock.diagnosis.pipeline.in_step import whole_where_described
 from selflock.diagnosis.pipeline.replay import Comparison, Replay
-from selflock.diagnosis.pipeline.run import whole_where_described
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.view.figures import axis, line
 
 from ..plant import bench
 
@@ -89,8 +92,7 @@ def test_table_and_picture_show_the_fmu(worm, tmp_path, monkeypatch):
     monkeypatch.setattr(extend, "_play", doubled)
     other = replay(*worm(), tmp_path / "other")
     assert other.points["simulated"].to_numpy() == pytest.approx(2.0 * honest.points["simulated"].to_numpy())
-    picture = honest.figures[0]
-    assert (tmp_path / "honest" / picture).read_bytes() != (tmp_path / "other" / picture).read_bytes()
+    assert honest.page.read_bytes() != other.page.read_bytes()
 
 
 def test_a_missing_column_is_named(worm, tmp_path):
@@ -118,17 +120,18 @@ def test_the_measured_worm_drive(tmp_path):
     assert (points["error"] * np.sign(points["speed"]) > 0.0).all()
     slow = points[points["speed"].between(-0.5, 0.0)]["measured"].min()
     assert slow < points[points["speed"].between(-3.0, -1.0)]["measured"].min()
-    assert (tmp_path / "gear.png").exists() and (tmp_path / "reducer.fmu").exists()
+    assert found.page == tmp_path / "replay.html" and found.page.exists() and (tmp_path / "reducer.fmu").exists()
 
 
-def test_a_notebook_shows_the_numbers_and_the_first_picture(tmp_path, hostile):
+def test_a_notebook_shows_the_numbers_and_the_first_picture(hostile):
     told = Replay([Comparison(hostile, hostile, "N.m", 0.5, 0.1, 0.0, [])], [], None)
     tree = html.fragments_fromstring(told._repr_html_())
     assert [one.tag for one in tree] == ["pre"] and tree[0].xpath("string(.)") == str(told) and not tree[0].xpath("*")
-    (tmp_path / "gear.png").write_bytes(b"a picture")
-    told.folder, told.figures = tmp_path, ["gear.png", "other.png"]
+    x = np.arange(3.0)
+    axes = {"x": axis("time", "s"), "y": axis(hostile, "N.m")}
+    told.plots = {hostile: [{**axes, "marks": [line(x, x, hostile, colour)]} for colour in (BEFORE, MEASURED)]}
     tree = html.fragments_fromstring(told._repr_html_())
-    assert tree[1].get("src") == "data:image/png;base64,YSBwaWN0dXJl"
+    assert base64.b64decode(tree[1].get("src").removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
 
 
 @pytest.fixture(scope="module")

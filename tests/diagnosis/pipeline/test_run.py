@@ -122,7 +122,7 @@ def test_replay_by_the_command(tmp_path, rng):
     answer = CliRunner().invoke(app, ["replay", str(tmp_path / "rig.toml"), str(tmp_path / "log.csv"), "-o", str(out)])
     assert answer.exit_code == 0, answer.output
     (row,) = json.loads((out / "replay.json").read_text())["comparisons"]
-    assert row["error"] < 3e-5 and (out / "gear.png").exists() and (out / "reducer.fmu").exists()
+    assert row["error"] < 3e-5 and (out / "replay.html").exists() and (out / "reducer.fmu").exists()
 
 
 @pytest.mark.slow

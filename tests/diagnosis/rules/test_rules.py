@@ -34,7 +34,7 @@ ELSEWHERE = {  # what decides nothing
     "search/hypotheses.py": {"SIDES"},  # places in a tuple
     "pipeline/chance.py": {"LEVELS"},  # quantiles that are told
     "output/figures.py": {"STYLE"},
-    "output/pictures.py": {"BEFORE", "AFTER", "MEASURED"},  # colours
+    "output/traces.py": {"BEFORE", "AFTER", "MEASURED"},  # colours
     "output/report.py": {"QUARTER", "NEAR", "TOLD"},  # which words are said, and how many
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
     "data/lifting.py": {"SLIPS"},  # units

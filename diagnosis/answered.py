@@ -1,0 +1,28 @@
+"""The answer of a diagnosis, of a drive or of a system of FMUs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .data.rig import Rig
+from .data.sanity import box
+from .judge.result import Diagnosis
+from .pipeline.run import diagnose_runs, gather
+from .progress import Tell
+from .residuals.laws import check_names
+from .search.kept import Kept
+from .systems.system import diagnose_system
+
+
+def answer(
+    rig: Rig, logs, test, out: Path | None, tell: Tell, seed: int, anyway: bool, kept: Kept | None, search: bool = True
+) -> Diagnosis:
+    """The diagnosis of a rig, under its `laws`; the arguments are those of `diagnose`."""
+    if rig.system is not None:
+        return diagnose_system(rig, logs, test, out, tell, seed, kept, search, anyway)
+    check_names(rig)
+    tell("reading", 0.0)
+    runs, faults, held = gather(rig, logs, test)
+    sanity = box(rig, runs)
+    sanity.refuse(rig, anyway)
+    return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity, kept=kept, search=search)

@@ -9,7 +9,7 @@ they may. A current or a torque has no such counterpart; its own noise says for 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ class Stills:
     clipped: dict[str, np.ndarray] = field(default_factory=dict)  # rows, by channel
 
     def __post_init__(self) -> None:
+        self.run = replace(self.run, signals={name: _felt(x) for name, x in self.run.signals.items()})
         self.gaps = self.run.behind_gaps
         self.sound = {name: good.copy() for name, good in self.run.good.items()}  # neither lost nor corrupted
         self._memory: dict = {}
@@ -197,6 +198,12 @@ class Stills:
         if not (at_limit and split(name, self.drives)[1] in ANGLE_OF):
             asleep |= maximum_filter1d(clipped, rows)
         return asleep
+
+
+def _felt(x: np.ndarray) -> np.ndarray:
+    """Values, 0 where they are less than the last digit of the largest: a simulated current dies away for ever, and is no noise."""
+    size = abs(x)
+    return np.where(size < np.finfo(float).eps * np.max(size, initial=0.0, where=np.isfinite(size)), 0.0, x)
 
 
 def _within(x: np.ndarray, rows: int) -> np.ndarray:

@@ -88,6 +88,23 @@ def test_a_sound_drive_rests_and_moves_by_less_than_a_count(rig, rng, speed, cou
     assert check([recorded(rng, speed, counts, rows_back)], rig) == []
 
 
+def test_a_simulated_current_that_dies_away_at_rest_is_not_frozen(rig, rng):
+    """In its winding, to the least numbers that a double has, of which one stays: no noise that a fault would hide."""
+    rests = [rng.integers(120, 180) for _ in range(7)]
+    rests[5] = 350
+    move = np.sin(np.linspace(0.0, np.pi, 700))
+    speed = np.concatenate([part for k, rest in enumerate(rests) for part in ((-1) ** k * move, np.zeros(rest))])
+    run, current = recorded(rng, speed, noise=0.0), [0.0]
+    for v in speed:
+        x = current[-1]
+        for _ in range(40):
+            x += 0.1 * (np.sign(v) * (1.0 + abs(v)) - x)
+        current.append(x)
+    run.signals[CURRENT] = np.array(current[1:])
+    assert 0.0 < np.unique(abs(run.signals[CURRENT]))[1] < 1e-320
+    assert check([run], rig) == []
+
+
 @pytest.mark.alike
 @pytest.mark.parametrize("channel", [INPUT, SPEED, OUTPUT, LOAD, CURRENT])
 def test_a_frozen_channel_is_told_and_no_other(rig, rng, speed, channel):

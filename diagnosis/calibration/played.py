@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import faulthandler
+import os
+import signal
+import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
@@ -65,6 +69,15 @@ class Effort:
             "seconds": self.seconds,
             "steps_per_second": rate,
         }
+
+
+SAME, OTHER, CHANCE = range(3)
+TRUSTED = (
+    "",
+    "an FMU is another after fmi2Reset than when it is new: FMUs are made anew for each run, which takes longer",
+    "the same numbers give other results each time: the system has chance of its own, and no slope can be trusted",
+)
+"""What is to be told of a system that was run again: the same, another after a reset, another each time."""
 
 
 class Played:
@@ -179,20 +192,55 @@ class Played:
         closed(self.kept)
 
     def trust(self, settings: Settings, others: Settings, i: int) -> str:
-        """See whether FMUs that were reset do what new ones do; from now on they are made anew where not. What is to be told of it."""
+        """See whether FMUs that were reset do what new ones do; from now on they are made anew where not. What is to be told of it.
+
+        Native code whose reset writes where it should not spoils, or ends, all that is in its process: it is tried in another.
+        """
+        asked = settings, others, i
+        found = self._apart(lambda: self._as_new(*asked))
+        if found < SAME:
+            self.reusable = False
+            if (again := self._apart(lambda: self._as_new(*asked))) < SAME:
+                raise DataError(
+                    f"{self.rig.path}: an FMU of the system crashes its process ({signal.Signals(-again).name}) when it is run a second time. "
+                    f"Give it one of its own: process = true under its [components.NAME] in {self.parts.path.name}."
+                )
+        self.reusable = found == SAME
+        for one in (settings, others):  # what is to be told of them is told here
+            self.simulate(i, one)
+        self.memory[i].clear()
+        if found < SAME:
+            return f"an FMU crashes its process ({signal.Signals(-found).name}) when it is reset: FMUs are made anew for each run, which takes longer"
+        return TRUSTED[found]
+
+    def _as_new(self, settings: Settings, others: Settings, i: int) -> int:
+        """Whether FMUs that were reset do what new ones do, as a place in TRUSTED."""
         first = self.simulate(i, settings)
         self.simulate(i, others)
         self.memory[i].clear()
         if first is None or _same(first, self.simulate(i, settings)):
-            return ""
+            return SAME
         self.reusable = False
         self.close()
         self.memory[i].clear()
         again = self.simulate(i, settings)
         self.memory[i].clear()
-        if _same(again, self.simulate(i, settings)):
-            return "an FMU is another after fmi2Reset than when it is new: FMUs are made anew for each run, which takes longer"
-        return "the same numbers give other results each time: the system has chance of its own, and no slope can be trusted"
+        return OTHER if _same(again, self.simulate(i, settings)) else CHANCE
+
+    def _apart(self, function: Callable[[], int]) -> int:
+        """What a function of 0 to 255 answers in a process of its own, or minus the signal that ends that; here where there is no fork."""
+        if not hasattr(os, "fork"):
+            return function()
+        self.close()  # FMUs are made there
+        sys.stdout.flush()  # or it would be said there, too
+        if not (child := os.fork()):
+            faulthandler.disable()  # a crash there is an answer
+            answer = SAME  # whatever is raised is raised again where it can be told
+            try:
+                answer = function()
+            finally:
+                os._exit(answer)
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
     # --- what is compared ----------------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from ..calibration.numbers import Number
 from ..calibration.played import Played, Settings, closed
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
+from ..errors import DataError
 from ..rules import RULES
 from ..systems.parts import LOG, Parts
 from .places import Insert, Place, extended, listening
@@ -123,8 +124,15 @@ class Extending(Calibrating):
         found = super().errors(values, which)
         if found is None:
             return None
-        away = RULES.naming.away
-        return None if any(np.any(abs(e) > away * self.units.get(n, 1.0)) for n, parts in found.items() for e in parts) else found
+        for name, parts in found.items():
+            most = max(float(np.max(abs(e), initial=0.0, where=~np.isnan(e))) for e in parts)
+            if most > RULES.naming.away * self.units.get(name, 1.0):
+                self.played.last = DataError(
+                    f"{name} runs away, to {most:.2g} beside what is measured, which varies by {self.played.spread(name):.2g}: is a sign "
+                    "wrong in the system, or a loop of it unstable?"
+                )
+                return None
+        return found
 
     def settings(self, values: dict[str, float]) -> list[Settings]:
         found = super().settings({name: value for name, value in values.items() if name not in self.acts})

@@ -118,10 +118,12 @@ class Search:
 
 
 def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str], enough: Callable[[], bool]) -> Search:
-    near = heads(work)
     tell("the base", 0.02)
+    notes = _trust(work)
+    near = heads(work)
     assert isinstance(near.played, Extended)
-    places, notes = _base(work, near, near.played, starts, seed)
+    places, told_of_base = _base(work, near, near.played, starts, seed)
+    notes += told_of_base
     if _later(work, near, near.values(places)):
         near.played.close()
         longer = heads(work, RULES.naming.glance_longer)
@@ -308,6 +310,15 @@ def _curve_instead(found: Search) -> None:
     found.work, found.best = wider, after
 
 
+def _trust(work: Work) -> list[str]:
+    """Whether FMUs can be reset, seen on the first run that teaches before anything is simulated; what is to be told of it."""
+    problem, first = work.problem(), work.which[0]
+    origin = np.array([n.place(n.start) for n in problem.free])
+    start, middle = (problem.settings(problem.values(at))[first] for at in (origin, np.full(len(origin), 0.5)))
+    word = work.played.trust(start, middle, first)
+    return [word] if word else []
+
+
 def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int) -> tuple[np.ndarray, list[str]]:
     """The numbers that the rig sets free, fitted to the heads of the runs; what is to be told of them."""
     origin = np.array([n.place(n.start) for n in near.free])
@@ -318,11 +329,9 @@ def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int)
             f"{near.runs[0].log}: no input moves in this log, so that what is missing cannot be told from what is fitted. Record a "
             f"run in which they do, or map other columns in {work.rig.path.name}."
         )
-    first, other = (near.settings(near.values(at))[0] for at in (origin, np.full(len(origin), 0.5)))
-    notes = [word] if (word := played.trust(first, other, 0)) else []
     quiet = told.silent(near, origin) if len(origin) else set()
     near.fixed |= {n.name: n.start for n in near.numbers if n.name in quiet}
-    notes += [f"{name} changes nothing that is compared, and keeps its value" for name in sorted(quiet)]
+    notes = [f"{name} changes nothing that is compared, and keeps its value" for name in sorted(quiet)]
     origin = np.array([n.place(n.start) for n in near.free])
     ends = fit(near, origin, starts if len(origin) else 1, seed, here, lambda what, share: None)
     return reached(near, ends, "named").places, notes

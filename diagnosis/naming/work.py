@@ -45,7 +45,7 @@ class Work:
     def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
         """A system of one's own on these runs."""
         played = Extended(self.rig, parts, runs, numbers)
-        played.effort = self.played.effort  # of all together
+        played.effort, played.reusable = self.played.effort, self.played.reusable  # of all together
         self.opened.callback(played.close)
         return played
 

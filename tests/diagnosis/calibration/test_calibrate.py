@@ -109,7 +109,9 @@ def test_a_start_that_breaks_off_is_left_for_one_that_does_not(tmp_path, oscilla
     assert result.errors[0].before is None and "failed ->" in result.summary()
 
 
-@pytest.mark.parametrize("reset, words", [(1, "another after fmi2Reset"), (2, "")])
+@pytest.mark.parametrize(
+    "reset, words", [(1, "another after fmi2Reset"), (2, ""), (3, "crashes its process (SIGSEGV) when it is reset")]
+)
 @pytest.mark.slow
 def test_fmus_that_cannot_be_reset_are_made_anew(tmp_path, oscillator, rng, reset, words):
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng)

@@ -57,6 +57,7 @@ ELSEWHERE = {  # what decides nothing
     "begin/write.py": {"WIDTH"},
     "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
     "naming/page.py": {"ROWS", "POINTS"},
+    "calibration/played.py": {"SAME", "OTHER", "CHANCE"},  # codes of what a process answers
     "naming/outcome.py": {"EXIT"},
     "naming/guesses.py": {"FAR", "PLAIN", "DERIVED", "PAIRS"},  # beyond all numbers; names of stages
     "naming/kernels.py": {"SIGNAL", "X", "W", "OUT", "P"},  # places in a block

@@ -1,8 +1,9 @@
 /* One to be calibrated: mass x'' + damping x' + stiffness x = gain force + offset, in Runge-Kutta steps of a quarter of
    a step. `nothing` changes nothing. Beyond `limit` it ends as told by `end`: 2 Discard, 3 Error, 6 a value that is not a
-   number. After fmi2Reset it is as it is new; with `reset` 1 its state stays, with 2 it answers with an error. */
+   number. After fmi2Reset it is as it is new; with `reset` 1 its state stays, with 2 it answers with an error, with 3 it crashes. */
 #include "../fmi2.h"
 #include <math.h>
+#include <signal.h>
 #include <stdlib.h>
 
 enum { MASS, STIFFNESS, DAMPING, GAIN, OFFSET, LIMIT, NOTHING, FORCE, POSITION, SPEED, COUNT };
@@ -23,6 +24,7 @@ FMI fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
 FMI fmi2Status fmi2Reset(fmi2Component c) {
     Slave *s = c, old = *s;
     if (old.i[RESET] == 2) return fmi2Error;
+    if (old.i[RESET] == 3) raise(SIGSEGV);
     defaults(s);
     if (old.i[RESET] == 1) { s->v[POSITION] = old.v[POSITION]; s->v[SPEED] = old.v[SPEED]; }
     return fmi2OK;

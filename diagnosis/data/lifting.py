@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from selflock.fmus import laws
+from selflock.fmus.effect_file import LAWS
 from selflock.fmus.reducer import wedge
 
 from ..rules import RULES
@@ -53,6 +55,30 @@ def lifting(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
     look = f"look at load.mass (kg), load.arm (m), load.constant_torque (N.m), reducer.friction_kinetic (1), the gear's ratio and the unit of {said(name)}"
     text = f"to lift the load as {said(w_name)} does, the rig asks for {number(total / most)} times {of}: {'; or '.join(slips) or look}"
     return [Finding(f"{text}.", total > RULES.data.gross_beside * most, (name, "load.mass", "load.arm", MU))]
+
+
+def unloaded(seen: set[str], said: Said) -> list[Finding]:
+    """A remark where the rig asks a gear at constant speeds for nothing, beside a torque or a current that was measured.
+
+    Friction of a wedge goes with what it carries: without a load, a preload or what turns with difficulty by itself the balance is 0 at
+    every speed, and no replay shows anything of it. seen: the signals that were logged.
+    """
+    measured = [name for name in ("motor.torque", "reducer.input_torque", CURRENT) if name in seen]
+    if said.rig.kind != "steady" or not measured or "reducer.output_torque" in seen or _loads(said):
+        return []
+    mu = f" of reducer.friction_kinetic = {said.value(MU):g}"
+    text = f"nothing that the rig says loads the gear, so that its torque is 0 at every speed whatever {said(measured[0])} was, and nothing{mu} can be seen"
+    mend = "load.constant_torque (N.m), load.mass (kg) and load.arm (m), load.damping or reducer.preload (N.m), or a column for reducer.output_torque"
+    return [Finding(f"{text}: give what it carries, {mend}.", False, (measured[0], PULL, "load.mass", PRELOAD))]
+
+
+def _loads(said: Said) -> bool:
+    """Whether a load or a gear asks for a torque at a constant speed, by a number that the rig gives; a load may be left open."""
+    if heaviest(said) or any(any(said.ends(name)) for name in (PULL, PRELOAD, "load.damping", "load.mass")):
+        return True
+    own = {f"{part}.{p.name}" for part in ("reducer", "load") for p in laws.module(LAWS[part]).BASE}
+    told = [name.removeprefix(said.prefix) for name, value in said.values.items() if value]
+    return any(name.startswith(("reducer.", "load.")) and name not in own for name in told)  # an effect's
 
 
 def _asked(said: Said, pull: np.ndarray, slipped: str = "", times: float = 1.0) -> np.ndarray:

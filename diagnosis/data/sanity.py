@@ -122,7 +122,7 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         suspects |= {name for f in findings for name in f.about}
         fine = Pieces(runs, prefix, RULES.data.fine_pieces)
         lifts = lifting.lifting(fine, said, suspects)
-        findings += lifts
+        findings += lifts + lifting.unloaded({name.removeprefix(prefix) for name in runs[0].signals}, said)
         if not any(f.gross for f in lifts):
             findings += balances.torque(fine, coarse, said, suspects)
     if not suspects and (zero := motions.zero(coarse, said)):

@@ -29,7 +29,7 @@ def rig_init(
     out: Annotated[Path, typer.Option("--out", "-o", help="The rig file to write; nothing is overwritten.")] = Path("rig.toml"),
     only: Annotated[str, typer.Option(help="Of a log with several drives: what the names of one's columns hold.")] = "",
 ) -> None:
-    """Guess what the columns of a raw log are, and write a commented rig to begin with."""
+    """Guess what a raw log's columns are; write a commented rig."""
     from selflock.diagnosis import rig_init as begin
 
     console.print(visible(begin(logs, out, only).summary()), highlight=False, soft_wrap=True)

@@ -213,3 +213,8 @@ def test_what_replays_and_diagnoses_loads_no_library_that_few_need(room, more):
     ask = f"import sys, selflock.diagnosis.calls, selflock.diagnosis.{room}; print(sorted(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout
     assert "'numba'" in loaded and [name for name in (*FEW, *more) if f"'{name}'" in loaded] == []
+
+
+def test_the_commands_of_a_group_are_told_whole(typed):
+    _, told, _ = typed("rig", "--help")
+    assert "init" in told and "..." not in told.partition("Commands:")[2]

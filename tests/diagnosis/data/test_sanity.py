@@ -206,6 +206,17 @@ def test_what_runs_down_or_falls_without_a_torque_is_no_slip(inertia, tmp_path):
     assert not boxed(tmp_path, rig, falls).gross
 
 
+def test_a_gear_that_nothing_loads_is_told(tmp_path):
+    """Its torque is 0 at every speed: a replay that shows only that would pass for a result."""
+    log = pd.DataFrame({"time": np.arange(40.0), "n": np.linspace(-200.0, 200.0, 40), "m": 0.002 * np.sign(np.arange(40) - 19.5)})
+    columns = '[columns]\n"reducer.input_speed" = "n"\n"motor.torque" = "m"\n[parameters]\n"reducer.gear_ratio" = 60.0\n'
+    rig = f'[rig]\nname = "worm"\nkind = "steady"\n{columns}"reducer.friction_kinetic" = 0.12\n'
+    (remark,) = boxed(tmp_path, rig, log).findings
+    assert not remark.gross and "its torque is 0 at every speed" in remark.sentence and "load.constant_torque" in remark.sentence
+    for name in ("load.constant_torque", "load.mass", "load.damping", "reducer.preload", "reducer.viscous_damping"):
+        assert not any("loads the gear" in f.sentence for f in boxed(tmp_path, f'{rig}"{name}" = 1e-4\n', log).findings), name
+
+
 def test_the_wrong_kind_is_told(tmp_path):
     text = stopped(tmp_path, written("steady", ("motor.torque", "reducer.input_speed")))
     assert 'kind = "steady"' in text and "constant speed" in text and '"inverse"' in text

@@ -198,9 +198,14 @@ def _drawn(slave: Slave, sources: str) -> list[tuple[str, str]]:
     picture = PICTURES.get(name := type(slave).__name__)
     if not picture:
         return []
-    drawn = hashlib.sha256(f"{sources} {version('matplotlib')}".encode() + Path(__file__).read_bytes()).hexdigest()[:12]
-    path = cache.kept(f"pictures/{name}_{drawn}.svg", lambda path: cache.write(path, _svg(slave, picture).encode()))
-    return [(path.read_text(encoding="utf-8"), picture.caption)]
+    drawn = _once(name, sources, ".svg", lambda: _svg(slave, picture).encode())
+    return [(drawn.decode(), picture.caption)]
+
+
+def _once(name: str, of: str, ending: str, draw: Callable[[], bytes]) -> bytes:
+    """A picture as `draw` makes it where the cache has none of this name, that is `of` the same; matplotlib takes long to load."""
+    key = hashlib.sha256(f"{of} {version('matplotlib')}".encode() + Path(__file__).read_bytes()).hexdigest()[:12]
+    return cache.kept(f"pictures/{name}_{key}{ending}", lambda path: cache.write(path, draw())).read_bytes()
 
 
 def _svg(slave: Slave, picture: Picture, points: int = 300) -> str:
@@ -239,6 +244,10 @@ def _svg(slave: Slave, picture: Picture, points: int = 300) -> str:
 
 def icon(name: str) -> bytes:
     """model.png: the component's symbol in a box."""
+    return _once(name, "", ".png", lambda: _icon(name))
+
+
+def _icon(name: str) -> bytes:
     from matplotlib.figure import Figure
     from matplotlib.patches import FancyBboxPatch
 

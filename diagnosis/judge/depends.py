@@ -218,9 +218,11 @@ def _shares(r: np.ndarray, columns: np.ndarray, folds: np.ndarray, orders: np.nd
     energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has columns
     sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
     energy, left = energies[orders, np.arange(len(r))].sum(1), 0.0
-    for fold in np.unique(folds):
-        seen, unseen = folds != fold, folds == fold
-        known = gram[seen].sum(0)
-        amount = np.linalg.solve(known + np.diag(1.0 + RULES.judge.ridge * np.diag(known)), sums[:, seen].sum(1).T).T
-        left = left + ((amount @ gram[unseen].sum(0) - 2.0 * sums[:, unseen].sum(1)) * amount).sum(1)
+    inside_fold = (folds == np.unique(folds)[:, None]).astype(float)  # (folds, blocks)
+    grams, crosses = np.tensordot(inside_fold, gram, 1), (inside_fold @ sums).transpose(1, 0, 2)  # of each fold, of all draws
+    every, whole = grams.sum(0), crosses.sum(0)
+    for own, cross in zip(grams, crosses):
+        known = every - own
+        amount = np.linalg.solve(known + np.diag(1.0 + RULES.judge.ridge * np.diag(known)), (whole - cross).T).T
+        left = left + ((amount @ own - 2.0 * cross) * amount).sum(1)
     return -left / np.maximum(energy, 1e-300)

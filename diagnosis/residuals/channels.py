@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from ..data.log import MeasuredRun
 from ..rules import RULES
 from . import laws
+from .kernels import kernels
 from .setting import Setting
 
 
@@ -128,8 +129,21 @@ def smooth(x: np.ndarray, samples: int) -> np.ndarray:
     """Gaussian average over about so many samples (six standard deviations): no overshoot, little fast noise left."""
     if not RULES.residuals.shortest_window <= samples <= len(x):
         return x
+    weights, mean = _gaussian(samples), np.empty(len(x))
+    reach = len(weights) - 1
+    beyond = np.concatenate([np.full(reach, x[0]), x, np.full(reach, x[-1])])  # both ends go on as they are
+    kernels().averaged(beyond, weights, mean)
+    return mean
+
+
+@cache
+def _gaussian(samples: int) -> np.ndarray:
+    """Weights of a Gaussian average over about so many samples, of the middle first."""
     deviations = RULES.residuals.window_deviations
-    return gaussian_filter1d(x, samples / deviations, mode="nearest", truncate=0.5 * deviations)
+    deviation = samples / deviations
+    reach = int(0.5 * deviations * deviation + 0.5)
+    weights = np.exp(-0.5 / deviation**2 * np.arange(-reach, reach + 1) ** 2)
+    return (weights / weights.sum())[reach:]
 
 
 def derivative(x: np.ndarray, time: np.ndarray) -> np.ndarray:

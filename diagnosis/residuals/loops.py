@@ -34,6 +34,26 @@ def undo(p, reading, value):
         value[i] = sensor.undone(p, reading[i])
 
 
+def averaged(x, weights, mean):
+    """Averages of x over windows of 2 len(weights) - 1 samples; weights: of the middle, then of what lies ever farther to both sides.
+
+    Over pieces that stay in the processor's nearest memory, what lies farthest first.
+    """
+    reach = len(weights) - 1
+    for first in range(0, len(mean), 1024):
+        out = mean[first : first + 1024]
+        n = len(out)
+        middle, weight = x[first + reach : first + reach + n], weights[0]
+        for i in range(n):
+            out[i] = middle[i] * weight
+        for away in range(reach, 0, -1):
+            weight = weights[away]
+            before = x[first + reach - away : first + reach - away + n]
+            behind = x[first + reach + away : first + reach + away + n]
+            for i in range(n):
+                out[i] += (before[i] + behind[i]) * weight
+
+
 def motor(p, voltage, speed, dt, current, torque):
     """Current and torque on measured voltage and speed (the mean of the speeds at both ends of a step)."""
     s = dc.start(p)

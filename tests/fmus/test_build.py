@@ -76,10 +76,11 @@ def test_the_licences_of_all_that_it_carries_are_inside(fmu, name):
 def test_a_law_is_drawn_once_whatever_the_fmu_s_start_values_are(tmp_path, monkeypatch):
     monkeypatch.setenv("SELFLOCK_CACHE", str(tmp_path / "cache"))
     drawn = []
-    svg = documentation._svg
-    monkeypatch.setattr(documentation, "_svg", lambda *asked: drawn.append(asked) or svg(*asked))
+    for way in ("_svg", "_icon"):
+        draw = getattr(documentation, way)
+        monkeypatch.setattr(documentation, way, lambda *asked, way=way, draw=draw: drawn.append(way) or draw(*asked))
     one, other = build("Motor", tmp_path / "one.fmu"), build("Motor", tmp_path / "other.fmu", resistance=2.0)
-    assert len(drawn) == 1
+    assert sorted(drawn) == ["_icon", "_svg"]
     figures = [
         zipfile.ZipFile(path).read("documentation/index.html").split(b"<figure>")[1].split(b"</figure>")[0]
         for path in (one, other)

@@ -10,7 +10,7 @@ def active(p, x):
 
 
 def torque(p, x):
-    return p.cogging_torque * sin(p.cogging_periods * x.angle + p.cogging_phase)
+    return p.cogging_torque * sin(p.cogging_periods * x.angle + p.cogging_phase) if p.cogging_torque != 0.0 else 0.0
 
 
 EFFECT = Effect(

@@ -30,6 +30,18 @@ def test_of_a_function_of_the_variable_all_but_the_noise_is_predicted(rng):
     assert shares(x, r)[0] == pytest.approx(signal / (signal + 0.25), abs=0.05)
 
 
+def test_a_share_is_learnt_on_some_blocks_and_tried_on_the_others(rng):
+    columns, folds = rng.standard_normal((BLOCKS, BINS, 3)), np.arange(BLOCKS) % 5
+    r = columns @ [0.5, -1.0, 0.2] + rng.standard_normal((BLOCKS, BINS))
+    left = 0.0
+    for fold in range(5):
+        seen, unseen = folds != fold, folds == fold
+        amounts = np.linalg.lstsq(columns[seen].reshape(-1, 3), r[seen].ravel(), rcond=None)[0]
+        left += ((r[unseen] - columns[unseen] @ amounts) ** 2).sum()
+    found = _shares(r, columns, folds, np.arange(BLOCKS)[None], np.ones((1, BLOCKS)))
+    assert found[0] == pytest.approx(1.0 - left / (r**2).sum(), rel=1e-2)
+
+
 def test_of_noise_nothing_is_predicted_and_draws_do_as_well(rng):
     x, r = rng.uniform(-1.0, 1.0, (BLOCKS, BINS)), rng.standard_normal((BLOCKS, BINS))
     found = shares(x, r, draws=50, rng=rng)

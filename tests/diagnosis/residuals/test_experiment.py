@@ -153,7 +153,7 @@ def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio,
 
 
 LAWS_OF = {
-    "read": (loops.sensor,), "read_anew": (loops.sensor,), "undo": (loops.sensor,), "motor": (loops.dc,),
+    "averaged": (), "read": (loops.sensor,), "read_anew": (loops.sensor,), "undo": (loops.sensor,), "motor": (loops.dc,),
     "shaft_torque": (loops.dc,),
     "load_torque": (loops.load,), "gear": (loops.shaft,), "windup": (loops.shaft,), "controller": (loops.pd,),
     "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
@@ -161,6 +161,7 @@ LAWS_OF = {
 }  # fmt: skip
 NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2, "sensed": 1.0, "at_motor": 0.0, "ticked": 0.0, "at": np.array([0, 20])}
 NUMBERS |= {
+    "weights": np.array([0.5, 0.2, 0.05]),
     "begins": np.array([0, 13, 20]),
     "place": 2,
     "over": 1,
@@ -198,7 +199,7 @@ def test_kernels_agree_with_the_plain_laws(name, rng):
     }
     plain, compiled = getattr(loops, name), getattr(kernels(), name)
     names = list(signature(plain).parameters)[len(LAWS_OF[name]) :]
-    shapes = {"start": 4, "starts": (2, 4), "out": (8, n), "asked": (2, n), "ahead": (2, n)}
+    shapes = {"x": n + 4, "start": 4, "starts": (2, 4), "out": (8, n), "asked": (2, n), "ahead": (2, n)}
     arrays = {key: NUMBERS.get(key, rng.uniform(-20.0, 20.0, shapes.get(key, n))) for key in names} | {"dt": np.full(n, STEP)}
     arrays = {key: arrays[key] for key in names}
     found = []

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from selflock.diagnosis.data import rig as rigs
 from selflock.diagnosis.data.faults import check
@@ -33,6 +34,12 @@ def test_a_shaft_that_turns_evenly_does_so_whatever_its_stamps_scatter_by(rng):
     assert rate(3.0 * even, stamps, 11)[20:-20].mean() == pytest.approx(3.0, rel=2e-3)
     moved = motion(3.0 * even, None, np.diff(stamps, prepend=stamps[0]), 11)
     assert moved.speed[20:-20].mean() == pytest.approx(3.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("rows, samples", [(3000, 31), (2048, 9), (40, 39), (40, 40)])
+def test_what_is_smoothed_is_scipy_s_gaussian_average_to_the_bit(rng, rows, samples):
+    x = rng.standard_normal(rows)
+    assert np.array_equal(smooth(x[::-1], samples), gaussian_filter1d(x[::-1], samples / 6.0, mode="nearest", truncate=3.0))
 
 
 def test_a_difference_over_some_rows_is_the_speed_of_their_middle(tmp_path):

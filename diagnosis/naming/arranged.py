@@ -62,3 +62,17 @@ class Arranged:
         loss = rho(misfit, RULES.search.loss_scale)
         count = len(self.problem.played.outputs)
         return np.sqrt(np.bincount(self.output, loss, count) / np.maximum(np.bincount(self.output, minlength=count), 1))
+
+
+def determined(slopes: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The directions in which numbers move a misfit, (entries, directions), each as much; not those that only rounding tells.
+
+    slopes: (entries, numbers); weights: (entries,). Numbers of a row of FMUs may make up for each other: what is told of their
+    difference by the last digits would be taken for a step without end on blocks that were not seen.
+    """
+    weighted = slopes * weights[:, None]
+    lengths = np.sqrt((weighted**2).sum(0))
+    flat = slopes[:, lengths > 0.0] / lengths[lengths > 0.0]
+    _, sizes, ways = np.linalg.svd(flat * weights[:, None], full_matrices=False)
+    kept = sizes > RULES.naming.degenerate * sizes.max(initial=0.0)
+    return flat @ (ways[kept].T / sizes[kept])

@@ -24,7 +24,7 @@ from ..search.linear import Linear
 from ..search.screen import Direction
 from ..systems.parts import Parts
 from . import guesses as g
-from .arranged import Arranged
+from .arranged import Arranged, determined
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess, Scene
 from .looks import Looks, Tell
@@ -133,19 +133,8 @@ class Contest:
             determined(self._as_fit(problem, base).jacobian, weight(base.misfit, RULES.search.loss_scale))
         )
         self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs)
-        self.looks = Looks(
-            problem,
-            base,
-            self.values,
-            self.arranged,
-            self.linear,
-            self.scene,
-            self.inserts,
-            self.taken,
-            self.kinds,
-            self.tell,
-            self.enough,
-        )
+        known = problem, base, self.values, self.arranged, self.linear, self.scene
+        self.looks = Looks(*known, self.inserts, self.taken, self.kinds, self.tell, self.enough)
         self.looks.first()
         outcome.fitted = self._fits(g.PLAIN)
         if self._wanting(outcome) and not self.enough():
@@ -159,6 +148,20 @@ class Contest:
             self._judge(outcome, rng)
         self.played.extend(self.inserts)
         return outcome
+
+    def again(self, problem: Extending, outcome: Round, rng: np.random.Generator) -> None:
+        """What comes near the best of a round fitted and judged once more, on logs that were told better since (steps.around)."""
+        self.problem = self.looks.problem = problem
+        self.scene.played = self.played
+        base = outcome.base.errors.mean()
+        least = RULES.naming.as_much * (base - outcome.fitted[0].candidate.errors.mean())
+        for k, rival in enumerate(outcome.fitted):
+            if base - rival.candidate.errors.mean() >= least:
+                self.tell(f"fits: {rival.guess.label}", 0.95)
+                outcome.fitted[k] = self._fit(rival.guess, rival.values) or rival
+        outcome.fitted, outcome.order = _distinct(outcome.fitted), []
+        self._judge(outcome, rng)
+        self.played.extend(self.inserts)
 
     def _wanting(self, outcome: Round) -> bool:
         """Whether something is left by the named rival that fits best."""
@@ -224,7 +227,7 @@ class Contest:
             more += [(guess, start, None) for guess, start in g.relatives(one.guess, one.values)]
         for one in [one for one in reached if one.guess.kind == g.EVENT][: rules.shifted]:
             more += [(one.guess, start, None) for start in g.shifted(one.guess, one.values)]
-        more += self._curve_beside(found)
+        more += [*self._curve_beside(found), *self._simpler_beside(found)]
         for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
             self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
             if (rival := self._fit(guess, start, beside_it)) is not None:
@@ -285,6 +288,19 @@ class Contest:
         if mine and not any(rival.guess.label == label for rival in found):
             way, guess = max(mine, key=lambda pair: pair[0].gain)
             yield guess, self.values | self._start(way, guess), way
+
+    def _simpler_beside(self, found: list[Rivalled]) -> Iterator[tuple[Guess, dict[str, float], Direction]]:
+        """Laws of fewer numbers than the best one's that go with its variable at its place: a look may see more in more numbers."""
+        best = next((rival.guess for rival in found if rival.guess.kind == g.LAW), None)
+        if best is None or len(best.inserts) != 1:
+            return
+        where = lambda guess: (guess.kind, guess.place, guess.over, [one.multiplies for one in guess.inserts])
+        fitted = {rival.guess.label for rival in found}
+        few = [pair for pair in self.looks.ways if where(pair[1]) == where(best) and len(pair[1].numbers) < len(best.numbers)]
+        for way, guess in sorted(few, key=lambda pair: -pair[0].gain):
+            if guess.label not in fitted:
+                fitted.add(guess.label)
+                yield guess, self.values | self._start(way, guess), way
 
     def _starts(self, guess: Guess) -> int:
         """From how many places it is fitted."""
@@ -475,17 +491,3 @@ def foreign(guess: Guess, parts: Parts) -> bool:
     """Whether its law goes with what the FMU that it acts on is not given and does not give."""
     owner = lambda name: parts.owner(name) if name in parts.variables else ""
     return any(owner(name) != owner(one.place.variable) for one in guess.inserts[:1] for name in (one.over, one.beside) if name)
-
-
-def determined(slopes: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """The directions in which numbers move a misfit, (entries, directions), each as much; not those that only rounding tells.
-
-    slopes: (entries, numbers); weights: (entries,). Numbers of a row of FMUs may make up for each other: what is told of their
-    difference by the last digits would be taken for a step without end on blocks that were not seen.
-    """
-    weighted = slopes * weights[:, None]
-    lengths = np.sqrt((weighted**2).sum(0))
-    flat = slopes[:, lengths > 0.0] / lengths[lengths > 0.0]
-    _, sizes, ways = np.linalg.svd(flat * weights[:, None], full_matrices=False)
-    kept = sizes > RULES.naming.degenerate * sizes.max(initial=0.0)
-    return flat @ (ways[kept].T / sizes[kept])

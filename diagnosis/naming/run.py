@@ -31,7 +31,7 @@ from .extended import Extended, Extending, taken
 from .guesses import CURVE, EVENT, KINDS
 from .outcome import Naming
 from .page import write
-from .steps import fine_enough, in_own_steps
+from .steps import around, fine_enough, in_own_steps
 from .work import Work, heads, without
 
 PREFIX = "correction"
@@ -138,7 +138,11 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
         k, numbers = len(found.outcomes), near.numbers
         prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
         own = in_own_steps(work, near, places)
-        outcome = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough).play(rng)
+        contest = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough)
+        outcome = contest.play(rng)
+        if own is not near and outcome.order and not enough():
+            if anew := around(work, near, own, outcome.order[0], outcome.noise):
+                contest.again(anew, outcome, rng)
         found.outcomes.append(outcome)
         wider = _chosen(found, outcome, near.fixed)
         if wider is None or outcome.winner is None or enough():

@@ -7,15 +7,18 @@ changed nearly alike in both. Who is believed is fitted again in the finer ones.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..calibration.fit import fit_from
+from ..calibration.fit import Rows, fit_from
 from ..calibration.slopes import Forward
 from ..residuals.noise import of_samples
 from ..rules import RULES
+from .contest import Rivalled
 from .extended import Extended, Extending
+from .places import Insert
 from .work import Work
 
 
@@ -78,7 +81,7 @@ def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:
     own.played.close()  # of all data; only the heads are asked for
     made = lambda runs: _on(replace(near, runs=runs), work.played_on(own.parts, runs, work.numbers), near)
     coarse = made(near.runs)
-    fine, long = near.errors(values), coarse.errors(values)
+    fine, long = _vanishing(work, near, near, values), coarse.errors(values)
     if fine is None or long is None or any(_large(fine[name], long[name], near.played.spread(name)) for name in fine):
         coarse.close()
         return near
@@ -88,6 +91,59 @@ def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:
         runs.append(replace(run, signals=run.signals | moved))
     coarse.close()
     return made(runs)
+
+
+def _vanishing(
+    work: Work, near: Extending, model: Extending, values: dict[str, float], inserts: Sequence[Insert] = ()
+) -> Rows | None:
+    """What a model, with these corrections beside what was found, would leave of the log in steps that vanish.
+
+    Values that are held for a step err by a part that falls with it: what half the step changed is left once more (Richardson).
+    """
+    doubled = work.in_steps(2.0)
+    doubled.played.close()
+    double = _on(replace(near), work.played_on(doubled.parts, near.runs, work.numbers), near)
+    fine, twice = (_errors(one, model, values, inserts) for one in (near, double))
+    double.close()
+    if fine is None or twice is None:
+        return None
+    return {name: [2.0 * a - b for a, b in zip(fine[name], twice[name])] for name in fine}
+
+
+def _errors(problem: Extending, model: Extending, values: dict[str, float], inserts: Sequence[Insert]) -> Rows | None:
+    """What a model leaves of a problem's log, in the steps of that."""
+    assert isinstance(problem.played, Extended)
+    before = problem.played.inserts
+    theirs = _on(replace(problem, numbers=model.numbers, acts=model.acts), problem.played, problem)
+    problem.played.extend((*before, *inserts))
+    found = theirs.errors(values)
+    problem.played.extend(before)
+    return found
+
+
+def around(work: Work, near: Extending, own: Extending, rival: Rivalled, noise: dict[str, float]) -> Extending | None:
+    """The problem in the rig's own steps beside a log without what finer ones change of a rival's model.
+
+    What a rival changes is changed alike in both where it is little. Of a strong one the own steps miss a part that looks like a
+    lag of it: among what comes near the rival that is taken off as it is there. None where it is what was taken off for the base.
+    """
+    fine = _vanishing(work, near, rival.problem, rival.values, rival.guess.inserts)
+    long = _errors(own, rival.problem, rival.values, rival.guess.inserts)
+    if fine is None or long is None:
+        return None
+    runs, more = [], 0.0
+    for i, (run, mine) in enumerate(zip(near.runs, own.runs)):
+        signals = {}
+        for name, size in noise.items():
+            simulated = [one.signals[name] - errors[name][i] for one, errors in ((run, fine), (mine, long))]
+            signals[name] = run.signals[name] - (simulated[0] - simulated[1])
+            apart = (signals[name] - mine.signals[name])[near.trusted[name][i]]
+            least = max(size, RULES.pipeline.fine * near.played.spread(name))
+            more = max(more, float(np.sqrt(np.mean(apart**2))) / least if len(apart) and least else 0.0)
+        runs.append(replace(run, signals=run.signals | signals))
+    if more <= RULES.naming.coarse:
+        return None
+    return _on(replace(own, runs=runs), work.played_on(own.played.parts, runs, work.numbers), own)
 
 
 def _on(problem: Extending, played: Extended, near: Extending) -> Extending:

@@ -8,7 +8,8 @@ import pytest
 
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import run
-from selflock.diagnosis.naming.contest import Contest, Round, determined
+from selflock.diagnosis.naming.arranged import determined
+from selflock.diagnosis.naming.contest import Contest, Round
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, Guess
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
@@ -112,3 +113,21 @@ def test_of_what_does_as_well_a_law_of_its_own_fmu_comes_first():
     there, here = cause("there", 1.0, over="second.x", loss=0.1), cause("here", 1.0, loss=0.1005)
     log, far = cause("log", 1.0, over="a column", loss=0.1004), cause("far", 1.0, loss=0.5)
     assert contest._ordered([there, log, here, far], 0.0, 1.0) == [here, there, log, far]
+
+
+def test_the_best_law_is_held_against_those_of_fewer_numbers_over_its_variable():
+    """A leak: a dead band that ends at 0, and three laws more, look better than what is in proportion."""
+    numbers = lambda count: tuple(Number(f"c.{k}", f"c.{k}", 0.0, -1.0, 1.0) for k in range(count))
+    law = lambda name, count, over="b.v": Guess(
+        LAW, name, f"{name} of {over}", (Insert("c", Place(IN, "b.drawn"), name, over=over),), numbers(count)
+    )
+    guesses = [law("dead band", 2), law("power", 2), law("proportional", 1), law("cubic", 1), law("cubic", 1, "b.left")]
+    way = lambda gain: Direction(None, {"c.w": gain}, (), np.zeros((1, 1, 0)), gain=gain)
+    looks = SimpleNamespace(ways=[(way(gain), guess) for gain, guess in zip((9.0, 8.0, 5.0, 6.0, 7.0), guesses)])
+    contest = Contest(None, None, "c", None)
+    contest.looks, contest.values = looks, {}
+    found = lambda *of: [SimpleNamespace(guess=guess) for guess in of]
+    asked = lambda fitted: [guess.label for guess, _, _ in contest._simpler_beside(fitted)]
+    assert asked(found(guesses[0])) == ["cubic of b.v", "proportional of b.v"]
+    assert asked(found(guesses[0], guesses[3])) == ["proportional of b.v"]
+    assert asked(found(guesses[3])) == asked([]) == []

@@ -1,0 +1,86 @@
+"""What steps miss of a model, and what of it is taken off the log before rivals are held against it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.naming.extended import Extended, Extending
+from selflock.diagnosis.naming.places import IN, Insert, Place
+from selflock.diagnosis.naming.steps import _vanishing, around, in_own_steps
+
+GIVEN = 0.1  # s, the rig's step
+LAW = Insert("law", Place(IN, "b.drawn"), "proportional", over="b.v")
+TIME = np.arange(50.0)
+TRUTH = np.sin(TIME)
+
+
+class Played(Extended):
+    """A system whose output errs by a share of its step, and by more of it where a law is in it."""
+
+    def __init__(self, step):
+        self.step, self.inserts, self.parts, self.kept = step, (), SimpleNamespace(step=step), {}
+
+    def extend(self, inserts):
+        self.inserts = tuple(inserts)
+
+    def spread(self, name):
+        return 1.0
+
+
+class Model(Extending):
+    """measured - simulated, with the numbers that are right."""
+
+    def errors(self, values, which=None):
+        h, c = self.played.step, 3.0 if self.played.inserts else 0.4
+        simulated = TRUTH + c * (h + 0.2 * h**2) * np.cos(TIME)
+        return {"x": [self.runs[0].signals["x"] - simulated]}
+
+
+class Work:
+    given_step = GIVEN
+    numbers = ()
+
+    def __init__(self, step):
+        self.step, self.played = step, Played(step)
+        self.parts = self.played.parts
+
+    def in_steps(self, factor):
+        return Work(self.step * factor)
+
+    def played_on(self, parts, runs, numbers):
+        return Played(parts.step)
+
+
+def problem(step):
+    run = MeasuredRun("log.csv", "", np.arange(len(TIME)), TIME, {"x": TRUTH.copy()})
+    found = Model(None, [run], (), [0], [])
+    vars(found)["played"], vars(found)["trusted"] = Played(step), {"x": [np.ones(len(TIME), bool)]}
+    return found
+
+
+@pytest.mark.parametrize("halved", [1, 3])
+def test_what_is_left_in_steps_that_vanish_is_of_second_order(halved):
+    near = problem(step := GIVEN / 2.0**halved)
+    (left,) = _vanishing(Work(step), near, near, {})["x"]
+    assert left == pytest.approx(0.4 * 0.2 * 2.0 * step**2 * np.cos(TIME), abs=1e-12)
+
+
+def test_rivals_are_held_against_a_log_that_the_steps_have_left_nothing_in():
+    near = problem(GIVEN / 8.0)
+    own = in_own_steps(Work(GIVEN / 8.0), near, np.zeros(0))
+    assert own.played.step == pytest.approx(GIVEN)
+    assert abs(own.errors({})["x"][0]).max() < 0.4 * GIVEN / 100.0  # of 0.04 before
+
+
+def test_what_steps_change_of_a_strong_law_is_taken_off_as_it_is_there():
+    near = problem(GIVEN / 8.0)
+    work = Work(GIVEN / 8.0)
+    own = in_own_steps(work, near, np.zeros(0))
+    rival = SimpleNamespace(problem=near, values={}, guess=SimpleNamespace(inserts=(LAW,)))
+    anew = around(work, near, own, rival, {"x": 0.01})
+    anew.played.extend((LAW,))
+    assert abs(anew.errors({})["x"][0]).max() < 3.0 * GIVEN / 100.0  # of 0.26 beside the log of the base
+    assert near.played.inserts == own.played.inserts == ()
+    assert around(work, near, own, rival, {"x": 10.0}) is None  # beside such a noise it is nothing

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..data.rig import Rig
 from ..data.signals import ANGLE_OF, SPEED_OF, VOLTAGES, unit
-from ..residuals import whole
+from ..residuals import driven, whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.recorder import counts, ticks
@@ -39,7 +39,8 @@ def recorded(problem: Problem, final: Fit, why: str) -> dict:
         return found | beside | {"assumed": _assumed_in_parts(experiment, bool(channels))}
     ch = experiment.channels[0, ""]
     found["assumed"] = _assumed_of_whole(ch)
-    found["controller"] = _controller(rig, ch, numbers)
+    if whole.seen_by_controller(ch):
+        found["controller"] = _controller(rig, ch, numbers)
     found["channels"] = [_channel(residual.output, ch, numbers, final, problem) for residual in experiment.residuals]
     return found
 
@@ -140,13 +141,27 @@ def _ripples(mine: str, final: Fit, problem: Problem) -> list[dict]:
 
 
 def _assumed_of_whole(ch: Channels) -> list[str]:
-    angle, speed = whole.seen_by_controller(ch)
-    time, rules = ch.run.time, RULES.residuals
+    time, rules, way = ch.run.time, RULES.residuals, driven.of(ch)
     settling = min(rules.settling, rules.settling_share * float(time[-1] - time[0]))
+    if way == driven.VOLTAGE:
+        how = [
+            f"the drive is in open loop: {' times '.join(driven.inputs(ch))} drives it, straight between rows but where it jumps, as "
+            "late as the channels say"
+        ]
+    else:
+        over = [name for name in whole.seen_by_controller(ch) if way == driven.ANGLE or name.endswith("speed")]
+        how = [
+            "set-points are numbers, valid at the instant of their row and straight between rows",
+            f"the loop closes over {' and '.join(over)}, as the drive has them, not as they were recorded"
+            + ("; the voltage steps with the angle's counts, which are taken for noise" if sees_counts(ch) else ""),
+        ]
+    changes = [name for name in ("load.angle", "reducer.input_angle") if ch.has(name) and driven.by_change(name, ch)]
+    how += [
+        f"no controller holds {name}, so that it strays: its change over {driven.rows_of_change(name, ch)} rows is compared"
+        for name in changes
+    ]
     return [
-        "set-points are numbers, valid at the instant of their row and straight between rows",
-        f"the loop closes over {angle} and {speed}, as the drive has them, not as they were recorded"
-        + ("; the voltage steps with the angle's counts, which are taken for noise" if sees_counts(ch) else ""),
+        *how,
         "a channel was read in the same way from the first row to the last, in all logs",
         f"a run begins as its first row says; its first {settling:.2g} s, and as much behind a gap, are not compared",
     ]

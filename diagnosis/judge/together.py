@@ -1,4 +1,4 @@
-"""The whole drive beside an answer that single parts gave: simulated from its set-points, before and after the causes.
+"""The whole drive beside an answer that single parts gave: simulated from its set-points or its voltage, before and after the causes.
 
 Parts run on measured inputs, and what is wrong with an input passes for a cause. In the closed loop nothing measured goes in
 (residuals.whole), so that a cause which is none makes some channel worse there. How the log was recorded is not known, so what
@@ -25,7 +25,7 @@ from ..search.problem import Problem
 
 def asked(rig: Rig, experiment: Experiment) -> bool:
     """Whether single parts of a drive were compared whose loop is described."""
-    return rig.simulate in ("", whole.PARTED) and not whole.lacking(rig, set(experiment.runs[0].signals))
+    return rig.simulate in ("", whole.PARTED) and not whole.undescribed(rig, set(experiment.runs[0].signals))
 
 
 def together(experiment: DriveExperiment, train: np.ndarray, judged: np.ndarray, before: dict, after: dict) -> list[dict]:
@@ -64,4 +64,4 @@ def recorded(problem: Problem, values: dict, start: dict) -> dict:
 def against(rows: list[dict]) -> str:
     """What the whole drive says against an answer, as a clause that names the channels; "" where nothing."""
     worse = [f"{r['channel']} ({r['before']:.3g} -> {r['after']:.3g} {r['unit']})" for r in rows if r["worse"]]
-    return f"simulated from its set-points, the whole drive gets worse in {', '.join(worse)}" if worse else ""
+    return f"simulated as one, the whole drive gets worse in {', '.join(worse)}" if worse else ""

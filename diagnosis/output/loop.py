@@ -20,7 +20,8 @@ from selflock.fmus import chain
 from selflock.fmus.effect import ORDER, PHASE
 
 from ..data.log import VALID
-from ..residuals import drive, whole
+from ..data.signals import VOLTAGES
+from ..residuals import drive, driven, whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import as_fmu, effects
@@ -31,8 +32,11 @@ from ..residuals.set_points import upright
 from ..rules import RULES
 from .playback import written
 
-COLUMN = {name: "controller.voltage" if name == "motor.voltage" else name for name in whole.SHOWN}
-"""Where a run of the system has each channel."""
+
+def _column(name: str, ch: Channels) -> str:
+    """Where a run of the system has a channel: what the motor is given is its controller's, or in open loop the log's."""
+    given = "controller.voltage" if whole.seen_by_controller(ch) else "log.voltage"
+    return given if name in VOLTAGES else name
 
 
 def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path], out: Path) -> Path:
@@ -56,10 +60,16 @@ def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path],
     if (stiffness, damping) != (law.shaft_stiffness, law.shaft_damping):  # as stiff as FMUs that take turns in this step carry
         starts["reducer"] |= {"shaft_stiffness": float(stiffness), "shaft_damping": float(damping)}
     starts["load"] |= {"start_angle": float(begin[2]), "start_speed": float(begin[3])}
-    components = [_component(part, fmus[part], starts[part]) for part in chain.ORDER]
-    connections = [f'"{target}" = "{source}"' for target, source in chain.CONNECTIONS.items()]
-    order = ["log"]
     seen = whole.seen_by_controller(ch)
+    if driven.of(ch) == driven.SPEED:
+        starts["controller"]["angle_gain"] = 0.0
+    simulated = chain.ORDER if seen else chain.ORDER[:-1]
+    components = [_component(part, fmus[part], starts[part]) for part in simulated]
+    joined = {
+        target: source for part in simulated for target, source in _joined(part).items() if seen or target != "motor.voltage"
+    }
+    connections = [f'"{target}" = "{source}"' for target, source in joined.items()]
+    order = ["log"]
     for channel, target in zip(seen, ("angle", "speed")):
         factor = 1.0 / ratio if channel.startswith("reducer") else 1.0
         source = f'{{ from = "{channel}", factor = {factor!r} }}'
@@ -71,14 +81,22 @@ def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path],
             order.append(sensor)
         connections = [line for line in connections if not line.startswith(f'"controller.{target}" ')]
         connections.append(f'"controller.{target}" = {source}')
-    wanted = ch.raw("controller.angle_setpoint")
-    asked = {"angle_setpoint": wanted, "speed_setpoint": drive.speed_setpoint(wanted, {}, ch)}
-    columns = upright(run.time - run.time[0], asked, whole.sooner(ch))
-    for name in ("angle_setpoint", "speed_setpoint"):
-        connections.append(f'"controller.{name}" = {{ from = "log.{name}", convert = false }}')
+    time = run.time - run.time[0]
+    new, given = upright(time, driven.instants(time, ch), driven.asked(time, values, ch))
+    names = ("controller.angle_setpoint", "controller.speed_setpoint") if seen else ("motor.voltage",)
+    columns = {"time": new, **{name.rpartition(".")[2]: x for name, x in zip(names, given)}}
+    connections += [f'"{name}" = {{ from = "log.{name.rpartition(".")[2]}", convert = false }}' for name in names]
     step = float(f"{whole.grid(ch).dt[1:].max() / parts:.6g}")
-    order += ["controller", *chain.ORDER[:-1]]  # what it makes of the start of a step holds over it, as in the fit
+    order += [
+        part for part in simulated if part == "controller"
+    ]  # what it makes of the start of a step holds over it, as in the fit
+    order += chain.ORDER[:-1]
     return written(experiment.rig.name, out, columns, [], step, components, connections, order)
+
+
+def _joined(part: str) -> dict[str, str]:
+    """What the chain gives to a component."""
+    return {f"{part}.{name}": source for name, source in chain.inputs(part).items()}
 
 
 def sensor_name(channel: str) -> str:
@@ -126,14 +144,14 @@ def run_again(experiment: DriveExperiment, values: dict, system: Path, told: Res
     described = master.load(system)
     step = described.run.step
     stop = min(int(round(described.run.stop / step)), rules.coupled_steps) * step
-    described.run.record = sorted({COLUMN[one.output] for one in experiment.residuals})
+    described.run.record = sorted({_column(one.output, ch) for one in experiment.residuals})
     table, half = (master.run(described, stop=stop, step=h).table for h in (step, step / 2))
     promised, here = whole.plain(values, ch), whole.grid(ch).time
     channels = []
     for residual in experiment.residuals:
         name = residual.output
-        when, fmu = _told(table, name)
-        finer, compiled = np.interp(when, *_told(half, name)), np.interp(when, here, promised[whole.SHOWN[name]])
+        when, fmu = _told(table, _column(name, ch))
+        finer, compiled = np.interp(when, *_told(half, _column(name, ch))), np.interp(when, here, promised[whole.SHOWN[name]])
         apart, by_step = rms([fmu - compiled]), 2.0 * rms([fmu - finer])  # of first order: half a step has half of the error
         allowed = rules.coupled_apart * by_step + rules.coupled_exact * rms([compiled])
         row = {"channel": name, "unit": residual.unit, "difference": apart, "of_step": by_step, "agrees": apart <= allowed}
@@ -144,10 +162,10 @@ def run_again(experiment: DriveExperiment, values: dict, system: Path, told: Res
     return found | {"step": step, "seconds": stop, "agrees": all(row["agrees"] for row in channels), "channels": channels}
 
 
-def _told(table: pd.DataFrame, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times and values of a channel; the command at the end of a step is what the controller gave at its start."""
-    time, values = table["time"].to_numpy(), table[COLUMN[name]].to_numpy()
-    return (time[:-1], values[1:]) if COLUMN[name].startswith("controller.") else (time, values)
+def _told(table: pd.DataFrame, column: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values of a column; the command at the end of a step is what the controller gave at its start."""
+    time, values = table["time"].to_numpy(), table[column].to_numpy()
+    return (time[:-1], values[1:]) if column.startswith("controller.") else (time, values)
 
 
 def _off(name: str, when: np.ndarray, simulated: np.ndarray, ch: Channels) -> float:
@@ -155,4 +173,6 @@ def _off(name: str, when: np.ndarray, simulated: np.ndarray, ch: Channels) -> fl
     time = ch.run.time - ch.run.time[0]
     rows = (time <= when[-1]) & ch.good(name) & whole.settled(ch)
     error = ch.raw(name)[rows] - np.interp(time[rows], when, simulated)
+    if driven.by_change(name, ch) and len(error) > (over := driven.rows_of_change(name, ch)):
+        error = error[over:] - error[:-over]
     return rms([error - error.mean()]) if name == "reducer.input_angle" and rows.any() else rms([error])

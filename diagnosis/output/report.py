@@ -13,7 +13,7 @@ from ..judge.cause import Cause
 from ..judge.depends import Dependence
 from ..judge.result import Diagnosis
 from ..judge.together import against
-from ..residuals import whole
+from ..residuals import driven
 from ..residuals.mending import Mending
 from ..search.selection import Selection
 from . import pictures, spectrum
@@ -78,7 +78,7 @@ def write(
         left=left,
         faults=faults,
         drawn=set(drawn.get("figures", ())),
-        next=following(result, not whole.lacking(experiment.rig, set(experiment.runs[0].signals))),
+        next=following(result, not driven.lacking(experiment.rig, set(experiment.runs[0].signals))),
         dependences=dependences([left_over(name, experiment.rig.linear) for name in result.remainder["depends_on"]]),
         bars=pictures.search(outcome) if outcome else [],
         sources={c.hypothesis.label: (c.hypothesis.summary, c.hypothesis.source) for c in (outcome.causes if outcome else [])},

@@ -8,14 +8,14 @@ import numpy as np
 
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
-from ..data.signals import ANGLE_OF
-from ..residuals import drive
+from ..data.signals import ANGLE_OF, MOVES
+from ..residuals import drive, driven
 from ..residuals.channels import Channels
 from ..residuals.closing import ahead, unseen
 from ..residuals.kernels import kernels
-from ..residuals.recorder import counts, measured
+from ..residuals.recorder import counts, measured, noisy
 from ..residuals.setting import Setting
-from ..residuals.whole import WHOLE, lacking
+from ..residuals.whole import WHOLE, undescribed
 from ..rules import RULES
 
 
@@ -28,7 +28,7 @@ def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
     run = runs[0]
     if rig.simulate:
         return rig, f'the rig asks for it (simulate = "{rig.simulate}")'
-    if what := lacking(rig, set(run.signals)):
+    if what := undescribed(rig, set(run.signals)):
         return rig, f"the rig and its log describe no whole loop, which needs {what}"
     if reasons := out_of_step(rig, runs):
         return replace(rig, simulate=WHOLE), f"the log was not taken in step with its controller: {'; '.join(reasons)}"
@@ -56,7 +56,11 @@ def out_of_step(rig: Rig, runs: list[MeasuredRun]) -> list[str]:
     elif ahead(channels):
         found.append("its commands stand in the row before the one that they answer")
     elif name := unseen(channels):
-        found.append(f"{electric} does not step with the counts in which the log has {name}: its controller saw another sample")
+        what = "noise that the log has of" if name.endswith("speed") else "counts in which the log has"
+        found.append(f"{electric} does not step with the {what} {name}: its controller saw another sample")
+    if driven.of(channels) == driven.VOLTAGE and (names := [n for n in MOVES if channels.has(n) and noisy(n, channels)]):
+        reads = "read" if names[1:] else "reads"
+        found.append(f"it is in open loop, where nothing acts on what {' and '.join(names)} {reads}, noise and all")
     for speed in ANGLE_OF:
         if channels.has(speed) and (rows := counts(speed, channels)[1]):
             found.append(f"{speed} is a difference of counts over {rows} row{'s' * (rows > 1)}")

@@ -21,7 +21,7 @@ from ..errors import DataError
 from ..judge.models import OpenModel
 from ..judge.together import recorded
 from ..pipeline.run import whole_where_described
-from ..residuals import whole
+from ..residuals import driven, whole
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.noise import of_samples
 from ..residuals.setting import Setting
@@ -47,7 +47,7 @@ class Scale:
 
 def scale(rig: Rig, runs: list[MeasuredRun], best: OpenModel) -> Scale:
     """Of the logs that the diagnosis had. DataError where rig and logs describe no loop."""
-    if what := whole.lacking(rig, set(runs[0].signals)):
+    if what := driven.lacking(rig, set(runs[0].signals)):
         raise DataError(
             f"{rig.path}: a run is planned as set-points of the whole drive, which needs {what}. What to record is said in words "
             "by the diagnosis, beside the causes that cannot be told apart."

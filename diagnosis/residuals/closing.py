@@ -16,7 +16,7 @@ from scipy.ndimage import binary_erosion
 
 from ..data.rig import LOAD, MOTOR
 from ..rules import RULES
-from . import drive
+from . import drive, driven
 from .channels import Channels, derivative
 from .recorder import commanded, counts
 
@@ -50,15 +50,22 @@ def ahead(ch: Channels) -> bool:
 def unseen(ch: Channels) -> str:
     """The encoder that counts from anywhere, over which the loop closes, whose counts the command has nothing of; "" for none.
 
+    Of a controller of speed alone the speed, with its noise.
+
     In step a row's command is the law of that row's samples, or of those some rows before, and has their counts times a gain,
     whatever the law is beside that. Such an encoder always counts: where its command does not, these are the recorder's. Only
     counts that would show beside the command's own noise tell anything.
     """
     command, angle = commanded(ch), "reducer.input_angle"
+    ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {})
+    if driven.of(ch) == driven.SPEED and command and not ch.steady:
+        speed = "reducer.input_speed" if ch.has("reducer.input_speed") else "load.speed"
+        gain = ch.setting.value("controller.speed_gain", {}) / (ratio if speed != "load.speed" else 1.0)
+        return speed if ch.has(speed) and gain > 0.0 and _nothing_of(ch, command, speed, gain) else ""
     at_motor = not ch.has("load.angle") or ch.setting.rig.loop == MOTOR
     if ch.steady or not command or not at_motor or not ch.has("controller.angle_setpoint", angle):
         return ""
-    gain = ch.setting.value(ch.prefix + "controller.angle_gain", {}) / ch.setting.value(ch.prefix + "reducer.gear_ratio", {})
+    gain = ch.setting.value(ch.prefix + "controller.angle_gain", {}) / ratio
     return angle if gain > 0.0 and _nothing_of(ch, command, angle, gain) else ""
 
 

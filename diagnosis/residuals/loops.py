@@ -212,9 +212,14 @@ def _met(over, g, l, delivered, time, current):
 
 
 def closed(
-    pc, pm, pr, pl, pa, ps, sensed, at_motor, powered, asked, ahead, dt, parts, ticked, at, starts, place, over, knots, heights, out,
+    pc, pm, pr, pl, pa, ps, sensed, at_motor, looped, powered, asked, ahead, turned, dt, parts, ticked, at, starts, place, over, knots,
+    heights, out,
 ):  # fmt: skip
     """A drive from its set-points with the loop closed; the controller acts as its period says, or all the time.
+
+    With looped = 0 it is driven by a voltage, in the place of the set-point of angle in asked and ahead. turned: angle of the load
+    at the samples as it was measured, which no controller holds, else no number: waves and weights are met there, both shafts are
+    turned as one, and rows of `out` go on as if they were not.
 
     One that acts all the time is asked at every sample, and what it does until the next is what it makes of the middle of the step,
     as speeds and accelerations foretell it. asked, ahead: set-points of angle and speed at the samples, and in the middle of the
@@ -244,7 +249,7 @@ def closed(
     held = pd.sample_period(pc, pd.Condition(0.0)) > 0.0 and pd.command_delay(pc, pd.Condition(0.0)) == 0.0
     u = c.command
     delivered, pull = _rests(pr, pl, g, l)
-    current = torque = rise = 0.0
+    current = torque = rise = strayed = 0.0
     for i in range(len(dt)):
         if i > 0:
             h = dt[i] / parts
@@ -267,36 +272,45 @@ def closed(
             delivered, pull = _rests(pr, pl, g, l)
             rise = 0.0
             put += 1
+        if turned[i] == turned[i]:
+            by = turned[i] - l.angle
+            m = dc.State(m.current, m.angle + by * ratio, m.heat, m.effects)
+            g = shaft.State(g.angle + by * ratio, g.speed, g.effects, g.time, g.heat, g.distance)
+            l = load.State(turned[i], l.speed)
+            strayed -= by
         angle, speed, gained = l.angle, l.speed, pull
         if at_motor > 0.0:
             angle, speed, gained = g.angle / ratio, g.speed / ratio, rise / ratio
-        if place == 4:  # the angle's own reading, of whichever shaft
-            push = _straight(knots, heights, _met(over, g, l, delivered, since, current))
-            angle += push / ratio if at_motor > 0.0 else push
-        half = 0.5 * dt[i + 1] if i + 1 < len(dt) else 0.0
-        later, faster = angle + half * (speed + 0.5 * half * gained), speed + half * gained
-        if anew and sensed > 0.0:
-            sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
-        if sensed > 0.0:
-            sa, seen = sensor.advance(pa, sa, angle, dt[i])
-            angle = seen.reading
-            ss, seen = sensor.advance(ps, ss, speed, dt[i])
-            speed = seen.reading
-            _, seen = sensor.advance(pa, sa, later, half)
-            later = seen.reading
-            _, seen = sensor.advance(ps, ss, faster, half)
-            faster = seen.reading
-        c, co = pd.advance(pc, c, asked[0, i], asked[1, i], angle, speed, g.speed, delivered, dt[i])
-        out[0, i] = u = co.voltage
-        if not held:
-            _, co = pd.advance(pc, c, ahead[0, i], ahead[1, i], later, faster, g.speed + half * rise, delivered, half)
-            u = co.voltage
+        if looped == 0.0:
+            out[0, i], u = asked[0, i], ahead[0, i]
+        else:
+            if place == 4:  # the angle's own reading, of whichever shaft
+                push = _straight(knots, heights, _met(over, g, l, delivered, since, current))
+                angle += push / ratio if at_motor > 0.0 else push
+            half = 0.5 * dt[i + 1] if i + 1 < len(dt) else 0.0
+            later, faster = angle + half * (speed + 0.5 * half * gained), speed + half * gained
+            if anew and sensed > 0.0:
+                sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
+            if sensed > 0.0:
+                sa, seen = sensor.advance(pa, sa, angle, dt[i])
+                angle = seen.reading
+                ss, seen = sensor.advance(ps, ss, speed, dt[i])
+                speed = seen.reading
+                _, seen = sensor.advance(pa, sa, later, half)
+                later = seen.reading
+                _, seen = sensor.advance(ps, ss, faster, half)
+                faster = seen.reading
+            c, co = pd.advance(pc, c, asked[0, i], asked[1, i], angle, speed, g.speed, delivered, dt[i])
+            out[0, i] = u = co.voltage
+            if not held:
+                _, co = pd.advance(pc, c, ahead[0, i], ahead[1, i], later, faster, g.speed + half * rise, delivered, half)
+                u = co.voltage
         if powered[i] == 0.0:
             out[0, i] = u = pm.voltage_constant * g.speed  # no current flows
         out[1, i] = current
         out[2, i] = torque
-        out[3, i] = g.angle
+        out[3, i] = g.angle + strayed * ratio
         out[4, i] = g.speed
         out[5, i] = delivered
-        out[6, i] = l.angle
+        out[6, i] = l.angle + strayed
         out[7, i] = l.speed

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..data.values import resolution
 from ..rules import RULES
-from . import drive
+from . import drive, driven
 from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .propagated import of_inputs
@@ -60,7 +60,25 @@ def of_rows(errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
         parts, there = (x[: n * rules.near].reshape(n, rules.near) for x in (e, t))
         found.append(np.var(parts[there.all(1)], axis=1, ddof=1))
     joined = np.concatenate(found)
-    return float(np.sqrt(np.mean(joined[joined <= np.quantile(joined, rules.near_tail)]))) if len(joined) else 0.0
+    about = float(np.sqrt(np.mean(joined[joined <= np.quantile(joined, rules.near_tail)]))) if len(joined) else 0.0
+    return max(about, of_rows_apart(errors, trusted))
+
+
+def of_rows_apart(errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
+    """Noise of rows that lie so far apart that no message stands behind two of them: by fourth differences, as `noise_of` has it.
+
+    A table that goes straight between messages has noise that neighbours share, so that they vary less about their mean.
+    """
+    rules = RULES.residuals
+    apart = rules.leap_rows * np.arange(5)
+    found = []
+    for e, t in zip(errors, trusted):
+        n = len(e) - apart[-1]
+        if n > 0:
+            parts, there = (np.stack([x[first : first + n] for first in apart]) for x in (e, t))
+            found.append(np.array([1.0, -4.0, 6.0, -4.0, 1.0]) @ parts[:, there.all(0)])
+    sizes = abs(np.concatenate(found)) if found else np.zeros(0)
+    return float(np.median(sizes)) / rules.normal_median / np.sqrt(70.0) if len(sizes) > rules.noise_samples else 0.0
 
 
 def of_rounding(experiment: Experiment, residual: Residual, values: dict) -> tuple[float, float]:
@@ -92,6 +110,9 @@ def of_formulas(experiment: Experiment, residual: Residual) -> float:
         return RULES.residuals.formulas * float(np.std(wound)) if len(wound) else 0.0
     if residual.reading.endswith("angle"):
         ch = experiment.channels[0, residual.prefix]
+        if driven.of(ch) != driven.ANGLE:
+            changes = [measured[good & np.isfinite(measured)] for _, measured, good in experiment.compare(residual, {})]
+            return RULES.residuals.formulas * float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
         electric, gain = drive.electric(ch), ch.setting.value("controller.angle_gain", {})
         if not electric or gain <= 0.0:
             return 0.0

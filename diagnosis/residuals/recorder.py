@@ -80,6 +80,17 @@ def measured(name: str, ch: Channels) -> float:
     return noise_of(x) / usual
 
 
+def noisy(name: str, ch: Channels) -> bool:
+    """Whether a motion was measured: noise or counts are more of what it changes by from row to row than a number has.
+
+    It may rest for most of the log, where counts show none.
+    """
+    x, rules = ch.raw(name), RULES.residuals
+    rough = abs(np.diff(x, n=4)) if len(x) > 4 else np.zeros(1)
+    noise = max(noise_of(x), float(np.quantile(rough, 0.9)) / rules.normal_tenth / np.sqrt(70.0))
+    return noise > rules.exact * float(np.std(np.diff(x)))
+
+
 def period(ch: Channels) -> float:
     """The period, s, of a controller whose logged command steps only so often; 0 where no line stands out of the spectrum.
 

@@ -12,7 +12,7 @@ A residual is a comparison of one measured channel with what some of the compone
     input        measured angle of the input shaft  -> its speed: sensors alone
     output       measured angle of the load         -> its speed: sensors alone
     drive        set-points or voltage              -> motion: the whole at once, where the rig asks for it (simulate)
-    whole        set-points                         -> one of all measured channels, the loop closed, behind its recorder
+    whole        set-points, or in open loop a voltage -> one of all measured channels, behind its recorder
 
 A residual whose misfit is noise proves its components; a residual that is off has the fault among its components.
 """
@@ -25,7 +25,7 @@ from typing import Any
 
 from ..data.signals import MOVES, SPEED_OF, unit
 from ..errors import DataError
-from . import compare, drive, forward, free_law, laws, phase, whole
+from . import compare, drive, driven, forward, free_law, laws, phase, whole
 from .channels import Channels
 from .compare import Compared
 
@@ -94,11 +94,10 @@ def residuals(probe: Channels) -> list[Residual]:
 
     if rig.simulate == whole.WHOLE:
         whole.refuse_open(rig, set(probe.run.signals))
-        angle, speed = whole.seen_by_controller(probe)
-        for shown in filter(has, whole.SHOWN):
-            reads = ("load.angle",) if shown == "reducer.input_angle" else ()
-            add("whole", whole.PARTS, reads, shown, lambda v, ch, shown=shown: whole.channel(shown, v, ch))
-        return [replace(one, name=f"whole {one.output}", through=(angle, speed)) for one in found]
+        for shown in whole.compared(probe):
+            reads = (*driven.inputs(probe), *(("load.angle",) if shown == "reducer.input_angle" else ()))
+            add("whole", whole.components(probe), reads, shown, lambda v, ch, shown=shown: whole.channel(shown, v, ch))
+        return [replace(one, name=f"whole {one.output}", through=whole.seen_by_controller(probe)) for one in found]
 
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..rules import RULES
+from . import driven
 from .channels import Channels
 from .recorder import commanded, counts
-from .whole import SHOWN, TURNS, differences, grid, read, seen_by_controller, simulate
+from .whole import SHOWN, TURNS, differences, earlier, grid, read, seen_by_controller, simulate
 
 
 def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:
@@ -46,6 +47,8 @@ def sees_counts(ch: Channels) -> bool:
 
 
 def _steps_with_counts(ch: Channels) -> bool:
+    if driven.of(ch) != driven.ANGLE:
+        return False
     rules, angle, command = RULES.residuals, seen_by_controller(ch)[0], commanded(ch)
     count = counts(angle, ch)[0] if command and ch.has(angle) else 0.0
     if count <= 0.0:
@@ -99,7 +102,12 @@ def _through_loop(shown: str, values: dict, ch: Channels, zeros: np.ndarray) -> 
 
 def _of_angle(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:
     count, _ = counts(name, ch)
-    return _rounded(read(name, values, ch), count, zeros) if count > 0.0 else None
+    if count <= 0.0:
+        return None
+    now = _rounded(read(name, values, ch), count, zeros)
+    if not driven.by_change(name, ch):
+        return now
+    return now - _rounded(read(name, values, ch, np.maximum(earlier(name, ch), 0)), count, zeros)
 
 
 def _rounded(angle: np.ndarray, count: float, zeros: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""The whole drive in closed loop against every measured channel, each read as its recorder read it.
+"""The whole drive against every measured channel, each read as its recorder read it.
 
 Set-points are numbers, and no noise is on them. So nothing measured goes into this simulation but where a run begins:
-what is left of a channel is its own noise, and what is wrong in the drive (output error; Ljung 1999, ch. 4). How a channel
-was recorded is said by numbers that are fitted beside all else and never named a cause:
+what is left of a channel is its own noise, and what is wrong in the drive (output error; Ljung 1999, ch. 4). In open loop the
+voltage that drives it does (driven), whose noise inertia and inductance smooth. How a channel was recorded is said by numbers that are fitted beside all else and never named a cause:
 
     recorder.<channel>.shift     s, read so much later than its row says
     recorder.<channel>.window    s, mean over so long before (of a switched voltage, over part of its step)
@@ -17,7 +17,7 @@ say so (closing).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,12 +28,12 @@ from ..data.rig import MOTOR, Rig
 from ..data.signals import ANGLE_OF
 from ..errors import DataError
 from ..rules import RULES
-from . import drive, free_law, laws, memory
+from . import drive, driven, free_law, laws, memory
 from .channels import Channels, integral, mean_rate
 from .compare import Compared
 from .forward import ROWS, stable
 from .recorder import counts, over_lost_rows, ticks
-from .set_points import about, between, jump, jumps
+from .set_points import about
 
 SUPPLY = "supply"
 
@@ -68,31 +68,36 @@ HOLD = "recorder.controller.hold"
 PARTS = laws.COMPONENTS
 
 
-def lacking(rig: Rig, signals: set[str]) -> str:
-    """Why a log with these signals and its rig describe no loop, as what would have to be; "" where they describe one."""
-    described = {name.rpartition(".")[0] for name in rig.parameters}
-    asked = {
-        'a log in time, that is kind = "forward"': rig.kind == "forward",
-        "one drive, not several": rig.drives == ("",),
-        "all of it, not one component": not rig.only,
-        "a column of controller.angle_setpoint": "controller.angle_setpoint" in signals,
-        "a motor driven by its controller's voltage, not by a column of motor.duty": "motor.duty" not in signals,
-        "a column of load.angle or reducer.input_angle": bool({"load.angle", "reducer.input_angle"} & signals),
-        "the controller's angle_gain in [parameters]": "controller.angle_gain" in rig.parameters,
-        **{f"parameters of the {part}": part in described for part in ("motor", "reducer", "load")},
-    }
-    return next((what for what, there in asked.items() if not there), "")
+def undescribed(rig: Rig, signals: set[str]) -> str:
+    """Why a log with these signals and its rig describe no whole drive, as what a loop would have to have; "" where they describe one."""
+    return "" if driven.way(rig, signals) else driven.lacking(rig, signals)
 
 
 def refuse_open(rig: Rig, signals: set[str]) -> None:
     """Refuse to simulate a whole drive that is not described."""
-    if what := lacking(rig, signals):
+    if what := undescribed(rig, signals):
         raise DataError(f'{rig.path}: simulate = "{WHOLE}" needs {what}. Give it, or write simulate = "parts".')
 
 
-def seen_by_controller(ch: Channels) -> tuple[str, str]:
-    """Channels of angle and speed over which the loop closes: the load's where it has any, unless rig or log say the motor's."""
-    at_motor = ch.has("reducer.input_angle") and (ch.setting.rig.loop == MOTOR or not ch.has("load.angle"))
+def compared(ch: Channels) -> list[str]:
+    """Channels that are: all that a simulation has but what drives it."""
+    return [name for name in SHOWN if ch.has(name) and name not in driven.inputs(ch)]
+
+
+def components(ch: Channels) -> tuple[str, ...]:
+    """Those that are simulated."""
+    return PARTS[1:] if driven.of(ch) == driven.VOLTAGE else PARTS
+
+
+def seen_by_controller(ch: Channels) -> tuple[str, ...]:
+    """Channels of angle and speed over which the loop closes: the load's where it has any, unless rig or log say the motor's.
+
+    None in open loop.
+    """
+    if (way := driven.of(ch)) == driven.VOLTAGE:
+        return ()
+    at = lambda side: ch.has(f"{side}{way}")
+    at_motor = at("reducer.input_") and (ch.setting.rig.loop == MOTOR or not at("load."))
     return ("reducer.input_angle", "reducer.input_speed") if at_motor else ("load.angle", "load.speed")
 
 
@@ -105,6 +110,7 @@ class Grid:
     asked: np.ndarray  # set-points of angle and speed, (2, instants)
     ahead: np.ndarray  # and in the middle of the step behind each
     powered: np.ndarray
+    places: np.ndarray  # rad, of the load as measured, where no controller holds its angle
 
 
 def grid(ch: Channels) -> Grid:
@@ -117,32 +123,30 @@ def grid(ch: Channels) -> Grid:
 
 def _grid(ch: Channels, period: float) -> Grid:
     """The rows and equal parts between them, the jumps of set-points, and the acts of a controller with a period of its own, s."""
-    time = ch.run.time - ch.run.time[0]
-    time = time if ch.take is None else time[: ch.take[-1] + 1]  # what comes after the last row compared matters to none
+    time = _rows(ch)
     steps = np.diff(time)
     parts = np.maximum(1, np.ceil(steps / ch.setting.whole_step - 1e-6)).astype(int)
     first = np.repeat(np.arange(len(steps)), parts)
     inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
     even = np.append(time[first] + steps[first] * inside / parts[first], time[-1])
-    jumps = np.array([jump(int(row), time, sooner(ch)) for row in jumped(ch) if row < len(time)])
+    jumps = driven.instants(time, ch)
     slow = period > np.median(np.diff(even))
     fine = _with(even, jumps, np.arange(period - ticks(period, ch), time[-1], period) if slow else np.zeros(0))
-    wanted = ch.raw("controller.angle_setpoint")
-    asked = [x[: len(time)] for x in (wanted, drive.speed_setpoint(wanted, {}, ch))]
-    lines = lambda when: np.stack([between(when, time, x, sooner(ch)) for x in asked])
+    asked = driven.asked(time, {}, ch)
     powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.searchsorted(time, fine + 1e-9, side="right") - 1]
     dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
-    return Grid(fine, dt, lines(fine), lines(fine + 0.5 * np.append(dt[1:], 0.0)), powered)
+    return Grid(fine, dt, asked(fine), asked(_ahead(fine, dt)), powered, driven.places(fine, time, ch))
 
 
-def jumped(ch: Channels) -> np.ndarray:
-    """Rows that are the first behind a jump of the angle's set-point."""
-    return jumps(ch.raw("controller.angle_setpoint"), ch.run.time)
+def _rows(ch: Channels) -> np.ndarray:
+    """Times of rows, s, from the first one on; what comes after the last row compared matters to none."""
+    time = ch.run.time - ch.run.time[0]
+    return time if ch.take is None else time[: ch.take[-1] + 1]
 
 
-def sooner(ch: Channels) -> dict[int, float]:
-    """Of rows behind a jump of the set-point: the share of the row before by which it came sooner, once that is found."""
-    return ch.run.memory.setdefault("jumped sooner", {})
+def _ahead(fine: np.ndarray, dt: np.ndarray) -> np.ndarray:
+    """The middle of the step behind each instant."""
+    return fine + 0.5 * np.append(dt[1:], 0.0)
 
 
 def _with(fine: np.ndarray, *more: np.ndarray) -> np.ndarray:
@@ -162,7 +166,7 @@ def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
     """All signals of the drive at the instants of the run's grid; remembered, for all channels ask for the same."""
     key = tuple(sorted((name, value) for name, value in values.items() if matters(name, ch)))
     most = min(RULES.residuals.wholes_remembered, max(1, RULES.residuals.motions_remembered // len(grid(ch).time)))
-    return memory.kept(ch.memory.setdefault(WHOLE, {}), key, lambda: _simulated(values, ch), most)
+    return memory.kept(ch.memory.setdefault(WHOLE, {}), key, lambda: _simulated(values, ch, grid(ch)), most)
 
 
 def matters(name: str, ch: Channels) -> bool:
@@ -170,18 +174,20 @@ def matters(name: str, ch: Channels) -> bool:
     if name.startswith("recorder."):
         return name == HOLD
     if of := free_law.channel(name) if name.startswith(free_law.PREFIX) else "":
-        return of == seen_by_controller(ch)[0]
+        return of in seen_by_controller(ch)[:1]
     if name.startswith("sensor."):
-        return name.removeprefix("sensor.").rpartition(".")[0] in seen_by_controller(ch)
+        return name.removeprefix("sensor.").rpartition(".")[0] in (*seen_by_controller(ch), *driven.inputs(ch))
     return True
 
 
 def plain(values: dict, ch: Channels) -> dict[str, np.ndarray]:
     """All signals of the drive itself at the instants of the run's grid: nothing is said of a recorder, nor when a controller ticked.
 
-    As FMUs that take turns make them: a controller's acts hold from the beginning of the step in which they fall.
+    As FMUs that take turns make them: a controller's acts hold from the beginning of the step in which they fall, and a drive is
+    where it went, wherever that was measured.
     """
-    return _simulated({n: v for n, v in values.items() if not n.startswith("recorder.")}, ch, float(grid(ch).dt[0]))
+    here = replace(grid(ch), places=np.full(len(grid(ch).time), np.nan))
+    return _simulated({n: v for n, v in values.items() if not n.startswith("recorder.")}, ch, here, float(here.dt[0]))
 
 
 def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:
@@ -189,13 +195,13 @@ def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:
     return stable(drive.law("reducer", values, ch), drive.law("load", values, ch), float(grid(ch).dt[1:].max(initial=1e-9)))
 
 
-def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[str, np.ndarray]:
+def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = None) -> dict[str, np.ndarray]:
     """ticked: how long before the first row the controller did; as the steps of its logged command tell.
 
     A controller with a period acts at its own instants; one that acts oftener than the simulation has steps does so all the time,
     half its period late.
     """
-    told = here = grid(ch)
+    told = here
     pc, pm, pr, pl = (drive.law(part, values, ch) for part in PARTS)
     stiffness, damping, parts = carried_in(values, ch)
     late, period = values.get(HOLD, 0.0), pc.sample_period
@@ -207,19 +213,22 @@ def _simulated(values: dict, ch: Channels, ticked: float | None = None) -> dict[
             here = _grid(ch, period)
     pc = pc._replace(command_delay=pc.command_delay + late, sample_period=period)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
-    angle, speed = seen_by_controller(ch)
-    at_motor = angle.startswith("reducer")
-    places, starts = begins(values, ch, here)
-    off = laws.no_sensor()
-    seen = [ch.sensor(name, values) for name in (angle, speed)]
+    if driven.of(ch) == driven.SPEED:
+        pc = pc._replace(angle_gain=0.0)
+    seen, (at, starts) = seen_by_controller(ch), begins(values, ch, here)
+    sensors = [ch.sensor(name, values) for name in seen] or [None, None]
     out = np.empty((len(ROWS), len(here.time)))
-    given = here.powered, here.asked, here.ahead, here.dt
     place, over, knots, heights, of = free_law.of(values)
-    if of == angle:
+    if of in seen[:1]:
         place = free_law.IN_LOOP
+    asked, ahead = here.asked, here.ahead
+    if any(ch.sensor(name, values) is not None for name in driven.inputs(ch)):
+        volts = driven.asked(_rows(ch), values, ch)
+        asked, ahead = volts(here.time), volts(_ahead(here.time, here.dt))
     ch.setting.kernels.closed(
-        pc, pm, pr, pl, *(off if p is None else p for p in seen), float(any(p is not None for p in seen)), float(at_motor),
-        *given, parts, ticked, places, starts, place, over, knots, heights, out,
+        pc, pm, pr, pl, *(laws.no_sensor() if p is None else p for p in sensors), float(any(p is not None for p in sensors)),
+        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, asked, ahead, here.places, here.dt, parts, ticked,
+        at, starts, place, over, knots, heights, out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out if here is told else (np.interp(told.time, here.time, x) for x in out)))
     return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}
@@ -235,7 +244,7 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     _, second = drive.both({}, ch)
     angle, speed = (float(second.angle[0]), float(second.speed[0])) if row == 0 else _behind(row, values, ch)
-    if not ch.has("load.angle"):  # counted from anywhere: the loop began where it was asked to be
+    if driven.of(ch) == driven.ANGLE and not ch.has("load.angle"):  # counted from anywhere: it began where it was asked to be
         angle += float(ch.raw("controller.angle_setpoint")[0] - second.angle[0])
     torque, wound = np.empty(1), np.empty(1)
     ch.setting.kernels.load_torque(pl, np.array([angle]), np.array([speed]), np.zeros(1), torque)
@@ -263,12 +272,9 @@ def _anew(ch: Channels) -> np.ndarray:
     """
     if "anew" in ch.memory:
         return ch.memory["anew"]
-    time, wanted = ch.run.time, ch.raw("controller.angle_setpoint")
-    gaps, electric, found = np.flatnonzero(ch.run.behind_gaps), drive.electric(ch), [0]
-    usual = (
-        drive.voltage(electric, {}, ch) / ch.setting.value("controller.angle_gain", {}) if electric else wanted - wanted.mean()
-    )
-    most = 4.0 * RULES.residuals.formulas * float(np.sqrt(np.mean(usual**2)))
+    time, wanted = ch.run.time, driven.wanted(ch)
+    gaps, found = np.flatnonzero(ch.run.behind_gaps), [0]
+    most = 4.0 * RULES.residuals.formulas * driven.usual(ch)
     for row in map(int, gaps):
         last = row - 1
         if last >= 1 and row + 1 < len(time) and last not in gaps and row + 1 not in gaps:
@@ -308,6 +314,10 @@ def channel(name: str, values: dict, ch: Channels) -> Compared:
     """One measured channel against what sensor and recorder make of the simulated one."""
     simulated, measured = read(name, values, ch), ch.taken(ch.raw(name))
     good = ch.taken(settled(ch) & ~over_lost_rows(name, ch))
+    if driven.by_change(name, ch):
+        before = earlier(name, ch)
+        good = good & (before >= 0) & (settled(ch) & ch.good(name))[before]
+        return simulated - read(name, values, ch, before), measured - ch.raw(name)[before], good
     if name == "reducer.input_angle":
         ratio = ch.setting.value("reducer.gear_ratio", values)
         if ch.has("load.angle"):  # what the gear winds up; where both are is the other angle's comparison
@@ -322,6 +332,11 @@ def channel(name: str, values: dict, ch: Channels) -> Compared:
     return simulated, measured, good
 
 
+def earlier(name: str, ch: Channels) -> np.ndarray:
+    """Of each row compared: the one from which on an angle's change is compared; below 0 where there is none."""
+    return ch.taken(np.arange(len(ch.run))) - driven.rows_of_change(name, ch)
+
+
 def settled(ch: Channels) -> np.ndarray:
     """Rows away from the start of the run and from gaps, where nobody knows what the drive did before; and from jumps of a set-point.
 
@@ -332,7 +347,7 @@ def settled(ch: Channels) -> np.ndarray:
         begins = time[_anew(ch)]
         since = time - begins[np.searchsorted(begins, time, side="right") - 1]
         late = ch.setting.value(ch.prefix + "controller.sample_period", {}) + 2.0 * float(np.median(np.diff(time)))
-        reached = about(jumped(ch), time, late)
+        reached = about(driven.jumped(ch), time, late)
         ch.memory["settled"] = (since >= min(rules.settling, rules.settling_share * (time[-1] - time[0]))) & ~reached
     return ch.memory["settled"]
 
@@ -342,8 +357,16 @@ def along(variable: str, rows: dict[str, np.ndarray], ch: Channels) -> np.ndarra
     if variable == "time":
         return grid(ch).time
     if variable == "position":
-        return rows["input_angle"] % (2.0 * np.pi)
-    return rows[VARIED[variable]]
+        return turned("input_angle", rows, ch) % (2.0 * np.pi)
+    return turned("angle", rows, ch) if variable == "output position" else rows[VARIED[variable]]
+
+
+def turned(which: str, rows: dict[str, np.ndarray], ch: Channels) -> np.ndarray:
+    """The place of a shaft in a simulation: of one that no controller holds as the load was measured."""
+    if driven.of(ch) == driven.ANGLE:
+        return rows[which]
+    gears = ch.setting.value("reducer.gear_ratio", {}) if which != "angle" else 1.0
+    return rows[which] + (grid(ch).places - rows["angle"]) * gears
 
 
 def _freely(name: str, x: np.ndarray, when: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
@@ -355,11 +378,11 @@ def _freely(name: str, x: np.ndarray, when: np.ndarray, values: dict, ch: Channe
     return x + np.interp(at, law.knots, law.heights)
 
 
-def read(name: str, values: dict, ch: Channels) -> np.ndarray:
-    """What stands in the rows of a channel: the simulated signal behind its sensor and its recorder."""
+def read(name: str, values: dict, ch: Channels, at: np.ndarray | None = None) -> np.ndarray:
+    """What stands in the rows of a channel: the simulated signal behind its sensor and its recorder. at: rows; those that are taken."""
     here, rows = grid(ch), simulate(values, ch)
     of = lambda key: values.get(f"recorder.{name}.{key}", 0.0)
-    when = ch.taken(ch.run.time) - ch.run.time[0] - of("shift")
+    when = (ch.taken(ch.run.time) if at is None else ch.run.time[at]) - ch.run.time[0] - of("shift")
     if over := counts(name, ch)[1]:
         x = _freely(name, differences(rows[TURNS[name]], here.time, of("shift"), over, ch), when, values, ch)
         return drive.sensed(name, x, ch.taken_steps(), values, ch)
@@ -372,7 +395,7 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
         for order in RULES.residuals.ripples:
             a, b = of(f"ripple_cos_{order}"), of(f"ripple_sin_{order}")
             if a or b:
-                cos, sin = _waves(TURNS[name], order, rows)
+                cos, sin = _waves(TURNS[name], order, rows, ch)
                 x = x * (1.0 + a * cos + b * sin)
     if zero := of("zero"):
         x = x + zero
@@ -382,16 +405,16 @@ def read(name: str, values: dict, ch: Channels) -> np.ndarray:
     return mean_rate(integral(x, here.dt), here.time, when - window, when)
 
 
-def _waves(turns: str, order: int, rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def _waves(turns: str, order: int, rows: dict[str, np.ndarray], ch: Channels) -> tuple[np.ndarray, np.ndarray]:
     """Cosine and sine of so many times a simulated angle, kept beside it: a fit asks for them far oftener than it moves the drive."""
     name = f"{order} waves of {turns}"
     if name in rows:
         return rows[name][0], rows[name][1]
     if order % 2 == 0:  # twice an angle, which is cheaper than an angle
-        cos, sin = _waves(turns, order // 2, rows)
+        cos, sin = _waves(turns, order // 2, rows, ch)
         found = np.stack([(cos - sin) * (cos + sin), 2.0 * sin * cos])
     else:
-        angle = order * rows[turns]
+        angle = order * turned(turns, rows, ch)
         found = np.stack([np.cos(angle), np.sin(angle)])
     if rows[turns].size * RULES.residuals.wholes_remembered <= RULES.residuals.motions_remembered:
         rows[name] = found

@@ -150,6 +150,15 @@ class ResidualRules:
     most_jumps: float = rule(
         0.02, "share of the rows that may jump; a set-point that does so oftener goes in steps", "not studied"
     )
+    leap_noise: float = rule(
+        8.0, "times its noise by which a measured voltage changes, at least, where it jumps", "beyond chance"
+    )
+    leap_rows: int = rule(
+        3, "rows that its jump may take", "theory: a table that goes straight between messages of two rows draws it over three"
+    )
+    leap_held: int = rule(
+        2, "rows by which it may have jumped sooner than is seen", "theory: a message of two rows that is held is as old"
+    )
     whole_fits: float = rule(
         30.0, "s of log on which hypotheses are fitted, the first part of each run; the last fit has all", "a limit of time"
     )

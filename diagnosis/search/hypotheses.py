@@ -12,7 +12,7 @@ from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, 
 from ..data.rig import Rig, split
 from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES, along, unit
 from ..data.values import resolution
-from ..residuals import whole
+from ..residuals import driven, whole
 from ..residuals.drive import both
 from ..residuals.drive import electric as electric_of
 from ..residuals.drive_experiment import DriveExperiment
@@ -256,17 +256,19 @@ def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
         late = 0.5 * step, -step, rules.latest + step  # first taken to go straight from row to row
         return tuple(Free(f"recorder.{channel}.shift", *late, "s") for channel in between_rows(experiment))
     told = {"controller.sample_period", "controller.command_delay"} & {*experiment.rig.parameters, *experiment.rig.uncertain}
-    if experiment.rig.simulate == whole.WHOLE and not told:
+    way = driven.of(experiment.channels[0, ""]) if experiment.rig.simulate == whole.WHOLE else ""
+    if way in driven.SETPOINT and not told:
         found.append(Free(whole.HOLD, rules.window_start * step, 0.0, step, "s"))
     for residual in experiment.residuals if experiment.rig.simulate == whole.WHOLE else ():
-        channel, numbers = residual.output, {"shift": (0.0, -step, rules.latest + step)}
+        latest = rules.latest + step  # what drives an open loop was measured, and may be as late as any channel
+        channel, numbers = residual.output, {"shift": (0.0, -latest if way == driven.VOLTAGE else -step, latest)}
         ch = experiment.channels[0, residual.prefix]
         if channel in whole.TURNS and not counts(channel, ch)[1]:
             numbers["filter"] = (rules.filter_start, 0.0, rules.slowest_filter)
             turned = _turns(experiment, residual.prefix, SIDES["output" if channel.startswith("load") else "input"])
             for order in (n for n in RULES.residuals.ripples if n * turned >= 1.0):  # of less than a wave nothing tells it
                 numbers |= {f"ripple_{wave}_{order}": (0.0, -rules.tacho_ripple, rules.tacho_ripple) for wave in ("cos", "sin")}
-        elif channel.endswith("load.angle"):  # the other shaft's zero is nobody's fault however far it is
+        elif channel.endswith("load.angle") and way == driven.ANGLE:  # the other shaft's zero is nobody's fault however far it is
             half = 0.5 * counts(channel, ch)[0]
             numbers["zero"] = (0.0, -half, half)
         elif channel in VOLTAGES:

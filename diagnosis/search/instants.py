@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..residuals import whole
+from ..residuals import driven, whole
 from ..residuals.drive_experiment import DriveExperiment
 from ..rules import RULES
 from .problem import Problem
@@ -17,7 +17,7 @@ from .problem import Problem
 def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     """Find when each jump of a whole drive's set-points came, and keep it with its run; whether there is any."""
     channels = list(experiment.channels.values())
-    if not any(len(whole.jumped(ch)) for ch in channels):
+    if not any(len(driven.jumped(ch)) for ch in channels):
         return False
     problem = problem.with_noise()
     values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
@@ -29,15 +29,17 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
 
 def _place(experiment: DriveExperiment, ch, values: dict) -> None:
     """Each jump of a run at the best of some places, then of some about it."""
-    rows, time = whole.jumped(ch), ch.taken(ch.run.time)
-    known, rules = whole.sooner(ch), RULES.search
-    if not len(rows):
+    pairs, time = driven.jumped(ch), ch.taken(ch.run.time)
+    known, rules = driven.sooner(ch), RULES.search
+    if not len(pairs):
         return
-    ends = np.minimum(ch.run.time[rows] + rules.jump_shows, np.append(ch.run.time[rows[1:] - 1], np.inf))
+    rows = pairs[:, 1]
+    ends = np.minimum(ch.run.time[rows] + rules.jump_shows, np.append(ch.run.time[pairs[1:, 0]], np.inf))
     windows = [(time >= ch.run.time[row]) & (time < end) for row, end in zip(rows, ends)]
     apart = 1.0 / (rules.jump_places - 1)
-    best = np.zeros(len(rows))
-    for offsets in (np.linspace(0.0, 1.0, rules.jump_places), np.array([-0.5, 0.0, 0.5]) * apart):
+    best, closer = np.zeros(len(pairs)), np.array([-0.5, 0.0, 0.5]) * apart
+    halved = range(int(np.ceil(np.log2((rows - pairs[:, 0]).max()))) + 1)  # to the same part of a row, however many it may take
+    for offsets in (np.linspace(0.0, 1.0, rules.jump_places), *(closer / 2**n for n in halved)):
         tried = np.clip(best[:, None] + offsets, 0.0, 1.0 - 2.0 * RULES.residuals.upright)
         losses = []
         for places in tried.T:

@@ -48,3 +48,28 @@ def test_counts_that_the_controller_never_saw_are_no_fault_of_the_drive(tmp_path
     rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + 19).write(tmp_path)
     result = diagnose(rig, train, test=[test], out=None, seed=1)
     assert result.verdict == "none", result.summary()
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "drives"), [(4, "motor.voltage"), (16, "motor.duty times motor.supply_voltage"), (43, "reducer.input_speed")]
+)
+def test_a_sound_drive_in_open_loop_or_held_at_a_speed_has_no_cause(seed, drives, tmp_path):
+    """A winch jogged by a voltage, a cart by a duty, a spindle whose controller holds a speed: nothing holds their angles."""
+    rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + seed).write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=1)
+    assert result.verdict == "none", result.summary()
+    assert result.recorder["mode"] == "whole" and drives in " ".join(result.recorder["assumed"]), result.recorder
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+def test_a_viscous_friction_behind_an_open_loop_is_named(tmp_path):
+    """To a tenth of what is hidden, and extended.toml does on the log's voltage what the fit promised."""
+    case = fieldbus.hide(["reducer.viscous"], fieldbus.DEVELOPMENT + 4)
+    rig, train, test = case.write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=tmp_path / "out", seed=1)
+    assert [cause.label for cause in result.causes] == ["reducer viscous"], result.summary()
+    assert result.causes[0].parameters["reducer.viscous_damping"]["value"] == pytest.approx(case.true["viscous"], rel=0.1)
+    assert result.extension["agrees"], result.extension

@@ -43,24 +43,31 @@ def wanted(t):
     return np.stack([0.4 * np.sin(5.0 * t) ** 3, 6.0 * np.sin(5.0 * t) ** 2 * np.cos(5.0 * t)])
 
 
-def simulated(step, last, p, ticked=0.0):
+def simulated(step, last, p, ticked=0.0, looped=1.0, given=wanted, turned=lambda t: np.full(len(t), np.nan)):
     """Rows of the compiled simulation, from rest at 0, its steps in one part."""
     time = step * np.arange(round(last / step) + 1)
     dt, out, off, nothing = np.full(len(time), step), np.empty((8, len(time))), laws.no_sensor(), free_law.none()
     kernels().closed(
-        *p, off, off, 0.0, 0.0, np.ones(len(time)), wanted(time), wanted(time + 0.5 * step), dt, 1, ticked, np.zeros(1, int),
+        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), given(time), given(time + 0.5 * step), turned(time), dt, 1, ticked,
+        np.zeros(1, int),
         np.zeros((1, 4)), nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
     return time, out
 
 
-def solved(last, period=0.0):
+def volts(t):
+    """Of an open loop, in the place of the set-points."""
+    return np.stack([8.0 * np.sin(7.0 * t) ** 3, 0.0 * t])
+
+
+def solved(last, period=0.0, driven=None):
     """Current, input speed, output angle and speed by an integrator; the command from act to act of a controller with a period."""
 
     def rates(t, x, held):
         i, angle, speed, out, turned = x
         asked, rate = wanted(t)
         command = ANGLE_GAIN * (asked - out) + SPEED_GAIN * (rate - turned) if held is None else held
+        command = command if driven is None else driven(t)[0]
         torque = STIFF * (angle / RATIO - out) + DAMP * (speed / RATIO - turned)
         return [
             (command - R * i - K * speed) / L,
@@ -98,6 +105,38 @@ def test_a_loop_is_of_second_order_in_its_step(period):
     assert np.all(off[1] < 2e-3 * size), off[1] / size
 
 
+def test_an_open_loop_is_of_second_order_in_its_step():
+    """As a loop that is closed: driven by its voltage, which a step has as in its middle."""
+    last, p, off = 0.4, parameters(), []
+    truth = solved(last, driven=volts)
+    for step in (1e-3, 5e-4, 2.5e-4):
+        time, out = simulated(step, last, p, looped=0.0, given=volts)
+        at = np.searchsorted(time, np.arange(1, truth.shape[1] + 1) * last / truth.shape[1] - 1e-9)
+        off.append(np.sqrt(np.mean((out[[1, 3, 4, 6, 7]][:, at] - truth) ** 2, axis=1)))
+    size = np.sqrt(np.mean(truth**2, axis=1))
+    assert np.all(off[1] / off[0] < 0.35) and np.all(off[2] / off[1] < 0.35), off
+    assert np.all(off[1] < 2e-3 * size), off[1] / size
+
+
+def test_a_drive_that_meets_no_place_goes_as_it_goes_wherever_it_was_measured(rng):
+    """Both shafts are turned as one: without a wave or a weight nothing but the last digits of the rows is another."""
+    p, strays = parameters(load__gravity=0.0), rng.uniform(-3.0, 3.0)
+    _, alone = simulated(5e-4, 0.4, p, looped=0.0, given=volts)
+    _, told = simulated(5e-4, 0.4, p, looped=0.0, given=volts, turned=lambda t: strays * np.sin(3.0 * t))
+    assert np.max(abs(told - alone)) < 1e-9 * np.max(abs(alone))
+
+
+def test_a_weight_on_an_arm_pulls_where_the_arm_was_measured(rng):
+    """Held by no voltage, a drive accelerates by the weight at the measured angle alone: m g d sin(angle) over all inertia."""
+    angle, last = rng.uniform(0.2, 1.3), 0.02
+    p = parameters(motor__torque_constant=0.0, motor__voltage_constant=0.0, reducer__shaft_damping=50.0)
+    nothing = lambda t: np.zeros((2, len(t)))
+    time, out = simulated(5e-4, last, p, looped=0.0, given=nothing, turned=lambda t: np.full(len(t), angle))
+    half = len(time) // 2
+    rate = (out[7, -1] - out[7, half]) / (time[-1] - time[half])
+    assert rate == pytest.approx(-GRAVITY * np.sin(angle) / (LOAD + J * RATIO**2), rel=0.02)
+
+
 def test_a_shaft_that_swings_undamped_neither_grows_nor_fades():
     """Two inertias on a spring: angle = A cos(w t), w^2 = k (1/J_out + 1/(J r^2)), for a hundred waves."""
     p = parameters(
@@ -113,8 +152,8 @@ def test_a_shaft_that_swings_undamped_neither_grows_nor_fades():
     share = LOAD / (LOAD + behind)  # of the wind-up at the input
     start = np.array([share * wound * RATIO, 0.0, -(1.0 - share) * wound, 0.0])
     kernels().closed(
-        *p, off, off, 0.0, 0.0, np.ones(len(time)), zero, zero, np.full(len(time), step), parts, 0.0, np.zeros(1, int),
-        start[None], nothing.place, nothing.over, nothing.knots, nothing.heights, out,
+        *p, off, off, 0.0, 0.0, 1.0, np.ones(len(time)), zero, zero, np.full(len(time), np.nan), np.full(len(time), step), parts, 0.0,
+        np.zeros(1, int), start[None], nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
     twist = out[3] / RATIO - out[6]
     assert np.max(abs(twist[-100:])) == pytest.approx(wound, rel=1e-2)

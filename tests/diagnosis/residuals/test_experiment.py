@@ -159,7 +159,16 @@ LAWS_OF = {
     "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
     "closed": (loops.pd, loops.dc, loops.shaft, loops.load, loops.sensor, loops.sensor),
 }  # fmt: skip
-NUMBERS = {"time": 0.01, "closed": 1.0, "parts": 2, "sensed": 1.0, "at_motor": 0.0, "ticked": 0.0, "at": np.array([0, 20])}
+NUMBERS = {
+    "time": 0.01,
+    "closed": 1.0,
+    "parts": 2,
+    "sensed": 1.0,
+    "at_motor": 0.0,
+    "looped": 1.0,
+    "ticked": 0.0,
+    "at": np.array([0, 20]),
+}
 NUMBERS |= {
     "weights": np.array([0.5, 0.2, 0.05]),
     "begins": np.array([0, 13, 20]),

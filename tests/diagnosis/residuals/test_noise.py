@@ -9,7 +9,7 @@ from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.residuals.channels import smooth
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
-from selflock.diagnosis.residuals.noise import floor, of_bins, of_quiet_bins, of_samples, resolution
+from selflock.diagnosis.residuals.noise import floor, of_bins, of_quiet_bins, of_rows, of_samples, resolution
 from selflock.diagnosis.rules import RULES
 
 N = 20_000
@@ -28,6 +28,16 @@ def test_white_noise_under_a_slow_error(rng):
 @pytest.mark.parametrize("length", [2, 8, 20])
 def test_a_held_value_is_one_sample_of_noise(rng, length):
     assert found(np.repeat(SIGMA * rng.standard_normal(N), length)) == pytest.approx(SIGMA, rel=0.05)
+
+
+def test_a_table_that_goes_straight_between_messages_is_as_noisy_as_it_is(rng):
+    """Between messages at any phase, of one row and of two; the mean square of a line through two of them is told, and of white noise its own."""
+    slow, trusted = 0.3 * np.sin(np.linspace(0.0, 30.0, N)), np.ones(N, bool)
+    assert of_rows([slow + SIGMA * rng.standard_normal(N)], [trusted]) == pytest.approx(SIGMA, rel=0.05)
+    for period in (1.0, 2.0):
+        sent = np.arange(-rng.uniform(0.0, period), N + 2.0, period)
+        noise = np.interp(np.arange(N), sent, SIGMA * rng.standard_normal(len(sent)))
+        assert of_rows([slow + noise], [trusted]) == pytest.approx(np.sqrt(np.mean(noise**2)), rel=0.1), (period, sent[0])
 
 
 @pytest.mark.parametrize("sigma", [0.0, 0.5, 3.0])

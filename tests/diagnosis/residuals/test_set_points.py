@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from selflock.diagnosis.residuals.set_points import about, between, jumps, upright
+from selflock.diagnosis.residuals.set_points import about, between, jumps, leaps, upright
 
 TIME = np.arange(1000) * 1e-3
 
@@ -35,18 +35,35 @@ def test_between_rows_a_set_point_is_straight_and_held_before_its_jump(rng):
     assert np.array_equal(between(fine, TIME, stepped, {400: 0.3}), np.where(fine >= at, 1.0, 0.0))
 
 
+@pytest.mark.parametrize("table", ["held", "straight"])
+def test_a_measured_voltage_jumps_within_its_messages(table, rng):
+    """Sent every two rows, with noise, held in between or straight: the jump lies between the two rows that are told."""
+    at, noise = rng.uniform(0.3, 0.7), 0.01
+    sent = np.arange(rng.uniform(0.0, 2e-3), 1.1, 2e-3)
+    told = np.where(sent >= at, 9.0, -3.0) + noise * rng.standard_normal(len(sent))
+    x = np.interp(TIME, sent, told) if table == "straight" else told[np.maximum(np.searchsorted(sent, TIME, side="right") - 1, 0)]
+    ((first, last),) = leaps(x, TIME)
+    assert (
+        TIME[first] < at <= TIME[last] + 0.1 * 2e-3 and last - first <= 5
+    )  # a tenth of it, and so of a message, may lie beside it
+    assert x[first] == pytest.approx(-3.0, abs=1.2 + 6.0 * noise) and x[last] == pytest.approx(9.0, abs=1.2 + 6.0 * noise)
+    assert not len(leaps(3.0 * np.sin(40.0 * TIME) + noise * rng.standard_normal(1000), TIME))
+
+
 def test_straight_lines_draw_jumps_where_rows_are_put_before_them(rng):
     fine = np.sort(rng.uniform(0.0, 0.999, 5000))
-    asked = {"angle": np.where(np.arange(1000) >= 400, 1.0, 0.2 * TIME), "speed": np.sin(7.0 * TIME)}
+    asked = np.where(np.arange(1000) >= 400, 1.0, 0.2 * TIME), np.sin(7.0 * TIME)
     for sooner, rows in ({}, 1001), ({400: 0.3}, 1002), ({400: 0.99}, 1002):
-        drawn = upright(TIME, asked, sooner)
-        assert np.all(np.diff(drawn["time"]) > 0.0) and len(drawn["time"]) == rows
-        away = abs(fine - TIME[400] + 1e-3 * sooner.get(400, 0.0)) > 2e-6
-        for name, x in asked.items():
-            apart = abs(np.interp(fine, drawn["time"], drawn[name]) - between(fine, TIME, x, sooner))[away]
-            assert apart.max() < 1e-4, (sooner, name)
+        lines = lambda when, sooner=sooner: np.stack([between(when, TIME, x, sooner) for x in asked])
+        jumped = np.array([TIME[400] - 1e-3 * sooner.get(400, 0.0)])
+        drawn, columns = upright(TIME, jumped, lines)
+        assert np.all(np.diff(drawn) > 0.0) and len(drawn) == rows
+        away = abs(fine - jumped[0]) > 2e-6
+        for x, column in zip(asked, columns):
+            apart = abs(np.interp(fine, drawn, column) - between(fine, TIME, x, sooner))[away]
+            assert apart.max() < 1e-4, sooner
 
 
 @pytest.mark.parametrize("late, last", [(0.0, 400), (4.5e-3, 404)])
 def test_rows_that_a_jump_may_have_reached(late, last):
-    assert np.flatnonzero(about(np.array([400]), TIME, late)).tolist() == list(range(399, last + 1))
+    assert np.flatnonzero(about(np.array([[399, 400]]), TIME, late)).tolist() == list(range(399, last + 1))

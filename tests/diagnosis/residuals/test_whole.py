@@ -321,7 +321,7 @@ def test_what_describes_no_loop_is_told_by_name(lost, said, tmp_path):
     signals = {name: x for name, x in bench.runs[0].signals.items() if name not in (lost, "reducer.input_angle")}
     parameters = {name: value for name, value in bench.rig.parameters.items() if not name.startswith(lost)}
     rig = replace(bench.rig, parameters=parameters)
-    assert whole.lacking(bench.rig, set(bench.runs[0].signals)) == ""
+    assert whole.undescribed(bench.rig, set(bench.runs[0].signals)) == ""
     with pytest.raises(DataError, match=f'simulate = "whole" needs {said}'):
         DriveExperiment(rig, [replace(bench.runs[0], signals=signals)])
 

@@ -1,0 +1,166 @@
+"""What a whole drive is simulated from: set-points, with the loop closed, or in open loop the voltage that it is given.
+
+An angle that no controller holds is an integral of all that is wrong: a speed that is off by a share of it, as every data sheet
+makes it, is soon off by turns. So such an angle is compared by its change over some rows (`rows_of_change`), which forgets what
+was before, as the error of an integrating plant is white in its differences (Ljung 1999, ch. 14.1); and what goes with a place
+(a wave over a turn, a weight on an arm) is told the place that was measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..data.rig import Rig
+from ..data.signals import MOVES
+from ..rules import RULES
+from . import drive
+from .channels import Channels
+from .recorder import counts
+from .set_points import between, jump, jumps, leaps
+
+ANGLE, SPEED, VOLTAGE = "angle", "speed", "voltage"
+"""Ways: a controller of angle, one of speed alone, none."""
+
+SETPOINT = {ANGLE: "controller.angle_setpoint", SPEED: "controller.speed_setpoint"}
+
+GIVEN = (("controller.voltage",), ("motor.voltage",), ("motor.duty", "motor.supply_voltage"))
+"""Channels that say the voltage in open loop, the first that a log has: a command is a number, a voltage was measured."""
+
+
+def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
+    """Why a log with these signals and its rig describe no drive of this way, as what would have to be; "" where they describe one."""
+    described = {name.rpartition(".")[0] for name in rig.parameters}
+    moves = {ANGLE: {"load.angle", "reducer.input_angle"}}.get(way, {*MOVES})
+    asked = {
+        'a log in time, that is kind = "forward"': rig.kind == "forward",
+        "one drive, not several": rig.drives == ("",),
+        "all of it, not one component": not rig.only,
+    }
+    if way != VOLTAGE:
+        asked |= {
+            f"a column of {SETPOINT[way]}": SETPOINT[way] in signals,
+            "a motor driven by its controller's voltage, not by a column of motor.duty": "motor.duty" not in signals,
+            f"a column of {' or '.join(sorted(moves))}": bool(moves & signals),
+            f"the controller's {way}_gain in [parameters]": f"controller.{way}_gain" in rig.parameters,
+        }
+    else:
+        asked |= {
+            "a column of the voltage, and none of a set-point": bool(source(signals)) and not {*SETPOINT.values()} & signals,
+            "a column of a motion": bool(moves & signals),
+        }
+    asked |= {f"parameters of the {part}": part in described for part in ("motor", "reducer", "load")}
+    return next((what for what, there in asked.items() if not there), "")
+
+
+def way(rig: Rig, signals: set[str]) -> str:
+    """How a rig and its log drive a whole; "" where they describe none."""
+    holds = SETPOINT[ANGLE] in signals or rig.parameters.get("controller.angle_gain", 0.0) > 0.0
+    asked = (ANGLE if holds else SPEED) if {*SETPOINT.values()} & signals else VOLTAGE
+    return "" if lacking(rig, signals, asked) else asked
+
+
+def source(signals: set[str]) -> tuple[str, ...]:
+    """The channels that say the voltage in open loop; none where there are none."""
+    return next((names for names in GIVEN if {*names} <= signals), ())
+
+
+def of(ch: Channels) -> str:
+    """The way of a run that is compared as a whole."""
+    if "way" not in ch.memory:
+        ch.memory["way"] = way(ch.setting.rig, {*ch.run.signals})
+    return ch.memory["way"]
+
+
+def inputs(ch: Channels) -> tuple[str, ...]:
+    """Channels that were measured and drive the simulation: of an open loop what says the voltage."""
+    return source({*ch.run.signals}) if of(ch) == VOLTAGE else ()
+
+
+def wanted(ch: Channels) -> np.ndarray:
+    """What the drive is asked for, at the rows of the log: the set-point that it follows, or the voltage or duty."""
+    return ch.raw(SETPOINT[of(ch)] if of(ch) in SETPOINT else inputs(ch)[0])
+
+
+def usual(ch: Channels) -> float:
+    """The size of what it is asked for (root mean square) as the voltage is made of it, for what `formulas` of that is."""
+    x, electric = wanted(ch), drive.electric(ch)
+    if of(ch) == VOLTAGE or not electric:
+        return float(np.sqrt(np.mean((x if of(ch) == VOLTAGE else x - x.mean()) ** 2)))
+    gain = ch.setting.value(f"controller.{of(ch)}_gain", {})
+    return float(np.sqrt(np.mean((drive.voltage(electric, {}, ch) / gain) ** 2)))
+
+
+def jumped(ch: Channels) -> np.ndarray:
+    """Where what the drive is asked for jumps: the last row before and the first one behind, (jumps, 2).
+
+    What was measured is seen to jump in up to some rows, for it was sent as a message now and then, and may have done so sooner.
+    """
+    if "jumped" not in ch.memory:
+        if of(ch) == VOLTAGE:
+            ch.memory["jumped"] = leaps(wanted(ch), ch.run.time)
+        else:
+            rows = jumps(wanted(ch), ch.run.time)
+            ch.memory["jumped"] = np.stack([rows - 1, rows], axis=1)
+    return ch.memory["jumped"]
+
+
+def sooner(ch: Channels) -> dict[int, float]:
+    """Of rows behind a jump: the share of the rows before by which it came sooner, once that is found."""
+    return ch.run.memory.setdefault("jumped sooner", {})
+
+
+def instants(time: np.ndarray, ch: Channels) -> np.ndarray:
+    """When it jumps, s from the first row on; time: of the rows asked about."""
+    return np.array([jump(pair, time, sooner(ch)) for pair in jumped(ch) if pair[1] < len(time)])
+
+
+def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray], np.ndarray]:
+    """Set-points of angle and speed, or the voltage and 0, at any instants, s: (2, instants). time: of the rows, from the first on."""
+    n, known = len(time), sooner(ch)
+    pairs = jumped(ch)
+    pairs = pairs[pairs[:, 1] < n]
+    if of(ch) == VOLTAGE:
+        first, *supply = (ch.true(name, values)[:n] for name in inputs(ch))
+
+        def volts(when: np.ndarray) -> np.ndarray:
+            told = between(when, time, first, known, pairs)
+            return np.stack([told * np.interp(when, time, supply[0]) if supply else told, np.zeros(len(when))])
+
+        return volts
+    angle = wanted(ch) if of(ch) == ANGLE else np.zeros(len(ch.run))
+    both = angle[:n], drive.speed_setpoint(angle, {}, ch)[:n]
+    return lambda when: np.stack([between(when, time, x, known) for x in both])
+
+
+def places(when: np.ndarray, time: np.ndarray, ch: Channels) -> np.ndarray:
+    """Angle of the load at these instants as it was measured; nothing where a controller holds it."""
+    if of(ch) == ANGLE:
+        return np.full(len(when), np.nan)
+    return np.interp(when, time, drive.both({}, ch)[1].angle[: len(time)])
+
+
+def by_change(name: str, ch: Channels) -> bool:
+    """Whether a channel is an angle that no controller holds, and no wind-up beside another."""
+    return of(ch) != ANGLE and (name == "load.angle" or (name == "reducer.input_angle" and not ch.has("load.angle")))
+
+
+def rows_of_change(name: str, ch: Channels) -> int:
+    """Over how many rows an angle's change is compared: the fewest at which its noise is no more than `formulas` of the change.
+
+    Over fewer it would be counts and stamps that are compared, over more what no formula tells of so long a way. The noise is that
+    of a line through three rows, whose stamps may scatter, or of the angle's counts.
+    """
+    known, rules = ch.beside[0].memory.setdefault("rows of change", {}), RULES.residuals
+    if name not in known:
+        channels = [Channels(run, ch.prefix, ch.setting, None, ch.beside) for run in ch.beside]
+        bent = np.concatenate([np.diff(np.diff(c.raw(name)) / np.diff(c.run.time)) * np.diff(c.run.time)[1:] for c in channels])
+        noise = float(np.median(abs(bent))) / rules.normal_median / np.sqrt(6.0) if len(bent) else 0.0
+        noise = max(noise, counts(name, ch)[0] / np.sqrt(12.0))
+        most, rows = min(rules.settling / float(np.median(np.diff(ch.run.time))), 0.5 * min(map(len, ch.beside))), 1
+        moves = lambda n: np.concatenate([c.raw(name)[n:] - c.raw(name)[:-n] for c in channels])
+        while 2 * rows <= most and rules.formulas * np.sqrt(np.mean(moves(rows) ** 2)) < np.sqrt(2.0) * noise:
+            rows *= 2
+        known[name] = rows
+    return known[name]

@@ -20,7 +20,6 @@ from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
 from ..residuals.mending import rms
-from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
@@ -31,6 +30,7 @@ from .extended import Extended, Extending, taken
 from .guesses import CURVE, EVENT, KINDS
 from .outcome import Naming
 from .page import write
+from .rows import followed
 from .steps import around, fine_enough, in_own_steps
 from .work import Work, heads, without
 
@@ -124,6 +124,17 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     assert isinstance(near.played, Extended)
     places, told_of_base = _base(work, near, near.played, starts, seed)
     notes += told_of_base
+    if told := followed(near, near.values(places)):
+        work.moved(told)
+        near.played.close()
+        near = heads(work)
+        assert isinstance(near.played, Extended)
+        places, _ = _base(work, near, near.played, starts, seed)
+        notes += [
+            f"{name} was read in the row of an input that it follows at once: it is compared with what the model computes for the "
+            f"next row ({now:.3g} -> {then:.3g})"
+            for name, (now, then) in told.items()
+        ]
     if _later(work, near, near.values(places)):
         near.played.close()
         longer = heads(work, RULES.naming.glance_longer)
@@ -200,28 +211,14 @@ def _beyond(found: Search) -> list[str]:
 
 
 def _at_once(found: Search) -> list[str]:
-    """What is to be told of outputs that follow inputs at once, and were recorded in the row of those: a step answers them at its end.
-
-    What the model computes for the next row leaves then less than half of what is beyond the noise of such an output.
-    """
-    problem, notes = found.best.problem, []
-    errors = problem.errors(found.best.values) or {}
-    for name, parts in errors.items():
-        trusted = problem.trusted[name]
-        here, later = [], []
-        for i, e, good in zip(problem.which, parts, trusted):
-            measured = problem.runs[i].signals[name]
-            both = good[:-1] & good[1:]
-            here.append(e[:-1][both])
-            later.append((measured[:-1] - (measured - e)[1:])[both])
-        noise, now, then = float(of_samples(parts, trusted)), rms(here), rms(later)
-        if now > RULES.search.clean * noise and then**2 - noise**2 < 0.5 * (now**2 - noise**2):
-            notes.append(
-                f"{name} fits what the model computes for the next row better ({now:.3g} -> {then:.3g}), as where an FMU follows an "
-                "input at once and both were read in one row: what is held from a row on acts in the row behind it. Move such a "
-                "column down by a row, and name again"
-            )
-    return notes
+    """What is to be told of outputs that were recorded in the row of what they follow at once, where something else hid it before."""
+    told = followed(found.best.problem, found.best.values)
+    return [
+        f"{name} fits what the model computes for the next row better ({now:.3g} -> {then:.3g}), as where an FMU follows an input "
+        "at once and both were read in one row: what is held from a row on acts in the row behind it. Move such a column down by "
+        "a row, and name again"
+        for name, (now, then) in told.items()
+    ]
 
 
 def _widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, np.ndarray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -20,6 +20,7 @@ from ..systems.parts import Parts
 from .extended import Extended, Extending
 from .guesses import Guess
 from .places import Insert
+from .rows import down
 
 
 @dataclass
@@ -48,6 +49,13 @@ class Work:
         played.effort, played.reusable = self.played.effort, self.played.reusable  # of all together
         self.opened.callback(played.close)
         return played
+
+    def moved(self, names: Iterable[str]) -> None:
+        """From now on these outputs are compared a row later (rows.followed)."""
+        names = list(names)
+        self.runs = [down(run, names) for run in self.runs]
+        self.played.close()
+        self.played = self.played_on(self.parts, self.runs, self.numbers)
 
     @property
     def which(self) -> list[int]:

@@ -117,9 +117,13 @@ def test_a_late_command_of_what_it_multiplies_is_seen(tmp_path):
     assert not any("next row" in note for note in result.notes)
 
 
-def test_an_output_that_was_read_in_the_row_of_what_it_follows_at_once_is_told(tmp_path):
-    result = named(tmp_path, ["parameter"], late=0, at_once=True)
+def test_an_output_that_was_read_in_the_row_of_what_it_follows_at_once_is_compared_a_row_later(tmp_path):
+    """It was `unknown`: the flow jumps with the valve, in the model a row behind it. What hides beside it has its name."""
+    result = named(tmp_path, ["path"], late=4, at_once=True)
     assert [note.split()[0] for note in result.notes if "next row" in note] == ["Vessel.flow"], result.summary()
+    assert result.causes and (result.causes[0].law, result.causes[0].place) == ("delay", "Vessel.outlet"), result.summary()
+    flow = {e.name: e for e in result.errors}["Vessel.flow"]
+    assert flow.after == pytest.approx(0.015, rel=0.2)  # the sensor's noise
 
 
 def test_what_an_fmu_has_not_computed_before_its_first_step_is_no_error(tmp_path):

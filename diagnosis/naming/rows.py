@@ -1,0 +1,49 @@
+"""Outputs that were recorded in the row of an input that they follow at once: a step answers that input at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from ..calibration.fit import Calibrating
+from ..data.log import MeasuredRun
+from ..residuals.mending import rms
+from ..residuals.noise import of_samples
+from ..rules import RULES
+
+
+def followed(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[float, float]]:
+    """Of such outputs the error beside what the model computes for its row, and beside that for the next, which leaves less.
+
+    Seen in how errors change from row to row: where an input jumps the output's jump is there, and in the model a row later. What
+    else is missing changes slowly beside that. Less than half of what is beyond the noise must be left.
+    """
+    errors, found = problem.errors(values) or {}, {}
+    for name, parts in errors.items():
+        variable = problem.played.parts.variables[name]
+        if variable.depends_on == () or variable.initial in ("exact", "approx"):
+            continue  # a state, or what follows no input
+        trusted = problem.trusted[name]
+        here, later = [], []
+        for i, e, good in zip(problem.which, parts, trusted):
+            measured = problem.runs[i].signals[name]
+            both = good[:-1] & good[1:]
+            here.append(e[:-1][both])
+            later.append((measured[:-1] - (measured - e)[1:])[both])
+        noise, now, then = float(of_samples(parts, trusted)), rms(here), rms(later)
+        jumps = [rms([np.diff(e) for e in one]) ** 2 - 2.0 * noise**2 for one in (here, later)]
+        if now > RULES.search.clean * noise and then < now and jumps[1] < 0.5 * jumps[0]:
+            found[name] = now, then
+    return found
+
+
+def down(run: MeasuredRun, names: Iterable[str]) -> MeasuredRun:
+    """A run whose channels of these names are a row later; their first row, which nothing says, is not trusted."""
+    signals, good = dict(run.signals), dict(run.good)
+    for name in names:
+        usable = run.usable(name)
+        signals[name] = np.concatenate([signals[name][:1], signals[name][:-1]])
+        good[name] = np.concatenate([[False], usable[:-1]])
+    return replace(run, signals=signals, good=good)

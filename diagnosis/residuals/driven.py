@@ -107,8 +107,15 @@ def jumped(ch: Channels) -> np.ndarray:
 
 
 def sooner(ch: Channels) -> dict[int, float]:
-    """Of rows behind a jump: the share of the rows before by which it came sooner, once that is found."""
-    return ch.run.memory.setdefault("jumped sooner", {})
+    """Of rows behind a jump: the share of the rows before by which it came sooner, once that is found.
+
+    Until then one that was measured is half-way through the rows that show it: at their end all channels would seem early for it.
+    """
+    if "jumped sooner" not in ch.run.memory:
+        pairs = jumped(ch) if of(ch) == VOLTAGE else []
+        shown = lambda first, last: max(last - first - RULES.residuals.leap_held, 1)
+        ch.run.memory["jumped sooner"] = {int(last): 0.5 * float(shown(first, last) / (last - first)) for first, last in pairs}
+    return ch.run.memory["jumped sooner"]
 
 
 def instants(time: np.ndarray, ch: Channels) -> np.ndarray:

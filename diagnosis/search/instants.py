@@ -19,11 +19,15 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     channels = list(experiment.channels.values())
     if not any(len(driven.jumped(ch)) for ch in channels):
         return False
-    problem = problem.with_noise()
-    values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
-    values = problem.settled(experiment, values, problem.base_free)
-    for ch in channels:
-        _place(experiment, ch, values)
+    for _ in range(
+        2 if driven.inputs(channels[0]) else 1
+    ):  # what is measured jumps in more than a row, and shifts tell where of it
+        problem = problem.with_noise()
+        values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
+        values = problem.settled(experiment, values, problem.base_free)
+        for ch in channels:
+            _place(experiment, ch, values)
+        problem = problem.on(problem.experiment.but_with(problem.experiment.setting))
     return True
 
 

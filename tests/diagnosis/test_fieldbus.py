@@ -10,7 +10,7 @@ import pytest
 
 from selflock.diagnosis import diagnose
 
-from .plant import fieldbus
+from .plant import bus, fieldbus
 
 
 def _winch(rng, friction):
@@ -39,6 +39,18 @@ def test_the_second_log_begins_in_motion_and_files_are_written_as_a_user_would(t
     assert [path.name for path in (*train, test)] == ["train1.csv", "train2.csv", "test.csv"]
     assert "[columns]" in rig.read_text() and "controller" in rig.read_text()
     assert len(case.logs[1]) < len(case.logs[0])
+
+
+@pytest.mark.parametrize("span", [1e-3, 5e-3, 20e-3])
+def test_what_its_senders_average_is_over_all_of_their_time(span, rng):
+    """A motor that turns evenly under an even current: a step too few of 250 was a scale of 0.996, which the diagnosis named."""
+    n, rate, current = 5000, rng.uniform(10.0, 100.0), rng.uniform(0.5, 2.0)
+    rows = np.zeros((n, 7))
+    rows[:, 1], rows[:, 2] = current, rate * fieldbus.STEP * np.arange(n)
+    case = fieldbus.hide([], fieldbus.DEVELOPMENT, 3.0)
+    by = replace(case.recorder, window=span, mean=span, counts=(1e-9, 1e-9))
+    found = bus._measured(rng, by, case.sheet, rows, np.zeros((3, n)), fieldbus.STEP)
+    assert found["n"][-1] == pytest.approx(rate, rel=1e-5) and found["i"][-1] == pytest.approx(current, rel=1e-9)
 
 
 @pytest.mark.in_turn

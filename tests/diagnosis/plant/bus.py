@@ -90,7 +90,7 @@ def _measured(rng, by: Recorder, s, rows, plan, step) -> dict[str, np.ndarray]:
     """Every channel at every step, as its sender knows it, without noise."""
     acts, i, motor, speed, load, _, supply = rows.T
     down = lambda x, count: count * np.floor(x / count + 0.5)
-    late = lambda x, span: np.concatenate([np.full(n := int(span / step), x[0]), x[:-n]]) if span else x
+    late = lambda x, span: np.concatenate([np.full(n := round(span / step), x[0]), x[:-n]]) if span else x
     if by.mean:
         total = np.cumsum(i) * step
         i = (total - late(total, by.mean)) / by.mean

@@ -112,7 +112,7 @@ def sooner(ch: Channels) -> dict[int, float]:
     Until then one that was measured is half-way through the rows that show it: at their end all channels would seem early for it.
     """
     if "jumped sooner" not in ch.run.memory:
-        pairs = jumped(ch) if of(ch) == VOLTAGE else []
+        pairs = jumped(ch) if of(ch) == VOLTAGE else np.zeros((0, 2), int)
         shown = lambda first, last: max(last - first - RULES.residuals.leap_held, 1)
         ch.run.memory["jumped sooner"] = {int(last): 0.5 * float(shown(first, last) / (last - first)) for first, last in pairs}
     return ch.run.memory["jumped sooner"]

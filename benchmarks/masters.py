@@ -1,6 +1,6 @@
 """Masters compared in one run on the same FMUs and the same step: ours, Ecos, libcosim and a plain FMPy loop.
 
-    python benchmarks/masters.py [--instances 2 8 32 100] [--steps 1000] [--processor]
+    python -m benchmarks.masters [--instances 2 8 32 100] [--steps 1000] [--processor]
 
 A ring of equal FMUs, each given its neighbour's output, coupled by Jacobi with a fixed step of 1 ms; every master
 reads the same .ssp. Timed from the first step to the last; loading and initialization are left out. The masters
@@ -27,10 +27,10 @@ import fmpy
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.sundials import CVodeSolver
-from master_cost import bare
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.master_cost import bare
 from selflock import master
 from selflock.fmus.build import built
 from selflock.master.ssp import export

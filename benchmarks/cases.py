@@ -18,6 +18,8 @@ from tests.diagnosis.plant.causes import VOCABULARY
 SOURCES = ("selflock.diagnosis", "selflock.fmus", "tests.diagnosis.plant")  # what decides a row
 Names = tuple[str, ...]
 
+SURE = (0.0, 0.5, 0.8, 0.95, 1.0001)  # edges of confidences
+
 
 def in_step(kinds: list[tuple[Names, int]]) -> list[tuple[Names, int]]:
     """Names and number of each case, all kinds in step, so that a study stopped early has some of each."""
@@ -118,6 +120,16 @@ def rate(flags: Iterable[bool]) -> str:
     if not flags:
         return "not run"
     return f"{100 * np.mean(flags):.0f} % ({sum(flags)} of {len(flags)}; {100 * low:.0f} to {100 * high:.0f} %)"
+
+
+def confidence_table(believed: list[tuple[float, bool]]) -> list[str]:
+    """Of causes named with a confidence, the share that is there: calibrated where they agree within 5 %."""
+    lines = ["| confidence | named | mean confidence | there |", "|---|---|---|---|"]
+    for low, high in zip(SURE[:-1], SURE[1:]):
+        here = [(c, right) for c, right in believed if low <= c < high]
+        mean = f"{np.mean([c for c, _ in here]):.2f}" if here else "–"
+        lines.append(f"| {low:g} to {min(high, 1.0):g} | {len(here)} | {mean} | {rate(right for _, right in here)} |")
+    return lines
 
 
 def strong(row: dict) -> bool:

@@ -29,6 +29,7 @@ from benchmarks.cases import (
     arguments,
     by_effect,
     collect,
+    confidence_table,
     counted,
     in_step,
     named,
@@ -51,7 +52,6 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 STRENGTHS = (1.2, 12.0)
 FULL = dict(seeds=30, none=200, pairs=60, faults=60)
-SURE = (0.0, 0.5, 0.8, 0.95, 1.0001)  # edges of confidences
 
 
 def cases(seeds: int, none: int, pairs: int, faults: int, only: list[str], first: int = 0) -> list[tuple[tuple[str, ...], int]]:
@@ -171,17 +171,6 @@ def faults_table(found: list[dict]) -> list[str]:
     return lines
 
 
-def confidence_table(found: list[dict]) -> list[str]:
-    """Of causes named with a confidence, the share that is there: calibrated where they agree within 5 %."""
-    every = [flag for row in found if row["verdict"] != "error" for flag in row["confidence"]]
-    lines = ["| confidence | named | mean confidence | there |", "|---|---|---|---|"]
-    for low, high in zip(SURE[:-1], SURE[1:]):
-        here = [(c, right) for c, right in every if low <= c < high]
-        mean = f"{np.mean([c for c, _ in here]):.2f}" if here else "–"
-        lines.append(f"| {low:g} to {min(high, 1.0):g} | {len(here)} | {mean} | {rate(right for _, right in here)} |")
-    return lines
-
-
 def document(found: list[dict], judged: bool, folder: Path) -> str:
     """docs/recordings.md."""
     full = len(cases(**FULL, only=[]))
@@ -225,7 +214,7 @@ def document(found: list[dict], judged: bool, folder: Path) -> str:
         "",
         "## Confidence",
         "",
-        *confidence_table(found),
+        *confidence_table([flag for row in found if row["verdict"] != "error" for flag in row["confidence"]]),
         "",
     ]
     extra = DOCS / "recordings-notes.md"

@@ -1,10 +1,16 @@
 """The page in a real browser: it opens, plays, is picked from, zoomed, and nothing is cut or complained of."""
 
+import numpy as np
 import pytest
 
 from selflock.diagnosis import track
+from selflock.diagnosis.data.finding import Finding
+from selflock.diagnosis.data.rig import LogColumn, Rig
+from selflock.diagnosis.data.sanity import Box
+from selflock.diagnosis.pipeline.replay import Comparison, Replay
 from selflock.vehicle import Robot
 from selflock.view import view
+from selflock.view.figures import axis, line
 
 from ..diagnosis.tracking.drawn import write as write_fleet
 
@@ -105,3 +111,26 @@ def test_a_fleet_is_shown_over_dates_with_intervals(tmp_path, rng, tab, width):
     assert shown.js("day(runs[0].time[runs[0].near('reducer.viscous_damping', board.hover)])") == "2026-09-28"
     assert not shown.js("document.querySelector('.play')")
     assert shown.complaints() == []
+
+
+@pytest.mark.parametrize("width", [360, 1400])
+def test_a_replay_shows_each_comparison_and_what_the_log_says(tmp_path, tab, hostile, width):
+    x = np.linspace(0.0, 1.0, 200)
+    plot = {
+        "x": axis("time", "s"),
+        "y": axis("torque", "N.m"),
+        "marks": [line(x, np.sin(9.0 * x), "measured", "ink")],
+        "shares": "x",
+    }
+    names = ["gear", "whole motor.current", hostile]
+    compared = [Comparison(name, name, "N.m", 0.1, 0.2, 0.0, ["reducer"]) for name in names]
+    sanity = Box(("10 s",), (Finding(f"A remark on {hostile}.", False),), {})
+    fault = {"log": "log.csv", "run": "", "channel": hostile, "kind": "frozen", "first": 1, "last": 9, "detail": ""}
+    told = Replay(compared, [fault], tmp_path, {name: [plot, plot] for name in names}, sanity=sanity)
+    told.write(Rig(tmp_path / "rig.toml", hostile, "forward", (LogColumn("load.angle", "a"),), {}))
+    shown = tab(told.page, width=width)
+    assert shown.js("document.documentElement.scrollWidth") == width
+    assert shown.js("document.querySelectorAll('.plot').length") == 6
+    assert shown.js(INKED.replace("'canvas'", "'.plot canvas:first-of-type'"))
+    assert hostile in shown.js("document.querySelector('.verdict').textContent")
+    assert not shown.js("document.documentElement.dataset.owned") and shown.complaints() == []

@@ -68,9 +68,10 @@ class Blocks:
 
     def bin(self, place: np.ndarray, samples: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums and counts of the good samples in all bins; `place`: the bin of each."""
-        place = place[good]
+        if not good.all():
+            place, samples = place[good], samples[good]
         size = self.count * self.bins
-        return np.bincount(place, samples[good], size), np.bincount(place, minlength=size)
+        return np.bincount(place, samples, size), np.bincount(place, minlength=size)
 
 
 def compared(x: np.ndarray, take: np.ndarray | None, n: int) -> np.ndarray:

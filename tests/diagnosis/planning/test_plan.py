@@ -48,6 +48,9 @@ def test_what_is_no_diagnosis_is_a_sentence(text, tmp_path):
 def test_a_folder_without_a_diagnosis(tmp_path):
     with pytest.raises(DataError, match="holds no diagnosis.json"):
         plan(tmp_path)
+    (tmp_path / "naming.json").write_text("{}")
+    with pytest.raises(DataError, match="what selflock name found .* planned for drives of ours"):
+        plan(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -74,9 +74,7 @@ def draw(named: list[tuple[float, bool]]) -> Path:
             ends = interval(hits, len(here))
             share = hits / len(here)
             axes.errorbar(mean, share, [[share - ends[0]], [ends[1] - share]], fmt="o", color=AFTER, capsize=3)
-            axes.annotate(
-                f"{hits} of {len(here)}", (mean, ends[0]), (0, -14), textcoords="offset points", ha="center", fontsize=9
-            )
+            axes.annotate(f"{hits}/{len(here)}", (mean, ends[0]), (0, -14), textcoords="offset points", ha="center", fontsize=9)
         axes.set(xlim=(0, 1.08), ylim=(0, 1.04), xlabel="confidence that was told, mean", ylabel="share that is there")
         axes.legend(loc="upper left")
         return save(figure, DOCS / "confidence.png")

@@ -4,7 +4,7 @@
     result = diagnosis.diagnose("rig.toml", ["train.csv"], test=["test.csv"], out="out")
     print(result.summary())
 
-Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, planning, calibration, naming, begin, tracking; asked and calls join them.
+Rooms, each standing on those before it: rules, data, residuals, search, judge, output, pipeline, systems, planning, calibration, naming, begin, tracking; asked, answered and calls join them.
 """
 
 from __future__ import annotations

@@ -373,9 +373,9 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
         if steps * scene.step < most:
             yield Trial(made("delay", number(late, 0.0, 0.0, most)), {late: steps * scene.step})
             yield Trial(made("lag", number(late, 0.0, 0.0, most)), {late: steps * scene.step})
-    for share in rules.bands:
+    for share in np.geomspace(*rules.dead):
         w = f"{prefix}.w"
-        yield Trial(made("dead zone", number(w, 0.0, 0.0, size)), {w: share * size * rules.dead})
+        yield Trial(made("dead zone", number(w, 0.0, 0.0, size)), {w: float(share) * size})
     for quantile in rules.clipped:
         for end, at in (("high", float(np.quantile(s, quantile))), ("low", float(np.quantile(s, 1.0 - quantile)))):
             name, other = f"{prefix}.{end}", {"high": ("low", -FAR), "low": ("high", FAR)}[end]

@@ -78,7 +78,11 @@ class NamingRules:
         "largest and least rate of a limited signal, over the fastest that it has, and how many between that are looked at",
         "theory: a command in stairs has its fastest rate in a single step, far above any that limits it",
     )
-    dead: float = rule(0.5, "times these shares that a path's dead zone is looked at with", GRID)
+    dead: tuple[float, float, int] = rule(
+        (0.02, 0.6, 9),
+        "least and largest dead zone of a path, over the signal's size, and how many between that are looked at",
+        "theory: between two of them the nearer is off by less than a quarter, and leaves 6 % of what the right one takes",
+    )
     limits: tuple[float, ...] = rule((0.3, 0.5, 0.7, 0.85, 0.95), "shares of a variable's range at which a limit may begin", GRID)
     beyond: float = rule(
         0.5,

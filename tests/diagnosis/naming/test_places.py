@@ -9,7 +9,7 @@ import pytest
 from selflock.diagnosis import DataError, name
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import component, taken
-from selflock.diagnosis.naming.guesses import Scene
+from selflock.diagnosis.naming.guesses import Scene, paths
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system
 from selflock.diagnosis.systems.parts import Parts
 from selflock.fmus.correction import law
@@ -123,3 +123,16 @@ def test_differences_of_a_component_begin_with_what_is_alike_in_size():
     assert len(found) == 3 and not any("wall.heat" in one for one in found)
     known["room.heat"].unit = "W"
     assert len(scene.differences(Place(IN, "room.outside"))) == 1  # what has another unit is no longer taken from it
+
+
+def test_dead_zones_are_looked_at_so_closely_that_one_takes_nearly_all_that_any_does(rng):
+    """Whatever its width is: a look adds each as it is, and has no amplitude that could make up for a wrong one."""
+    s, place = rng.uniform(-3.0, 3.0, 2000), Place(IN, "first.u")
+    scene = SimpleNamespace(
+        signal=lambda place: s, prefix="c", step=0.1, span=200.0, series={"first.u": [s], "time": [0.1 * np.arange(len(s))]}
+    )
+    widths = [trial.at["c.w"] for trial in paths(scene, place) if trial.guess.law == "dead zone"]
+    taken_off = lambda width: np.clip(s, -width, width)
+    for width in np.geomspace(0.06, 1.8, 30):
+        left = min(np.sum((taken_off(width) - taken_off(one)) ** 2) for one in widths)
+        assert left < 0.06 * np.sum(taken_off(width) ** 2)

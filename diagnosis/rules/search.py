@@ -201,6 +201,14 @@ class SearchRules:
         'a limit of time; not studied. First said in "The contest in four files"',
     )
     starts_whole: int = rule(2, "the same of a whole drive", "a limit of time; not studied")
+    turned: int = rule(
+        24,
+        "phases around a turn from the best of which a wave is fitted again beside another",
+        "theory: within an eighth of a radian of any",
+    )
+    waves_raced: int = rule(
+        6, "ways of a wave of a whole drive that are begun, of which the best is fitted", "a limit of time; not studied"
+    )
     promising: float = rule(0.5, "share of the best way's gain from which on another way is fitted", FIRST)
     small: float = rule(0.01, "share of its range within which a number of a whole drive starts", NONLINEAR)
     small_look: float = rule(0.1, "share of what the linear look says that it starts from", NONLINEAR)

@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from selflock.fmus.effect import ORDER, PHASE, SHAPES, VALUE
+from selflock.fmus.effect import AMPLITUDE, ORDER, PHASE, SHAPES, VALUE
 
 from ..rules import RULES
 from .fit import change, scale, slope
@@ -107,8 +107,8 @@ def directions(
     for p in inside:
         if p.companion or (p.told and not p.trials) or p.above or p.role in (PHASE, ORDER):
             continue
-        if p in amplitudes and p.role == VALUE and dear:
-            continue
+        if p in amplitudes and (p.role == VALUE and dear or p.role == AMPLITUDE and any(q.role == PHASE for q in inside)):
+            continue  # a wave acts from the least of it on, and tells nothing at a phase that nobody looked for
         if p not in amplitudes or _bends(misfit, base, off, at, p):
             found += _jumps(
                 misfit, base, off, at, hypothesis, p, [q for q in inside if q is not p and q not in amplitudes], jumps

@@ -66,6 +66,7 @@ class Step:
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
         self._tell = tell
+        self.lines: dict[str, tuple[float, ...]] = {}  # of each shaft the waves in a turn that the error of a whole drive shows
         self.unseen = unseen = problem.held_out(base)
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
         self.fitted = problem.residual_errors(base.misfit)
@@ -116,17 +117,59 @@ class Step:
         self.tell("chance", 0.0)
         stage.by_chance = linear.chance(ways, left, rules.draws, rng) / max(float((left**2).sum()), 1e-300)
         stage.chance_level = self.chance_level = float(np.quantile(stage.by_chance, rules.chance_quantile))
-        for c in fitted:
-            c.gain = float((self.losses - c.losses).sum() / max(fitted[0].errors.sum(), 1e-300))
-            c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + rules.draws)
-            c.doubt = self._doubt(c)
-        real = [c for c in fitted if not c.doubt]
+        usual = problem.loss_scale / rules.same_misfit
+        believed = lambda real: simplest(real, self.found, self.chance_level, problem.rows, usual)
+        real = self._weigh(stage, fitted)
+        if real and (again := self._waves_beside(believed(real), fitted)):
+            fitted = sorted(
+                [*again, *(c for c in fitted if not any(c.hypothesis.same_cause(a.hypothesis) for a in again))],
+                key=lambda c: c.errors.mean(),
+            )
+            stage.candidates = [*fitted, *(c for c in stage.candidates if not c.fit)]
+            real = self._weigh(stage, fitted)
         if real:
-            usual = problem.loss_scale / rules.same_misfit
-            winner = stage.winner = simplest(real, self.found, self.chance_level, problem.rows, usual)
+            winner = stage.winner = believed(real)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
             stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or self._same_law(c, winner))]
         return stage
+
+    def _weigh(self, stage: Stage, fitted: list[Candidate]) -> list[Candidate]:
+        """What each gains over the base, in units of what the best leaves, how often chance does, and what speaks against it.
+
+        Those against which nothing does.
+        """
+        for c in fitted:
+            c.gain = float((self.losses - c.losses).sum() / max(fitted[0].errors.sum(), 1e-300))
+            c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + RULES.search.draws)
+            c.doubt = self._doubt(c)
+        return [c for c in fitted if not c.doubt]
+
+    def _waves_beside(self, winner: Candidate, fitted: list[Candidate]) -> list[Candidate]:
+        """Other waves of as many in a turn of the same shaft, fitted again from what the winner says of all else, where that is better.
+
+        Cogging and a ripple of torque at the motor's shaft are one law by two names, and neither is the cause because the
+        other's fit ended early.
+        """
+        turns = lambda c: {p.shaft: round(c.fitted.values[p.name]) for p in c.free if p.role == ORDER}
+        own, found = turns(winner), []
+        for c in fitted if own and self.problem.by_channel else ():
+            if c is not winner and own.items() & turns(c).items():
+                start = {**self.base.values, **c.fitted.values, **{p.name: winner.fitted.values[p.name] for p in self.base.free}}
+                again = self.problem.fit((*self.base.free, *c.free), self._in_phase(start, c.free))
+                better = self._candidate(c.hypothesis, c.free, again, c.linear)
+                found += [better] if better.errors.mean() < c.errors.mean() else []
+        return found
+
+    def _in_phase(self, start: dict, free: tuple[Free, ...]) -> dict:
+        """A start with the phase of its wave where that leaves least of some around a turn."""
+        loss = lambda values: float(rho(self.problem.misfit(values)[self.problem.rows], self.problem.loss_scale).sum())
+        for p in free:
+            if p.role == PHASE:
+                turned = (start[p.name] + np.arange(RULES.search.turned) * 2.0 * np.pi / RULES.search.turned + np.pi) % (
+                    2.0 * np.pi
+                )
+                start = min((start | {p.name: float(phase - np.pi)} for phase in turned), key=loss)
+        return start
 
     def _doubt(self, candidate: Candidate) -> str:
         """Why a candidate is no cause, as a sentence without its subject; "" where it is one."""
@@ -212,7 +255,7 @@ class Step:
         problem, look = self.problem, Look(self.problem, self.base, linear)
         hypotheses = self.open
         if problem.by_channel:
-            hypotheses = looked_for(problem.experiment, problem.absolute(dict(self.base.values)), hypotheses)
+            hypotheses, self.lines = looked_for(problem.experiment, problem.absolute(dict(self.base.values)), hypotheses)
         return [way for ways in self._each("first look", look.ways, hypotheses) for way in ways]
 
     def _fits(self, ways: list[Direction]) -> list[Candidate]:
@@ -221,7 +264,10 @@ class Step:
         for way in sorted(ways, key=lambda way: -way.gain):
             of.setdefault(way.hypothesis.label, []).append(way)
         # what a log shows of itself, such as the steps of its command, is fitted however little a linear look promises
-        shown = lambda ways: self.problem.by_channel and any(p.trials and p.role in (PERIOD, STEP) for p in ways[0].free)
+        shown = lambda ways: (
+            self.problem.by_channel
+            and (any(p.trials and p.role in (PERIOD, STEP) for p in ways[0].free) or any(map(self._on_a_line, ways)))
+        )
         groups = sorted(of.values(), key=lambda ways: not shown(ways))
         most = RULES.search.fits_by_channel + sum(map(shown, groups)) if self.problem.by_channel else RULES.search.fits
         chosen = [ways for ways in groups[:most] if ways[0].gain > 0.0 or shown(ways)]
@@ -230,10 +276,33 @@ class Step:
         begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
         first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
         least = min(map(self._loss, first.values()), default=np.inf)
-        judge = lambda ways: self._judge(ways, first.get(ways[0].hypothesis.label), least)
+
+        def judge(ways: list[Direction]) -> Candidate:
+            if self.problem.by_channel and waves(ways):
+                return self._judge(*self._raced(ways), np.inf)
+            return self._judge(ways, first.get(ways[0].hypothesis.label), least)
+
         candidates = self._each("fits", judge, chosen)
         candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
+
+    def _raced(self, ways: list[Direction]) -> tuple[list[Direction], Fit | None]:
+        """Ways of a wave over an angle, by what a few steps of a fit leave of the best of them; and what the best came to.
+
+        A strong wave bends the motion, and then a linear look sees other numbers of waves in a turn than there are. These are
+        held meanwhile: set free too early they run to the next of many near minima.
+        """
+        first = sorted(ways, key=lambda way: (not self._on_a_line(way), -way.gain))
+        entered = [way for way in first if self._on_a_line(way) or way.gain > 0.0][: RULES.search.waves_raced]
+        held = lambda way: tuple(p for p in _sets(way, self.base)[0] if p.role != ORDER)
+        begun = [(way, self._begin(held(way), self._start(way))) for way in entered]
+        loss = {id(way): self._loss(fitted) for way, fitted in begun}
+        best = min((fitted for _, fitted in begun), key=self._loss, default=None)
+        return sorted(ways, key=lambda way: loss.get(id(way), np.inf)), best
+
+    def _on_a_line(self, way: Direction) -> bool:
+        """Whether it is of a wave of which the error shows as many in a turn."""
+        return any(p.role == ORDER and way.shape.get(p.name) in self.lines.get(p.shaft, ()) for p in way.free)
 
     def _unfitted(self, way: Direction) -> Candidate:
         return Candidate(way.hypothesis, way.free, None, self.losses, linear=way.gain)
@@ -241,7 +310,9 @@ class Step:
     def _begin(self, extra: tuple[Free, ...], start: dict) -> Fit:
         """A few steps of a fit of a whole drive's numbers alone."""
         drive = of_drive((*self.base.free, *extra))
-        return self.problem.fit(drive, self.base.values | {p.name: start[p.name] for p in extra}, RULES.search.effort_begin)
+        held = {p.name: start[p.name] for h in self.open for p in h.free if p.role == ORDER and p.name in start}
+        begin = {p.name: start[p.name] for p in extra}
+        return self.problem.fit(drive, self.base.values | held | begin, RULES.search.effort_begin)
 
     def _loss(self, fitted: Fit) -> float:
         return float(rho(fitted.misfit[self.problem.rows], self.problem.loss_scale).sum())
@@ -312,7 +383,7 @@ class Step:
 
 
 def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:
-    """What a fit may free: all but shapes that have a usual value; all; all but what the law can do without, too."""
+    """What a fit may free: all but shapes that have a usual value (no number of waves has); all; all but what the law can do without, too."""
     every = tuple(p for p in way.free if p.name not in base.values)
-    usual = tuple(p for p in every if not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
+    usual = tuple(p for p in every if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
     return usual, every, tuple(p for p in usual if not (p.name in way.shape and p.nominal in (p.low, p.high)))

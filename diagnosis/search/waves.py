@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,16 +10,31 @@ import numpy as np
 from selflock.fmus.effect import ORDER
 
 from ..residuals import whole
+from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..rules import RULES
 from .hypotheses import Hypothesis
 
 SHAFTS = {"input": "input_angle", "output": "angle"}
+MEASURED = {
+    "input": (("reducer.input_angle", 0), ("load.angle", 1)),
+    "output": (("load.angle", 0), ("reducer.input_angle", -1)),
+}
+"""Channels that have a shaft's angle, and the power of the gear ratio with which they have it."""
 
 
-def looked_for(experiment: DriveExperiment, values: dict, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
-    """The hypotheses about a whole drive; those of a wave with the orders that the error under these values speaks for."""
-    found = _orders(experiment, values)
+def looked_for(
+    experiment: DriveExperiment, values: dict, hypotheses: list[Hypothesis]
+) -> tuple[list[Hypothesis], dict[str, tuple[float, ...]]]:
+    """The hypotheses about a whole drive; those of a wave with the orders that the error under these values speaks for.
+
+    And for each shaft those among them that stand out of all others, as a wave's do: of shares that are chance's, the
+    largest of so many is less than this many times their mean, but for `significant` of the cases.
+    """
+    shares = _shares(experiment, values)
+    found = {shaft: _orders(np.argsort(-share, kind="stable")[: RULES.search.waves]) for shaft, share in shares.items()}
+    level = np.log(RULES.search.highest_order / RULES.search.significant)
+    lines = {shaft: _orders(np.flatnonzero(share > level * np.median(share) / np.log(2.0))) for shaft, share in shares.items()}
 
     def narrowed(hypothesis: Hypothesis) -> Hypothesis:
         free = tuple(
@@ -27,30 +43,55 @@ def looked_for(experiment: DriveExperiment, values: dict, hypotheses: list[Hypot
         )
         return replace(hypothesis, free=free)
 
-    return [narrowed(h) for h in hypotheses]
+    return [narrowed(h) for h in hypotheses], {shaft: tuple(set(lines[shaft]) & set(found[shaft])) for shaft in SHAFTS}
 
 
-def _orders(experiment: DriveExperiment, values: dict) -> dict[str, tuple[float, ...]]:
-    """For each shaft the waves in a turn, ascending, whose share in some channel's error is largest.
+def _orders(places: np.ndarray) -> tuple[float, ...]:
+    return tuple(float(n + 1) for n in sorted(places))
 
-    As they are, or with the sign of the speed and the load as friction has them.
+
+def _shares(experiment: DriveExperiment, values: dict) -> dict[str, np.ndarray]:
+    """For each shaft the largest share that 1, 2, ... waves in a turn have of some channel's error.
+
+    Errors as they are, or with the sign of the speed and the load as friction has them, are weighted with the speed: over the
+    angle, that is, in which a shaft at rest has one place. The angle is the measured one where there is one, for the simulated
+    one lags behind by more than a wave where much is wrong. A share is that of a sum of products' square in the product of
+    the sums of squares, at most 1, so that channels can be held against each other.
     """
     rules, shares = RULES.search, {shaft: np.zeros(RULES.search.highest_order) for shaft in SHAFTS}
     for residual in experiment.residuals:
         sums = {shaft: np.zeros((rules.highest_order, 3), complex) for shaft in SHAFTS}
+        squares, energy = np.zeros(3), 0.0
         for i, (simulated, measured, good) in enumerate(experiment.compare(residual, values)):
             ch = experiment.channels[i, residual.prefix]
             there, rows = whole.grid(ch).time, whole.simulate(values, ch)
-            when = ch.taken(ch.run.time)[good] - ch.run.time[0]
+            when = ch.taken(ch.run.time) - ch.run.time[0]
             at = lambda name, when=when, there=there, rows=rows: np.interp(when, there, rows[name])
-            error, way = (measured - simulated)[good], np.sign(at("input_speed"))
-            weights = np.stack([np.ones(len(way)), way, way * abs(at("output_torque"))])
-            size = np.sqrt(np.maximum((weights**2).sum(1), 1e-300))
-            for shaft, row in SHAFTS.items():
-                waves = np.cumprod(np.broadcast_to(np.exp(1j * at(row)), (rules.highest_order, len(way))), axis=0)
-                sums[shaft] += waves @ (weights * error).T / size
+            angles = {shaft: _angle(ch, shaft, at) for shaft in SHAFTS}
+            good = good & np.isfinite(list(angles.values())).all(0)
+            error, speed = (measured - simulated)[good], at("input_speed")[good]
+            way, load = np.sign(speed), abs(at("output_torque")[good])
+            forms = np.stack([np.ones(len(way)), way, way * load])
+            weights = abs(speed) * forms
+            squares += (weights * forms).sum(1)
+            energy += float((abs(speed) * error**2).sum())
+            for shaft, angle in angles.items():
+                waves = np.cumprod(np.broadcast_to(np.exp(1j * angle[good]), (rules.highest_order, len(way))), axis=0)
+                sums[shaft] += waves @ (weights * error).T
         for shaft in SHAFTS:
-            found = abs(sums[shaft])  # (orders, weights)
-            shares[shaft] = np.maximum(shares[shaft], (found / np.maximum(found.max(0), 1e-300)).max(1))
-    best = {shaft: np.argsort(-share, kind="stable")[: rules.waves] for shaft, share in shares.items()}
-    return {shaft: tuple(float(n + 1) for n in sorted(places)) for shaft, places in best.items()}
+            share = abs(sums[shaft]) ** 2 / np.maximum(squares * energy, 1e-300)  # (orders, weights)
+            shares[shaft] = np.maximum(shares[shaft], share.max(1))
+    return shares
+
+
+def _angle(ch: Channels, shaft: str, simulated: Callable[[str], np.ndarray]) -> np.ndarray:
+    """A shaft's angle in each row: as it was measured, at the other shaft if not here; as simulated where neither was.
+
+    NaN where the channel is not to be trusted.
+    """
+    gears = ch.setting.value("reducer.gear_ratio", {})
+    for name, scale in MEASURED[shaft]:
+        if ch.has(name):
+            angle = np.where(ch.run.usable(name), ch.run.signals[name], np.nan)
+            return ch.taken(angle) * gears**scale
+    return simulated(SHAFTS[shaft])

@@ -45,3 +45,15 @@ def test_a_play_is_found_to_a_tenth_of_what_is_hidden(tmp_path):
     result = diagnose(rig, train, test=[test], out=None, seed=1)
     assert result.causes and result.causes[0].label == "reducer backlash", result.summary()
     assert result.causes[0].parameters["reducer.backlash"]["value"] == pytest.approx(case.true["play"], rel=0.1)
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+def test_a_strong_wave_is_found_with_as_many_in_a_turn_as_it_has(tmp_path):
+    """It bends the motion so far that a linear look sees fewer, and the gear's ripple where it is the motor's."""
+    case = impulses.hide(["motor.cogging"], impulses.DEVELOPMENT + 900 + int(np.random.SeedSequence().entropy % 20), 8.0)
+    print(case.seed, case.ratio)
+    rig, train, test = case.write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=case.seed)
+    assert result.causes and result.causes[0].label == "motor cogging", result.summary()
+    assert result.causes[0].parameters["motor.cogging_periods"]["value"] == pytest.approx(case.true["cogging_order"], rel=1e-3)

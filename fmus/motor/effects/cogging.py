@@ -1,6 +1,6 @@
 """Torque that varies with the rotor's angle without any current: magnets and slots attract each other."""
 
-from math import sin
+from math import pi, sin
 
 from ...effect import AMPLITUDE, ORDER, PHASE, Effect, Parameter
 
@@ -20,7 +20,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("cogging_torque", "N.m", 0.0, 0.0, 0.1, "amplitude", AMPLITUDE, "input"),
         Parameter("cogging_periods", "", 12.0, 1.0, 60.0, "periods per turn of the rotor", ORDER, "input"),
-        Parameter("cogging_phase", "rad", 0.0, -3.2, 3.2, "phase at the start", PHASE, "input"),
+        Parameter("cogging_phase", "rad", 0.0, -2 * pi, 2 * pi, "phase at the start", PHASE, "input"),
     ),
     source="Hendershot, Miller: Design of Brushless Permanent-Magnet Machines, ch. 5",
     hooks={"active": active, "torque": torque},

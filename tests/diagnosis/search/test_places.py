@@ -6,7 +6,7 @@ import pytest
 from selflock.diagnosis.search.fit import fit
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.diagnosis.search.screen import directions
-from selflock.fmus.effect import AMPLITUDE, SHAPE
+from selflock.fmus.effect import AMPLITUDE, ORDER, PHASE, SHAPE
 
 X = np.linspace(-1.0, 1.0, 400)
 TRIALS = tuple(0.1 * n for n in range(-9, 10))
@@ -39,3 +39,15 @@ def test_a_fit_goes_on_between_them():
     free = hypothesis(TRIALS).free
     found = fit(lambda values: misfit(values).ravel(), {}, free, start, np.ones(400, bool), np.inf)
     assert found.values == pytest.approx({"depth": 0.7, "place": 0.43}, abs=1e-3)
+
+
+def test_a_wave_is_no_jump(rng):
+    """One whose large amounts act otherwise than in proportion is looked at from 0 on, in every order, at its best phase."""
+    angle = np.linspace(0.0, 20.0, 400)
+    wave = lambda values: np.tanh(values["size"] * np.sin(values["order"] * angle + values["phase"]))
+    error = (0.01 * rng.standard_normal(400) + np.tanh(3.0 * np.sin(3.0 * angle + 3.1))).reshape(4, 100)
+    free = Free("size", 0.0, 0.0, 9.0, role=AMPLITUDE), Free("order", 12.0, 1.0, 60.0, role=ORDER, trials=(1.0, 2.0, 3.0))
+    of = Hypothesis("motor", "wave", (*free, Free("phase", 0.0, -6.3, 6.3, role=PHASE)))
+    base = {"size": 0.0, "order": 12.0, "phase": 0.0}
+    ways = directions(lambda values: error - wave(values).reshape(4, 100), base, error, of)
+    assert sorted(way.shape["order"] for way in ways) == [1.0, 2.0, 3.0] and not any(way.jump for way in ways)

@@ -16,11 +16,8 @@ from ..rules import RULES
 from .hypotheses import Hypothesis
 
 SHAFTS = {"input": "input_angle", "output": "angle"}
-MEASURED = {
-    "input": (("reducer.input_angle", 0), ("load.angle", 1)),
-    "output": (("load.angle", 0), ("reducer.input_angle", -1)),
-}
-"""Channels that have a shaft's angle, and the power of the gear ratio with which they have it."""
+ANGLES = {"input": "reducer.input_angle", "output": "load.angle"}
+"""Channels of the shafts' angles."""
 
 
 def looked_for(
@@ -89,9 +86,12 @@ def _angle(ch: Channels, shaft: str, simulated: Callable[[str], np.ndarray]) -> 
 
     NaN where the channel is not to be trusted.
     """
+    good = lambda name: ch.taken(np.where(ch.run.usable(ch.prefix + name), ch.run.signals[ch.prefix + name], np.nan))
+    if ch.has(ANGLES[shaft]):
+        return good(ANGLES[shaft])
     gears = ch.setting.value("reducer.gear_ratio", {})
-    for name, scale in MEASURED[shaft]:
-        if ch.has(name):
-            angle = np.where(ch.run.usable(name), ch.run.signals[name], np.nan)
-            return ch.taken(angle) * gears**scale
+    if shaft == "input" and ch.has(ANGLES["output"]):
+        return good(ANGLES["output"]) * gears
+    if shaft == "output" and ch.has(ANGLES["input"]):
+        return good(ANGLES["input"]) / gears
     return simulated(SHAFTS[shaft])

@@ -132,9 +132,11 @@ def _regressors(layout: Blocks, known: dict[str, list[np.ndarray]], here: np.nda
         direction = (np.sign(_means(layout, known["direction"], here)[0]) * here)[..., None]
         found.append(direction)
         if "load" in known:
-            load = abs(_means(layout, known["load"], here)[0])[..., None]
-            if (load[here] > 0.0).any():
-                found.append(direction * load / load[here].max())
+            load = abs(_means(layout, known["load"], here)[0] * here)[
+                ..., None
+            ]  # elsewhere it is nobody's, and may be far larger
+            if load.max() > 0.0:
+                found.append(direction * load / load.max())
     return found
 
 
@@ -142,12 +144,18 @@ def _functions(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> lis
     """Free functions of a variable, (blocks, bins, knots): 1 at a knot, 0 from its neighbours on; none of a constant."""
     rules = RULES.judge
     x, known = _means(layout, parts, here)
-    if known.sum() < rules.bins or np.ptp(x[known]) <= rules.constant * max(1.0, abs(x[known]).max()):
+    if known.sum() < rules.bins:
+        return []
+    least = rules.constant * max(
+        1.0, abs(x[known]).max()
+    )  # what is no more is one value: of none is a slope between them a double
+    if np.ptp(x[known]) <= least:
         return []
     most = int(known.sum() // rules.knot_bins)
     found = []
     for quantiles in [q for q in rules.knots if len(q) <= most] or [tuple(np.linspace(0.0, 1.0, max(2, most)))]:
         knots = np.unique(np.quantile(x[known], quantiles))
+        knots = knots[np.diff(knots, prepend=-np.inf) > least]
         found.append(np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None])
     return found
 

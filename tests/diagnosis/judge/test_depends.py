@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.data.log import MeasuredRun
-from selflock.diagnosis.judge.depends import _functions, _shares, _waves
+from selflock.diagnosis.judge.depends import _functions, _regressors, _shares, _waves
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.residuals.drive_experiment import in_turn
 
@@ -74,3 +74,20 @@ def test_what_changes_its_sign_with_the_direction_needs_the_direction(rng):
 def test_waves_of_frequencies_that_lie_evenly_are_those_of_each_alone(rng):
     time, frequencies = rng.uniform(0.0, 300.0, 50), np.arange(0.02, 7.0, 0.01)
     assert _waves(time, frequencies) == pytest.approx(np.exp(-2j * np.pi * np.outer(time, frequencies)), abs=1e-11)
+
+
+def test_a_load_that_acts_where_nothing_is_compared_is_no_measure_of_it():
+    """Next to nothing where it counts, that is a size that doubles cannot divide by."""
+    place = np.arange(BLOCKS * BINS)
+    layout = Blocks([MeasuredRun("log", "", place, place * 1e-3, {})], steady=False)
+    here = (place < 1000).reshape(BLOCKS, BINS)
+    load = np.where(here.ravel(), 5e-324, 3.0)
+    _, direction, loaded = _regressors(layout, {"direction": [np.ones(place.size)], "load": [load]}, here)
+    assert (direction == here[..., None]).all() and (loaded == here[..., None]).all()
+
+
+def test_a_variable_that_dies_away_at_rest_has_functions(rng):
+    """A simulated current goes on below any number that is one, as far as doubles do."""
+    x = rng.choice([0.0, 1.5e-323, 1.0], (BLOCKS, BINS), p=[0.3, 0.3, 0.4]) * rng.uniform(-1.0, 1.0, (BLOCKS, BINS))
+    r = np.sin(2.0 * x) + 0.5 * rng.standard_normal(x.shape)
+    assert shares(x, r)[0] == pytest.approx(np.var(np.sin(2.0 * x)) / np.var(r), abs=0.06)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..data.rig import Rig
-from ..data.signals import MOVES
+from ..data.signals import ANGLE_OF, MOVES
 from ..rules import RULES
 from . import drive
 from .channels import Channels
@@ -50,6 +50,8 @@ def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
             "a column of the voltage, and none of a set-point": bool(source(signals)) and not {*SETPOINT.values()} & signals,
             "a column of a motion": bool(moves & signals),
         }
+    if all(rig.parameters.get(f"load.{name}", 0.0) for name in ("mass", "arm")):  # no speed says where a weight hangs
+        asked[f"a column of {' or '.join(sorted(ANGLE_OF.values()))}"] = bool({*ANGLE_OF.values()} & signals)
     asked |= {f"parameters of the {part}": part in described for part in ("motor", "reducer", "load")}
     return next((what for what, there in asked.items() if not there), "")
 

@@ -13,7 +13,7 @@ from ..residuals import whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..rules import RULES
-from .hypotheses import Hypothesis
+from .hypotheses import Free, Hypothesis
 
 SHAFTS = {"input": "input_angle", "output": "angle"}
 ANGLES = {"input": "reducer.input_angle", "output": "load.angle"}
@@ -29,22 +29,20 @@ def looked_for(
     largest of so many is less than this many times their mean, but for `significant` of the cases.
     """
     shares = _shares(experiment, values)
-    found = {shaft: _orders(np.argsort(-share, kind="stable")[: RULES.search.waves]) for shaft, share in shares.items()}
+    found = {shaft: np.argsort(-share, kind="stable") + 1.0 for shaft, share in shares.items()}
     level = np.log(RULES.search.highest_order / RULES.search.significant)
-    lines = {shaft: _orders(np.flatnonzero(share > level * np.median(share) / np.log(2.0))) for shaft, share in shares.items()}
+    lines = {shaft: np.flatnonzero(share > level * np.median(share) / np.log(2.0)) + 1.0 for shaft, share in shares.items()}
 
     def narrowed(hypothesis: Hypothesis) -> Hypothesis:
-        free = tuple(
-            replace(p, trials=tuple(n for n in found[p.shaft] if p.low <= n <= p.high)) if p.role == ORDER else p
-            for p in hypothesis.free
-        )
+        free = tuple(replace(p, trials=_most(found[p.shaft], p)) if p.role == ORDER else p for p in hypothesis.free)
         return replace(hypothesis, free=free)
 
-    return [narrowed(h) for h in hypotheses], {shaft: tuple(set(lines[shaft]) & set(found[shaft])) for shaft in SHAFTS}
+    return [narrowed(h) for h in hypotheses], {shaft: tuple(map(float, orders)) for shaft, orders in lines.items()}
 
 
-def _orders(places: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(n + 1) for n in sorted(places))
+def _most(orders: np.ndarray, p: Free) -> tuple[float, ...]:
+    """The first of the orders that a wave may have, ascending: of fewer than its shaft went through nothing can be told."""
+    return tuple(sorted([float(n) for n in orders if p.low <= n <= p.high][: RULES.search.waves]))
 
 
 def _shares(experiment: DriveExperiment, values: dict) -> dict[str, np.ndarray]:

@@ -120,11 +120,12 @@ class Step:
         usual = problem.loss_scale / rules.same_misfit
         believed = lambda real: simplest(real, self.found, self.chance_level, problem.rows, usual)
         real = self._weigh(stage, fitted)
-        if real and (again := self._waves_beside(believed(real), fitted)):
-            fitted = sorted(
-                [*again, *(c for c in fitted if not any(c.hypothesis.same_cause(a.hypothesis) for a in again))],
-                key=lambda c: c.errors.mean(),
-            )
+        for _ in range(2):  # each from the other: the one that was better may be the one whose fit ended early
+            again = self._waves_beside(believed(real), fitted) if real else []
+            if not again:
+                break
+            others = [c for c in fitted if not any(c.hypothesis.same_cause(a.hypothesis) for a in again)]
+            fitted = sorted([*again, *others], key=lambda c: c.errors.mean())
             stage.candidates = [*fitted, *(c for c in stage.candidates if not c.fit)]
             real = self._weigh(stage, fitted)
         if real:

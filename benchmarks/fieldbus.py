@@ -8,4 +8,4 @@ def about(case: fieldbus.Case) -> str:
 
 
 if __name__ == "__main__":
-    ask(fieldbus, __doc__, faults=4, seconds=8.0, about=about)
+    ask(fieldbus, faults=4, seconds=8.0, about=about)

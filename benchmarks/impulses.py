@@ -2,4 +2,4 @@ from benchmarks.plants import ask
 from tests.diagnosis.plant import impulses
 
 if __name__ == "__main__":
-    ask(impulses, __doc__, faults=8, seconds=15.0)
+    ask(impulses, faults=8, seconds=15.0)

@@ -45,9 +45,9 @@ def _one(
     return right, case.ratio >= STRONG or not names
 
 
-def ask(plant: ModuleType, doc: str, faults: int, seconds: float, about: Callable[[Any], str] = lambda case: "") -> None:
+def ask(plant: ModuleType, faults: int, seconds: float, about: Callable[[Any], str] = lambda case: "") -> None:
     """From the command line. faults, seconds: as many, and as long, where nobody says; about: what a line tells of a case."""
-    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=plant.__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=plant.DEVELOPMENT, help="the first seed")
     parser.add_argument("--none", type=int, default=8, help="sound drives")
     parser.add_argument("--faults", type=int, default=faults, help="sound drives behind a faulty recording")

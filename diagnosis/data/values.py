@@ -27,4 +27,11 @@ def resolution(values: np.ndarray) -> float:
 
 def noise_of(x: np.ndarray) -> float:
     """Noise of rows, by fourth differences: a motion leaves next to nothing in them, white noise 70 times its variance."""
-    return float(np.median(abs(np.diff(x, n=4)))) / RULES.residuals.normal_median / np.sqrt(70.0) if len(x) > 4 else 0.0
+    return float(np.median(rough(x))) / RULES.residuals.normal_median if len(x) > 4 else 0.0
+
+
+def rough(x: np.ndarray, apart: int = 1) -> np.ndarray:
+    """Absolute fourth differences of samples `apart` from one another, over the deviation that they have of white noise of 1."""
+    for _ in range(4):
+        x = x[apart:] - x[:-apart]
+    return abs(x) / np.sqrt(70.0)

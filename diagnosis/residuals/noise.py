@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..data.values import resolution
+from ..data.values import resolution, rough
 from ..rules import RULES
 from . import drive, driven
 from .drive_experiment import DriveExperiment
@@ -69,16 +69,14 @@ def of_rows_apart(errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
 
     A table that goes straight between messages has noise that neighbours share, so that they vary less about their mean.
     """
-    rules = RULES.residuals
-    apart = rules.leap_rows * np.arange(5)
-    found = []
+    rules, found = RULES.residuals, [np.zeros(0)]
+    apart = rules.leap_rows
     for e, t in zip(errors, trusted):
-        n = len(e) - apart[-1]
-        if n > 0:
-            parts, there = (np.stack([x[first : first + n] for first in apart]) for x in (e, t))
-            found.append(np.array([1.0, -4.0, 6.0, -4.0, 1.0]) @ parts[:, there.all(0)])
-    sizes = abs(np.concatenate(found)) if found else np.zeros(0)
-    return float(np.median(sizes)) / rules.normal_median / np.sqrt(70.0) if len(sizes) > rules.noise_samples else 0.0
+        if (n := len(e) - 4 * apart) > 0:
+            there = np.stack([t[k * apart : k * apart + n] for k in range(5)]).all(0)
+            found.append(rough(e, apart)[there])
+    sizes = np.concatenate(found)
+    return float(np.median(sizes)) / rules.normal_median if len(sizes) > rules.noise_samples else 0.0
 
 
 def of_rounding(experiment: Experiment, residual: Residual, values: dict) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..data.differenced import SpeedRows, difference, over_losses
 from ..data.signals import ANGLE_OF
-from ..data.values import noise_of, resolution
+from ..data.values import noise_of, resolution, rough
 from ..rules import RULES
 from .channels import Channels
 
@@ -86,8 +86,8 @@ def noisy(name: str, ch: Channels) -> bool:
     It may rest for most of the log, where counts show none.
     """
     x, rules = ch.raw(name), RULES.residuals
-    rough = abs(np.diff(x, n=4)) if len(x) > 4 else np.zeros(1)
-    noise = max(noise_of(x), float(np.quantile(rough, 0.9)) / rules.normal_tenth / np.sqrt(70.0))
+    often = float(np.quantile(rough(x), 0.9)) / rules.normal_tenth if len(x) > 4 else 0.0
+    noise = max(noise_of(x), often)
     return noise > rules.exact * float(np.std(np.diff(x)))
 
 

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from selflock.fmus.effect import ORDER
 
-from ..residuals import whole
-from ..residuals.channels import Channels
+from ..residuals import drive, whole
 from ..residuals.drive_experiment import DriveExperiment
 from ..rules import RULES
 from .hypotheses import Free, Hypothesis
 
-SHAFTS = {"input": "input_angle", "output": "angle"}
-ANGLES = {"input": "reducer.input_angle", "output": "load.angle"}
-"""Channels of the shafts' angles."""
+SHAFTS = ("input", "output")
 
 
 def looked_for(
@@ -49,8 +45,8 @@ def _shares(experiment: DriveExperiment, values: dict) -> dict[str, np.ndarray]:
     """For each shaft the largest share that 1, 2, ... waves in a turn have of some channel's error.
 
     Errors as they are, or with the sign of the speed and the load as friction has them, are weighted with the speed: over the
-    angle, that is, in which a shaft at rest has one place. The angle is the measured one where there is one, for the simulated
-    one lags behind by more than a wave where much is wrong. A share is that of a sum of products' square in the product of
+    angle, that is, in which a shaft at rest has one place. The angle is the measured one, for the simulated one lags
+    behind by more than a wave where much is wrong. A share is that of a sum of products' square in the product of
     the sums of squares, at most 1, so that channels can be held against each other.
     """
     rules, shares = RULES.search, {shaft: np.zeros(RULES.search.highest_order) for shaft in SHAFTS}
@@ -62,8 +58,7 @@ def _shares(experiment: DriveExperiment, values: dict) -> dict[str, np.ndarray]:
             there, rows = whole.grid(ch).time, whole.simulate(values, ch)
             when = ch.taken(ch.run.time) - ch.run.time[0]
             at = lambda name, when=when, there=there, rows=rows: np.interp(when, there, rows[name])
-            angles = {shaft: _angle(ch, shaft, at) for shaft in SHAFTS}
-            good = good & np.isfinite(list(angles.values())).all(0)
+            angles = {shaft: ch.taken(motion.angle) for shaft, motion in zip(SHAFTS, drive.both(values, ch))}
             error, speed = (measured - simulated)[good], at("input_speed")[good]
             way, load = np.sign(speed), abs(at("output_torque")[good])
             forms = np.stack([np.ones(len(way)), way, way * load])
@@ -77,19 +72,3 @@ def _shares(experiment: DriveExperiment, values: dict) -> dict[str, np.ndarray]:
             share = abs(sums[shaft]) ** 2 / np.maximum(squares * energy, 1e-300)  # (orders, weights)
             shares[shaft] = np.maximum(shares[shaft], share.max(1))
     return shares
-
-
-def _angle(ch: Channels, shaft: str, simulated: Callable[[str], np.ndarray]) -> np.ndarray:
-    """A shaft's angle in each row: as it was measured, at the other shaft if not here; as simulated where neither was.
-
-    NaN where the channel is not to be trusted.
-    """
-    good = lambda name: ch.taken(np.where(ch.run.usable(ch.prefix + name), ch.run.signals[ch.prefix + name], np.nan))
-    if ch.has(ANGLES[shaft]):
-        return good(ANGLES[shaft])
-    gears = ch.setting.value("reducer.gear_ratio", {})
-    if shaft == "input" and ch.has(ANGLES["output"]):
-        return good(ANGLES["output"]) * gears
-    if shaft == "output" and ch.has(ANGLES["input"]):
-        return good(ANGLES["input"]) / gears
-    return simulated(SHAFTS[shaft])

@@ -132,11 +132,9 @@ def _regressors(layout: Blocks, known: dict[str, list[np.ndarray]], here: np.nda
         direction = (np.sign(_means(layout, known["direction"], here)[0]) * here)[..., None]
         found.append(direction)
         if "load" in known:
-            load = abs(_means(layout, known["load"], here)[0] * here)[
-                ..., None
-            ]  # elsewhere it is nobody's, and may be far larger
-            if load.max() > 0.0:
-                found.append(direction * load / load.max())
+            load = abs(_means(layout, known["load"], here)[0])[..., None]
+            if (load[here] > 0.0).any():
+                found.append(direction * load / load[here].max())
     return found
 
 
@@ -146,9 +144,7 @@ def _functions(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> lis
     x, known = _means(layout, parts, here)
     if known.sum() < rules.bins:
         return []
-    least = rules.constant * max(
-        1.0, abs(x[known]).max()
-    )  # what is no more is one value: of none is a slope between them a double
+    least = rules.constant * max(1.0, abs(x[known]).max())  # values no farther apart are one: a slope between them is no double
     if np.ptp(x[known]) <= least:
         return []
     most = int(known.sum() // rules.knot_bins)

@@ -32,7 +32,9 @@ GIVEN = (("controller.voltage",), ("motor.voltage",), ("motor.duty", "motor.supp
 def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
     """Why a log with these signals and its rig describe no drive of this way, as what would have to be; "" where they describe one."""
     described = {name.rpartition(".")[0] for name in rig.parameters}
-    moves = {ANGLE: {"load.angle", "reducer.input_angle"}}.get(way, {*MOVES})
+    hangs = all(rig.parameters.get(f"load.{name}", 0.0) for name in ("mass", "arm"))  # and no speed says at which angle
+    moves = {*ANGLE_OF.values()} if way == ANGLE or hangs else {*MOVES}
+    motion = {f"a column of {' or '.join(sorted(moves))}": bool(moves & signals)}
     asked = {
         'a log in time, that is kind = "forward"': rig.kind == "forward",
         "one drive, not several": rig.drives == ("",),
@@ -42,16 +44,14 @@ def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
         asked |= {
             f"a column of {SETPOINT[way]}": SETPOINT[way] in signals,
             "a motor driven by its controller's voltage, not by a column of motor.duty": "motor.duty" not in signals,
-            f"a column of {' or '.join(sorted(moves))}": bool(moves & signals),
+            **motion,
             f"the controller's {way}_gain in [parameters]": f"controller.{way}_gain" in rig.parameters,
         }
     else:
         asked |= {
             "a column of the voltage, and none of a set-point": bool(source(signals)) and not {*SETPOINT.values()} & signals,
-            "a column of a motion": bool(moves & signals),
+            **motion,
         }
-    if all(rig.parameters.get(f"load.{name}", 0.0) for name in ("mass", "arm")):  # no speed says where a weight hangs
-        asked[f"a column of {' or '.join(sorted(ANGLE_OF.values()))}"] = bool({*ANGLE_OF.values()} & signals)
     asked |= {f"parameters of the {part}": part in described for part in ("motor", "reducer", "load")}
     return next((what for what, there in asked.items() if not there), "")
 

@@ -19,9 +19,8 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     channels = list(experiment.channels.values())
     if not any(len(driven.jumped(ch)) for ch in channels):
         return False
-    for _ in range(
-        2 if driven.inputs(channels[0]) else 1
-    ):  # what is measured jumps in more than a row, and shifts tell where of it
+    rounds = 2 if driven.inputs(channels[0]) else 1  # what is measured jumps in more than a row, and shifts tell where of it
+    for _ in range(rounds):
         problem = problem.with_noise()
         values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
         values = problem.settled(experiment, values, problem.base_free)

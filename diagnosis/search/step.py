@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from math import tau
 
 import numpy as np
 from numba.core import config
@@ -163,13 +164,13 @@ class Step:
 
     def _in_phase(self, start: dict, free: tuple[Free, ...]) -> dict:
         """A start with the phase of its wave where that leaves least of some around a turn."""
-        loss = lambda values: float(rho(self.problem.misfit(values)[self.problem.rows], self.problem.loss_scale).sum())
+        places = np.arange(RULES.search.turned) * tau / RULES.search.turned
         for p in free:
             if p.role == PHASE:
-                turned = (start[p.name] + np.arange(RULES.search.turned) * 2.0 * np.pi / RULES.search.turned + np.pi) % (
-                    2.0 * np.pi
+                turned = (start[p.name] + places + np.pi) % tau - np.pi
+                start = min(
+                    (start | {p.name: float(phase)} for phase in turned), key=lambda at: self._loss(self.problem.misfit(at))
                 )
-                start = min((start | {p.name: float(phase - np.pi)} for phase in turned), key=loss)
         return start
 
     def _doubt(self, candidate: Candidate) -> str:
@@ -276,7 +277,7 @@ class Step:
         raced = [ways for ways in chosen if self.problem.by_channel and not shown(ways) and not waves(ways)]
         begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
         first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
-        least = min(map(self._loss, first.values()), default=np.inf)
+        least = min((self._loss(fitted.misfit) for fitted in first.values()), default=np.inf)
 
         def judge(ways: list[Direction]) -> Candidate:
             if self.problem.by_channel and waves(ways):
@@ -295,10 +296,13 @@ class Step:
         """
         first = sorted(ways, key=lambda way: (not self._on_a_line(way), -way.gain))
         entered = [way for way in first if self._on_a_line(way) or way.gain > 0.0][: RULES.search.waves_raced]
-        held = lambda way: tuple(p for p in _sets(way, self.base)[0] if p.role != ORDER)
-        begun = [(way, self._begin(held(way), self._start(way))) for way in entered]
-        loss = {id(way): self._loss(fitted) for way, fitted in begun}
-        best = min((fitted for _, fitted in begun), key=self._loss, default=None)
+        begun, loss = [], {}
+        for way in entered:
+            usual = _sets(way, self.base)[0]
+            orders = tuple(p for p in usual if p.role == ORDER)
+            begun.append(self._begin(tuple(p for p in usual if p not in orders), self._start(way), orders))
+            loss[id(way)] = self._loss(begun[-1].misfit)
+        best = min(begun, key=lambda fitted: self._loss(fitted.misfit), default=None)
         return sorted(ways, key=lambda way: loss.get(id(way), np.inf)), best
 
     def _on_a_line(self, way: Direction) -> bool:
@@ -308,15 +312,14 @@ class Step:
     def _unfitted(self, way: Direction) -> Candidate:
         return Candidate(way.hypothesis, way.free, None, self.losses, linear=way.gain)
 
-    def _begin(self, extra: tuple[Free, ...], start: dict) -> Fit:
-        """A few steps of a fit of a whole drive's numbers alone."""
+    def _begin(self, extra: tuple[Free, ...], start: dict, held: tuple[Free, ...] = ()) -> Fit:
+        """A few steps of a fit of a whole drive's numbers alone; what is held stays where it starts."""
         drive = of_drive((*self.base.free, *extra))
-        held = {p.name: start[p.name] for h in self.open for p in h.free if p.role == ORDER and p.name in start}
-        begin = {p.name: start[p.name] for p in extra}
-        return self.problem.fit(drive, self.base.values | held | begin, RULES.search.effort_begin)
+        begin = {p.name: start[p.name] for p in (*extra, *held)}
+        return self.problem.fit(drive, self.base.values | begin, RULES.search.effort_begin)
 
-    def _loss(self, fitted: Fit) -> float:
-        return float(rho(fitted.misfit[self.problem.rows], self.problem.loss_scale).sum())
+    def _loss(self, misfit: np.ndarray) -> float:
+        return float(rho(misfit[self.problem.rows], self.problem.loss_scale).sum())
 
     def _judge(self, ways: list[Direction], first: Fit | None, least: float) -> Candidate:
         """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps.
@@ -344,7 +347,9 @@ class Step:
                 begin = {**base.values, **{name: start[name] for name in names}, **by_itself}
                 if first is not None:
                     one = self._begin(extra, start) if len(seen) > 1 else first
-                    if rules.behind * least < self._loss(one) < self._loss(base):  # else it went astray, which says nothing
+                    if (
+                        rules.behind * least < self._loss(one.misfit) < self._loss(base.misfit)
+                    ):  # else it went astray, which says nothing
                         if best is None:
                             return self._candidate(way.hypothesis, extra, one, ways[0].gain)
                         continue

@@ -88,6 +88,39 @@ def _nothing_of(ch: Channels, command: str, name: str, gain: float) -> bool:
     return max(s + rules.sees_counts_errors * e for s, e in zip(shares, errors)) < rules.sees_counts
 
 
+def zero(values: dict, ch: Channels) -> float:
+    """What has to be added to the load's angle, as an encoder that counts from anywhere has it, for that which its controller held, rad.
+
+    A drive in motion is not where it is asked to be, and how far from there its command tells,
+
+        u = k_a (wanted - angle) + k_v (rate - speed),
+
+    over all rows: of channels that are late this misses what goes with the rate and the acceleration. Where no command tells
+    anything the drive began where it was asked to be.
+    """
+    ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", values)
+    known = ch.memory.setdefault("zero", {})
+    law = drive.law("controller", values, ch)
+    key = ratio, law.angle_gain, law.speed_gain
+    if key not in known:
+        known[key] = _zero(ratio, law, ch)
+    return known[key]
+
+
+def _zero(ratio: float, law, ch: Channels) -> float:
+    wanted, (_, second) = ch.raw("controller.angle_setpoint"), drive.both({"reducer.gear_ratio": ratio}, ch)
+    began = float(wanted[0] - second.angle[0])
+    if not (command := commanded(ch)) or law.angle_gain <= 0.0 or not ch.has("reducer.input_angle"):
+        return began
+    _, good = _asked(ch, command, "reducer.input_")
+    rate = drive.speed_setpoint(wanted, {}, ch)
+    told = np.stack([np.ones(len(rate)), rate, derivative(rate, np.cumsum(ch.dt))], axis=1)[good]
+    if len(told) <= RULES.residuals.noise_samples * 3:
+        return began
+    off = (wanted - second.angle - (ch.raw(command) - law.speed_gain * (rate - second.speed)) / law.angle_gain)[good]
+    return float(np.linalg.lstsq(told, off, rcond=None)[0][0])
+
+
 def _asked(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray]:
     """The command, V, that the measured motion of one shaft asks for, and where a controller that does not let go would give it."""
     law, time = drive.law("controller", {}, ch), np.cumsum(ch.dt)

@@ -30,6 +30,7 @@ from ..errors import DataError
 from ..rules import RULES
 from . import drive, driven, free_law, laws, memory
 from .channels import Channels, integral, mean_rate
+from .closing import zero
 from .compare import Compared
 from .forward import ROWS, stable
 from .recorder import counts, over_lost_rows, ticks
@@ -242,10 +243,11 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     pr, pl = drive.law("reducer", values, ch), drive.law("load", values, ch)
     stiffness, damping, _ = carried_in(values, ch)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
-    _, second = drive.both({}, ch)
+    gears = {name: values[name] for name in ("reducer.gear_ratio",) if name in values}
+    _, second = drive.both(gears, ch)
     angle, speed = (float(second.angle[0]), float(second.speed[0])) if row == 0 else _behind(row, values, ch)
-    if driven.of(ch) == driven.ANGLE and not ch.has("load.angle"):  # counted from anywhere: it began where it was asked to be
-        angle += float(ch.raw("controller.angle_setpoint")[0] - second.angle[0])
+    if driven.of(ch) == driven.ANGLE and not ch.has("load.angle"):  # counted from anywhere
+        angle += zero(values, ch)
     torque, wound = np.empty(1), np.empty(1)
     ch.setting.kernels.load_torque(pl, np.array([angle]), np.array([speed]), np.zeros(1), torque)
     ch.setting.kernels.windup(pr, np.array([angle * pr.gear_ratio]), torque, wound)

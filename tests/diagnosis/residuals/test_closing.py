@@ -7,7 +7,7 @@ import pytest
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import LOAD, MOTOR, load
 from selflock.diagnosis.residuals.channels import Channels
-from selflock.diagnosis.residuals.closing import ahead, shaft, unseen
+from selflock.diagnosis.residuals.closing import ahead, shaft, unseen, zero
 from selflock.diagnosis.residuals.drive import speed_setpoint
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.setting import Setting
@@ -92,3 +92,25 @@ def test_a_command_without_its_encoders_counts_saw_another_sample(told, late, no
     rig = load(tmp_path / "rig.toml")
     (run,) = read(tmp_path / "log.csv", rig)
     assert unseen(Channels(run, "", Setting(rig, len(run), kernels(), {"": 1}))) == ("" if seen else "reducer.input_angle")
+
+
+@pytest.mark.parametrize("late", [0, 3])
+def test_where_an_encoder_counts_from_is_told_by_the_command_of_a_drive_in_motion(late, tmp_path, rng):
+    """It was not where it was asked to be, by 0.04 rad; its angle is read up to three rows after its command."""
+    time = 0.3 + 1e-3 * np.arange(6000)
+    wanted, rate = 0.7 * np.sin(1.9 * time), 0.7 * 1.9 * np.cos(1.9 * time)
+    lag = 0.02 * rate + 0.02 * np.tanh(20.0 * rate)  # friction, too
+    turned = wanted - lag
+    u = 100.0 * lag + 5.0 * (rate - np.gradient(turned, time)) + 0.2 * rng.standard_normal(len(time))
+    motor = np.interp(time - 1e-3 * late, time, 40.0 * turned) + 11.0
+    pd.DataFrame({"time": time, "wanted": wanted, "u": u, "motor": motor}).to_csv(tmp_path / "log.csv", index=False)
+    (tmp_path / "rig.toml").write_text(
+        RIG.replace("arm_", "").replace('drives = [""]\n', "").replace('"load.angle" = "load"\n', "")
+    )
+    rig = load(tmp_path / "rig.toml")
+    (run,) = read(tmp_path / "log.csv", rig)
+    ch = Channels(run, "", Setting(rig, len(run), kernels(), {"": 1}))
+    assert lag[0] > 0.035
+    assert zero({}, ch) == pytest.approx(-11.0 / 40.0, abs=1e-3)
+    twice = zero({"reducer.gear_ratio": 80.0}, ch)  # as it would be of another gear
+    assert twice != pytest.approx(zero({}, ch), abs=0.1) and zero({"controller.angle_gain": 50.0}, ch) != zero({}, ch)

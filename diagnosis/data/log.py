@@ -89,12 +89,17 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     named = _named(table, rig) if rig.named else []
     columns = list(rig.columns) + named
     data: dict[str, np.ndarray] = {}
+    turns: dict[str, float] = {}
     for column in columns:
         if column.value is not None:
             data[column.signal] = _si(path, np.full(len(table), column.value), "", column, rig)
             continue
         header = _find(path, table, column.column, rig)
         data[column.signal] = _possible(_si(path, _numbers(path, table, header), header, column, rig))
+        if column.wraps:
+            turns[column.signal] = float(
+                column.wraps * np.diff(_si(path, np.arange(2.0), header, replace(column, wraps=0.0), rig))[0]
+            )
     time, began = _time(path, table, rig), _began(table, rig)
     if rig.valid:
         data[VALID] = (_numbers(path, table, _find(path, table, rig.valid, rig)) != 0.0).astype(float)
@@ -109,7 +114,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         rows = np.flatnonzero(names == name)
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
-        signals = {k: v[rows] for k, v in data.items()}
+        signals = _in_one_turn({k: v[rows] for k, v in data.items()}, turns, rig)
         run = MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve()), began=began)
         runs.append(_trimmed(path, _ordered(path, run, rig, _line(table, 0)), rig))
     if sum(len(run) for run in runs) < RULES.data.shortest_log:
@@ -117,6 +122,22 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
             f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {RULES.data.shortest_log}, better some seconds."
         )
     return runs
+
+
+def _in_one_turn(signals: dict[str, np.ndarray], turns: dict[str, float], rig: Rig) -> dict[str, np.ndarray]:
+    """Signals of a run with an angle that begins anew in the turn of its set-point: which turn it was the log does not say.
+
+    turns: of signals that begin anew, what they go through until then, in SI.
+    """
+    found = dict(signals)
+    for prefix in rig.drives:
+        angle, wanted = prefix + "load.angle", prefix + "controller.angle_setpoint"
+        moved = angle if angle in turns else wanted
+        if angle in signals and wanted in signals and (turn := turns.get(moved, 0.0)):
+            off = signals[moved] - signals[wanted if moved == angle else angle]
+            known = off[np.isfinite(off)]
+            found[moved] = signals[moved] - turn * np.round((np.median(known) if len(known) else 0.0) / turn)
+    return found
 
 
 def _parts(header: str) -> tuple[str, str]:

@@ -54,6 +54,26 @@ def test_all_formats_give_the_same_si_signals(tmp_path, ending):
     np.testing.assert_allclose(run.signals["motor.torque"], data.m * 1e-3, rtol=1e-12)
 
 
+@pytest.mark.parametrize("began", ["load.angle", "controller.angle_setpoint"])
+def test_an_angle_that_begins_anew_is_in_the_turn_of_its_set_point(began, tmp_path):
+    """A log that is begun elsewhere than in the first turn: its drive would seem whole turns away from where it is asked to be."""
+    t = np.arange(200) * 0.01
+    wanted = np.degrees(-15.0 + 8.0 * np.sin(2.0 * t))
+    turned = wanted - 3.0 * np.cos(2.0 * t)
+    column = {"load.angle": "turned", "controller.angle_setpoint": "wanted"}
+    rows = {"time": t, "turned": turned, "wanted": wanted}
+    rows[column[began]] = np.mod(rows[column[began]], 360.0)
+    wraps = lambda signal: ", wraps = 360.0" if signal == began else ""
+    columns = [
+        f'"{signal}" = {{ column = "{name}", unit = "deg", factor = -1.0{wraps(signal)} }}' for signal, name in column.items()
+    ]
+    (tmp_path / "rig.toml").write_text("\n".join(['[rig]\nkind = "forward"\n[columns]', *columns, ""]))
+    pd.DataFrame(rows).to_csv(tmp_path / "log.csv", index=False)
+    (run,) = read(tmp_path / "log.csv", rigs.load(tmp_path / "rig.toml"))
+    off = run.signals["controller.angle_setpoint"] - run.signals["load.angle"]
+    np.testing.assert_allclose(off, -np.radians(wanted - turned), atol=1e-9)
+
+
 SETPOINT = '"controller.speed_setpoint" = { value = 30.0, unit = "deg/s" }'
 
 

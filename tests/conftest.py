@@ -39,6 +39,13 @@ TURNS = 7
 
 def pytest_addoption(parser):
     parser.addoption("--turns", action="store_true", help=f"long tests take turns: each runs on one day of {TURNS}, by date")
+    parser.addoption("--draws", type=int, default=1, help="run each test that draws random numbers so often, and no other")
+
+
+def pytest_generate_tests(metafunc):
+    if metafunc.config.getoption("--draws") > 1 and "rng" in metafunc.fixturenames:
+        metafunc.fixturenames.append("draw")
+        metafunc.parametrize("draw", range(metafunc.config.getoption("--draws")))
 
 
 @pytest.hookimpl(tryfirst=True)  # before -m chooses
@@ -47,6 +54,8 @@ def pytest_collection_modifyitems(config, items):
 
     What a change breaks at one place shows in many of them at once.
     """
+    if config.getoption("--draws") > 1:
+        items[:] = [item for item in items if "rng" in getattr(item, "fixturenames", ())]
     first = set()
     for item in items:
         if item.get_closest_marker("alike"):

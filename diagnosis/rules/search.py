@@ -36,7 +36,7 @@ class SearchRules:
     )
     jump_shows: float = rule(0.3, "s after a jump by which its instant is told", "not studied")
     jump_wild: float = rule(
-        1e4, "square of an error, in those usual for its channel, from which on it counts no more", "not studied"
+        1e4, "square of an error, in those of its channel's noise, from which on it counts no more", "not studied"
     )
 
     # --- free laws inside a whole drive, which rival all causes: search.freely

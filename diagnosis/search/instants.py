@@ -10,6 +10,8 @@ import numpy as np
 
 from ..residuals import driven, whole
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.mending import samples
+from ..residuals.noise import floor
 from ..rules import RULES
 from .problem import Problem
 
@@ -24,13 +26,23 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
         problem = problem.with_noise()
         values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
         values = problem.settled(experiment, values, problem.base_free)
+        noise = _noise(experiment, values)
         for ch in channels:
-            _place(experiment, ch, values)
+            _place(experiment, ch, values, noise)
         problem = problem.on(problem.experiment.but_with(problem.experiment.setting))
     return True
 
 
-def _place(experiment: DriveExperiment, ch, values: dict) -> None:
+def _noise(experiment: DriveExperiment, values: dict) -> list[float]:
+    """Of each channel. A median of its errors is none: a drive that rests for most of a log has next to no error there."""
+    everywhere = np.ones(experiment.layout.count, bool)
+    return [
+        floor(experiment, residual, values, *samples(experiment, residual, values, everywhere)[:2])
+        for residual in experiment.residuals
+    ]
+
+
+def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float]) -> None:
     """Each jump of a run at the best of some places, then of some about it."""
     pairs, time = driven.jumped(ch), ch.taken(ch.run.time)
     known, rules = driven.sooner(ch), RULES.search
@@ -47,20 +59,19 @@ def _place(experiment: DriveExperiment, ch, values: dict) -> None:
         losses = []
         for places in tried.T:
             known.update(zip(map(int, rows), map(float, places)))
-            losses.append(_losses(experiment, ch, values, windows))
+            losses.append(_losses(experiment, ch, values, windows, noise))
         best = tried[np.arange(len(rows)), np.argmin(losses, axis=0)]
     known.update(zip(map(int, rows), map(float, best)))
     _forget(ch)
 
 
-def _losses(experiment: DriveExperiment, ch, values: dict, windows: list[np.ndarray]) -> np.ndarray:
-    """Of each window: squared errors of all channels in units of what is usual for each, wild ones held back."""
+def _losses(experiment: DriveExperiment, ch, values: dict, windows: list[np.ndarray], noise: list[float]) -> np.ndarray:
+    """Of each window: squared errors of all channels in units of the noise of each, wild ones held back."""
     _forget(ch)
     found = np.zeros(len(windows))
-    for residual in experiment.residuals:
+    for residual, usual in zip(experiment.residuals, noise):
         simulated, measured, good = residual.compute(values, ch)
         error = np.where(good & np.isfinite(simulated), measured - simulated, 0.0)
-        usual = float(np.median(abs(error[good]))) / RULES.residuals.normal_median if good.any() else 0.0
         if usual > 0.0:
             squares = np.minimum((error / usual) ** 2, RULES.search.jump_wild)
             found += [float(squares[window].sum()) for window in windows]

@@ -9,6 +9,12 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis import diagnose
+from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.pipeline.run import gather, problem_of
+from selflock.diagnosis.residuals import whole
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.search.instants import place_jumps
 
 from .plant import bus, fieldbus
 
@@ -51,6 +57,42 @@ def test_what_its_senders_average_is_over_all_of_their_time(span, rng):
     by = replace(case.recorder, window=span, mean=span, counts=(1e-9, 1e-9))
     found = bus._measured(rng, by, case.sheet, rows, np.zeros((3, n)), fieldbus.STEP)
     assert found["n"][-1] == pytest.approx(rate, rel=1e-5) and found["i"][-1] == pytest.approx(current, rel=1e-9)
+
+
+def _problem(seed, folder):
+    """What teaches of a sound drive that is compared as a whole."""
+    rig, train, _ = fieldbus.hide([], fieldbus.DEVELOPMENT + seed).write(folder)
+    found = replace(load(rig), simulate=whole.WHOLE)
+    runs, _, held = gather(found, train, [])
+    experiment = DriveExperiment(found, runs)
+    return problem_of(experiment, runs, held, np.ones(experiment.layout.count, bool))
+
+
+@pytest.mark.slow
+def test_a_log_that_begins_in_motion_leaves_noise_of_a_sound_drive(tmp_path):
+    """Some way behind its set-point, and its encoder counts from anywhere: taken to be where it is asked to be it erred for a second."""
+    problem = _problem(110, tmp_path).with_noise()
+    assert problem.excess(problem.nominal).max() < RULES.search.sound
+
+
+@pytest.mark.slow
+def test_a_shaft_in_motion_is_as_fast_as_it_was_when_its_log_began(tmp_path):
+    """An average about the first row, as if it had stood before, was half as fast."""
+    problem = _problem(158, tmp_path)
+    ch = problem.experiment.channels[1, ""]
+    angle, time = ch.raw("load.angle"), ch.run.time
+    _, _, began, speed = whole.begin({}, ch)[0]
+    assert began == pytest.approx(angle[0], abs=0.002 * np.ptp(angle))
+    assert speed == pytest.approx((angle[4] - angle[0]) / (time[4] - time[0]), rel=0.03) and abs(speed) > 5.0
+
+
+@pytest.mark.slow
+def test_jumps_are_placed_by_noise_and_not_by_what_a_drive_at_rest_errs(tmp_path):
+    """A spindle that rests for most of its log: in units of its median error there all places of a jump were as wrong."""
+    problem = _problem(111, tmp_path)
+    assert place_jumps(problem.experiment, problem)
+    problem = problem.on(problem.experiment.but_with(problem.experiment.setting)).with_noise()
+    assert problem.excess(problem.nominal).max() < RULES.search.sound
 
 
 @pytest.mark.in_turn

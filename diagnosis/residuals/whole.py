@@ -243,9 +243,7 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     pr, pl = drive.law("reducer", values, ch), drive.law("load", values, ch)
     stiffness, damping, _ = carried_in(values, ch)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
-    gears = {name: values[name] for name in ("reducer.gear_ratio",) if name in values}
-    _, second = drive.both(gears, ch)
-    angle, speed = (float(second.angle[0]), float(second.speed[0])) if row == 0 else _behind(row, values, ch)
+    angle, speed = _as_measured(row, values, ch)
     if driven.of(ch) == driven.ANGLE and not ch.has("load.angle"):  # counted from anywhere
         angle += zero(values, ch)
     torque, wound = np.empty(1), np.empty(1)
@@ -289,10 +287,13 @@ def _anew(ch: Channels) -> np.ndarray:
     return ch.memory["anew"]
 
 
-def _behind(row: int, values: dict, ch: Channels) -> tuple[float, float]:
-    """Angle and speed of the load at the first row behind a gap: of straight lines through the rows after it alone."""
+def _as_measured(row: int, values: dict, ch: Channels) -> tuple[float, float]:
+    """Angle and speed of the load at the first row of a run, or behind a gap: of straight lines through the rows after it alone.
+
+    An average about that row would have rows from before it, as if the shaft had stood there.
+    """
     gears = ch.setting.value("reducer.gear_ratio", values)
-    known = ch.memory.setdefault("behind", {})
+    known = ch.memory.setdefault("as measured", {})
     if (row, gears) in known:
         return known[row, gears]
     last = min(row + max(ch.smoothing, RULES.residuals.windows[0]), len(ch.run))
@@ -300,14 +301,19 @@ def _behind(row: int, values: dict, ch: Channels) -> tuple[float, float]:
     rows = np.arange(row, row + 1 + others[0] if len(others) else last)
     since = ch.run.time[rows] - ch.run.time[row]
 
-    def line(name: str) -> np.ndarray:
-        return np.append(np.polynomial.polynomial.polyfit(since, ch.raw(name)[rows], min(1, len(rows) - 1)), 0.0)[:2]
+    def line(x: np.ndarray) -> np.ndarray:
+        return np.append(np.polynomial.polynomial.polyfit(since, x[rows], min(1, len(rows) - 1)), 0.0)[:2]
 
-    angle, rate = line("load.angle") if ch.has("load.angle") else line("reducer.input_angle") / gears
+    if ch.has("load.angle"):
+        angle, rate = line(ch.raw("load.angle"))
+    elif ch.has("reducer.input_angle"):
+        angle, rate = line(ch.raw("reducer.input_angle")) / gears
+    else:
+        angle, rate = line(drive.both({}, ch)[1].angle)
     if ch.has("load.speed"):
-        rate = line("load.speed")[0]
+        rate = line(ch.raw("load.speed"))[0]
     elif ch.has("reducer.input_speed"):
-        rate = line("reducer.input_speed")[0] / gears
+        rate = line(ch.raw("reducer.input_speed"))[0] / gears
     known[row, gears] = float(angle), float(rate)
     return known[row, gears]
 

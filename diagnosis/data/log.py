@@ -127,6 +127,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
 def _in_one_turn(signals: dict[str, np.ndarray], turns: dict[str, float], rig: Rig) -> dict[str, np.ndarray]:
     """Signals of a run with an angle that begins anew in the turn of its set-point: which turn it was the log does not say.
 
+    A drive that moves may be turns behind; how far its controller's voltage tells, where that and the gain are known.
     turns: of signals that begin anew, what they go through until then, in SI.
     """
     found = dict(signals)
@@ -134,9 +135,13 @@ def _in_one_turn(signals: dict[str, np.ndarray], turns: dict[str, float], rig: R
         angle, wanted = prefix + "load.angle", prefix + "controller.angle_setpoint"
         moved = angle if angle in turns else wanted
         if angle in signals and wanted in signals and (turn := turns.get(moved, 0.0)):
-            off = signals[moved] - signals[wanted if moved == angle else angle]
+            off = signals[angle] - signals[wanted]
+            gain = rig.parameters.get(prefix + "controller.angle_gain", 0.0)
+            volts = next((signals[prefix + v] for v in ("controller.voltage", "motor.voltage") if prefix + v in signals), None)
+            off = off if volts is None or gain <= 0.0 else off + volts / gain
             known = off[np.isfinite(off)]
-            found[moved] = signals[moved] - turn * np.round((np.median(known) if len(known) else 0.0) / turn)
+            whole = turn * np.round((np.median(known) if len(known) else 0.0) / turn)
+            found[moved] = signals[moved] - (whole if moved == angle else -whole)
     return found
 
 

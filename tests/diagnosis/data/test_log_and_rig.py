@@ -55,18 +55,23 @@ def test_all_formats_give_the_same_si_signals(tmp_path, ending):
 
 
 @pytest.mark.parametrize("began", ["load.angle", "controller.angle_setpoint"])
-def test_an_angle_that_begins_anew_is_in_the_turn_of_its_set_point(began, tmp_path):
-    """A log that is begun elsewhere than in the first turn: its drive would seem whole turns away from where it is asked to be."""
+@pytest.mark.parametrize("behind", [3.0, 300.0])
+def test_an_angle_that_begins_anew_is_in_the_turn_of_its_set_point(began, behind, tmp_path):
+    """A log that is begun elsewhere than in the first turn: its drive would seem whole turns away from where it is asked to be.
+
+    Most of a turn behind it, as its voltage tells.
+    """
     t = np.arange(200) * 0.01
     wanted = np.degrees(-15.0 + 8.0 * np.sin(2.0 * t))
-    turned = wanted - 3.0 * np.cos(2.0 * t)
+    turned = wanted - behind
     column = {"load.angle": "turned", "controller.angle_setpoint": "wanted"}
-    rows = {"time": t, "turned": turned, "wanted": wanted}
+    rows = {"time": t, "turned": turned, "wanted": wanted, "u": np.full(len(t), -2.0 * np.radians(behind))}
     rows[column[began]] = np.mod(rows[column[began]], 360.0)
     wraps = lambda signal: ", wraps = 360.0" if signal == began else ""
     columns = [
         f'"{signal}" = {{ column = "{name}", unit = "deg", factor = -1.0{wraps(signal)} }}' for signal, name in column.items()
     ]
+    columns += ['"controller.voltage" = "u"', "[parameters]", '"controller.angle_gain" = 2.0']
     (tmp_path / "rig.toml").write_text("\n".join(['[rig]\nkind = "forward"\n[columns]', *columns, ""]))
     pd.DataFrame(rows).to_csv(tmp_path / "log.csv", index=False)
     (run,) = read(tmp_path / "log.csv", rigs.load(tmp_path / "rig.toml"))

@@ -6,7 +6,7 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -22,12 +22,13 @@ from ..search.fit import Fit, held_out, rho, weight
 from ..search.hypotheses import Free, Hypothesis
 from ..search.linear import Linear
 from ..search.screen import Direction
-from ..systems.parts import Parts
 from . import guesses as g
 from .arranged import Arranged, determined
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess, Scene
 from .looks import Looks, Tell
+from .near import beside_best, refined, starts
+from .order import far, nearest, ordered
 
 
 @dataclass
@@ -86,6 +87,7 @@ class Contest:
     taken: set[str] = field(default_factory=set)  # numbers that are fitted anyway
     kinds: Sequence[str] = g.KINDS  # of guesses that are held against the base
     enough: Callable[[], bool] = lambda: False  # whether time is up: what was fitted by then is judged
+    sampled: frozenset[str] = frozenset()  # components that act once a step
 
     @property
     def played(self) -> Extended:
@@ -132,7 +134,7 @@ class Contest:
         columns = self.arranged.put(
             determined(self._as_fit(problem, base).jacobian, weight(base.misfit, RULES.search.loss_scale))
         )
-        self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs)
+        self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs, makes_up=True)
         known = problem, base, self.values, self.arranged, self.linear, self.scene
         self.looks = Looks(*known, self.inserts, self.taken, self.kinds, self.tell, self.enough)
         self.looks.first()
@@ -202,13 +204,13 @@ class Contest:
             chosen += [ways for ways in near[: rules.of_place // 2] if ways not in chosen]
         for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
             mine = [ways for ways in others if ways[0][1].law == name]
-            most = rules.of_path if mine[0][0][1].kind == g.PATH else rules.of_law
+            most = rules.of_path if mine[0][0][1].kind in (g.PATH, g.PARAMETER) else rules.of_law
             most = rules.overflows if name == "overflow" else most  # of which the look sees little
             chosen += [ways for ways in mine[:most] if ways not in chosen]
         found: list[Rivalled] = []
         todo: list[tuple[Guess, dict[str, float], Direction]] = []
         for ways in (*curves, *chosen):
-            todo += [(guess, self._start(way, guess), way) for way, guess in ways[: self._starts(ways[0][1])]]
+            todo += [(guess, self._start(way, guess), way) for way, guess in ways[: starts(ways[0][1])]]
         for k, (guess, start, way) in enumerate(todo):
             if found and self.enough():
                 break
@@ -218,8 +220,8 @@ class Contest:
         found = _distinct(found)
         for rival in [rival for rival in found if self._bent(rival) and not self.enough()]:
             self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", 0.7)
-            starts = (self.values | start for start in g.brims(self.scene, rival.guess))
-            found += [one for start in (rival.values, *starts) if (one := self._fit(rival.guess, start)) is not None]
+            brims = (self.values | start for start in g.brims(self.scene, rival.guess))
+            found += [one for start in (rival.values, *brims) if (one := self._fit(rival.guess, start)) is not None]
         found = self._polished(_distinct(found), 0.72)
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
@@ -227,18 +229,21 @@ class Contest:
             more += [(guess, start, None) for guess, start in g.relatives(one.guess, one.values)]
         for one in [one for one in reached if one.guess.kind == g.EVENT][: rules.shifted]:
             more += [(one.guess, start, None) for start in g.shifted(one.guess, one.values)]
-        more += [*self._curve_beside(found), *self._simpler_beside(found)]
+        more += [
+            (guess, self.values | self._start(way, guess), way)
+            for way, guess in beside_best(found, self.looks.ways, self.scene.parts)
+        ]
         for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
             self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
             if (rival := self._fit(guess, start, beside_it)) is not None:
                 found.append(rival)
         found = _distinct(found)
-        curved = bool(found) and found[0].guess.kind == CURVE and not self.enough()
-        if curved and (finer := self.looks.finer(found[0].guess, found[0].values)):
-            guess, start = finer
-            self.tell(f"fits: {guess.label}", 0.85)
-            way = next(way for way, one in reversed(self.looks.ways) if one is guess)
-            found += [rival] if (rival := self._fit(guess, start, way)) is not None else []
+        for curve in refined(found, self.scene.parts, self._far) if not self.enough() else ():
+            if (finer := self.looks.finer(curve.guess, curve.values)) is not None:
+                guess, start = finer
+                self.tell(f"fits: {guess.label}", 0.85)
+                way = next(way for way, one in reversed(self.looks.ways) if one is guess)
+                found += [rival] if (rival := self._fit(guess, start, way)) is not None else []
         return self._polished(_distinct(found), 0.87)
 
     def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
@@ -277,35 +282,6 @@ class Contest:
         best = min(found, key=lambda r: r.end.loss)
         left = best.end.loss / max(self.problem.loss(self.base.misfit), 1e-300)
         return f" (best so far: {best.guess.label}, leaves {100.0 * left:.0f} % of the loss)"
-
-    def _curve_beside(self, found: list[Rivalled]) -> Iterator[tuple[Guess, dict[str, float], Direction]]:
-        """The free curve that the best law goes along with, where it was not fitted: what the law says must be held against it."""
-        best = next((rival.guess for rival in found if rival.guess.kind == g.LAW), None)
-        if best is None or not best.inserts:
-            return
-        label = g.words("curve", best.inserts[0])
-        mine = [pair for pair in self.looks.ways if pair[1].label == label]
-        if mine and not any(rival.guess.label == label for rival in found):
-            way, guess = max(mine, key=lambda pair: pair[0].gain)
-            yield guess, self.values | self._start(way, guess), way
-
-    def _simpler_beside(self, found: list[Rivalled]) -> Iterator[tuple[Guess, dict[str, float], Direction]]:
-        """Laws of fewer numbers than the best one's that go with its variable at its place: a look may see more in more numbers."""
-        best = next((rival.guess for rival in found if rival.guess.kind == g.LAW), None)
-        if best is None or len(best.inserts) != 1:
-            return
-        where = lambda guess: (guess.kind, guess.place, guess.over, [one.multiplies for one in guess.inserts])
-        fitted = {rival.guess.label for rival in found}
-        few = [pair for pair in self.looks.ways if where(pair[1]) == where(best) and len(pair[1].numbers) < len(best.numbers)]
-        for way, guess in sorted(few, key=lambda pair: -pair[0].gain):
-            if guess.label not in fitted:
-                fitted.add(guess.label)
-                yield guess, self.values | self._start(way, guess), way
-
-    def _starts(self, guess: Guess) -> int:
-        """From how many places it is fitted."""
-        limited = any(n.name.endswith(".l") for n in guess.numbers)
-        return RULES.naming.starts_limit if limited else RULES.naming.starts
 
     def _start(self, way: Direction, guess: Guess) -> dict[str, float]:
         if way.jump:
@@ -462,32 +438,11 @@ class Contest:
         for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
             real = [r for r in outcome.fitted if r.guess.kind == CURVE and r.guess.stage == stage and not r.candidate.doubt]
             if real and (found is None or worse(found.candidate, real[0].candidate, outcome.chance_level)):
-                found = real[0]
+                found = nearest(real, outcome.chance_level, self._far)
         return found
 
+    def _far(self, guess: Guess) -> tuple[bool, bool]:
+        return far(guess, self.scene.parts, self.sampled)
+
     def _ordered(self, real: list[Rivalled], level: float, base: float) -> list[Rivalled]:
-        """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best.
-
-        Of as many numbers what needs no more than its own FMU knows comes first: for a law of what another has there would have
-        to be a path between them that the system does not have, too.
-        """
-        if not real:
-            return []
-        best = real[0].candidate
-        least = RULES.naming.as_much * (base - best.errors.mean())
-        as_good = [r for r in real if base - r.candidate.errors.mean() >= least and not worse(r.candidate, best, level)]
-        as_good.sort(key=lambda r: (len(r.candidate.free), foreign(r.guess, self.scene.parts), r.candidate.errors.mean()))
-        return as_good + [r for r in real if r not in as_good]
-
-
-def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
-    """What does as well as the winner, with no more numbers."""
-    least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
-    few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
-    return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]
-
-
-def foreign(guess: Guess, parts: Parts) -> bool:
-    """Whether its law goes with what the FMU that it acts on is not given and does not give."""
-    owner = lambda name: parts.owner(name) if name in parts.variables else ""
-    return any(owner(name) != owner(one.place.variable) for one in guess.inserts[:1] for name in (one.over, one.beside) if name)
+        return ordered(real, level, base, self._far)

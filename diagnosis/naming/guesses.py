@@ -16,7 +16,7 @@ from ..rules import RULES
 from ..search.hypotheses import Free, Hypothesis
 from ..systems.parts import Parts
 from .extended import Extended, taken
-from .places import IN, Insert, Place, ahead, of_system
+from .places import IN, Insert, Place, ahead, of_system, quantities
 
 PARAMETER, PATH, EVENT, LAW, CURVE = "parameter", "path", "event", "law", "curve"
 KINDS = PARAMETER, PATH, EVENT, LAW
@@ -126,10 +126,7 @@ class Scene:
 
     def variables(self, place: Place) -> Iterator[tuple[str, int]]:
         """What a law there may go with: what its component is given and gives, then all else; nothing twice."""
-        component = self.parts.owner(place.variable)
-        names = [n for n in self.series if n != "time"]
-        mine = [n for n in names if n in self.parts.variables and self.parts.owner(n) == component]
-        others = [n for n in names if n not in mine]
+        mine, others = quantities(self.parts, self.parts.owner(place.variable), [n for n in self.series if n != "time"])
         wanted = [(n, law.VALUE) for n in mine + others]
         wanted += [(n, what) for what in (law.RATE, law.INTEGRAL, law.SINCE_TURN) for n in mine]
         kept: list[np.ndarray] = []

@@ -73,6 +73,25 @@ def of_system(parts: Parts, members: Sequence[str], fed: Iterable[str], recorded
     return inputs + outputs + [Place(READ, place.variable) for place in outputs if place.variable in heard]
 
 
+def origin(parts: Parts, name: str) -> str:
+    """What a variable is given by a link, else itself."""
+    link = parts.links.get(name)
+    return f"{link.source}.{link.output}" if link else name
+
+
+def quantities(parts: Parts, component: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Variables of a component, and what there is beside these, each quantity once.
+
+    An input is what its link gives it, by another name and read at another time, for which `ahead` makes up.
+    """
+    mine = [name for name in names if name in parts.variables and parts.owner(name) == component]
+    known = {origin(parts, name) for name in mine}
+    others: dict[str, str] = {}
+    for name in sorted((name for name in names if name not in mine), key=lambda name: name in parts.links):
+        others.setdefault(origin(parts, name), name)
+    return mine, [name for quantity, name in others.items() if quantity not in known]
+
+
 def extended(
     system: System, parts: Parts, inserts: Sequence[Insert], make: Callable[[Insert], Component]
 ) -> tuple[System, dict[str, str]]:

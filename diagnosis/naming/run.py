@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..calibration import told
-from ..calibration.fit import End, fit, fit_from, units
+from ..calibration.fit import End, fit, fit_from, remaining, units
 from ..calibration.numbers import of_rig
 from ..calibration.run import division, here, own, reached, sizes
 from ..calibration.slopes import Forward
@@ -24,13 +24,15 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from .answer import told_of
-from .contest import Contest, Rivalled, Round, beside
+from .contest import Contest, Rivalled, Round
 from .extend import extend
 from .extended import Extended, Extending, taken
 from .guesses import CURVE, EVENT, KINDS
+from .order import beside
 from .outcome import Naming
 from .page import write
 from .rows import followed
+from .sampled import sampled
 from .steps import around, fine_enough, in_own_steps
 from .work import Work, heads, without
 
@@ -116,6 +118,19 @@ class Search:
         """The rounds whose winners stand."""
         return [outcome for outcome in self.outcomes if outcome.winner is not None]
 
+    def explains(self) -> bool:
+        """Whether nothing more than noise is left, and that by one cause that has a name, or by none."""
+        named, best = self.named, self.best
+        if (
+            len(named) > 1
+            or any(one.winner is not None and one.winner.guess.kind == CURVE for one in named)
+            or best.taught is None
+        ):
+            return False
+        self.work.played.extend(self.work.inserts)
+        noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
+        return all(size <= RULES.search.left * noise[name] for name, size in best.taught.items())
+
 
 def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str], enough: Callable[[], bool]) -> Search:
     tell("the base", 0.02)
@@ -143,38 +158,16 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     rng = np.random.default_rng(seed)
     nothing = End(np.zeros(0), np.zeros(0), np.inf)
     given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
-    work, near, places = fine_enough(work, near, places)
-    found, again = _begun(work, near, places, given, notes, enough), RULES.naming.halved
-    while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
-        k, numbers = len(found.outcomes), near.numbers
-        prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
-        own = in_own_steps(work, near, places)
-        contest = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough)
-        outcome = contest.play(rng)
-        if own is not near and outcome.order and not enough():
-            if anew := around(work, near, own, outcome.order[0], outcome.noise):
-                contest.again(anew, outcome, rng)
-        found.outcomes.append(outcome)
-        wider = _chosen(found, outcome, near.fixed)
-        if wider is None or outcome.winner is None or enough():
-            break
-        near, places = _widened(near, outcome.winner, wider)
-        work, near, places = fine_enough(wider, near, places)
-        if work is not wider and k == 0 and again:  # found in steps that hide or feign something, it is looked for anew
-            work, again = replace(work, inserts=(), found=[], acts={}), again - 1
-            near = without(near, numbers)
-            places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
-            found = _begun(work, near, places, given, notes, enough)
-            continue
-        if work is not wider:
-            found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
-            found.begins = replace(work, inserts=(), found=[], acts={})
-        near, places = _needed(found, near, places)
-        work = found.work
+    work = replace(work, sampled=sampled(near, near.values(places)))
+    asked = Asked(tell, rng, kinds, enough, given, notes)
+    found = _rounds(asked, work, near, places) if work.sampled else _rounds(asked, *fine_enough(work, near, places))
+    if work.sampled and not enough() and not found.explains():
+        assert isinstance(near.played, Extended)
+        near.played.extend(())
+        finer = fine_enough(work, near, places)
+        found = _better(found, _rounds(asked, *finer)) if finer[0] is not work else found
     if still := found.outcomes[0].still:
         notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
-    if not enough():
-        _curve_instead(found)
     found.work.played.extend(found.work.inserts)
     notes += _beyond(found) + _at_once(found)
     if enough():
@@ -189,6 +182,65 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
             f"steps of {work.given_step:g} s are too long for this system, by what they leave: {found.work.step:g} s are taken"
         )
     return found
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What all searches of a naming have in common."""
+
+    tell: Callable
+    rng: np.random.Generator
+    kinds: Sequence[str]
+    enough: Callable[[], bool]
+    given: Whole
+    notes: list[str]
+
+
+def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Search:
+    """One cause after another beside a base. Steps that hide or feign something are changed once the first is found.
+
+    Where an FMU acts once a step that is asked only if the first leaves something: its period is what the rig says.
+    """
+    tell, kinds, enough = asked.tell, asked.kinds, asked.enough
+    found, again = _begun(work, near, places, asked), RULES.naming.halved
+    while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
+        k, numbers = len(found.outcomes), near.numbers
+        prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
+        own = in_own_steps(work, near, places)
+        contest = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough, work.sampled)
+        outcome = contest.play(asked.rng)
+        if own is not near and outcome.order and not enough():
+            if anew := around(work, near, own, outcome.order[0], outcome.noise):
+                contest.again(anew, outcome, asked.rng)
+        found.outcomes.append(outcome)
+        wider = _chosen(found, outcome, near.fixed)
+        if wider is None or outcome.winner is None or enough():
+            break
+        near, places = _widened(near, outcome.winner, wider)
+        work = wider
+        if not (work.sampled and found.explains()):
+            work, near, places = fine_enough(wider, near, places)
+        if work is not wider and k == 0 and again:  # found in steps that hide or feign something, it is looked for anew
+            work, again = replace(work, inserts=(), found=[], acts={}), again - 1
+            near = without(near, numbers)
+            places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
+            found = _begun(work, near, places, asked)
+            continue
+        if work is not wider:
+            found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
+            found.begins = replace(work, inserts=(), found=[], acts={})
+        near, places = _needed(found, near, places)
+        work = found.work
+    if not enough():
+        _curve_instead(found)
+    return found
+
+
+def _better(own: Search, finer: Search) -> Search:
+    """Of a search in the rig's own steps and one in finer ones that which leaves less of what judges; else of fewer numbers."""
+    more, less = _helps(finer.best, own.best), _helps(own.best, finer.best)
+    count = lambda found: sum(map(len, found.work.found))
+    return finer if (more and not less) or (more == less and count(finer) < count(own)) else own
 
 
 def _beyond(found: Search) -> list[str]:
@@ -257,10 +309,10 @@ def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extendi
     return near, places
 
 
-def _begun(work: Work, near: Extending, places: np.ndarray, given: Whole, notes: list[str], enough: Callable[[], bool]) -> Search:
+def _begun(work: Work, near: Extending, places: np.ndarray, asked: Asked) -> Search:
     """A search in which nothing was found yet, its base fitted to all that teaches."""
     base = _fitted(work, near.values(places), near.fixed)
-    return Search(work, given, base, base, [], notes, work, enough)
+    return Search(work, asked.given, base, base, [], asked.notes, work, asked.enough)
 
 
 def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | None:

@@ -41,6 +41,7 @@ class Work:
     inserts: tuple[Insert, ...] = ()
     found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
+    sampled: frozenset[str] = frozenset()  # components that act once a step
     opened: ExitStack = field(default_factory=ExitStack)  # systems that run, to be closed whatever happens
 
     def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:

@@ -21,7 +21,16 @@ class NamingRules:
         "share of an output's noise by which half the steps move it from which on they are taken",
         "theory: of an error that falls with the step twice as much is left, 4 % of noise and error together, search.relevant",
     )
-
+    digits: float = rule(
+        1e-9,
+        "share of an output's range within which it stands still from half a step to its end: its FMU acts once a step",
+        "theory: digits of a double, with room",
+    )
+    settles: float = rule(
+        0.75,
+        "share of what half the steps change of an FMU alone that a quarter of them must change again for it to act once a step",
+        "theory: errors that fall with the step fall to a half or less; what goes by the count of steps, not at all",
+    )
     other_system: float = rule(
         0.1,
         "share of an output's spread that finer steps may move it by for rivals to be fitted in the rig's own steps",
@@ -148,7 +157,7 @@ class NamingRules:
     )
     of_law: int = rule(1, "places of each law, path and so on that are fitted in any case, those that look best", TIME)
     overflows: int = rule(6, "overflows that are fitted in any case, those that look best", TIME)
-    of_path: int = rule(3, "the same of each path: before and behind a linear FMU most look alike", TIME)
+    of_path: int = rule(3, "the same of each path, and of numbers of FMUs: before and behind a linear FMU most look alike", TIME)
     as_much: float = rule(
         0.9,
         "share of what the best rival takes away that one of fewer numbers must take away to do as well: few blocks tell little apart",

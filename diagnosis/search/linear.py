@@ -21,10 +21,19 @@ from .screen import Direction
 class Linear:
     """Held-out gains of directions over the base, by block-wise normal equations.
 
-    base_columns: (blocks, samples, numbers). runs: of each block; without, all are of one.
+    base_columns: (blocks, samples, numbers). runs: of each block; without, all are of one. makes_up: whether the base is fitted
+    again beside an amplitude that ends at its range; else it stays as it was beside what that would have been.
     """
 
-    def __init__(self, base_columns: np.ndarray, weights: np.ndarray, folds: np.ndarray, runs: np.ndarray | None = None):
+    def __init__(
+        self,
+        base_columns: np.ndarray,
+        weights: np.ndarray,
+        folds: np.ndarray,
+        runs: np.ndarray | None = None,
+        makes_up: bool = False,
+    ):
+        self.makes_up = makes_up
         self.weights = weights.astype(np.float32)  # (blocks, samples), 0 for samples not trained on
         self.folds = folds  # (blocks,)
         self.runs = np.zeros(len(folds), int) if runs is None else np.unique(runs, return_inverse=True)[1]
@@ -42,9 +51,14 @@ class Linear:
         own_gram = np.tensordot(inside, gram, 1)
         own_cross = np.matmul(inside, cross)  # (draws, folds, k)
         total_gram, total_cross = gram.sum(0), cross.sum(1)
-        step = solved(total_gram - own_gram, total_cross[:, None] - own_cross)  # as own_cross
+        other_gram, other_cross = total_gram - own_gram, total_cross[:, None] - own_cross
+        step = solved(other_gram, other_cross)  # as own_cross
         if limits is not None:
             step = np.clip(step, *limits)
+            k0 = self.base.shape[-1]
+            if self.makes_up and k0:
+                beside = np.einsum("fij,rfj->rfi", other_gram[:, :k0, k0:], step[..., k0:])
+                step[..., :k0] = _solved(other_gram[:, :k0, :k0], other_cross[..., :k0] + beside)
         change = (step * (2.0 * own_cross + np.einsum("fij,rfj->rfi", own_gram, step))).sum((1, 2))
         return change, solved(total_gram[None], total_cross[:, None])[:, 0]
 

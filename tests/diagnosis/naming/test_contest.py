@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.calibration.numbers import Number
-from selflock.diagnosis.naming import run
+from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming.arranged import determined
 from selflock.diagnosis.naming.contest import Contest, Round
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, Guess
+from selflock.diagnosis.naming.order import nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.search.candidate import Candidate
+from selflock.diagnosis.search.hypotheses import Free
 from selflock.diagnosis.search.linear import Linear
 from selflock.diagnosis.search.screen import Direction
 
@@ -32,6 +34,22 @@ def test_numbers_that_make_up_for_each_other_are_no_step_without_end_on_unseen_b
     assert np.linalg.lstsq(columns, slopes[:, :2], rcond=None)[1] == pytest.approx(0.0, abs=1e-9)  # nothing told is lost
     linear = Linear(columns.reshape(BLOCKS, SAMPLES, 2), np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5)
     assert abs(linear.draws(errors).without[0]) < 0.2 * (errors**2).sum()
+
+
+@pytest.mark.parametrize("makes_up", [True, False])
+def test_beside_an_amplitude_at_the_end_of_its_range_the_base_is_fitted_again(rng, makes_up):
+    """A curve over the position, nearly a stiffness, which is free: the base made up for a height that it may not have.
+
+    Its gain was -1e6, and it was never fitted. It can take off a hundredth of what is missing, and no look may see it lose.
+    """
+    base, missing = rng.standard_normal((2, BLOCKS, SAMPLES, 1))
+    ones = np.ones((BLOCKS, SAMPLES))
+    linear = Linear(base, ones, np.arange(BLOCKS) % 5, makes_up=makes_up)
+    way = Direction(None, {}, (Free("c", 0.0, -10.0, 10.0),), base + 1e-3 * missing)
+    errors = missing[..., 0] + 0.01 * rng.standard_normal((BLOCKS, SAMPLES))
+    linear.look(way, linear.draws(errors))
+    assert (0.0 < way.gain < 0.05 * (errors**2).sum()) == makes_up
+    assert (way.gain < -10.0 * (errors**2).sum()) != makes_up
 
 
 def test_where_nothing_is_free_nothing_is_determined():
@@ -66,6 +84,7 @@ def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_b
     asked = []
     contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
     contest.looks, contest.values, contest.base, contest.most = SimpleNamespace(ways=ways), {}, SimpleNamespace(misfit=None), 0.0
+    contest.scene = SimpleNamespace(parts=SimpleNamespace(links={}))
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
     assert contest._fits(DERIVED) == []
     assert "limit of air times heater.command" in asked and len(asked) == len(ways)
@@ -97,11 +116,11 @@ def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, s
     monkeypatch.setattr(run, "fit_from", lambda near, places, *_: SimpleNamespace(places=places))
     rounds = [Round(None, [], winner) for winner in (first, second)]
     search = Search(both, None, None, whole(both), rounds, [], work, lambda: False)
-    near = SimpleNamespace(fixed={}, numbers=(*first.guess.numbers, *second.guess.numbers), free=())
-    near, places = _needed(search, near, np.zeros(2))
+    heads = SimpleNamespace(fixed={}, numbers=(*first.guess.numbers, *second.guess.numbers), free=())
+    heads, places = _needed(search, heads, np.zeros(2))
     assert [outcome.winner for outcome in search.named] == ([first, second] if stays else [second])
     assert [one.name for one in search.work.inserts] == (["first", "second"] if stays else ["second"])
-    assert [n.name for n in near.numbers] == (["first.a", "second.a"] if stays else ["second.a"])
+    assert [n.name for n in heads.numbers] == (["first.a", "second.a"] if stays else ["second.a"])
     assert len(places) == len(search.work.found) == 1 + stays
 
 
@@ -115,6 +134,42 @@ def test_of_what_does_as_well_a_law_of_its_own_fmu_comes_first():
     assert contest._ordered([there, log, here, far], 0.0, 1.0) == [here, there, log, far]
 
 
+def test_of_what_does_as_well_a_law_before_a_state_comes_before_one_of_what_only_computes():
+    """A drag of an oscillator was named at its controller's input: the controller makes a force of it by a factor."""
+    contest = Contest(None, np.zeros(0), "c", lambda what, share: None, sampled=frozenset({"controller"}))
+    owner = lambda name: name.partition(".")[0]
+    contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=owner, variables={"first.u", "first.x", "controller.x"}))
+    computed, moved = cause("computed", 1.0, "controller.u", "controller.x", 0.1), cause("moved", 1.0, loss=0.1005)
+    far = cause("far", 1.0, loss=0.5)
+    assert contest._ordered([computed, moved, far], 0.0, 1.0) == [moved, computed, far]
+    assert nearest([computed, moved], 0.0, contest._far) is moved
+
+
+def test_the_best_law_and_the_best_curve_are_also_fitted_where_the_look_sees_as_much_of_the_same_quantity():
+    """A ripple of a position was a curve at what a controller wants: where it acts, nearer to the state, it was not fitted."""
+    parts = SimpleNamespace(links={"controller.x": SimpleNamespace(source="body", output="x")})
+    guess = lambda kind, place, over: Guess(
+        kind, "table", f"{kind} {place} {over}", (Insert("c", Place(IN, place), "table", False, over),), ()
+    )
+    at = [
+        ("controller.u", "controller.x", 9.0),
+        ("body.force", "body.x", 8.9),
+        ("body.force", "body.v", 8.9),
+        ("far.u", "body.x", 7.0),
+    ]
+    ways = [
+        (Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain), guess(kind, place, over))
+        for kind in (CURVE, LAW)
+        for place, over, gain in at
+    ]
+    found = [SimpleNamespace(guess=ways[k][1], candidate=SimpleNamespace(errors=np.ones(2))) for k in (0, 4)]
+    asked = [guess for _, guess in near.alike(found, ways, parts)]
+    assert [(one.kind, str(one.place), one.over[0]) for one in asked] == [(kind, "body.force", "body.x") for kind in (LAW, CURVE)]
+    far = lambda guess: ("controller" in str(guess.place), False)
+    both = [found[0], SimpleNamespace(guess=ways[1][1], candidate=SimpleNamespace(errors=np.ones(2)))]
+    assert near.refined(both, parts, far) == both and near.refined([found[1]], parts, far) == []
+
+
 def test_the_best_law_is_held_against_those_of_fewer_numbers_over_its_variable():
     """A leak: a dead band that ends at 0, and three laws more, look better than what is in proportion."""
     numbers = lambda count: tuple(Number(f"c.{k}", f"c.{k}", 0.0, -1.0, 1.0) for k in range(count))
@@ -123,11 +178,9 @@ def test_the_best_law_is_held_against_those_of_fewer_numbers_over_its_variable()
     )
     guesses = [law("dead band", 2), law("power", 2), law("proportional", 1), law("cubic", 1), law("cubic", 1, "b.left")]
     way = lambda gain: Direction(None, {"c.w": gain}, (), np.zeros((1, 1, 0)), gain=gain)
-    looks = SimpleNamespace(ways=[(way(gain), guess) for gain, guess in zip((9.0, 8.0, 5.0, 6.0, 7.0), guesses)])
-    contest = Contest(None, None, "c", None)
-    contest.looks, contest.values = looks, {}
+    ways = [(way(gain), guess) for gain, guess in zip((9.0, 8.0, 5.0, 6.0, 7.0), guesses)]
     found = lambda *of: [SimpleNamespace(guess=guess) for guess in of]
-    asked = lambda fitted: [guess.label for guess, _, _ in contest._simpler_beside(fitted)]
+    asked = lambda fitted: [guess.label for _, guess in near.simpler(fitted, ways)]
     assert asked(found(guesses[0])) == ["cubic of b.v", "proportional of b.v"]
     assert asked(found(guesses[0], guesses[3])) == ["proportional of b.v"]
     assert asked(found(guesses[3])) == asked([]) == []

@@ -10,7 +10,7 @@ from selflock.diagnosis import DataError, name
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import component, taken
 from selflock.diagnosis.naming.guesses import Scene, paths
-from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system
+from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system, quantities
 from selflock.diagnosis.systems.parts import Parts
 from selflock.fmus.correction import law
 
@@ -74,6 +74,13 @@ def test_all_places_and_the_part_of_a_step_that_a_variable_is_of(parts):
     assert ahead(parts, Place(OUT, "second.x"), "second.flow", False) == 0.0
 
 
+def test_what_a_link_gives_is_one_quantity_with_what_it_is_given(parts):
+    """Each law was asked twice, over an output and over the input that it feeds, and told as two that nobody can tell apart."""
+    names = ["first.u", "first.x", "second.u", "second.x", "column"]
+    assert quantities(parts, "first", names) == (["first.u", "first.x"], ["second.x", "column"])
+    assert quantities(parts, "second", names) == (["second.u", "second.x"], ["first.u", "column"])
+
+
 def test_what_of_a_variable_a_law_takes_is_known_beforehand():
     time = np.linspace(0.0, 2.0, 201)
     x = np.sin(3.0 * time)
@@ -112,7 +119,7 @@ def test_differences_of_a_component_begin_with_what_is_alike_in_size():
     heat, outside, inside = 1500.0 * np.sin(3.1 * time), 5.0 + np.sin(time), 20.0 + np.cos(2.3 * time)
     series = {"time": time, "room.heat": heat, "room.outside": outside, "room.inside": inside, "wall.heat": 2.0 * heat**2}
     known = {name: SimpleNamespace(unit="") for name in series if name != "time"}
-    parts = SimpleNamespace(variables=known, owner=lambda name: name.split(".")[0])
+    parts = SimpleNamespace(variables=known, links={}, owner=lambda name: name.split(".")[0])
     scene = Scene(parts, None, {name: [x] for name, x in series.items()}, "correction")
     found = scene.differences(Place(IN, "room.outside"))
     assert found[0] == ("room.outside", law.DIFFERENCE, "room.inside") or found[0] == (

@@ -1,0 +1,60 @@
+"""In which order what does alike is believed, and what stands beside the first of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import TYPE_CHECKING
+
+from ..rules import RULES
+from ..search.candidate import worse
+from ..systems.parts import Parts
+from .guesses import CURVE, LAW, PARAMETER, Guess
+
+if TYPE_CHECKING:
+    from .contest import Rivalled
+
+
+def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
+    """What does as well as the winner, with no more numbers."""
+    least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
+    few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
+    return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]
+
+
+def ordered(real: list[Rivalled], level: float, base: float, far: Callable[[Guess], tuple[bool, bool]]) -> list[Rivalled]:
+    """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best.
+
+    Of as many numbers one that an FMU has comes first: nothing must be there beside what is. Then what needs no more than its
+    own FMU knows: for a law of what another has there would have to be a path between them that the system does not have, too.
+    Then what acts on an FMU that does not only compute.
+    """
+    if not real:
+        return []
+    best = real[0].candidate
+    least = RULES.naming.as_much * (base - best.errors.mean())
+    as_good = [r for r in real if base - r.candidate.errors.mean() >= least and not worse(r.candidate, best, level)]
+    as_good.sort(key=lambda r: (len(r.candidate.free), r.guess.kind != PARAMETER, far(r.guess), r.candidate.errors.mean()))
+    return as_good + [r for r in real if r not in as_good]
+
+
+def nearest(curves: list[Rivalled], level: float, far: Callable[[Guess], tuple[bool, bool]]) -> Rivalled:
+    """Of curves, of which the first predicts most, that of those which do as well that is nearest to what moves."""
+    best = curves[0].candidate
+    alike = [r for r in curves if len(r.candidate.free) <= len(best.free) and not worse(r.candidate, best, level)]
+    return min(alike, key=lambda r: (far(r.guess), r.candidate.errors.mean()))
+
+
+def far(guess: Guess, parts: Parts, sampled: Collection[str]) -> tuple[bool, bool]:
+    """Whether a law goes with what its FMU does not know; whether that FMU only computes, and passes on what others move by.
+
+    Before what acts once a step a law does what it does behind it, but for what is computed of it: nature acts where there is
+    a state.
+    """
+    computed = guess.kind in (LAW, CURVE) and guess.place is not None and parts.owner(guess.place.variable) in sampled
+    return foreign(guess, parts), computed
+
+
+def foreign(guess: Guess, parts: Parts) -> bool:
+    """Whether its law goes with what the FMU that it acts on is not given and does not give."""
+    owner = lambda name: parts.owner(name) if name in parts.variables else ""
+    return any(owner(name) != owner(one.place.variable) for one in guess.inserts[:1] for name in (one.over, one.beside) if name)

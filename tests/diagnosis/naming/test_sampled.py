@@ -1,0 +1,77 @@
+"""Which FMUs act once a step, and what is made of it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import strangers
+
+from selflock.diagnosis.naming import run, sampled
+from selflock.diagnosis.naming.run import Whole, _better
+
+H = 0.1
+U = np.repeat([1.0, -2.0, 0.5, 3.0], 5)
+
+
+def told(step, state=0.0):
+    """What an FMU tells of U in the pieces of a step: step(state, u, h) -> state."""
+
+    def alone(played, component, inputs, series, settings, pieces):
+        x, found = state, [state]
+        for u in np.repeat(U, pieces):
+            x = step(x, u, H / pieces)
+            found.append(x)
+        return {"a.y": np.array(found)}
+
+    return alone
+
+
+@pytest.mark.parametrize(
+    ("step", "once"),
+    [
+        (lambda x, u, h: 3.0 * u - 1.0, True),  # computes
+        (lambda x, u, h: x + 0.2 * u, True),  # sums up, whatever the step is
+        (lambda x, u, h: x + h * (u - x), False),  # Euler
+        (lambda x, u, h: u + (x - u) * np.exp(-h), False),  # exact
+        (lambda x, u, h: x + h * u, False),  # an integral
+        (lambda x, u, h: 0.0 * u, False),  # nothing moves
+    ],
+)
+def test_what_computes_or_counts_acts_once_a_step_and_what_has_a_state_does_not(monkeypatch, step, once):
+    monkeypatch.setattr(sampled, "_alone", told(step))
+    played = SimpleNamespace(parts=SimpleNamespace(inputs={"a": ["a.u"]}, owner=lambda name: "a"))
+    assert sampled._acts_once(played, "a", {"a.u": U}, {}) == once
+
+
+@pytest.mark.parametrize(("domain", "found"), [("mechanical", {"controller"}), ("electrical", set())])
+def test_of_the_plants_the_controller_acts_once_a_step(tmp_path, monkeypatch, domain, found):
+    monkeypatch.setattr(strangers, "ROWS", 60)
+    rig, train, test = strangers.write(strangers.hide("none", 10_000, domain), tmp_path)
+    seen = []
+
+    def asked(near, values):
+        seen.append(sampled.sampled(near, values))
+        raise RuntimeError("seen")
+
+    monkeypatch.setattr(run, "sampled", asked)
+    with pytest.raises(RuntimeError, match="seen"):
+        run_of(rig, train, test)
+    assert seen == [found]
+
+
+def run_of(rig, train, test):
+    from selflock.diagnosis import name
+
+    return name(rig, [train], test=[test], out=None, starts=1, kinds=["path"])
+
+
+@pytest.mark.parametrize(
+    ("own", "finer", "taken"),
+    [((1.0, 1), (1.0, 8), "own"), ((1.0, 8), (1.0, 1), "finer"), ((2.0, 1), (1.0, 8), "finer"), ((1.0, 8), (2.0, 1), "own")],
+)
+def test_of_two_readings_of_what_acts_once_a_step_the_one_that_leaves_less_or_needs_less_is_taken(own, finer, taken):
+    """A dead zone was named as Stribeck, twice, with eight numbers: in finer steps its sampled controller was another one."""
+    search = lambda name, left, numbers: SimpleNamespace(
+        name=name, best=Whole(None, None, {}, None, {"x": left}, {}), work=SimpleNamespace(found=[tuple(range(numbers))])
+    )
+    assert _better(search("own", *own), search("finer", *finer)).name == taken

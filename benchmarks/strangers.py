@@ -72,7 +72,10 @@ def document(found: list[dict], judging: bool) -> str:
         "is hidden: heat through three bodies; two tanks; a coil and a capacitor that act on each other; an oscillator in the loop of a sampled "
         "controller, an FMU of pythonfmu. What hides, where, how strongly and in which domain is drawn; all that is "
         "recorded has noise, the inputs too. A case is strong where the fitted base leaves at least twice the noise. "
-        "Of what acts alike any is right: a delay before a linear body and behind it, an offset and a constant. "
+        "Of paths that act alike any place is right: a delay before a linear body and behind it; an offset and a constant. "
+        "Where a law acts alike at two places, as before a factor and behind it or on either side of a difference, only the one "
+        "where it was hidden counts as right; where another stands first and that one is told beside it as not to be told from "
+        "it, it is a class of its own. "
         "Intervals are 95 % (Wilson).",
         "",
         f"Here: {len(found)} cases of the {full} of a full study, on {seeds}.",
@@ -80,23 +83,27 @@ def document(found: list[dict], judging: bool) -> str:
         "| asked | target | measured |",
         "|---|---|---|",
         f"| right name first, strong | ≥ 90 % | {rate(row['right'] for row in single)} |",
+        f"| another name first, the right one told beside it (`ambiguous`), strong | | {rate(row.get('alike', False) for row in single)} |",
+        f"| neither, strong | | {rate(not (row['right'] or row.get('alike', False)) for row in single)} |",
         f"| a name or `unknown` although nothing is hidden | ≤ 5 % | {rate(not row['right'] for row in of['none'])} |",
         f"| outside the library: `unknown`, right variable, 70 % of what can be closed is closed | | {rate(row['right'] for row in beyond)} |",
         f"| seconds of processor a case, median | | {seconds[len(seconds) // 2] if seconds else 'not run'} |",
         "",
-        "| hidden | right, strong | right, weaker | instead, strong (times) |",
-        "|---|---|---|---|",
+        "| hidden | right, strong | right one beside another | right, weaker | instead, strong (times) |",
+        "|---|---|---|---|---|",
     ]
     for name in (*strangers.DRAWS, "none"):
         own = [row for row in found if row["name"] == name]
         hard = [row for row in own if strong(row) or name == "none"]
         weak = rate(row["right"] for row in own if row not in hard)
-        said = [f"{named(row) or row['verdict']} in {row['domain']}" for row in hard if not row["right"]]
-        lines.append(f"| {name} | {rate(row['right'] for row in hard)} | {weak} | {counted(said, 4)} |")
-    lines += ["", "| domain | right, strong or nothing hidden |", "|---|---|"]
+        alike = sum(row.get("alike", False) for row in hard)
+        said = [f"{named(row) or row['verdict']} in {row.get('domain', '?')}" for row in hard if not row["right"]]
+        lines.append(f"| {name} | {rate(row['right'] for row in hard)} | {alike or ''} | {weak} | {counted(said, 4)} |")
+    lines += ["", "| domain | right, strong or nothing hidden | right one beside another |", "|---|---|---|"]
     for domain in strangers.DOMAINS:
-        own = [row["right"] for row in found if row.get("domain") == domain and (strong(row) or row["name"] == "none")]
-        lines.append(f"| {domain} | {rate(own)} |")
+        own = [row for row in found if row.get("domain") == domain and (strong(row) or row["name"] == "none")]
+        alike = sum(row.get("alike", False) for row in own)
+        lines.append(f"| {domain} | {rate(row['right'] for row in own)} | {alike or ''} |")
     lines += ["", unanswered([row | {"hidden": row["name"]} for row in found]), ""]
     notes = DOCS / "strangers-notes.md"
     if notes.exists():

@@ -525,7 +525,17 @@ def judged(case: Case, result) -> dict:
             and {first.place, first.label, f"recorded {first.place}" if first.where == "read" else first.place} & places
         )
         right = first is not None and first.law in names and bool(there) and first.over == over
+    beside = list(first.beside) if first else []
     return {
         "verdict": result.verdict, "answers": said, "right": bool(right), "ratio": [ratio], "closed": closed,
-        "beside": list(first.beside) if first else [],
+        "alike": not right and case.kind != "outside" and bool({*beside} & labels(case)), "beside": beside,
     }  # fmt: skip
+
+
+def labels(case: Case) -> set[str]:
+    """The right names, as they are told beside one that the logs cannot tell from them."""
+    names, places, over = case.right
+    if case.kind == "parameter":
+        return places
+    of = f" of {over}" if over else ""
+    return {f"{law}{of} on {place}" for law in names for place in places}

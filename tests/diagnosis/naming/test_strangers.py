@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -28,6 +29,22 @@ def test_what_hides_is_drawn_anew_for_each_seed_and_moves_what_is_recorded(monke
     first, other, again = (case.logs[0]["position"].to_numpy() for case in cases)
     assert np.array_equal(first, again) and not np.array_equal(first, other)
     assert cases[0].right[1] == {"controller.wanted", "recorded controller.wanted"}
+
+
+def test_the_right_name_beside_another_is_no_right_name_and_a_class_of_its_own():
+    case = SimpleNamespace(
+        kind="law", name="law: drag", right=({"drag", "quadratic"}, {"body.force"}, "body.v"), noise={"body.x": 0.1}
+    )
+    error = SimpleNamespace(name="body.x", before=1.0, after=0.1)
+    first = lambda place, over, *beside: SimpleNamespace(
+        law="drag", place=place, over=over, where="in", label=f"drag of {over} on {place}", beside=beside
+    )
+    answer = lambda *causes: strangers.judged(case, SimpleNamespace(verdict="", causes=causes, errors=[error]))
+    told = lambda *causes: [answer(*causes)[key] for key in ("right", "alike")]
+    assert told(first("body.force", "body.v")) == [True, False]
+    assert told(first("controller.u", "body.v", "quadratic of body.v on body.force")) == [False, True]
+    assert told(first("controller.u", "body.v", "cubic of body.v on body.force")) == [False, False]
+    assert told(first("controller.u", "body.v")) == told() == [False, False]
 
 
 VESSEL = '''

@@ -28,9 +28,9 @@ kind = "inverse"
 
 def test_a_shaft_that_turns_evenly_does_so_whatever_its_stamps_scatter_by(rng):
     even = STEP * np.arange(5000)
-    stamps = even + 0.2 * STEP * rng.standard_normal(len(even))
+    stamps = even + STEP * rng.uniform(-0.3, 0.3, len(even))  # two that cross would make a difference of -100 times
     by_steps = derivative(smooth(3.0 * even, 11), stamps)
-    assert by_steps[20:-20].mean() > 1.03 * 3.0  # what it was
+    assert by_steps[20:-20].mean() > 1.08 * 3.0  # what it was: 1.126, deviation 0.003 over draws
     assert rate(3.0 * even, stamps, 11)[20:-20].mean() == pytest.approx(3.0, rel=2e-3)
     moved = motion(3.0 * even, None, np.diff(stamps, prepend=stamps[0]), 11)
     assert moved.speed[20:-20].mean() == pytest.approx(3.0, rel=2e-3)

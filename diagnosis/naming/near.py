@@ -11,6 +11,7 @@ from ..rules import RULES
 from ..search.screen import Direction
 from ..systems.parts import Parts
 from .guesses import CURVE, LAW, Guess, words
+from .order import foreign
 from .places import origin
 
 if TYPE_CHECKING:
@@ -21,9 +22,13 @@ Way = tuple[Direction, Guess]
 
 def beside_best(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> list[Way]:
     """All that follows, each once, from as many places as it is fitted from."""
-    own = [*curve(found, ways), *simpler(found, ways)]
-    asked = {guess.label for _, guess in own}
-    return own + [pair for pair in alike(found, ways, parts) if pair[1].label not in asked]
+    asked: dict[str, list[Way]] = {}
+    for part in (curve(found, ways), simpler(found, ways), alike(found, ways, parts), natural(found, ways, parts)):
+        mine: dict[str, list[Way]] = {}
+        for pair in part:
+            mine.setdefault(pair[1].label, []).append(pair)
+        asked = mine | asked
+    return [pair for pairs in asked.values() for pair in pairs]
 
 
 def starts(guess: Guess) -> int:
@@ -83,6 +88,25 @@ def alike(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> Itera
                 others.setdefault(guess.label, []).append((way, guess))
         for pairs in list(others.values())[: RULES.naming.of_path]:
             yield from pairs[: starts(best)]
+
+
+def natural(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> Iterator[Way]:
+    """The best law of variables that its FMU has, where the look sees nearly as much: what would be believed if it did as well.
+
+    A look is right to some percent, and which of these stands first there says little.
+    """
+    best = _best(found, LAW)
+    if best is None:
+        return
+    fitted = {rival.guess.label for rival in found}
+    mine = sorted((pair for pair in ways if pair[1].kind == LAW), key=lambda pair: -pair[0].gain)
+    most = max((way.gain for way, guess in mine if guess.label == best.label), default=np.inf)
+    what = lambda guess: (guess.law, guess.stage, guess.inserts[0].multiplies)
+    others: dict[str, Way] = {}
+    for way, guess in mine:
+        if way.gain >= RULES.naming.as_much * most and what(guess) == what(best) and not foreign(guess, parts):
+            others.setdefault(guess.label, (way, guess))
+    yield from [pair for label, pair in others.items() if label not in fitted][: RULES.naming.likely]
 
 
 def _quantity(guess: Guess, parts: Parts) -> tuple[str, int, str]:

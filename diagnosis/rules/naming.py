@@ -113,7 +113,11 @@ class NamingRules:
     waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)
     fastest: float = rule(4.0, "steps that a further state takes, at least", GRID)
     slowest: float = rule(0.3, "share of the longest run that it takes, at most", GRID)
-    times: int = rule(4, "times between these two, even in their logarithm, that are looked at", GRID)
+    times: int = rule(
+        8,
+        "times between these two, even in their logarithm, that are looked at",
+        "theory: of 500 rows the nearer of two is off by less than a half, and a state that late differs by a tenth",
+    )
     off_by: float = rule(4.0, "times itself by which a number of an FMU may be off", GRID)
     edges: int = rule(12, "stretches of a run between which an event may begin and end", GRID)
     gated: int = rule(3, "variables, and differences of two, that an event may be in proportion to, at most", TIME)
@@ -162,6 +166,9 @@ class NamingRules:
         0.9,
         "share of what the best rival takes away that one of fewer numbers must take away to do as well: few blocks tell little apart",
         "not studied; the tanks' first half was looked at when it was brought in, their second half judges",
+    )
+    likely: int = rule(
+        6, "places and variables of the best law, of what its FMU has, that are fitted where they look nearly as good", TIME
     )
     vetoed: int = rule(3, "rivals in a round that the data that judge may refuse, one after the other", TIME)
     starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)

@@ -170,6 +170,22 @@ def test_the_best_law_and_the_best_curve_are_also_fitted_where_the_look_sees_as_
     assert near.refined(both, parts, far) == both and near.refined([found[1]], parts, far) == []
 
 
+def test_the_best_law_is_also_fitted_of_what_its_fmu_has():
+    """A slow loss of a wall was named as one of the body behind it: that of the wall, which does as well, was never fitted."""
+    owner = lambda name: name.partition(".")[0]
+    parts = SimpleNamespace(links={}, owner=owner, variables={"wall.u", "wall.x", "load.u", "load.x"})
+    guess = lambda place, over, law="first order": Guess(
+        LAW, law, f"{law} of {over} on {place}", (Insert("c", Place(IN, place), law, False, over),), ()
+    )
+    at = [("wall.u", "load.x", 9.0), ("wall.u", "wall.x", 8.5), ("load.u", "load.x", 8.4), ("load.u", "load.u", 7.0)]
+    way = lambda gain: Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain)
+    ways = [(way(gain), guess(place, over)) for place, over, gain in at] + [(way(9.5), guess("wall.u", "wall.x", "cubic"))]
+    found = [SimpleNamespace(guess=ways[0][1])]
+    asked = lambda found: [one.label for _, one in near.natural(found, ways, parts)]
+    assert asked(found) == ["first order of wall.x on wall.u", "first order of load.x on load.u"]
+    assert asked([*found, SimpleNamespace(guess=ways[1][1])]) == ["first order of load.x on load.u"] and asked([]) == []
+
+
 def test_the_best_law_is_held_against_those_of_fewer_numbers_over_its_variable():
     """A leak: a dead band that ends at 0, and three laws more, look better than what is in proportion."""
     numbers = lambda count: tuple(Number(f"c.{k}", f"c.{k}", 0.0, -1.0, 1.0) for k in range(count))

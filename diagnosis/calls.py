@@ -90,7 +90,7 @@ def diagnose(
 
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
-    with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
+    with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _):
         seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
         with laws(rig):
             result = answer(rig, logs, test, folder, tell, seed, anyway, kept)
@@ -108,7 +108,7 @@ def _keeping(
     seed: int | None,
     max_time: float | None,
     progress: bool | Callable[[str, float], None],
-) -> Iterator[tuple[Kept | None, Tell]]:
+) -> Iterator[tuple[Kept | None, Tell, Stops]]:
     """Where fits are kept while `what` is at work, for who forgets them at its end; how it is told that it was stopped.
 
     And what tells progress, which also ends the work where what should have done so got lost on its way.
@@ -124,7 +124,7 @@ def _keeping(
                 stops.obey()
                 tell(doing, share)
 
-            yield kept, heeding
+            yield kept, heeding, stops
     except BaseException as error:
         # what reads a file in C may meet the interrupt, and tell of a damaged file in its place
         if not (stops.asked or isinstance(error, KeyboardInterrupt)):
@@ -201,7 +201,7 @@ def calibrate(
 
     rig = asked(rig, allow_code, isolate)
     folder = claim(Path(out), "calibration", "calibration.json") if out else None
-    with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
+    with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _):
         result = calibrate_system(rig, logs, test, folder, tell, starts, seed, spread or here, kept)
         if kept:
             kept.forget()
@@ -231,20 +231,22 @@ def name(
     kinds: what is held against the base: "parameter", "path", "event", "law"; all when not said.
     progress, allow_code, isolate: as of `calibrate`.
     max_time: of wall time for all of it, s. After four fifths of it nothing more is looked at, and the best of what was fitted by
-    then is the answer (`stopped`); the same call with more time goes on. TimeUp where not even the base was fitted.
+    then is the answer (`stopped`); the same call with more time goes on. Where one step of the search takes longer it is
+    interrupted when the time is up, and the answer comes a little later. TimeUp where not even the logs were simulated once.
 
     Raises DataError where rig or logs cannot carry it, DescriptionError where the system is wrong.
     """
     from .naming.guesses import KINDS
+    from .naming.limit import Limit
     from .naming.run import name_system
 
     rig = asked(rig, allow_code, isolate)
     kinds = KINDS if kinds is None else tuple(kinds)
     folder = claim(Path(out), "naming", "naming.json") if out else None
-    with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell):
+    with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, stops):
         began = monotonic()
-        enough = lambda: max_time is not None and monotonic() - began > RULES.naming.enough * max_time
-        result = name_system(rig, logs, test, folder, tell, starts, seed, kinds, kept, enough)
+        limit = Limit(lambda: max_time is not None and monotonic() - began > RULES.naming.enough * max_time, stops)
+        result = name_system(rig, logs, test, folder, tell, starts, seed, kinds, kept, limit)
         if kept and not result.stopped:
             kept.forget()
         return result

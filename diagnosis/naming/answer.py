@@ -26,12 +26,15 @@ def told_of(found: Search, seed: int) -> Naming:
     rng = np.random.default_rng(seed)
     numbers = _intervals(work, best)
     causes = [_cause(outcome, numbers) for outcome in found.outcomes if outcome.winner is not None]
-    last = found.outcomes[-1]
+    last = found.outcomes[-1] if found.outcomes else None
     noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
     errors = [_error(name, found, noise[name], rng) for name in work.played.outputs]
-    worst = max(last.ratios.values(), default=0.0)
-    significant = bool(last.off.any()) if last.winner is None else worst > RULES.judge.excess
+    ratios = last.ratios if last else {name: size / noise[name] for name, size in (best.taught or {}).items() if noise[name]}
+    worst = max(ratios.values(), default=0.0)
+    significant = bool(last.off.any()) if last and last.winner is None else worst > RULES.judge.excess
     verdict, why = _verdict(causes, worst)
+    if not found.outcomes:
+        verdict, why = "unknown", "The time limit came before anything was held against the base"
     effort = work.played.effort
     rig = work.rig
     notes = [*found.notes, *work.played.notes]
@@ -47,8 +50,8 @@ def told_of(found: Search, seed: int) -> Naming:
         work.words or "nothing: all that taught",
         causes,
         errors,
-        _curve(found.outcomes[0]),
-        {"significant": significant, "ratios": last.ratios},
+        _curve(found.outcomes[0]) if found.outcomes else None,
+        {"significant": significant, "ratios": ratios},
         [_rivals(outcome) for outcome in found.outcomes],
         [one for name, one in numbers.items() if name in {n.name for n in work.numbers}],
         {**effort.told(), "elapsed": 0.0},

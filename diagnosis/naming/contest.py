@@ -6,7 +6,7 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -26,6 +26,7 @@ from . import guesses as g
 from .arranged import Arranged, determined
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess, Scene
+from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, refined, starts
 from .order import far, nearest, ordered
@@ -86,8 +87,9 @@ class Contest:
     smooth: bool = False
     taken: set[str] = field(default_factory=set)  # numbers that are fitted anyway
     kinds: Sequence[str] = g.KINDS  # of guesses that are held against the base
-    enough: Callable[[], bool] = lambda: False  # whether time is up: what was fitted by then is judged
+    enough: Limit = field(default_factory=Limit)  # whether time is up: what was fitted by then is judged
     sampled: frozenset[str] = frozenset()  # components that act once a step
+    fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
 
     @property
     def played(self) -> Extended:
@@ -137,6 +139,20 @@ class Contest:
         self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs, makes_up=True)
         known = problem, base, self.values, self.arranged, self.linear, self.scene
         self.looks = Looks(*known, self.inserts, self.taken, self.kinds, self.tell, self.enough)
+        try:
+            self._stages(outcome)
+        except KeyboardInterrupt:
+            if not self.enough.ends():
+                raise
+            outcome.fitted = _distinct(self.fitted)
+        outcome.looked = len({guess.label for _, guess in self.looks.ways})
+        if outcome.fitted:
+            self._judge(outcome, rng)
+        self.played.extend(self.inserts)
+        return outcome
+
+    def _stages(self, outcome: Round) -> None:
+        """Look and fit: what is simple first, and what is not where something is left."""
         self.looks.first()
         outcome.fitted = self._fits(g.PLAIN)
         if self._wanting(outcome) and not self.enough():
@@ -145,11 +161,6 @@ class Contest:
         if g.LAW in self.kinds and self._wanting(outcome) and not self.enough():
             self.looks.pairs()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
-        outcome.looked = len({guess.label for _, guess in self.looks.ways})
-        if outcome.fitted:
-            self._judge(outcome, rng)
-        self.played.extend(self.inserts)
-        return outcome
 
     def again(self, problem: Extending, outcome: Round, rng: np.random.Generator) -> None:
         """What comes near the best of a round fitted and judged once more, on logs that were told better since (steps.around)."""
@@ -209,7 +220,7 @@ class Contest:
             chosen += [ways for ways in mine[:most] if ways not in chosen]
         found: list[Rivalled] = []
         todo: list[tuple[Guess, dict[str, float], Direction]] = []
-        for ways in (*curves, *chosen):
+        for ways in (*chosen, *curves):  # where time is up soon, a name says more than a curve
             todo += [(guess, self._start(way, guess), way) for way, guess in ways[: starts(ways[0][1])]]
         for k, (guess, start, way) in enumerate(todo):
             if found and self.enough():
@@ -328,7 +339,8 @@ class Contest:
         on_fit = self.arranged.errors(end.misfit) / np.maximum(self.errors_fit, 1e-300)
         drop = 1.0 - np.maximum(self.arranged.errors(unseen) / np.maximum(self.errors_unseen, 1e-300), on_fit)
         candidate.drop = float(np.where(self.off, drop, 0.0).max())
-        return Rivalled(guess, problem, end, candidate, self.arranged.block, way is not None)
+        self.fitted.append(rival := Rivalled(guess, problem, end, candidate, self.arranged.block, way is not None))
+        return rival
 
     def _as_fit(self, problem: Calibrating, end: End) -> Fit:
         assert end.misfit is not None and end.jacobian is not None

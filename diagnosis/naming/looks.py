@@ -154,6 +154,8 @@ class Looks:
         """What multiplies, goes with rates, integrals and times since a turn, and events in proportion to something."""
         scene, places = self.scene, self.scene.places
         for k, place in enumerate(places):
+            if self.enough():
+                return
             self.tell(f"further look at {place}", 0.6 + 0.15 * k / len(places))
             for shift in list(g.shifts(scene, place))[1:] if g.EVENT in self.kinds else ():
                 self._events(place, shift)
@@ -173,6 +175,8 @@ class Looks:
     def pairs(self) -> None:
         """Laws of two variables, where all that was fitted of one leaves something."""
         for k, place in enumerate(self.scene.places):
+            if self.enough():
+                return
             self.tell(f"two variables at {place}", 0.8 + 0.05 * k / len(self.scene.places))
             for over, what, beside in self.scene.pairs(place):
                 self._curve(place, over, what, False, beside)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from .contest import Contest, Rivalled, Round
 from .extend import extend
 from .extended import Extended, Extending, taken
 from .guesses import CURVE, EVENT, KINDS
+from .limit import Limit
 from .order import beside
 from .outcome import Naming
 from .page import write
@@ -49,7 +51,7 @@ def name_system(
     seed: int,
     kinds: Sequence[str] = KINDS,
     kept: Kept | None = None,
-    enough: Callable[[], bool] = lambda: False,
+    enough: Limit | None = None,
 ) -> Naming:
     """The naming of what a rig's system lacks, as `calls.name` tells it. enough: whether time is up for looking further."""
     if rig.system is None:
@@ -75,7 +77,7 @@ def name_system(
         opened.callback((played := Extended(rig, parts, runs, numbers)).close)
         work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, parts.system.run.step, kept, opened=opened)
         work.judges, work.rows, work.words = division(work.problem(), held, [layout.block(i) for i in range(len(runs))])
-        found = _searched(work, tell, starts, seed, kinds, enough)
+        found = _searched(work, tell, starts, seed, kinds, enough or Limit())
         result = told_of(found, seed)
         result.faults = [fault.row() for fault in faults]
         result.effort["elapsed"] = time.monotonic() - begun
@@ -110,7 +112,7 @@ class Search:
     outcomes: list[Round]
     notes: list[str]
     begins: Work  # before anything was found
-    enough: Callable[[], bool]  # whether time is up
+    enough: Limit  # whether time is up
     stopped: bool = False  # by its time limit
 
     @property
@@ -132,41 +134,17 @@ class Search:
         return all(size <= RULES.search.left * noise[name] for name, size in best.taught.items())
 
 
-def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str], enough: Callable[[], bool]) -> Search:
+def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequence[str], enough: Limit) -> Search:
     tell("the base", 0.02)
     notes = _trust(work)
-    near = heads(work)
-    assert isinstance(near.played, Extended)
-    places, told_of_base = _base(work, near, near.played, starts, seed)
-    notes += told_of_base
-    if told := followed(near, near.values(places)):
-        work.moved(told)
-        near.played.close()
-        near = heads(work)
-        assert isinstance(near.played, Extended)
-        places, _ = _base(work, near, near.played, starts, seed)
-        notes += [
-            f"{name} was read in the row of an input that it follows at once: it is compared with what the model computes for the "
-            f"next row ({now:.3g} -> {then:.3g})"
-            for name, (now, then) in told.items()
-        ]
-    if _later(work, near, near.values(places)):
-        near.played.close()
-        longer = heads(work, RULES.naming.glance_longer)
-        longer.fixed = near.fixed
-        near = longer
-    rng = np.random.default_rng(seed)
-    nothing = End(np.zeros(0), np.zeros(0), np.inf)
-    given = _measured(work, work.problem(), nothing, {n.name: n.start for n in work.numbers})
-    work = replace(work, sampled=sampled(near, near.values(places)))
-    asked = Asked(tell, rng, kinds, enough, given, notes)
-    found = _rounds(asked, work, near, places) if work.sampled else _rounds(asked, *fine_enough(work, near, places))
-    if work.sampled and not enough() and not found.explains():
-        assert isinstance(near.played, Extended)
-        near.played.extend(())
-        finer = fine_enough(work, near, places)
-        found = _better(found, _rounds(asked, *finer)) if finer[0] is not work else found
-    if still := found.outcomes[0].still:
+    asked = Asked(tell, np.random.default_rng(seed), kinds, enough, _as_given(work), notes)
+    try:
+        found = _causes(asked, work, starts, seed)
+    except KeyboardInterrupt:
+        if not enough.ends():
+            raise
+        found = asked.best(work)
+    if found.outcomes and (still := found.outcomes[0].still):
         notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
     found.work.played.extend(found.work.inserts)
     notes += _beyond(found) + _at_once(found)
@@ -184,16 +162,74 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     return found
 
 
-@dataclass(frozen=True)
+def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
+    """The base, and what is found beside it: in the rig's own steps first where an FMU acts once a step."""
+    work, near, places = _fitted_base(asked, work, starts, seed)
+    asked.given = _as_given(work)
+    work = replace(work, sampled=sampled(near, near.values(places)))
+    asked.base = work, near, places
+    if not work.sampled:
+        return _rounds(asked, *fine_enough(work, near, places))
+    found = _rounds(asked, work, near, places)
+    if asked.enough() or found.explains():
+        return found
+    assert isinstance(near.played, Extended)
+    near.played.extend(())
+    finer = fine_enough(work, near, places)
+    return found if finer[0] is work else _better(found, _rounds(asked, *finer))
+
+
+def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:
+    """The heads of the runs with what the rig sets free fitted to them, where what was recorded a row early is a row later."""
+    near = heads(work)
+    assert isinstance(near.played, Extended)
+    places, told_of_base = _base(work, near, near.played, starts, seed)
+    asked.notes += told_of_base
+    if told := followed(near, near.values(places)):
+        work.moved(told)
+        near.played.close()
+        near = heads(work)
+        assert isinstance(near.played, Extended)
+        places, _ = _base(work, near, near.played, starts, seed)
+        asked.notes += [
+            f"{name} was read in the row of an input that it follows at once: it is compared with what the model computes for the "
+            f"next row ({now:.3g} -> {then:.3g})"
+            for name, (now, then) in told.items()
+        ]
+    if _later(work, near, near.values(places)):
+        near.played.close()
+        longer = heads(work, RULES.naming.glance_longer)
+        longer.fixed = near.fixed
+        near = longer
+    return work, near, places
+
+
+def _as_given(work: Work) -> Whole:
+    """The system with the numbers that the rig has."""
+    return _measured(work, work.problem(), End(np.zeros(0), np.zeros(0), np.inf), {n.name: n.start for n in work.numbers})
+
+
+@dataclass
 class Asked:
-    """What all searches of a naming have in common."""
+    """What all searches of a naming have in common, and how far they came."""
 
     tell: Callable
     rng: np.random.Generator
     kinds: Sequence[str]
-    enough: Callable[[], bool]
+    enough: Limit
     given: Whole
     notes: list[str]
+    base: tuple[Work, Extending, np.ndarray] | None = None  # fitted to heads, before anything else
+    begun: list[Search] = field(default_factory=list)
+
+    def best(self, work: Work) -> Search:
+        """Of what was begun before time was up what leaves least; the base where nothing was, as it is given where not even that."""
+        if not self.begun and self.base is not None:
+            assert isinstance(self.base[1].played, Extended)
+            self.base[1].played.extend(())
+            _begun(*self.base, self)
+        begun = self.begun or [Search(work, self.given, self.given, self.given, [], self.notes, work, self.enough)]
+        return reduce(_better, begun)
 
 
 def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Search:
@@ -245,7 +281,7 @@ def _better(own: Search, finer: Search) -> Search:
 
 def _beyond(found: Search) -> list[str]:
     """What is to be told of a curve whose variable goes beyond what taught in what judges: nothing can be closed there."""
-    winner, work = found.outcomes[0].winner, found.work
+    winner, work = found.outcomes[0].winner if found.outcomes else None, found.work
     if winner is None or winner.guess.kind != CURVE or not work.judges:
         return []
     table = winner.guess.inserts[0]
@@ -312,7 +348,8 @@ def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extendi
 def _begun(work: Work, near: Extending, places: np.ndarray, asked: Asked) -> Search:
     """A search in which nothing was found yet, its base fitted to all that teaches."""
     base = _fitted(work, near.values(places), near.fixed)
-    return Search(work, asked.given, base, base, [], asked.notes, work, asked.enough)
+    asked.begun.append(Search(work, asked.given, base, base, [], asked.notes, work, asked.enough))
+    return asked.begun[-1]
 
 
 def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | None:

@@ -18,6 +18,7 @@ from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import Extended, Extending
 from selflock.diagnosis.naming.guesses import PATH, Guess, number
+from selflock.diagnosis.naming.limit import Limit
 from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place
 from selflock.diagnosis.naming.response import Responses
@@ -211,12 +212,49 @@ def test_what_stops_looking_answers_with_the_best_so_far(tmp_path, native):
 
     result = run.name_system(
         load(rig), [tmp_path / "log.csv"], [tmp_path / "test.csv"], None, lambda what, share: told.append(what), 1, 0,
-        ("path",), None, lambda: any("best so far" in what for what in told),
+        ("path",), None, Limit(lambda: any("best so far" in what for what in told)),
     )  # fmt: skip
     assert result.stopped and any("the time limit came before all was held against the base" in note for note in result.notes)
     assert result.causes and result.causes[0].law.startswith("saturation")
     whole = name(rig, [tmp_path / "log.csv"], [tmp_path / "test.csv"], out=None, kinds=["path"])
     assert not whole.stopped and whole.effort["simulations"] > result.effort["simulations"]
+
+
+@pytest.mark.parametrize(("at", "fitted"), [("the base", 0), ("first look", 0), ("best so far", 1)])
+def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, at, fitted):
+    """Where a step of the search took longer than the rest of its time, all of it ended without a word of what was found."""
+    from selflock.diagnosis.naming import run
+
+    rig = hidden.rig(tmp_path, native("relaxation"))
+    rng = np.random.default_rng(1)
+    for log in ("log.csv", "test.csv"):
+        hidden.body(rng, 200, read=lambda t, x: np.minimum(x, 0.5)).to_csv(tmp_path / log, index=False)
+    stops = SimpleNamespace(time_up=False, asked=False)
+
+    def tell(what, share):
+        if at in what and not stops.time_up:
+            stops.time_up = stops.asked = True
+            raise KeyboardInterrupt
+
+    if at == "the base":
+        monkeypatch.setattr(run, "heads", lambda work: tell(at, 0.0))
+    logs = [tmp_path / "log.csv"], [tmp_path / "test.csv"]
+    quiet = tell if fitted or at == "first look" else lambda what, share: None
+    result = run.name_system(load(rig), *logs, tmp_path / "out", quiet, 1, 0, ("path",), None, Limit(stops=stops))
+    assert result.stopped and not stops.asked and (tmp_path / "out" / "report.html").exists()
+    assert any(f"best of {fitted} guesses" in note for note in result.notes), result.notes
+    assert len(result.causes) == fitted
+
+
+def test_an_interrupt_that_is_not_the_limits_ends_all(tmp_path, native):
+    rig = hidden.rig(tmp_path, native("relaxation"))
+    hidden.body(np.random.default_rng(1), 60).to_csv(tmp_path / "log.csv", index=False)
+
+    def tell(what, share):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        name(rig, [tmp_path / "log.csv"], out=None, progress=tell, kinds=["path"], max_time=100.0)
 
 
 def test_all_that_a_path_does_is_simulated_where_answers_change(problem):

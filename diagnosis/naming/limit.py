@@ -1,0 +1,24 @@
+"""The time limit of a naming: what ends the looking, and never the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from selflock.master.stops import Stops
+
+
+class Limit:
+    """Called, it says whether time is up for looking further. `enough`: that; `stops`: what interrupts where even then much goes on."""
+
+    def __init__(self, enough: Callable[[], bool] = lambda: False, stops: Stops | None = None):
+        self._enough, self._stops, self._over = enough, stops, False
+
+    def __call__(self) -> bool:
+        return self._over or self._enough()
+
+    def ends(self) -> bool:
+        """Whether an interrupt is the time limit's own. Then it ends the search alone: what follows is asked for, and is told."""
+        if self._over or self._stops is None or not self._stops.time_up:
+            return False
+        self._over, self._stops.asked = True, False
+        return True

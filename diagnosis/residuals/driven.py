@@ -17,6 +17,7 @@ from ..data.signals import ANGLE_OF, MOVES
 from ..rules import RULES
 from . import drive
 from .channels import Channels
+from .messages import age
 from .recorder import counts
 from .set_points import between, jump, jumps, leaps
 
@@ -122,7 +123,13 @@ def sooner(ch: Channels) -> dict[int, float]:
 
 def instants(time: np.ndarray, ch: Channels) -> np.ndarray:
     """When it jumps, s from the first row on; time: of the rows asked about."""
+    time = sent(time, ch)
     return np.array([jump(pair, time, sooner(ch)) for pair in jumped(ch) if pair[1] < len(time)])
+
+
+def sent(time: np.ndarray, ch: Channels) -> np.ndarray:
+    """When that was which stands in rows of these times, s: what was measured may be as old as a message."""
+    return time - age(inputs(ch)[0], ch)[: len(time)] if inputs(ch) else time
 
 
 def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray], np.ndarray]:
@@ -132,10 +139,11 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
     pairs = pairs[pairs[:, 1] < n]
     if of(ch) == VOLTAGE:
         first, *supply = (ch.true(name, values)[:n] for name in inputs(ch))
+        times = [time - age(name, ch)[:n] for name in inputs(ch)]
 
         def volts(when: np.ndarray) -> np.ndarray:
-            told = between(when, time, first, known, pairs)
-            return np.stack([told * np.interp(when, time, supply[0]) if supply else told, np.zeros(len(when))])
+            told = between(when, times[0], first, known, pairs)
+            return np.stack([told * np.interp(when, times[1], supply[0]) if supply else told, np.zeros(len(when))])
 
         return volts
     angle = wanted(ch) if of(ch) == ANGLE else np.zeros(len(ch.run))

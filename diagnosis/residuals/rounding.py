@@ -32,7 +32,9 @@ def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.nda
     if not rows:
         return None
     here, angle = grid(ch), simulate(values, ch)[TURNS[name]]
-    return np.array([differences(error, here.time, 0.0, rows, ch) for error in _rounded(angle, count, zeros)])
+    return np.array(
+        [differences(error, here.time, ch.run.time - ch.run.time[0], rows, ch) for error in _rounded(angle, count, zeros)]
+    )
 
 
 def sees_counts(ch: Channels) -> bool:

@@ -33,6 +33,7 @@ from .channels import Channels, integral, mean_rate
 from .closing import zero
 from .compare import Compared
 from .forward import ROWS, stable
+from .messages import age, period, told
 from .recorder import counts, over_lost_rows, ticks
 from .set_points import about
 
@@ -63,6 +64,9 @@ WHOLE = "whole"
 
 PARTED = "parts"
 """And what it says to ask for each component on its measured inputs."""
+
+LATE = "lateness"
+"""Where a run's channels keep how late they are, while something else is looked for that would go with it."""
 
 HOLD = "recorder.controller.hold"
 
@@ -310,28 +314,58 @@ def _as_measured(row: int, values: dict, ch: Channels) -> tuple[float, float]:
         angle, rate = line(ch.raw("reducer.input_angle")) / gears
     else:
         angle, rate = line(drive.both({}, ch)[1].angle)
+    first, second = drive.both({}, ch)
+    still = second.still
     if ch.has("load.speed"):
         rate = line(ch.raw("load.speed"))[0]
     elif ch.has("reducer.input_speed"):
-        rate = line(ch.raw("reducer.input_speed"))[0] / gears
+        rate, still = line(ch.raw("reducer.input_speed"))[0] / gears, first.still / gears
+    rate = rate if abs(rate) > still else 0.0  # a shaft at rest begins at rest, whatever noise its speed has
     known[row, gears] = float(angle), float(rate)
     return known[row, gears]
 
 
 def channel(name: str, values: dict, ch: Channels) -> Compared:
     """One measured channel against what sensor and recorder make of the simulated one."""
-    simulated, measured = read(name, values, ch), ch.taken(ch.raw(name))
-    good = ch.taken(settled(ch) & ~over_lost_rows(name, ch))
+    return _compared(name, values, ch, lateness(name, values, ch))
+
+
+def lateness(name: str, values: dict, ch: Channels) -> float:
+    """How much later than in the first run a channel is read in this one, s.
+
+    A recorder begins at any instant between two messages, so that how old they are in its rows belongs to a run. It is what fits
+    best with all else as it is, and never more than a message takes.
+    """
+    if ch.run is (ch.beside or (ch.run,))[0]:
+        return 0.0
+    if (kept := ch.memory.get(LATE)) is not None:
+        return kept[name]
+    step = float(np.median(np.diff(ch.run.time)))
+    most, apart = step * period(name, ch)[0], RULES.residuals.rate_rows * step
+    now, measured, good = _compared(name, values, ch, 0.0)
+    good = good & ch.taken(ch.good(name))
+    rate = ((_compared(name, values, ch, apart)[0] - now) / apart)[good]
+    if not (size := float(rate @ rate)) or not np.isfinite(size):
+        return 0.0
+    found = float(np.clip((measured - now)[good] @ rate / size, -most, most))
+    now = _compared(name, values, ch, found)[0]
+    return float(np.clip(found + (measured - now)[good] @ rate / size, -most, most))
+
+
+def _compared(name: str, values: dict, ch: Channels, late: float) -> Compared:
+    """A channel that is read so much later than in the first run, s."""
+    simulated, measured = read(name, values, ch, late=late), ch.taken(ch.raw(name))
+    good = ch.taken(settled(ch) & ~over_lost_rows(name, ch) & told(name, ch))
     if driven.by_change(name, ch):
         before = earlier(name, ch)
-        good = good & (before >= 0) & (settled(ch) & ch.good(name))[before]
-        return simulated - read(name, values, ch, before), measured - ch.raw(name)[before], good
+        good = good & (before >= 0) & (settled(ch) & told(name, ch) & ch.good(name))[before]
+        return simulated - read(name, values, ch, before, late), measured - ch.raw(name)[before], good
     if name == "reducer.input_angle":
         ratio = ch.setting.value("reducer.gear_ratio", values)
         if ch.has("load.angle"):  # what the gear winds up; where both are is the other angle's comparison
-            simulated = simulated / ratio - read("load.angle", values, ch)
+            simulated = simulated / ratio - read("load.angle", values, ch, late=lateness("load.angle", values, ch))
             measured = measured / ratio - ch.taken(ch.raw("load.angle"))
-            good = good & ch.taken(ch.good("load.angle"))
+            good = good & ch.taken(ch.good("load.angle") & told("load.angle", ch))
         trusted = good & ch.taken(ch.good(name))
         if trusted.any():  # where the encoders' zeros lie is nobody's fault
             simulated = simulated - np.mean((simulated - measured)[trusted])
@@ -386,13 +420,17 @@ def _freely(name: str, x: np.ndarray, when: np.ndarray, values: dict, ch: Channe
     return x + np.interp(at, law.knots, law.heights)
 
 
-def read(name: str, values: dict, ch: Channels, at: np.ndarray | None = None) -> np.ndarray:
-    """What stands in the rows of a channel: the simulated signal behind its sensor and its recorder. at: rows; those that are taken."""
+def read(name: str, values: dict, ch: Channels, at: np.ndarray | None = None, late: float = 0.0) -> np.ndarray:
+    """What stands in the rows of a channel: the simulated signal behind its sensor and its recorder.
+
+    at: rows; those that are taken. late: s, read so much later than in other runs.
+    """
     here, rows = grid(ch), simulate(values, ch)
     of = lambda key: values.get(f"recorder.{name}.{key}", 0.0)
-    when = (ch.taken(ch.run.time) if at is None else ch.run.time[at]) - ch.run.time[0] - of("shift")
+    sent = ch.run.time - ch.run.time[0] - age(name, ch) - of("shift") - late
+    when = ch.taken(sent) if at is None else sent[at]
     if over := counts(name, ch)[1]:
-        x = _freely(name, differences(rows[TURNS[name]], here.time, of("shift"), over, ch), when, values, ch)
+        x = _freely(name, differences(rows[TURNS[name]], here.time, sent, over, ch), when, values, ch)
         return drive.sensed(name, x, ch.taken_steps(), values, ch)
     x = drive.sensed(name, _freely(name, rows[SHOWN[name]], here.time, values, ch), here.dt, values, ch)
     if late := of("filter"):
@@ -429,8 +467,11 @@ def _waves(turns: str, order: int, rows: dict[str, np.ndarray], ch: Channels) ->
     return found[0], found[1]
 
 
-def differences(angle: np.ndarray, time: np.ndarray, late: float, rows: int, ch: Channels) -> np.ndarray:
-    """A speed made of an angle at these times: the difference over so many rows back, over as many as there are at the start."""
+def differences(angle: np.ndarray, time: np.ndarray, sent: np.ndarray, rows: int, ch: Channels) -> np.ndarray:
+    """A speed made of an angle at these times: the difference over so many rows back, over as many as there are at the start.
+
+    sent: when it was, of each row, s.
+    """
     last = np.maximum(ch.taken(np.arange(len(ch.run))), 1)
-    stamps = ch.run.time - ch.run.time[0]
-    return mean_rate(angle, time, stamps[np.maximum(last - rows, 0)] - late, stamps[last] - late)
+    until = sent[last]
+    return mean_rate(angle, time, until - (ch.run.time[last] - ch.run.time[np.maximum(last - rows, 0)]), until)

@@ -159,6 +159,18 @@ class ResidualRules:
     leap_held: int = rule(
         2, "rows by which it may have jumped sooner than is seen", "theory: a message of two rows that is held is as old"
     )
+    message_rows: int = rule(10, "rows that a message may stand in a table, at most", "slower ones are told by rows that repeat")
+    message_parts: int = rule(20, "places in a row at which messages are tried to come, where rows are uneven", "not studied")
+    message_sure: float = rule(
+        20.0, "logarithm of how much likelier messages must make the rows that are equal", "beyond chance: 1 in 10^8"
+    )
+    message_wrong: float = rule(0.01, "share of rows that have the message before and yet another value", "rows at its edge")
+    evener: float = rule(
+        0.5,
+        "of what is new in a row of a motion by its stamps, the most that is new if it was sent at even times, for it to have been",
+        "at least half told",
+    )
+    rate_rows: float = rule(0.25, "rows over which the rate of a channel tells how late a run's messages are", "not studied")
     whole_fits: float = rule(
         30.0, "s of log on which hypotheses are fitted, the first part of each run; the last fit has all", "a limit of time"
     )

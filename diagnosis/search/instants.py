@@ -48,6 +48,8 @@ def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float]) ->
     known, rules = driven.sooner(ch), RULES.search
     if not len(pairs):
         return
+    late = {residual.output: whole.lateness(residual.output, values, ch) for residual in experiment.residuals}
+    ch.memory[whole.LATE] = late  # which would follow wherever all jumps are tried
     rows = pairs[:, 1]
     ends = np.minimum(ch.run.time[rows] + rules.jump_shows, np.append(ch.run.time[pairs[1:, 0]], np.inf))
     windows = [(time >= ch.run.time[row]) & (time < end) for row, end in zip(rows, ends)]
@@ -62,6 +64,7 @@ def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float]) ->
             losses.append(_losses(experiment, ch, values, windows, noise))
         best = tried[np.arange(len(rows)), np.argmin(losses, axis=0)]
     known.update(zip(map(int, rows), map(float, best)))
+    del ch.memory[whole.LATE]
     _forget(ch)
 
 

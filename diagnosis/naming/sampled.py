@@ -1,8 +1,9 @@
 """FMUs that act once a step, as a sampled controller does: with other steps they are others.
 
-What an FMU with a state of its own tells in finer steps comes nearer to something. One that only computes tells what it computed
-at its step until the next, whatever the step's size: where it stands for something that is sampled its period is the rig's step.
-From the FMU alone nobody can say whether it does, or passes on at once what flows; so both are tried (run.name_system).
+What an FMU with a state of its own tells in finer steps comes nearer to something. One that computes tells what it computed at
+its step until the next, whatever the step's size: where it stands for something that is sampled its period is the rig's step.
+From the FMU alone nobody can say whether it does, or passes on at once what flows; so both are tried (run._causes). Where there
+is none finer steps are nearer to nature, whatever the log says that something is missing from.
 """
 
 from __future__ import annotations
@@ -33,39 +34,42 @@ def sampled(problem: Extending, values: dict[str, float]) -> frozenset[str]:
 
 
 def _acts_once(played: Extended, component: str, series: dict[str, np.ndarray], settings: dict[str, float]) -> bool:
-    """Whether it tells the same a half and a whole step on, or whether less steps never come nearer to what finer ones tell."""
+    """Whether what others are given of it is there at once, or whether finer steps never come nearer to anything."""
     parts = played.parts
     inputs = [name for name in parts.inputs[component] if name in series]
+    heard = sorted({f"{link.source}.{link.output}" for link in parts.links.values() if link.source == component})
+    outputs = [name for name in heard if parts.variables[name].type == "Real"]
+    if not inputs or not outputs:
+        return False
     mine = {name: value for name, value in settings.items() if parts.owner(name) == component}
-    found = [_alone(played, component, inputs, series, mine, pieces) for pieces in (1, 2, 4)] if inputs else [None]
+    found = [_alone(played, outputs, inputs, series, mine, pieces) for pieces in (1, 2, 4)]
     if any(one is None for one in found):
         return False
     whole, half, quarter = (one for one in found if one is not None)
-    size = {name: float(np.ptp(x)) for name, x in half.items()}
-    moving = [name for name in half if size[name] > RULES.judge.constant * float(abs(half[name]).max())]
-    close = lambda a, b, name: float(abs(a - b).max()) <= RULES.naming.digits * size[name]
-    if not moving:
-        return False
-    if all(close(half[name][1::2], half[name][2::2], name) for name in moving):
-        return True
-    far = lambda a, b: max(float(abs(a[name] - b[name]).max()) / size[name] for name in moving)
-    at = lambda one, pieces: {name: x[::pieces] for name, x in one.items()}
-    first, second = far(whole, at(half, 2)), far(at(half, 2), at(quarter, 4))
-    return first > RULES.naming.digits and second > RULES.naming.settles * first
+    for name in outputs:
+        y = quarter[name]
+        size = float(np.ptp(y))
+        if size <= RULES.judge.constant * float(abs(y).max()):
+            continue
+        begun, all_of_it = (float(abs(y[k::4] - y[: len(y) - k : 4]).sum()) for k in (1, 4))
+        if begun > RULES.naming.at_once * all_of_it:
+            return True
+        first, second = (float(abs(a - b).max()) for a, b in ((whole[name], half[name][::2]), (half[name][::2], y[::4])))
+        if first > RULES.judge.constant * size and second > RULES.naming.settles * first:
+            return True
+    return False
 
 
 def _alone(
-    played: Extended, component: str, inputs: list[str], series: dict[str, np.ndarray], settings: dict[str, float], pieces: int
+    played: Extended,
+    outputs: list[str],
+    inputs: list[str],
+    series: dict[str, np.ndarray],
+    settings: dict[str, float],
+    pieces: int,
 ) -> dict[str, np.ndarray] | None:
     """What a component tells alone, given what it is given in the system, held for a step of it, in so many pieces of that each."""
-    parts, system = played.parts, played.plain[0]
-    outputs = [
-        name
-        for name, v in parts.variables.items()
-        if parts.owner(name) == component and v.causality == "output" and v.type == "Real"
-    ]
-    if not outputs:
-        return None
+    system, component = played.plain[0], played.parts.owner(outputs[0])
     count, step = len(series["time"]) - 1, system.run.step / pieces
     columns = {name: np.append(np.repeat(series[name][:count], pieces), series[name][-1]) for name in inputs}
     options = {"time": step * np.arange(count * pieces + 1), "columns": columns, "types": dict.fromkeys(inputs, "Real")}

@@ -23,11 +23,12 @@ from .work import Work
 
 
 def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, Extending, np.ndarray]:
-    """Half the steps for as long as what the model makes of the log, fitted again, moves with them, and leaves no more.
+    """Half the steps for as long as what the model makes of the log, fitted again, moves with them.
 
     What steps miss looks like a law or a lag. Where the step's error falls with the step, half of it is what half the step
-    moves; what is moved by less than a share of the noise hides nothing. Where steps were halved that leave less as they
-    were, as of an FMU that acts once a step, they are doubled again.
+    moves; what is moved by less than a share of the noise hides nothing. That is so whatever the log says: beside what is
+    missing, and strong, neither leaves less but by chance. Beside an FMU that acts once a step, which is another one in half of
+    them, they must also leave less; and where they leave less as they were, they are doubled again.
     """
     least, began = work.given_step / 2.0**RULES.naming.halved, work
     while work.step > 1.5 * least:
@@ -35,7 +36,7 @@ def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, 
         if other is None:
             break
         work, near, places = other
-    while work is began and work.step < 0.75 * work.given_step:
+    while work.sampled and work is began and work.step < 0.75 * work.given_step:
         other = _in_steps(work, near, places, 2.0)
         if other is None:
             break
@@ -45,14 +46,14 @@ def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, 
 
 
 def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) -> tuple[Work, Extending, np.ndarray] | None:
-    """The same in steps of another size, fitted again; None where that changes nothing that is seen, or leaves more."""
+    """The same in steps of another size, fitted again; None where that changes nothing that is seen."""
     stepped = work.in_steps(factor)
     other = replace(near)
     vars(other)["played"] = played = work.played_on(stepped.parts, near.runs, work.numbers)
     played.extend(work.inserts)
     end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
     seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
-    better = seen and end.loss < near.loss(near.misfit(places))
+    better = seen and np.isfinite(end.loss) and (not work.sampled or end.loss < near.loss(near.misfit(places)))
     for unused in (near.played, work.played) if better else (other.played, stepped.played):
         unused.close()
     return (stepped, other, end.places) if better else None

@@ -13,18 +13,16 @@ GRID = "where fits start; they go on from there. Not studied beyond the hidden p
 @dataclass(frozen=True)
 class NamingRules:
     # --- what runs: naming.run
-    halved: int = rule(
-        3, "times that the system's step is halved where the model moves with it and leaves no more, at most", TIME
-    )
+    halved: int = rule(3, "times that the system's step is halved where the model moves with it, at most", TIME)
     coarse: float = rule(
         0.14,
         "share of an output's noise by which half the steps move it from which on they are taken",
         "theory: of an error that falls with the step twice as much is left, 4 % of noise and error together, search.relevant",
     )
-    digits: float = rule(
-        1e-9,
-        "share of an output's range within which it stands still from half a step to its end: its FMU acts once a step",
-        "theory: digits of a double, with room",
+    at_once: float = rule(
+        0.625,
+        "share of what an FMU answers in a step, its inputs held, that is there after a quarter of it: it acts once a step",
+        "theory: of what moves by a state a quarter, of what is computed all; between the two",
     )
     settles: float = rule(
         0.75,

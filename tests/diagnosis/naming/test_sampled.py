@@ -13,14 +13,15 @@ H = 0.1
 U = np.repeat([1.0, -2.0, 0.5, 3.0], 5)
 
 
-def told(step, state=0.0):
-    """What an FMU tells of U in the pieces of a step: step(state, u, h) -> state."""
+def told(step):
+    """What an FMU tells of U in the pieces of a step: step(state, u, h) -> state; or that, and what it tells."""
 
-    def alone(played, component, inputs, series, settings, pieces):
-        x, found = state, [state]
+    def alone(played, outputs, inputs, series, settings, pieces):
+        x, found = 0.0, [0.0]
         for u in np.repeat(U, pieces):
-            x = step(x, u, H / pieces)
-            found.append(x)
+            made = step(x, u, H / pieces)
+            x, y = made if isinstance(made, tuple) else (made, made)
+            found.append(y)
         return {"a.y": np.array(found)}
 
     return alone
@@ -31,6 +32,7 @@ def told(step, state=0.0):
     [
         (lambda x, u, h: 3.0 * u - 1.0, True),  # computes
         (lambda x, u, h: x + 0.2 * u, True),  # sums up, whatever the step is
+        (lambda x, u, h: (x + h * u, 3.0 * u + x), True),  # mostly at once, as a controller with an integral
         (lambda x, u, h: x + h * (u - x), False),  # Euler
         (lambda x, u, h: u + (x - u) * np.exp(-h), False),  # exact
         (lambda x, u, h: x + h * u, False),  # an integral
@@ -39,7 +41,11 @@ def told(step, state=0.0):
 )
 def test_what_computes_or_counts_acts_once_a_step_and_what_has_a_state_does_not(monkeypatch, step, once):
     monkeypatch.setattr(sampled, "_alone", told(step))
-    played = SimpleNamespace(parts=SimpleNamespace(inputs={"a": ["a.u"]}, owner=lambda name: "a"))
+    links = {"b.u": SimpleNamespace(source="a", output="y")}
+    parts = SimpleNamespace(
+        inputs={"a": ["a.u"]}, owner=lambda name: "a", links=links, variables={"a.y": SimpleNamespace(type="Real")}
+    )
+    played = SimpleNamespace(parts=parts)
     assert sampled._acts_once(played, "a", {"a.u": U}, {}) == once
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.naming import steps
 from selflock.diagnosis.naming.extended import Extended, Extending
 from selflock.diagnosis.naming.places import IN, Insert, Place
-from selflock.diagnosis.naming.steps import _vanishing, around, in_own_steps
+from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps
 
 GIVEN = 0.1  # s, the rig's step
 LAW = Insert("law", Place(IN, "b.drawn"), "proportional", over="b.v")
@@ -28,6 +29,8 @@ class Played(Extended):
     def spread(self, name):
         return 1.0
 
+    def close(self): ...
+
 
 class Model(Extending):
     """measured - simulated, with the numbers that are right."""
@@ -40,14 +43,14 @@ class Model(Extending):
 
 class Work:
     given_step = GIVEN
-    numbers = ()
+    numbers = inserts = ()
 
-    def __init__(self, step):
-        self.step, self.played = step, Played(step)
+    def __init__(self, step, sampled=frozenset()):
+        self.step, self.played, self.sampled = step, Played(step), sampled
         self.parts = self.played.parts
 
     def in_steps(self, factor):
-        return Work(self.step * factor)
+        return Work(self.step * factor, self.sampled)
 
     def played_on(self, parts, runs, numbers):
         return Played(parts.step)
@@ -84,3 +87,20 @@ def test_what_steps_change_of_a_strong_law_is_taken_off_as_it_is_there():
     assert abs(anew.errors({})["x"][0]).max() < 3.0 * GIVEN / 100.0  # of 0.26 beside the log of the base
     assert near.played.inserts == own.played.inserts == ()
     assert around(work, near, own, rival, {"x": 10.0}) is None  # beside such a noise it is nothing
+
+
+@pytest.mark.parametrize(
+    ("sampled", "moved", "left", "taken"),
+    [(set(), 1.0, 2.0, 8), (set(), 0.01, 0.5, 1), ({"controller"}, 1.0, 2.0, 1), ({"controller"}, 1.0, 0.5, 8)],
+)
+def test_finer_steps_are_taken_where_they_move_the_model_whatever_is_missing(monkeypatch, sampled, moved, left, taken):
+    """Beside a scale of a sensor they left no less, by chance, and what steps missed was named a lag of it."""
+    near, work = problem(GIVEN), Work(GIVEN, frozenset(sampled))
+    monkeypatch.setattr(Model, "values", lambda self, places: {})
+    monkeypatch.setattr(Model, "misfit", lambda self, places: None)
+    monkeypatch.setattr(Model, "loss", lambda self, misfit: left ** np.log2(GIVEN / self.played.step))
+    fit = lambda other, places, *_: SimpleNamespace(places=places, loss=other.loss(None))
+    monkeypatch.setattr(steps, "fit_from", fit)
+    monkeypatch.setattr(steps, "_moved", lambda *_: moved)
+    found, _, _ = fine_enough(work, near, np.zeros(0))
+    assert found.step == pytest.approx(GIVEN / taken)

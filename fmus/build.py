@@ -56,6 +56,7 @@ from .{module} import {face} as Face
 
 class {name}(Face):
     identity = {key!r}
+    laws = {laws!r}
     starts = {starts!r}
 '''
 EARLIEST = (1980, 1, 1, 0, 0, 0)  # the earliest a zip file knows
@@ -116,6 +117,11 @@ def sources_of(face: type[Slave]) -> dict[str, bytes]:
     return {name.replace(os.sep, "/"): (root / name).read_bytes() for name in sorted(set(files))}
 
 
+def laws_of(sources: dict[str, bytes]) -> str:
+    """By what an FMU's sources are known again, whatever its start values."""
+    return _hash(sources, {})
+
+
 def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[str, Any] | None = None) -> Path:
     """Write the FMU of a face, made of `sources` (path below the project -> content), to `path`.
 
@@ -131,6 +137,7 @@ def pack(face: type[Slave], sources: dict[str, bytes], path: Path, starts: dict[
     for folder in {parent for file in sources for parent in Path(file).parents}:
         files.setdefault(f"resources/{package}/{folder.as_posix()}/__init__.py".replace("/./", "/"), b"")
     names = {"package": package, "module": module, "face": face.__name__, "name": name, "key": key, "starts": starts}
+    names["laws"] = laws_of(sources)
     files[f"resources/{package}/model.py"] = MODEL.format(**names).encode()
     files[f"resources/{script}.py"] = SCRIPT.format(**names).encode()
     files["resources/slavemodule.txt"] = script.encode()

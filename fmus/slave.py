@@ -80,10 +80,12 @@ class Slave(Fmi2Slave):
     explained: tuple[Any, ...] = ()  # modules whose text the documentation shows; the law's if empty
     starts: dict[str, Any] = {}  # other start values, baked in by the build
     identity = "unpacked"  # the content of the packed FMU, set by the build
+    laws = ""  # the content of its sources alone, set by the build
     experiment = (0.0, 10.0, 1e-3)  # start, stop and step of the default experiment, s
 
     _plain = 0  # so many leading inputs need no look beyond "is it finite?"
     _other: frozenset[int] = frozenset()  # places of what is no Real
+    _booleans: tuple[int, ...] | None = ()  # places of outputs that are Boolean; None where one is neither that nor Real
 
     pure = True  # a step is a function of numbers alone, which may be made again; False: whoever calls must go through `do_step`
 
@@ -101,6 +103,9 @@ class Slave(Fmi2Slave):
             plain += 1
         cls._plain = plain
         cls._other = frozenset(place for place, row in enumerate(table) if row.type != "Real")
+        outputs = range(cls._first_output, cls._first_parameter)
+        sound = all(table[place].type in ("Real", "Boolean") for place in outputs)
+        cls._booleans = tuple(place for place in outputs if place in cls._other) if sound else None
 
     @classmethod
     def _row(cls, row: Variable, causality: str) -> Variable:
@@ -217,32 +222,28 @@ class Slave(Fmi2Slave):
         return True
 
     def door(self) -> tuple | None:
-        """What a step needs, for a host that calls `advance` itself: it, parameters, state, how many inputs and outputs, their values.
+        """What a step needs, for a host that calls `advance` itself: it, parameters, state, how many inputs and outputs, their values,
+        the places of those that are Boolean.
 
+        Where somebody in this process has the same law compiled (`sys._selflock_twins`), further: its address, that of the
+        parameters' numbers, that of the state's, and how many these are; the state then is what keeps both.
         None where a step is more than that, or something stands against it. `shut` is called before anything else is.
         """
         plain = self.pure and type(self).do_step is Slave.do_step and self._plain == self._first_output
-        if (
-            not plain
-            or self._fault
-            or self._unfit
-            or self._phase != STEPPING
-            or not self._other.isdisjoint(range(self._first_parameter))
-        ):
+        if not plain or self._booleans is None or self._fault or self._unfit or self._phase != STEPPING:
             return None
         values = tuple(self._values[: self._first_parameter])
-        return (
-            self._advance,
-            self._parameters,
-            self._state,
-            self._first_output,
-            self._first_parameter - self._first_output,
-            values,
-        )
+        state, compiled = self._state, []
+        twins = sys.__dict__.get("_selflock_twins")
+        if twins is not None:
+            state, *compiled = twins(self.laws, self._advance, self._parameters, state, values[: self._first_output]) or (state,)
+        outputs = self._first_parameter - self._first_output
+        return (self._advance, self._parameters, state, self._first_output, outputs, values, self._booleans, *compiled)
 
     def shut(self, state: Any, values: tuple[float, ...]) -> None:
         """Take over the state, inputs and outputs that steps through `door` led to."""
-        self._state = state
+        # what keeps a compiled law's numbers: parameters, then the state
+        self._state = state if isinstance(state, tuple) else self.law.State(*state[-len(self.law.State._fields) :])
         self._values[: self._first_parameter] = values
 
     def _refuse(self, time: float, size: float) -> bool:

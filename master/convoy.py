@@ -12,16 +12,19 @@ Where the whole system is one convoy that nobody observes, many macro steps with
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic as numba_intrinsic
 
 from ..fmus.variable import INTEGERS
+from .addresses import intrinsic
+from .addresses import load as _load
+from .addresses import load_int as _load_int
+from .addresses import store as _store
+from .addresses import store_int as _store_int
 from .algorithms import Algorithm
 from .energy import Port
 from .native import BEYOND, MORE, Exchange, Native
@@ -38,11 +41,6 @@ LOCK = tuple(
     for call in (ctypes.pythonapi.PyGILState_Ensure, ctypes.pythonapi.PyGILState_Release)
 )
 FLAGS = 0xFFFFFF  # the three bytes of what a step of FMI 3.0 tells
-
-
-def intrinsic(function: Callable) -> Callable[..., Any]:
-    """numba's intrinsic; called without the typing context, which numba's own annotation counts among the arguments."""
-    return numba_intrinsic(function)
 
 
 def _call(builder, address, kinds, args):
@@ -104,31 +102,6 @@ def _let_go(context, function, held):
         return context.get_dummy_value()
 
     return types.void(types.int64, types.int32), code
-
-
-def _memory(kind, numba_kind):
-    """Functions that load and store a number at an address."""
-
-    @intrinsic
-    def load(context, address):
-        def code(context, builder, signature, args):
-            return builder.load(builder.inttoptr(args[0], kind.as_pointer()))
-
-        return numba_kind(types.int64), code
-
-    @intrinsic
-    def store(context, address, value):
-        def code(context, builder, signature, args):
-            builder.store(args[1], builder.inttoptr(args[0], kind.as_pointer()))
-            return context.get_dummy_value()
-
-        return types.void(types.int64, numba_kind), code
-
-    return load, store
-
-
-_load, _store = _memory(ir.DoubleType(), types.float64)
-_load_int, _store_int = _memory(ir.IntType(32), types.int32)
 
 
 @njit(cache=True, nogil=True)  # rows are written, and Ctrl-C is heard, while an FMU takes its time

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -31,6 +31,7 @@ log = logging.getLogger(__name__)
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
 COUNTED = 2.0**53  # steps from which on a double does not tell one from the next
 LOADED = 0.05  # share of that where it is loaded already
+TWINS = 200_000  # FMU steps from which on it pays to load the laws of our FMUs, compiled; where they are, as many as WORTH
 
 
 def run(
@@ -51,6 +52,7 @@ def run(
     interface: str | None = None,
     max_time: float | None = None,
     resume: bool = False,
+    as_fmu: bool = False,
 ) -> Result:
     """Couple the components of `system` from its start to `stop` [s]. A path may also be that of one FMU (master.single).
 
@@ -71,12 +73,13 @@ def run(
     resume: go on from the state that the same call saved beside `out` before it was ended, to the same bits; where there is
         none, begin. Now and then a state is saved. Only where all parts can put their state into bytes.
     interface: of one FMU, "cs" co-simulation, "me" model exchange or "se" scheduled execution; co-simulation where it has that.
+    as_fmu: FMUs of ours are stepped as anybody's; else long runs step them by their compiled laws, to the same bits (master.twin).
 
     A part that fails raises PartFailed, and Ctrl-C RunInterrupted, a KeyboardInterrupt that says what is kept: their `result`
     holds what was computed until then.
     """
     call(system, settings, stop, out)
-    system, end = prepared(system, stop, step, algorithm, tolerance, inputs, allow_code, unlimited, isolate, interface)
+    system, end = prepared(system, stop, step, algorithm, tolerance, inputs, allow_code, unlimited, isolate, interface, as_fmu)
     check_times(system, end)
     stops = Stops(max_time)
     try:
@@ -103,6 +106,7 @@ def prepared(
     unlimited: bool,
     isolate: bool,
     interface: str | None = None,
+    as_fmu: bool = False,
 ) -> tuple[System, float]:
     """The system that `run` is asked for by these arguments of it, and its stop, s."""
     if not isinstance(system, System) and of_one(Path(system)):
@@ -121,7 +125,7 @@ def prepared(
             isolate=system.isolate or isolate,
         )
     checked(system)
-    given: dict[str, Any] = {"step": step, "algorithm": algorithm, "fmu_tolerance": tolerance}
+    given: dict[str, Any] = {"step": step, "algorithm": algorithm, "fmu_tolerance": tolerance, "as_fmu": as_fmu or None}
     system = replace(system, run=replace(system.run, **{key: value for key, value in given.items() if value is not None}))
     check_choice("algorithm", system.run.algorithm, ALGORITHMS)
     if inputs is not None:
@@ -178,6 +182,24 @@ def stepping(running: Running) -> Stepping:
 def _go(running: Running) -> None:
     """All steps from the start to the stop."""
     steps = stepping(running)
+    with _laws(steps):
+        _all(running, steps)
+
+
+def _laws(steps: Stepping) -> AbstractContextManager[None]:
+    """While it lasts, FMUs of ours are stepped by their compiled laws, where that pays."""
+    if not isinstance(steps, Fixed) or steps.running.system.run.as_fmu or not find_spec("numba"):
+        return nullcontext()
+    natives = [seat.part.native() for seat in steps.seats]
+    worth = WORTH if f"{__package__}.twin" in sys.modules else TWINS
+    if steps.count * sum(native is not None and native.python for native in natives) < worth:
+        return nullcontext()
+    from .twin import offered
+
+    return offered()
+
+
+def _all(running: Running, steps: Stepping) -> None:
     coupling = steps.coupling
     if isinstance(steps, Fixed) and not coupling.redone:
         worth = LOADED * WORTH if f"{__package__}.convoy" in sys.modules else WORTH

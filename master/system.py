@@ -51,6 +51,7 @@ class Run(Plain):
     input_derivatives: bool = False  # FMUs that interpolate their inputs are told how these change in a step
     coupling_tolerance: float | None = None  # of circles, relative; 0: loops lag; None: 1e-9, and 1e-5 if iterated
     fmu_tolerance: float | None = None  # of the FMUs' own solvers, relative; 0: none is told; None: of their default experiments
+    as_fmu: bool = False  # FMUs of ours run as any other's, and not by their compiled laws in long runs
     step_min: float = 0.0  # smallest step of step control; 0: step / 1024
 
 

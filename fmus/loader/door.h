@@ -11,9 +11,10 @@ void door_before(void);
 Door *door_of(Door *old);
 void door_close(Door *door, int lost); /* lost: what it holds of Python's is not touched any more */
 
-/* The three calls of a communication step, without pythonfmu. 1: done; 0: not this way, call pythonfmu's function. */
+/* The calls of a communication step, without pythonfmu. 1: done; 0: not this way, call pythonfmu's function. */
 int door_set(Door *door, const fmi2ValueReference *references, size_t count, const fmi2Real *values);
 int door_get(Door *door, const fmi2ValueReference *references, size_t count, fmi2Real *values);
+int door_get_boolean(Door *door, const fmi2ValueReference *references, size_t count, fmi2Boolean *values);
 int door_step(Door *door, fmi2Real time, fmi2Real size);
 
 /* Before any other call: the slave knows again what was done without it. */

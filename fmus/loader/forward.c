@@ -34,7 +34,6 @@ typedef const fmi2ValueReference *References;
     F(ExitInitializationMode, (fmi2Component c), (i)) \
     F(Terminate, (fmi2Component c), (i)) \
     F(GetInteger, (fmi2Component c, References r, size_t n, fmi2Integer *v), (i, r, n, v)) \
-    F(GetBoolean, (fmi2Component c, References r, size_t n, fmi2Boolean *v), (i, r, n, v)) \
     F(GetString, (fmi2Component c, References r, size_t n, fmi2String *v), (i, r, n, v)) \
     F(SetInteger, (fmi2Component c, References r, size_t n, const fmi2Integer *v), (i, r, n, v)) \
     F(SetBoolean, (fmi2Component c, References r, size_t n, const fmi2Boolean *v), (i, r, n, v)) \
@@ -55,6 +54,8 @@ typedef const fmi2ValueReference *References;
 #define STEP_FUNCTIONS(F) \
     F(SetReal, (fmi2Component c, References r, size_t n, const fmi2Real *v), (i, r, n, v), door_set(it->door, r, n, v)) \
     F(GetReal, (fmi2Component c, References r, size_t n, fmi2Real *v), (i, r, n, v), door_get(it->door, r, n, v)) \
+    F(GetBoolean, (fmi2Component c, References r, size_t n, fmi2Boolean *v), (i, r, n, v), \
+      door_get_boolean(it->door, r, n, v)) \
     F(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n), (i, t, h, n), door_step(it->door, t, h))
 
 #define STATE_FUNCTIONS(F) \

@@ -73,7 +73,8 @@ def reach(delta, w, v, a):
         return math.inf
     b = delta * delta - w
     if b < 0.0:
-        return math.hypot(v, (a + delta * v) / math.sqrt(-b))
+        other = (a + delta * v) / math.sqrt(-b)
+        return math.sqrt(v * v + other * other)  # hypot's last bit is not the same in Python and compiled
     return abs(v) + abs(a) / (delta + math.sqrt(b))
 
 

@@ -53,6 +53,10 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Save the run's state now and then, and go on from the one that is there.")
     ] = False,
+    as_fmu: Annotated[
+        bool,
+        typer.Option("--as-fmu", help="Step FMUs of ours as anybody's, not by their compiled laws; the numbers are the same."),
+    ] = False,
 ) -> None:
     """Run a coupled system, or one FMU, and write the table of results."""
     from selflock.master import RunInterrupted
@@ -80,6 +84,7 @@ def run(
             isolate=isolate,
             max_time=max_time,
             resume=resume,
+            as_fmu=as_fmu,
         )
     except RunInterrupted as stopped:
         say(stopped.result.summary())

@@ -1,6 +1,7 @@
 """The short way of a step (loader/door.c): the same numbers and words as the long way, whatever else is called in between."""
 
 import sys
+from contextlib import nullcontext
 from math import nan
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from fmpy.fmi1 import FMICallException
 from selflock.fmus.controller.fmu import Controller
 from selflock.fmus.load.fmu import Load
 from selflock.fmus.motor.fmu import Motor
+from selflock.fmus.reducer.fmu import Reducer
+from selflock.master import twin
 
 H = 1e-3  # s
 
@@ -30,6 +33,8 @@ class Plain:
             slave.set_real([given[0]], [given[1]])
         elif what == "get":
             return slave.get_real(list(given))
+        elif what == "told":
+            return slave.get_boolean(list(given))
         elif what == "step":
             return slave.do_step(*given)
         elif what == "save":
@@ -52,6 +57,8 @@ class Packed:
                 raw.setReal([given[0]], [given[1]])
             elif what == "get":
                 return raw.getReal(list(given))
+            elif what == "told":
+                return [bool(one) for one in raw.getBoolean(list(given))]
             elif what == "step":
                 raw.doStep(currentCommunicationPoint=given[0], communicationStepSize=given[1])
             elif what == "save":
@@ -63,13 +70,20 @@ class Packed:
         return True
 
 
-@pytest.mark.parametrize("kind, name", [(Motor, "Motor"), (Controller, "Controller"), (Load, "Load")])
-def test_any_order_of_calls_gives_the_slave_s_own_numbers(instance, rng, kind, name):
+@pytest.mark.parametrize("laws", [nullcontext, twin.offered], ids=["plain", "compiled"])
+@pytest.mark.parametrize("kind, name", [(Motor, "Motor"), (Controller, "Controller"), (Load, "Load"), (Reducer, "Reducer")])
+def test_any_order_of_calls_gives_the_slave_s_own_numbers(instance, rng, kind, name, laws):
     """Sets, gets of all numbers, steps, states and tuning drawn at random; at the end a value that is none."""
+    with laws():
+        _compare(instance, rng, kind, name)
+
+
+def _compare(instance, rng, kind, name):
     plain, packed = Plain(kind), Packed(instance(name))
     count, last = len(kind.inputs), len(kind.inputs) + len(kind.outputs)
     reals = [place for place, row in enumerate(kind._table) if row.type == "Real"]
     inputs = [place for place in range(count) if kind._table[place].type == "Real"]
+    booleans = [place for place in range(count, last) if kind._table[place].type == "Boolean"]
     tuned = [place for place, row in enumerate(kind._table) if row.variability == "tunable" and row.type == "Real"]
     calls, time = [("save",)], 0.0
     for _ in range(300):
@@ -84,7 +98,7 @@ def test_any_order_of_calls_gives_the_slave_s_own_numbers(instance, rng, kind, n
         elif what == "get":
             calls.append(("get", *(int(place) for place in rng.choice(last, 2)), reals[0]))
         elif what == "values":
-            calls.append(("get", *reals))
+            calls += [("get", *reals), ("told", *booleans)] if booleans else [("get", *reals)]
         elif what == "tune" and tuned:
             place = int(rng.choice(tuned))
             calls.append(("set", place, float(kind._table[place].start) * (1 + 0.01 * rng.random())))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic as numba_intrinsic
+from numba.np.arrayobj import make_array, populate_array
 
 DOUBLE = ir.DoubleType()
 
@@ -42,8 +44,48 @@ load, store = memory(DOUBLE, types.float64)
 load_int, store_int = memory(ir.IntType(32), types.int32)
 
 
-def _place(builder, address, k):
-    return builder.inttoptr(builder.add(address, ir.Constant(ir.IntType(64), 8 * k)), DOUBLE.as_pointer())
+place_at, _ = memory(ir.IntType(64), types.int64)  # what lies there is an address
+
+
+def arrays_of(kinds: Sequence[Any]) -> Callable[..., Any]:
+    """A function that makes arrays of these numba types, contiguous, of what `described` wrote at an address; whoever has them keeps them."""
+    made = types.Tuple(kinds)
+
+    @intrinsic
+    def take(context, address):
+        def code(context, builder, signature, args):
+            found, word = [], iter(range(sum(1 + kind.ndim for kind in kinds)))
+            size = lambda: builder.load(_place(builder, args[0], next(word), ir.IntType(64)))
+            for kind in kinds:
+                array = make_array(kind)(context, builder)
+                data, shape = builder.inttoptr(size(), array.data.type), [size() for _ in range(kind.ndim)]
+                itemsize = ir.Constant(ir.IntType(64), context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+                strides = [itemsize]
+                for length in shape[:0:-1]:
+                    strides.insert(0, builder.mul(strides[0], length))
+                populate_array(array, data=data, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
+                found.append(array._getvalue())
+            return context.make_tuple(builder, made, found)
+
+        return made(types.int64), code
+
+    return take
+
+
+def described(arrays: Sequence[np.ndarray]) -> list[int]:
+    """Where each array lies, and its shape, for `arrays_of`."""
+    return [word for array in arrays for word in (array.ctypes.data, *array.shape)]
+
+
+def entry(function: Any, signature: Any) -> int:
+    """Where the machine code of a compiled function begins, as C calls it with these types."""
+    function.compile(signature.args)
+    made = function.overloads[signature.args]
+    return made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name)
+
+
+def _place(builder, address, k, kind=DOUBLE):
+    return builder.inttoptr(builder.add(address, ir.Constant(ir.IntType(64), 8 * k)), kind.as_pointer())
 
 
 @intrinsic

@@ -12,6 +12,7 @@ Where the whole system is one convoy that nobody observes, many macro steps with
 from __future__ import annotations
 
 import ctypes
+import time as clock
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -31,9 +32,10 @@ from .native import BEYOND, MORE, Exchange, Native
 from .seat import Seat
 
 if TYPE_CHECKING:
-    from .running import Running
+    from .running import Recorder, Running
 
-STRETCH = 1000  # macro steps between two looks at the results
+STRETCH = 1000  # macro steps between two looks at the results, at most
+AT_ONCE = 0.2  # s of wall time that they take, so that rows are written and Ctrl-C is heard
 LEAST, MOST = INTEGERS[0] - 1.0, INTEGERS[1] + 1.0
 MOVE, TO_INT, FROM_INT, EXCHANGE, STEP, WORK, LOOK, STEP3 = range(8)
 LOCK = tuple(
@@ -283,12 +285,6 @@ class Convoy:
     def move(self, index: int, time: float, step: float) -> None:
         self.moving.run(time, step)
 
-    def clocks(self) -> dict[str, Seat] | None:
-        """The functions of time that its seats listen to; None where one of them does not tell a stretch of time at once."""
-        sources = {source.name: source for seat in self.looking for source, *_ in seat.clocked}
-        plain = all(source.part.tells_ahead and not source.output_faults for source in sources.values())
-        return sources if plain else None
-
     def whole(self, algorithm: Algorithm, tables: dict[str, np.ndarray]) -> Program:
         """A macro step of a system that is this convoy alone, and functions of time."""
         program = Program(self.natives, tables)
@@ -312,23 +308,32 @@ def form(stepped: list[Seat]) -> list[Seat | Convoy]:
     return formed
 
 
+def clocks(convoy: Convoy, recorder: Recorder) -> dict[str, Seat] | None:
+    """The functions of time that seats listen to, or that are recorded; None where one of them does not tell a stretch at once."""
+    heard = [source for seat in convoy.looking for source, *_ in seat.clocked]
+    sources = {source.name: source for source in (*heard, *recorder.timed)}
+    plain = all(source.part.tells_ahead and not source.output_faults for source in sources.values())
+    return sources if plain else None
+
+
 def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
     """All macro steps of a run whose parts are one convoy, in stretches that end where rows are looked at."""
-    clocks = convoy.clocks() or {}
-    tables = {name: np.zeros((STRETCH, len(seat.outputs))) for name, seat in clocks.items()}
+    recorder, sink = running.recorder, running.sink
+    timed = clocks(convoy, recorder) or {}
+    tables = {name: np.zeros((STRETCH + 1, len(seat.outputs))) for name, seat in timed.items()}
     program = convoy.whole(running.wiring.algorithm, tables)
     start, size = running.system.run.start, running.system.run.step
-    recorder, sink = running.recorder, running.sink
     sources = np.array(
         [address(values, k) for first, last, values in recorder.pieces for k in range(last - first)], dtype=np.int64
     )
     lock = LOCK if all(native.python for native in convoy.natives.values()) else (0, 0)
+    pace = STRETCH
     while running.index < count:
         room = (len(sink.block) - sink.fill) * every - running.index % every
-        stretch = min(count - running.index, room, STRETCH)
-        first = running.index
-        for name, seat in clocks.items():
-            tables[name][:stretch] = seat.part.ahead(start + np.arange(first, first + stretch) * size)
+        stretch = min(count - running.index, room, pace)
+        first, filled, began = running.index, sink.fill, clock.perf_counter()
+        for name, seat in timed.items():
+            tables[name][: stretch + 1] = seat.part.ahead(start + np.arange(first, first + stretch + 1) * size)
         done, sink.fill, failed, status = _sail(
             program.kinds,
             program.where,
@@ -343,6 +348,10 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
             sink.fill,
             *lock,
         )
+        ended = np.arange(first + 1, first + done + 1)
+        for seat, column, place in recorder.told:
+            sink.block[filled : sink.fill, column] = tables[seat.name][1:][:done][ended % every == 0, place]
+        pace = min(max(int(pace * AT_ONCE / max(clock.perf_counter() - began, 1e-9)), 1), STRETCH)
         running.index += done
         running.time = start + running.index * size
         recorder.check()

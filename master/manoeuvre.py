@@ -68,6 +68,7 @@ class Manoeuvre(Part):
     """A part without inputs whose outputs are the columns of a file, and the speeds of those that are angles or ways."""
 
     can_roll_back = True
+    tells_ahead = True
 
     def __init__(self, name: str, path: Path):
         self._courses, units = read_file(path)

@@ -239,6 +239,7 @@ class Recorder:
     def __init__(self, wiring: Wiring, seats: dict[str, Seat], sink: Sink):
         self.sink = sink
         self.timed = [seat for name, seat in seats.items() if seat.timed and wiring.record[name]]
+        self.told: list[tuple[Seat, int, int]] = []  # of those: the column that has an output, and its place in y
         self.texts: list[tuple[Part, str]] = []
         pieces: list[_Piece] = []
         position = 1
@@ -251,6 +252,8 @@ class Recorder:
                     self.texts.append((part, variable))
                     continue
                 values, k = (seat.shown, of_y[variable]) if variable in of_y else (seat.u, of_u[variable])
+                if seat.timed:
+                    self.told.append((seat, position, k))
                 last = pieces[-1] if pieces else None
                 if last and last.values is values and last.begin + last.count == k:  # next to the one before: copied together
                     last.count += 1

@@ -207,7 +207,7 @@ def _all(running: Running, steps: Stepping) -> None:
             from . import convoy
 
             formed = convoy.form(steps.seats)
-            one, observed = formed[0], running.observe is not None or running.recorder.texts or running.recorder.timed
+            one, observed = formed[0], running.observe is not None or running.recorder.texts
             if (
                 len(formed) == 1
                 and isinstance(one, convoy.Convoy)
@@ -215,7 +215,7 @@ def _all(running: Running, steps: Stepping) -> None:
                 and not observed
                 and not running.faults.parameters
             ):
-                if one.clocks() is not None:
+                if convoy.clocks(one, running.recorder) is not None:
                     log.debug("all %d FMUs are stepped in one compiled loop", len(steps.seats))
                     return convoy.sail(running, one, round(steps.count), steps.every)
             steps.stepped = formed

@@ -24,6 +24,7 @@ from numba import types
 from selflock.fmus import build
 from selflock.fmus.laws import in_force
 
+from .addresses import entry
 from .compiled import compiled_loops
 
 log = logging.getLogger(__name__)
@@ -111,7 +112,4 @@ def _loops(package: str) -> dict[str, Any]:
 @cache
 def _address(package: str, loop: str) -> int:
     """Where the machine code of a loop begins, as C calls it."""
-    function = _loops(package)[loop]
-    function.compile(SIGNATURE.args)
-    made = function.overloads[SIGNATURE.args]
-    return made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name)
+    return entry(_loops(package)[loop], SIGNATURE)

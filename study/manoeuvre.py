@@ -44,6 +44,7 @@ class Setpoints(Part):
 
     described = (*PARAMETERS, *OUTPUTS)
     can_roll_back = True
+    tells_ahead = True
 
     def __init__(self, name: str = "setpoints", **options):
         if options:

@@ -16,13 +16,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import from_dtype, types
 
-from .munk import call_step, compiled, inlined, load, store
+from ..master.addresses import arrays_of, load, load_int, place_at, store
+from .munk import call_step, compiled, inlined
 
-CONSTANTS = np.dtype(
-    [
-        (name, float)
-        for name in """
+NAMES = """
     dt gravity sides driven belt hold_stiffness hold_damping
     ground_stiffness ground_exponent ground_damping ground_depth ground_friction
     bristle_stiffness bristle_damping ground_top level shoe foot_pitch foot_back
@@ -30,8 +29,18 @@ CONSTANTS = np.dtype(
     tooth_stiffness tooth_damping tooth_angle belt_radius sprocket_inertia segment_weight
     front_hinge_x rear_hinge_x hinge_y holder_center holder_weight
 """.split()
-    ]
+CONSTANTS = np.dtype([(name, float) for name in NAMES])
+
+_NUMBERS, _PLANE, _PLACES = (types.Array(kind, n, "C") for kind, n in ((types.float64, 1), (types.float64, 2), (types.int64, 1)))
+ARRAYS = (
+    *(types.Array(from_dtype(CONSTANTS), 1, "C"), _NUMBERS, _NUMBERS, _PLANE, _NUMBERS, _NUMBERS, _PLACES, _PLACES, _PLANE),
+    *(_NUMBERS, _PLANE, _NUMBERS, _NUMBERS),
 )
+"""Types of what `advance` works on: constants, gx, gy, belly, u, state, body, at, bristle, scrape, told, zero, out."""
+STEP, SPACE, INNER, MOST, LIMIT, SIZE, HEAD = range(0, 56, 8)
+"""Bytes from what C is given: addresses of cpSpaceStep and the space; s of the inner step, of the longest step; m/s; s that dt is made for."""
+_arrays = arrays_of(ARRAYS)
+ERROR = 3  # fmi2Status
 
 FEET = 3  # points of a segment's rounded shoe that can touch the ground, a third of the pitch apart
 
@@ -455,3 +464,37 @@ def advance(steps, step, space, limit, constants, gx, gy, belly, u, state, body,
 def only_forces(constants, gx, gy, belly, u, state, body, at, bristle, scrape, told, zero, out):
     """The forces of one inner step, for whoever steps the space himself."""
     forces(constants[0], gx, gy, belly, u, state, body, at, bristle, scrape, told)
+
+
+# As C calls it, for the master's compiled loop (master/native.py); `it`: the address of a head, and behind it where the arrays are.
+
+
+@compiled
+def set_inputs(it, references, count, values):
+    """As fmi2SetReal, by places in `u`."""
+    u = _arrays(it + HEAD)[4]
+    for k in range(count):
+        u[load_int(references + 4 * k)] = load(values + 8 * k)
+    return 0
+
+
+@compiled
+def get_outputs(it, references, count, values):
+    """As fmi2GetReal, by places in `out`."""
+    out = _arrays(it + HEAD)[12]
+    for k in range(count):
+        store(values + 8 * k, out[load_int(references + 4 * k)])
+    return 0
+
+
+@compiled
+def do_step(it, time, size, free):
+    """As fmi2DoStep, and as model.Model.advance."""
+    if not size <= load(it + MOST):
+        return ERROR
+    arrays = _arrays(it + HEAD)
+    steps = max(1, math.ceil(size / load(it + INNER) - 1e-9))
+    if size != load(it + SIZE):
+        arrays[0][0].dt = size / steps
+        store(it + SIZE, size)
+    return 0 if advance(steps, place_at(it + STEP), place_at(it + SPACE), load(it + LIMIT), *arrays) else ERROR

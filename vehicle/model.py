@@ -10,6 +10,7 @@ import pymunk
 import pymunk.batch
 from pymunk._chipmunk_cffi import lib
 
+from ..master import addresses
 from ..master.errors import DescriptionError
 from . import ground, kernel, munk
 from .tables import OUTPUTS, SIDES
@@ -112,9 +113,8 @@ class Model:
             self.at = np.array(_BATCH_AT, np.int64)
             self.body = self._rows.ctypes.data + 72 * np.arange(rows, dtype=np.int64)
             self._fetch()
-        self._size = 0.0
         self.most_steps = min(MOST_STEPS, MOST_WORK // work(v, len(self.gx)))  # inner steps of a macro step
-        self._arrays = (
+        self.arrays = (
             self.constants,
             self.gx,
             self.gy,
@@ -129,6 +129,13 @@ class Model:
             self.zero,
             self.outputs,
         )
+        described = addresses.described(self.arrays)
+        self.head = np.array(
+            [0.0, 0.0, v["inner_step"], self.most_steps * v["inner_step"], FASTEST, 0.0, *[0.0] * len(described)]
+        )
+        places = self.head.view(np.int64)
+        places[:2], places[kernel.HEAD // 8 :] = (self.step_address, self.space_address), described
+        self.sized = self.head[kernel.SIZE // 8 :][:1]  # s, of the macro steps that dt is made for
 
     def _fill(self) -> None:
         v, g, c = self.values, self.geometry, self.constants
@@ -265,14 +272,14 @@ class Model:
         if self.too_long(size):
             return False
         steps = max(1, math.ceil(size / self.values["inner_step"] - 1e-9))
-        if size != self._size:
-            self._size, self.constants["dt"] = size, size / steps
+        if size != self.sized[0]:
+            self.sized[0], self.constants["dt"] = size, size / steps
         if self.layout:
-            return kernel.advance(steps, self.step_address, self.space_address, FASTEST, *self._arrays)
+            return kernel.advance(steps, self.step_address, self.space_address, FASTEST, *self.arrays)
         if not np.isfinite(self.inputs).all():
             return False
         for _ in range(steps):
-            kernel.only_forces(*self._arrays)
+            kernel.only_forces(*self.arrays)
             pymunk.batch.set_space_bodies(self.space, _FIELDS, self._batch)
             self.space.step(size / steps)
             self._fetch()

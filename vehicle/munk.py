@@ -9,26 +9,20 @@ and the vehicle uses pymunk's batch interface, slower and with the same numbers.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pymunk
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic as numba_intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
 
 from ..fmus.cache import sealed
+from ..master.addresses import intrinsic
 
 WORDS = 27  # doubles of a C body that are looked through: up to the bias velocities
 JOINT_WORDS = 28  # the same of a pivot joint, up to its accumulated impulse
-
-
-def intrinsic(function: Callable) -> Callable[..., Any]:
-    """numba's intrinsic; called without the typing context, which numba's own annotation counts among the arguments."""
-    return numba_intrinsic(function)
 
 
 def compiled(function, **options):
@@ -102,27 +96,6 @@ def _place(words: np.ndarray, values: tuple[float, ...]) -> int | None:
 def doubles(pointer, offset: int, count: int) -> np.ndarray:
     """A view of `count` doubles in C memory."""
     return np.frombuffer(ffi.buffer(ffi.cast("char *", pointer) + offset, 8 * count), float)
-
-
-@intrinsic
-def load(typing, place):
-    """The double at an address."""
-
-    def code(context, builder, signature, args):
-        return builder.load(builder.inttoptr(args[0], ir.DoubleType().as_pointer()))
-
-    return types.float64(types.int64), code
-
-
-@intrinsic
-def store(typing, place, value):
-    """Writes a double to an address."""
-
-    def code(context, builder, signature, args):
-        builder.store(args[1], builder.inttoptr(args[0], ir.DoubleType().as_pointer()))
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.float64), code
 
 
 @intrinsic

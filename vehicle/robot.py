@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from .tables import OUTPUTS
 
 if TYPE_CHECKING:
     from ..master.about import Drawing
+    from ..master.native import Native
 
 
 class Robot(Part):
@@ -37,7 +38,7 @@ class Robot(Part):
         self.log: list[str] = []
         self.can_roll_back = munk.layout() is not None
         self._settings = settings
-        self._in, self._out = np.zeros(0, int), np.zeros(0, int)
+        self._in, self._out = np.zeros(0, np.uint32), np.zeros(0, np.uint32)
         self.reset()
 
     def reset(self) -> None:
@@ -68,8 +69,8 @@ class Robot(Part):
         for name in (*inputs, *outputs):
             if name not in INPUTS and name not in OUTPUTS:
                 raise DescriptionError(f"{self.name}: there is no input or output {name!r}.")
-        self._in = np.array([INPUTS.index(name) for name in inputs], int)
-        self._out = np.array([OUTPUTS.index(name) for name in outputs], int)
+        self._in = np.array([INPUTS.index(name) for name in inputs], np.uint32)
+        self._out = np.array([OUTPUTS.index(name) for name in outputs], np.uint32)
         self.u, self.y = np.array([self.values[name] for name in inputs], float), np.zeros(len(outputs))
 
     def set(self, name: str, value: Any) -> None:
@@ -117,7 +118,23 @@ class Robot(Part):
         if not self.model.advance(size):
             self._fail(time, size)
 
-    def _fail(self, time: float, size: float) -> None:
+    def native(self) -> Native | None:
+        if not self._running:
+            return None
+        from .native import native
+
+        return native(self.model, (self.u, self._in), (self.y, self._out), self._finish, self._never)
+
+    def _finish(self, status: int, time: float, size: float) -> None:
+        """Why a step in the compiled loop went wrong."""
+        if wrong := self.model.too_long(size):
+            raise DescriptionError(f"{self.name}: {wrong}.")
+        self._fail(time, size)
+
+    def _never(self, status: int, what: str, time: float, size: float) -> NoReturn:
+        raise AssertionError(f"{self.name}: {what} always go.")
+
+    def _fail(self, time: float, size: float) -> NoReturn:
         inputs = {name: float(value) for name, value in zip(INPUTS, self.model.inputs)}
         if np.isfinite(list(inputs.values())).all():
             self.log.append(

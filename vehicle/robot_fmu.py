@@ -141,8 +141,10 @@ def sources() -> dict[str, bytes]:
         *SHARED,
         "fmus/cache.py",
         "fmus/errors.py",
+        "master/addresses.py",
         "master/errors.py",
         "master/face.py",
+        "master/native.py",
         *(f"vehicle/{file.name}" for file in sorted(HERE.glob("[!_]*.py"))),
     ]
     return {name: (ROOT / name).read_bytes() for name in names}

@@ -33,7 +33,7 @@ from rich.table import Table
 from benchmarks.master_cost import bare
 from selflock import master
 from selflock.fmus.build import built
-from selflock.master import twin  # noqa: F401  # as in long runs: where FMUs are not stepped as any other, they are by their laws
+from selflock.master import simulation
 from selflock.master.ssp import export
 
 ROOT = Path(__file__).parents[1]
@@ -220,6 +220,7 @@ def main() -> None:
     options.add_argument("--processor", action="store_true", help="processor time of all threads, not the clock's")
     options.add_argument("--only", nargs="+", default=[], help="FMUs whose label holds one of these")
     chosen = options.parse_args()
+    simulation.TWINS = 0  # by law: as in long runs
     global clock
     clock = time.process_time if chosen.processor else time.perf_counter
     sys.path.insert(0, str(ROOT / "tests" / "native"))

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from selflock import master
-from selflock.master import convoy, twin  # noqa: F401  # twin: as in a long run, laws of FMUs are compiled
+from selflock.master import convoy, simulation
 from selflock.study import runs
 from selflock.vehicle import Robot
 from selflock.vehicle.munk import call_step
@@ -77,6 +77,7 @@ def whole(mode: str, alone: bool = False) -> float:
 
 
 def main() -> None:
+    simulation.TWINS = 0  # laws of FMUs are compiled, as in long runs
     segmented, belt, coarse, falling = Robot(), Robot(track="belt"), Robot(track="belt", inner_step=1e-3), Robot()
     model, dt = falling.model, 2.5e-4
     steps = round(TIME / dt)

@@ -31,7 +31,8 @@ log = logging.getLogger(__name__)
 WORTH = 3000  # FMU steps from which on it pays to load the compiled loop of master.convoy
 COUNTED = 2.0**53  # steps from which on a double does not tell one from the next
 LOADED = 0.05  # share of that where it is loaded already
-TWINS = 200_000  # FMU steps from which on it pays to load the laws of our FMUs, compiled; where they are, as many as WORTH
+TWINS = 200_000  # steps of FMUs in Python, of all runs of a process, that take as long as loading the laws of ours, compiled
+_stepped = [0.0]  # how many there were
 
 
 def run(
@@ -187,12 +188,13 @@ def _go(running: Running) -> None:
 
 
 def _laws(steps: Stepping) -> AbstractContextManager[None]:
-    """While it lasts, FMUs of ours are stepped by their compiled laws, where that pays."""
+    """While it lasts, FMUs of ours are stepped by their compiled laws: from when others took as long as loading these takes."""
     if not isinstance(steps, Fixed) or steps.running.system.run.as_fmu or not find_spec("numba"):
         return nullcontext()
     natives = [seat.part.native() for seat in steps.seats]
-    worth = WORTH if f"{__package__}.twin" in sys.modules else TWINS
-    if steps.count * sum(native is not None and native.python for native in natives) < worth:
+    count = steps.count * sum(native is not None and native.python for native in natives)
+    _stepped[0] += count
+    if not count or _stepped[0] < TWINS:
         return nullcontext()
     from .twin import offered
 

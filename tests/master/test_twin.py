@@ -1,6 +1,7 @@
 """Laws of our FMUs, compiled, in place of their Python: the same bits, the same failures, and Python where it is not the same."""
 
 import logging
+from contextlib import nullcontext
 from math import inf
 
 import pytest
@@ -47,6 +48,15 @@ def offers(monkeypatch):
     monkeypatch.setattr(twin, "_twin", watched)
     monkeypatch.setattr(simulation, "TWINS", 0)
     return made
+
+
+def runs_until_offered(monkeypatch, wanted):
+    """How many runs of a servo there are before its FMUs are offered their laws."""
+    monkeypatch.setattr(simulation, "_stepped", [0.0])
+    monkeypatch.setattr(simulation, "TWINS", wanted)
+    made = []
+    monkeypatch.setattr(twin, "offered", lambda: (made.append(1), nullcontext())[1])
+    return next(run for run in range(1, 9) if (master.run(servo()), made)[1])
 
 
 def test_a_run_has_the_same_numbers_to_the_bit(offers):
@@ -121,8 +131,7 @@ def test_sources_that_are_not_ours_have_no_compiled_law():
     assert twin._twin("", *given) is None and twin._twin("000000000000", *given) is None
 
 
-def test_short_runs_load_nothing(monkeypatch):
-    monkeypatch.setattr(simulation, "TWINS", inf)
-    monkeypatch.setattr(simulation, "WORTH", inf)
-    monkeypatch.setattr(twin, "offered", lambda: pytest.fail("offered"))
-    assert len(master.run(servo()).table) == 1001
+def test_laws_are_loaded_once_runs_have_taken_as_many_steps_as_that_is_worth(monkeypatch):
+    assert runs_until_offered(monkeypatch, 4000) == 1  # a second in ms, of four FMUs
+    assert runs_until_offered(monkeypatch, 4001) == 2
+    assert runs_until_offered(monkeypatch, 12_000) == 3

@@ -136,7 +136,8 @@ class Contest:
         columns = self.arranged.put(
             determined(self._as_fit(problem, base).jacobian, weight(base.misfit, RULES.search.loss_scale))
         )
-        self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs, makes_up=True)
+        begin = self.arranged.put(self._of_begins(problem, base))
+        self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs, makes_up=True, own=begin)
         known = problem, base, self.values, self.arranged, self.linear, self.scene
         self.looks = Looks(*known, self.inserts, self.taken, self.kinds, self.tell, self.enough)
         try:
@@ -358,6 +359,14 @@ class Contest:
             if energy.max(initial=0.0) > RULES.naming.one_block * energy.sum() > 0.0:
                 found.add(n.name)
         return found
+
+    def _of_begins(self, problem: Calibrating, end: End) -> np.ndarray:
+        """What these numbers move in the blocks that tell them, (entries, numbers)."""
+        assert end.jacobian is not None
+        columns = end.jacobian[:, [n.name in self.begins for n in problem.free]].copy()
+        for column in columns.T:
+            column[self.arranged.block != np.bincount(self.arranged.block, column**2).argmax()] = 0.0
+        return columns
 
     def _held_out(self, problem: Calibrating, end: End) -> np.ndarray:
         """The misfit of each fold of blocks under the fit to the others: linear where that can be believed, else simulated."""

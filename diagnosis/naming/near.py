@@ -10,7 +10,7 @@ import numpy as np
 from ..rules import RULES
 from ..search.screen import Direction
 from ..systems.parts import Parts
-from .guesses import CURVE, LAW, Guess, words
+from .guesses import CURVE, LAW, PATH, Guess, words
 from .order import foreign
 from .places import origin
 
@@ -70,12 +70,12 @@ def simpler(found: Sequence[Rivalled], ways: Sequence[Way]) -> Iterator[Way]:
 
 
 def alike(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> Iterator[Way]:
-    """The best law, and the best curve, of the same quantity at other places, where the look sees as much of it there.
+    """The best law, curve and path, of the same quantity at other places, where the look sees as much of it there.
 
     What passes through an FMU that only computes acts alike before and behind it: that must be told, and which is nearer.
     """
     fitted = {rival.guess.label for rival in found}
-    for kind in (LAW, CURVE):
+    for kind in (LAW, CURVE, PATH):
         best = _best(found, kind)
         if best is None:
             continue

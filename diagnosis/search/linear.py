@@ -22,7 +22,8 @@ class Linear:
     """Held-out gains of directions over the base, by block-wise normal equations.
 
     base_columns: (blocks, samples, numbers). runs: of each block; without, all are of one. makes_up: whether the base is fitted
-    again beside an amplitude that ends at its range; else it stays as it was beside what that would have been.
+    again beside an amplitude that ends at its range; else it stays as it was beside what that would have been. own: (blocks,
+    samples, numbers), what numbers move that a block has for itself: in it they are fitted again, whatever others say.
     """
 
     def __init__(
@@ -32,13 +33,18 @@ class Linear:
         folds: np.ndarray,
         runs: np.ndarray | None = None,
         makes_up: bool = False,
+        own: np.ndarray | None = None,
     ):
         self.makes_up = makes_up
+        self.own = None if own is None or not own.any() else _spanned(own * weights[..., None])
         self.weights = weights.astype(np.float32)  # (blocks, samples), 0 for samples not trained on
         self.folds = folds  # (blocks,)
         self.runs = np.zeros(len(folds), int) if runs is None else np.unique(runs, return_inverse=True)[1]
         self.base, self.lengths = _normal((base_columns * weights[..., None]).astype(np.float32))  # (blocks, samples, k0)
         self.gram = np.matmul(self.base.transpose(0, 2, 1), self.base).astype(float)
+        if self.own is not None:
+            self.base_in_own = np.matmul(self.own.transpose(0, 2, 1), self.base)
+            self.gram -= np.matmul(self.base_in_own.transpose(0, 2, 1), self.base_in_own)
 
     def _energy(self, gram: np.ndarray, cross: np.ndarray, limits=None, pairs: bool = False):
         """Change of the squared misfit on folds not seen, for each draw, and the coefficients of all folds together.
@@ -97,6 +103,11 @@ class Linear:
             own, own_lengths = _normal(direction.columns * self.weights[:, part, None])
             mixed = np.matmul(self.base[:, part].transpose(0, 2, 1), own)
             square, against = np.matmul(own.transpose(0, 2, 1), own), draws.cross(own, part)
+            if self.own is not None:
+                mine = np.matmul(self.own[:, part].transpose(0, 2, 1), own)
+                square = square - np.matmul(mine.transpose(0, 2, 1), mine)
+                mixed = mixed - np.matmul(self.base_in_own.transpose(0, 2, 1), mine)
+                against = against - np.einsum("bqk,rbq->rbk", mine, draws.own)
             if pairs:
                 square = self._of_runs(self._of_runs(square).transpose(0, 2, 1))
                 mixed, against = self._of_runs(mixed), self._of_runs(against.transpose(1, 0, 2)).transpose(1, 0, 2)
@@ -131,6 +142,9 @@ class Linear:
         """Misfits to try directions on: blocks as they are, or put in `order` with `signs` (draws, blocks)."""
         found = Draws(errors.astype(np.float32), order, signs)
         found.base = found.cross(self.base, slice(None))
+        if self.own is not None:
+            found.own = found.cross(self.own, slice(None))
+            found.base = found.base - np.einsum("bqk,rbq->rbk", self.base_in_own, found.own)
         found.without = self.gains(None, found)[0]
         return found
 
@@ -160,6 +174,7 @@ class Draws:
     signs: np.ndarray | None = None
     base: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))  # cross products with the base's columns
     without: np.ndarray = field(default_factory=lambda: np.zeros(0))  # gain of the base alone
+    own: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))  # cross products with what blocks have for themselves
 
     def cross(self, columns: np.ndarray, part: slice) -> np.ndarray:
         """X_b' e_b for each draw (draws, blocks, k)."""
@@ -174,6 +189,13 @@ def _solved(gram: np.ndarray, cross: np.ndarray) -> np.ndarray:
     """Coefficients, (draws, folds, k), of normal equations: gram (folds, k, k), cross (draws, folds, k)."""
     ridge = RULES.search.ridge * np.eye(gram.shape[-1])
     return -np.linalg.solve(gram + ridge, cross.transpose(1, 2, 0)).transpose(2, 0, 1)
+
+
+def _spanned(columns: np.ndarray) -> np.ndarray:
+    """An orthonormal base of each block's columns, 0 where it has none."""
+    base, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    largest = max(float(sizes.max(initial=0.0)), 1e-300)
+    return np.asarray(base * (sizes > RULES.naming.degenerate * largest)[:, None, :], np.float32)
 
 
 def _normal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

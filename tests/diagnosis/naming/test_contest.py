@@ -52,6 +52,27 @@ def test_beside_an_amplitude_at_the_end_of_its_range_the_base_is_fitted_again(rn
     assert (way.gain < -10.0 * (errors**2).sum()) != makes_up
 
 
+def test_where_a_run_begins_says_nothing_of_what_goes_on(rng):
+    """An offset of a set-point moves where a run must have begun, which its first block alone tells: the look saw a loss in it.
+
+    What that block has for itself is fitted in it again, so that it makes no difference how far off it was.
+    """
+    base, column, begin = rng.standard_normal((3, BLOCKS, SAMPLES, 1))
+    begin[1:] = 0.0
+    errors = column[..., 0] + 0.1 * rng.standard_normal((BLOCKS, SAMPLES))
+    gains = []
+    for off in (0.0, 20.0):
+        way = Direction(None, {}, (Free("c", 0.0, -10.0, 10.0),), column - off * begin)
+        linear = Linear(base, np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5, makes_up=True, own=begin)
+        linear.look(way, linear.draws(errors))
+        gains.append(way.gain)
+        assert way.amounts[0] == pytest.approx(-1.0, abs=0.05)
+    assert gains[1] == pytest.approx(gains[0], rel=1e-3) and gains[0] > 0.9 * (errors**2).sum()
+    linear = Linear(base, np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5, makes_up=True)
+    linear.look(way, linear.draws(errors))
+    assert way.gain < 0.8 * gains[0]
+
+
 def test_where_nothing_is_free_nothing_is_determined():
     assert determined(np.zeros((9, 0)), np.ones(9)).shape == (9, 0)
     assert determined(np.zeros((9, 2)), np.ones(9)).shape == (9, 0)  # as of start values, which a block alone tells

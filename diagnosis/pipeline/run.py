@@ -32,7 +32,7 @@ from ..output.learnt import write_learnt
 from ..output.report import write
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.whole import PARTED, WHOLE
-from ..search.instants import place_jumps
+from ..search.instants import place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection
@@ -132,9 +132,10 @@ def _diagnosed(
     judged = ~train
     experiment.forget()  # an hour's motions, which the search makes for itself
     problem = problem_of(experiment, runs, held, train, kept)
-    if experiment.by_channel and place_jumps(experiment, problem):
-        experiment = DriveExperiment(rig, runs)
-        problem = problem_of(experiment, runs, held, train, kept)
+    for place in (place_jumps, place_ticks) if experiment.by_channel else ():
+        if place(experiment, problem):
+            experiment = DriveExperiment(rig, runs)
+            problem = problem_of(experiment, runs, held, train, kept)
     selection = ForwardSelection(problem, rng, tell)
     outcome = selection.run() if search else selection.run(0)
     for problem in (outcome.problem, outcome.searched):

@@ -39,6 +39,10 @@ class SearchRules:
         1e4, "square of an error, in those of its channel's noise, from which on it counts no more", "not studied"
     )
 
+    tick_places: int = rule(
+        8, "places within its period at which a controller's acts are tried, and then three times half as far", "a limit of time"
+    )
+
     # --- free laws inside a whole drive, which rival all causes: search.freely
     free_apart: float = rule(0.01, "share of its variable's range by which knots are apart at least", "not studied")
     free_ridges: tuple[float, ...] = rule(

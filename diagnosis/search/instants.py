@@ -1,4 +1,4 @@
-"""When a set-point jumped: within a row nobody logged it, and all that a drive does after a step depends on it.
+"""When a set-point jumped, and when a controller slower than the log acts: within a row nobody logged it.
 
 It belongs to a run, as where it begins does, and is no cause. The drive that fits best as it is described, recorder and all, is
 simulated with its jumps at several places of their rows; each is left where its next moments fit best.
@@ -12,6 +12,7 @@ from ..residuals import driven, whole
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import samples
 from ..residuals.noise import floor
+from ..residuals.recorder import commanded, ticks
 from ..rules import RULES
 from .problem import Problem
 
@@ -31,6 +32,60 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
             _place(experiment, ch, values, noise)
         problem = problem.on(problem.experiment.but_with(problem.experiment.setting))
     return True
+
+
+def place_ticks(experiment: DriveExperiment, problem: Problem) -> bool:
+    """Find when within its period a controller acts whose period the rig gives, in each run; whether there is any to be found.
+
+    The steps of its voltage tell it to a row, and to what a message takes; what current and voltage are between two acts tells the
+    rest, each channel as late as fits best.
+    """
+    channels = list(experiment.channels.values())
+    period = channels[0].setting.value("controller.sample_period", {})
+    if (
+        period <= experiment.step * (1.0 - RULES.data.uneven)
+        or driven.of(channels[0]) == driven.VOLTAGE
+        or not commanded(channels[0])
+    ):
+        return False
+    problem = problem.with_noise()
+    values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
+    if problem.excess(values).max() <= RULES.search.sound:  # as the rows tell it it is good enough
+        return False
+    noise, shifts = _noise(experiment, values), {p.name: (p.low, p.high) for p in problem.base_free if p.name.endswith(".shift")}
+    for ch in channels:
+        ch.memory[whole.LATE] = dict.fromkeys([residual.output for residual in experiment.residuals], 0.0)
+        known, first, apart = ch.run.memory["ticks"], ticks(period, ch), period / RULES.search.tick_places
+        best, losses = first, {}
+        for offsets in (np.arange(RULES.search.tick_places), *([-(0.5**n), 0.0, 0.5**n] for n in range(1, 4))):
+            for place in best + apart * np.asarray(offsets):
+                if place not in losses:
+                    known[period] = float(place % period)
+                    losses[place] = _read_best(experiment, ch, values, noise, shifts)
+            best = min(losses, key=losses.__getitem__)
+        known[period] = float(best % period)
+        del ch.memory[whole.LATE]
+        _forget(ch)
+    return True
+
+
+def _read_best(experiment: DriveExperiment, ch, values: dict, noise: list[float], shifts: dict) -> float:
+    """Loss of all channels of a run, each read as late as fits best."""
+    _forget(ch)
+    everywhere, total = [np.ones(len(ch.taken(ch.run.time)), bool)], 0.0
+    for residual, usual in zip(experiment.residuals, noise):
+        name = f"recorder.{residual.output}.shift"
+        if name not in shifts or usual <= 0.0:
+            continue
+        loss = lambda late, residual=residual, usual=usual, name=name: _squares(
+            residual, ch, values | {name: float(late)}, everywhere, usual
+        )[0]
+        places = np.linspace(*shifts[name], RULES.search.shift_places)
+        least, late, apart = *min((loss(late), late) for late in places), places[1] - places[0]
+        for n in range(1, 4):
+            least, late = min((least, late), *((loss(x), x) for x in (late - apart / 2**n, late + apart / 2**n)))
+        total += least
+    return total
 
 
 def _noise(experiment: DriveExperiment, values: dict) -> list[float]:
@@ -73,12 +128,17 @@ def _losses(experiment: DriveExperiment, ch, values: dict, windows: list[np.ndar
     _forget(ch)
     found = np.zeros(len(windows))
     for residual, usual in zip(experiment.residuals, noise):
-        simulated, measured, good = residual.compute(values, ch)
-        error = np.where(good & np.isfinite(simulated), measured - simulated, 0.0)
         if usual > 0.0:
-            squares = np.minimum((error / usual) ** 2, RULES.search.jump_wild)
-            found += [float(squares[window].sum()) for window in windows]
+            found += _squares(residual, ch, values, windows, usual)
     return found
+
+
+def _squares(residual, ch, values: dict, windows: list[np.ndarray], usual: float) -> list[float]:
+    """Of each window: squared errors of a channel in units of its noise, wild ones held back."""
+    simulated, measured, good = residual.compute(values, ch)
+    error = np.where(good & np.isfinite(simulated), measured - simulated, 0.0)
+    squares = np.minimum((error / usual) ** 2, RULES.search.jump_wild)
+    return [float(squares[window].sum()) for window in windows]
 
 
 def _forget(ch) -> None:

@@ -14,7 +14,7 @@ from selflock.diagnosis.pipeline.run import gather, problem_of
 from selflock.diagnosis.residuals import whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.rules import RULES
-from selflock.diagnosis.search.instants import place_jumps
+from selflock.diagnosis.search.instants import place_jumps, place_ticks
 
 from .plant import bus, fieldbus
 
@@ -102,6 +102,17 @@ def test_jumps_are_placed_by_noise_and_not_by_what_a_drive_at_rest_errs(seed, tm
     """
     problem = _problem(seed, tmp_path)
     assert place_jumps(problem.experiment, problem)
+    problem = problem.on(problem.experiment.but_with(problem.experiment.setting)).with_noise()
+    assert problem.excess(problem.nominal).max() < RULES.search.sound
+
+
+@pytest.mark.slow
+def test_when_a_controller_acts_is_told_closer_than_by_rows_as_far_apart_as_its_acts(tmp_path):
+    """Every 2 ms, 0.02 s before the first row among them. Half a row off its current was a scale of it."""
+    problem = _problem(244, tmp_path)
+    assert place_ticks(problem.experiment, problem)
+    ticked = problem.experiment.runs[0].memory["ticks"][2e-3]
+    assert min(ticked, 2e-3 - ticked) < 0.15e-3
     problem = problem.on(problem.experiment.but_with(problem.experiment.setting)).with_noise()
     assert problem.excess(problem.nominal).max() < RULES.search.sound
 

@@ -80,7 +80,8 @@ def _read_best(experiment: DriveExperiment, ch, values: dict, noise: list[float]
         loss = lambda late, residual=residual, usual=usual, name=name: _squares(
             residual, ch, values | {name: float(late)}, everywhere, usual
         )[0]
-        places = np.linspace(*shifts[name], RULES.search.shift_places)
+        low, high = shifts[name]
+        places = np.linspace(low, high, RULES.search.shift_places)
         least, late, apart = *min((loss(late), late) for late in places), places[1] - places[0]
         for n in range(1, 4):
             least, late = min((least, late), *((loss(x), x) for x in (late - apart / 2**n, late + apart / 2**n)))

@@ -20,6 +20,7 @@ from selflock.master.stops import Stops
 
 from .asked import asked, files, laws
 from .data.rig import Rig
+from .errors import DataError
 from .progress import Tell, shown
 from .rules import RULES
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from .calibration.run import Spread
     from .judge.result import Diagnosis
     from .naming.outcome import Naming
+    from .naming.plan import NextInputs
     from .pipeline.replay import Replay
     from .planning.run import NextRun
     from .search.kept import Kept
@@ -146,12 +148,12 @@ def plan(
     progress: bool | Callable[[str, float], None] = False,
     seed: int = 0,
     allow_code: bool = False,
-) -> NextRun:
-    """The run to record next: set-points that tell apart the models between which a diagnosis did not decide.
+) -> NextRun | NextInputs:
+    """The run to record next: set-points, or inputs, that tell apart the models between which a diagnosis or a naming did not decide.
 
-    diagnosis: the folder that `diagnose` wrote to. rig: where its rig lies now, where it was moved.
+    diagnosis: the folder that `diagnose`, or `name`, wrote to. rig: where its rig lies now, where it was moved.
     limits: of the output side, SI: angle ("low:high"), speed, acceleration, voltage, current, duration; as far as the logs went
-    where not given.
+    where not given. Of a naming's: a column's variable ("low:high", as the rig reads it) and duration.
     out: folder for plan.csv (the set-points, in the rig's own columns), report.html and plan.json; None writes nothing.
 
     Raises DataError where nothing is open, or rig and logs describe no loop.
@@ -160,12 +162,38 @@ def plan(
     from .planning.run import opened, plan_run
 
     folder, out = Path(diagnosis), Path(out) if out else None
+    if (folder / "naming.json").is_file() and not (folder / "diagnosis.json").is_file():
+        return _plan_system(folder, limits or {}, out, Path(rig) if rig else None, progress, seed, allow_code)
     told, found = opened(folder, Path(rig) if rig else None)
     found = asked(found, allow_code)
     with laws(found), shown(progress) as tell:
         result = plan_run(folder, told, found, limits or {}, out, seed, tell)
         if out is not None:
             write(result, out)
+        return result
+
+
+def _plan_system(
+    folder: Path,
+    limits: Mapping[str, str | float],
+    out: Path | None,
+    rig: Path | None,
+    progress: bool | Callable[[str, float], None],
+    seed: int,
+    allow_code: bool,
+) -> NextInputs:
+    from .naming.plan import plan_system, read
+
+    told, models = read(folder)
+    path = rig or folder / told["sources"]["rig"]
+    if not path.exists():
+        raise DataError(f"{path}: the rig of this naming is not there any more. Give it: --rig.")
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    with shown(progress) as tell:
+        result = plan_system(folder, told, models, asked(path, allow_code), limits, seed, tell)
+        if out is not None:
+            result.write(out)
         return result
 
 

@@ -16,6 +16,7 @@ from ..rules import RULES
 from .contest import Round
 from .guesses import CURVE, heights
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
+from .plan import open_models
 
 if TYPE_CHECKING:
     from .run import Search, Whole, Work
@@ -58,6 +59,8 @@ def told_of(found: Search, seed: int) -> Naming:
         notes=notes,
         seed=seed,
         stopped=found.stopped,
+        step=work.step,
+        models=open_models(found),
     )
 
 

@@ -122,6 +122,9 @@ class Naming:
     notes: list[str] = field(default_factory=list)
     seed: int = 0
     stopped: bool = False  # by its time limit, before all was held against the base
+    step: float = 0.0  # of the system, s, as it was taken
+    models: list[dict[str, Any]] = field(default_factory=list)  # between which it did not decide (naming.plan)
+    sources: dict[str, Any] = field(default_factory=dict)  # rig and logs, as paths from `folder`
     folder: Path | None = None
     files: list[str] = field(default_factory=list)
 
@@ -148,7 +151,7 @@ class Naming:
             yield "Nothing that these logs show is missing: the calibrated numbers suffice"
         for cause in self.causes:
             if cause.beside:
-                yield f"{cause.label} and {' and '.join(cause.beside)} do alike in these logs: record a run in which they would differ"
+                yield f"{cause.label} and {' and '.join(cause.beside)} do alike in these logs: record a run in which they would differ (selflock plan looks for one)"
             if cause.kind == "parameter":
                 yield f"{cause.place} is off: give it under [parameters] of the rig, or let it be fitted under [calibrate]"
         if self.verdict == "unknown" and self.curve is not None:

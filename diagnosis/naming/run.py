@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -82,6 +83,9 @@ def name_system(
         result.faults = [fault.row() for fault in faults]
         result.effort["elapsed"] = time.monotonic() - begun
         if out is not None:
+            near = lambda path: Path(os.path.relpath(path, out)).as_posix()
+            logs_of = [run.source for i, run in enumerate(runs) if run.source and not held[i]]
+            result.sources = {"rig": near(rig.path), "logs": list(dict.fromkeys(map(near, logs_of)))}
             tell("report", 0.95)
             extend(result, found.work, found.best, out)
             result.effort["elapsed"] = time.monotonic() - begun

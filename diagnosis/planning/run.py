@@ -149,12 +149,9 @@ def _diagnosis(folder: Path) -> dict:
     """What diagnosis.json says, its models made."""
     path = folder / "diagnosis.json"
     if not path.is_file():
-        if (folder / "naming.json").is_file():
-            raise DataError(
-                f"{folder}: holds what selflock name found of an FMU system. Runs are planned for drives of ours, after selflock "
-                "diagnose; its report says between which causes a further run of this system has to decide."
-            )
-        raise DataError(f"{folder}: holds no diagnosis.json. Give the folder that selflock diagnose wrote to (-o).")
+        raise DataError(
+            f"{folder}: holds no diagnosis.json and no naming.json. Give the folder that selflock diagnose or selflock name wrote to (-o)."
+        )
     try:
         told = json.loads(ending(path, DOCUMENT).read_text(encoding="utf-8"))
         verdict = told["verdict"]

@@ -34,6 +34,10 @@ class PlanningRules:
     changed: int = rule(64, "times that one of them is changed in places", TIME)
     longest: float = rule(30.0, "s of a planned run, at most, where no duration is given", TIME)
     shortest: float = rule(20.0, "s of it, at least", "moves of every kind take some seconds each; not studied")
+    # --- systems of FMUs: naming.plan
+    drawn_inputs: int = rule(48, "runs that are drawn for a system of FMUs", TIME)
+    models: int = rule(4, "models of a naming that are told apart, at most", TIME)
+    held: float = rule(4.0, "rows that a level of an input is held, at least", DRAWN)
     # --- distances: planning.rivals
     difference: float = rule(
         1e-3, "share of a number's range by which it is moved for a slope", "as steep as rounding allows; not studied"

@@ -120,13 +120,15 @@ def _diagnose_fleet(rig: Path, folder: Path, out: Path, workers: int | None, sch
 
 @app.command()
 def plan(
-    diagnosis: Annotated[Path, typer.Argument(metavar="DIR", help="The folder that selflock diagnose wrote to.")],
+    diagnosis: Annotated[
+        Path, typer.Argument(metavar="DIR", help="The folder that selflock diagnose, or selflock name, wrote to.")
+    ],
     limits: Annotated[
         list[str] | None,
         typer.Option(
             "--limits",
             help="angle=LOW:HIGH, speed=…, acceleration=…, voltage=…, current=…, duration=…: of the output side, SI; may be repeated. "
-            "As far as the logs went where not given.",
+            "Of a naming: COMPONENT.VARIABLE=LOW:HIGH of an input, duration=…. As far as the logs went where not given.",
         ),
     ] = None,
     out: Out = Path("out/plan"),
@@ -134,7 +136,7 @@ def plan(
     seed: Annotated[int, typer.Option(help="Of the runs that are tried.")] = 0,
     allow_code: AllowCode = False,
 ) -> None:
-    """The run to record next: set-points that tell apart what a diagnosis could not."""
+    """The run to record next: set-points, or inputs, that tell apart what a diagnosis, or a naming, could not."""
     from selflock.diagnosis import plan as run_plan
 
     given = {}

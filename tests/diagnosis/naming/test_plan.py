@@ -1,0 +1,90 @@
+"""The run that tells apart what a naming could not: in a heated body whose FMU knows a rate and nothing else."""
+
+import json
+from dataclasses import asdict
+
+import hidden
+import numpy as np
+import pandas as pd
+import pytest
+
+from selflock.diagnosis import DataError, plan
+from selflock.diagnosis.calibration.numbers import Number
+from selflock.diagnosis.naming.places import IN, READ, Insert, Place
+from selflock.diagnosis.naming.plan import Open, least
+
+
+def model(law, amount, place, over="", word="a"):
+    """A law of one number before the heater or behind the body."""
+    at = Place(READ, "relaxation.x") if place == "body" else Place(IN, "relaxation.u")
+    number = Number(f"c.{word}", f"c.{word}", 0.0, -3.0, 3.0)
+    label = f"{law} on {place}"
+    values = {"relaxation.rate": 0.5, "relaxation.x": 0.3, f"c.{word}": amount}
+    return Open(label, (Insert("c", at, law, over=over),), (number,), {}, values)
+
+
+@pytest.fixture
+def named(tmp_path, native):
+    """A function: the folder of a naming that did not decide between these models, beside its rig and log."""
+    hidden.rig(tmp_path, native("relaxation"))
+    hidden.body(np.random.default_rng(1), 200).to_csv(tmp_path / "log.csv", index=False)
+
+    def written(*models):
+        folder = tmp_path / "naming"
+        folder.mkdir()
+        told = {
+            "models": [asdict(one) for one in models],
+            "sources": {"rig": "../rig.toml", "logs": ["../log.csv"]},
+            "step": hidden.STEP,
+            "errors": [{"name": "relaxation.x", "noise": 0.004}],
+        }
+        (folder / "naming.json").write_text(json.dumps(told))
+        return folder
+
+    return written
+
+
+def test_inputs_are_planned_under_which_two_laws_differ(named, tmp_path):
+    """A loss with the third power and one with the square, alike where the body hardly moves."""
+    folder = named(model("cubic", -0.05, "heater", "relaxation.x"), model("drag", -0.06, "heater", "relaxation.x"))
+    result = plan(folder, {"relaxation.u": "-4:4", "duration": 20}, tmp_path / "plan")
+    assert result.decides and least(result.more) > 5.0 * least(result.usual)
+    table = pd.read_csv(tmp_path / "plan" / "plan.csv")
+    heater = table.filter(like="heater").iloc[:, 0]
+    assert heater.between(-4.0, 4.0).all() and table["time [s]"].iloc[-1] == pytest.approx(20.0)
+    assert np.ptp(heater) > 4.0 and "plan.csv" in result.summary()
+    assert json.loads((tmp_path / "plan" / "plan.json").read_text())["decides"]
+    again = plan(folder, {"relaxation.u": "-4:4", "duration": 20}, None)
+    assert np.array_equal(again.inputs["relaxation.u"], result.inputs["relaxation.u"])
+
+
+def test_what_acts_alike_under_all_inputs_is_told_as_that(named, tmp_path):
+    """An offset of the heater and one of the body's sensor, where the run's begin is free."""
+    offset, sensor = model("constant", 0.1, "heater"), model("constant", 0.1, "body")
+    result = plan(named(offset, sensor), {}, None)
+    assert not result.decides and least(result.more) < 1e-4
+    assert "Under no inputs" in result.summary() and "constant on heater and constant on body" in result.summary()
+
+
+def test_what_cannot_be_planned_is_a_sentence(named, tmp_path):
+    folder = named(model("cubic", -0.05, "heater", "relaxation.x"))
+    with pytest.raises(DataError, match="nothing does as well"):
+        plan(folder, {}, None)
+    (folder / "naming.json").write_text('{"models": [{}]}')
+    with pytest.raises(DataError, match="Run selflock name again"):
+        plan(folder, {}, None)
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ({"relaxation.v": "0:1"}, "Did you mean 'relaxation.u'"),
+        ({"relaxation.u": "1"}, "the lowest and the highest"),
+        ({"relaxation.u": "2:1"}, "the lowest and the highest"),
+        ({"duration": "soon"}, "seconds above 0"),
+    ],
+)
+def test_limits_that_are_none(named, limits, words):
+    both = model("cubic", -0.05, "heater", "relaxation.x"), model("drag", -0.06, "heater", "relaxation.x")
+    with pytest.raises(DataError, match=words):
+        plan(named(*both), limits, None)

@@ -14,6 +14,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from ..data.signals import SIGNALS
 from ..rules import RULES
 from .channels import Channels
+from .recorder import commanded
 
 WANTED = ("controller.angle_setpoint", "controller.speed_setpoint")
 
@@ -52,6 +53,21 @@ def told(name: str, ch: Channels) -> np.ndarray:
 
 def period(name: str, ch: Channels) -> tuple[int, float | None]:
     """In how many rows a message of a channel stands, and where in the row the first was sent; 1 and None where nothing says so.
+
+    A command stands as long as its controller's period. Where that is what it stands for, or is not given and no other channel
+    stands in several rows, it was no message.
+    """
+    found = standing(name, ch)
+    if found[0] == 1 or name != commanded(ch) or not any(ch.has(wanted) for wanted in WANTED):
+        return found
+    own = ch.setting.value(ch.prefix + "controller.sample_period", {}) / float(np.median(np.diff(ch.run.time)))
+    others = [other for other in SIGNALS if ch.has(other) and other not in (name, *WANTED)]
+    by_controller = abs(found[0] - own) < 0.5 if own > 0.0 else all(standing(other, ch)[0] == 1 for other in others)
+    return (1, None) if by_controller else found
+
+
+def standing(name: str, ch: Channels) -> tuple[int, float | None]:
+    """In how many rows a value stands, and where in the row the first came; 1 and None where it may change in any.
 
     Rows that have the message of the row before are equal to it, all of them, and where a channel has noise few others are. By the
     likelihood of equal rows against that of as many anywhere.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.residuals.channels import Channels
 from selflock.diagnosis.residuals.kernels import kernels
-from selflock.diagnosis.residuals.messages import age, evenly_sent, period, told
+from selflock.diagnosis.residuals.messages import age, evenly_sent, period, standing, told
 from selflock.diagnosis.residuals.setting import Setting
 
 STEP = 2e-3
@@ -69,3 +71,18 @@ def test_a_table_that_was_read_at_once_is_as_its_stamps_say(rng, tmp_path):
     assert not evenly_sent(ch)
     for name in signals:
         assert period(name, ch) == (1, None) and not age(name, ch).any() and told(name, ch).all()
+
+
+@pytest.mark.parametrize(("acts", "others", "rows"), [(0.0, 1, 1), (0.0, 3, 2), (2 * STEP, 3, 1), (STEP, 1, 2)])
+def test_a_command_that_stands_as_long_as_its_controllers_period_is_no_message(acts, others, rows, rng, tmp_path):
+    """acts: the period that its rig gives, s, or none; others: rows in which the current stands."""
+    time, signals, _ = table(rng, 2, 0.4, 0.0)
+    current = table(rng, others, 0.4, 0.0)[1]["motor.current"]
+    signals = {
+        "controller.voltage": signals["motor.current"],
+        "motor.current": current,
+        "controller.angle_setpoint": np.sin(time),
+    }
+    ch = channels(time, signals, tmp_path)
+    ch = replace(ch, setting=replace(ch.setting, rig=replace(ch.setting.rig, parameters={"controller.sample_period": acts})))
+    assert standing("controller.voltage", ch)[0] == 2 and period("controller.voltage", ch)[0] == rows

@@ -12,13 +12,16 @@ class Limit:
 
     def __init__(self, enough: Callable[[], bool] = lambda: False, stops: Stops | None = None):
         self._enough, self._stops, self._over = enough, stops, False
+        self.cut = False  # whether it kept anybody from looking further
 
     def __call__(self) -> bool:
-        return self._over or self._enough()
+        self.cut = self.cut or self._over or self._enough()
+        return self.cut
 
     def ends(self) -> bool:
         """Whether an interrupt is the time limit's own. Then it ends the search alone: what follows is asked for, and is told."""
         if self._over or self._stops is None or not self._stops.time_up:
             return False
-        self._over, self._stops.asked = True, False
+        self._over = self.cut = True
+        self._stops.asked = False
         return True

@@ -152,7 +152,7 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
         notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
     found.work.played.extend(found.work.inserts)
     notes += _beyond(found) + _at_once(found)
-    if enough():
+    if enough.cut:
         found.stopped = True
         count = sum(len(outcome.fitted) for outcome in found.outcomes)
         notes.append(

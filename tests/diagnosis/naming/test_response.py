@@ -246,6 +246,21 @@ def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, a
     assert len(result.causes) == fitted
 
 
+def test_time_that_is_up_when_all_was_looked_at_has_stopped_nothing(tmp_path, native, monkeypatch):
+    from selflock.diagnosis.naming import run
+
+    rig = hidden.rig(tmp_path, native("relaxation"))
+    for k, log in enumerate(("log.csv", "test.csv")):
+        hidden.body(np.random.default_rng(k), 200).to_csv(tmp_path / log, index=False)
+    late = []
+    monkeypatch.setattr(run, "_at_once", lambda found: late)
+    limit = Limit(lambda: bool(late))
+    monkeypatch.setattr(run, "_beyond", lambda found: late.append("time is up now") or [])
+    logs = [tmp_path / "log.csv"], [tmp_path / "test.csv"]
+    result = run.name_system(load(rig), *logs, None, lambda what, share: None, 1, 0, ("path",), None, limit)
+    assert late and not result.stopped and limit() and limit.cut
+
+
 def test_an_interrupt_that_is_not_the_limits_ends_all(tmp_path, native):
     rig = hidden.rig(tmp_path, native("relaxation"))
     hidden.body(np.random.default_rng(1), 60).to_csv(tmp_path / "log.csv", index=False)

@@ -10,7 +10,7 @@ import numpy as np
 from ..rules import RULES
 from ..search.screen import Direction
 from ..systems.parts import Parts
-from .guesses import CURVE, LAW, PATH, Guess, words
+from .guesses import CURVE, LAW, PARAMETER, PATH, Guess, words
 from .order import foreign
 from .places import origin
 
@@ -23,7 +23,8 @@ Way = tuple[Direction, Guess]
 def beside_best(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> list[Way]:
     """All that follows, each once, from as many places as it is fitted from."""
     asked: dict[str, list[Way]] = {}
-    for part in (curve(found, ways), simpler(found, ways), alike(found, ways, parts), natural(found, ways, parts)):
+    others = numbers(found, ways), alike(found, ways, parts), natural(found, ways, parts)
+    for part in (curve(found, ways), simpler(found, ways), *others):
         mine: dict[str, list[Way]] = {}
         for pair in part:
             mine.setdefault(pair[1].label, []).append(pair)
@@ -88,6 +89,18 @@ def alike(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> Itera
                 others.setdefault(guess.label, []).append((way, guess))
         for pairs in list(others.values())[: RULES.naming.of_path]:
             yield from pairs[: starts(best)]
+
+
+def numbers(found: Sequence[Rivalled], ways: Sequence[Way]) -> Iterator[Way]:
+    """Numbers of FMUs that look nearly as good as the best that has a name did: a gain that is off is a scale of what it acts on."""
+    best = next((rival.guess for rival in found if rival.guess.kind != CURVE), None)
+    if best is None:
+        return
+    fitted = {rival.guess.label for rival in found}
+    most = max((way.gain for way, guess in ways if guess.label == best.label), default=np.inf)
+    mine = [(way, guess) for way, guess in ways if guess.kind == PARAMETER and guess.label not in fitted]
+    alike = [pair for pair in mine if pair[0].gain >= RULES.naming.as_much * most > 0.0]
+    yield from sorted(alike, key=lambda pair: -pair[0].gain)[: RULES.naming.of_path]
 
 
 def natural(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> Iterator[Way]:

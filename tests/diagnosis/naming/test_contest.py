@@ -10,7 +10,7 @@ from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming.arranged import determined
 from selflock.diagnosis.naming.contest import Contest, Round
-from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, Guess
+from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, PATH, Guess
 from selflock.diagnosis.naming.order import nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
@@ -205,6 +205,17 @@ def test_the_best_law_is_also_fitted_of_what_its_fmu_has():
     asked = lambda found: [one.label for _, one in near.natural(found, ways, parts)]
     assert asked(found) == ["first order of wall.x on wall.u", "first order of load.x on load.u"]
     assert asked([*found, SimpleNamespace(guess=ways[1][1])]) == ["first order of load.x on load.u"] and asked([]) == []
+
+
+def test_numbers_of_fmus_that_look_as_good_as_the_best_are_held_against_it():
+    """A controller's gain was a scale of its speed: three other numbers of FMUs looked better, and it was never fitted."""
+    way = lambda gain: Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain)
+    scale = Guess(PATH, "scale", "scale on c.speed", (Insert("k", Place(IN, "c.speed"), "scale"),), ())
+    number = lambda name: Guess(PARAMETER, "parameter", name, (), ())
+    ways = [(way(3.0), scale), (way(9.0), number("a.mass")), (way(3.0), number("c.soft")), (way(1.0), number("c.stiff"))]
+    found = [SimpleNamespace(guess=guess) for guess in (scale, ways[1][1])]
+    assert [guess.label for _, guess in near.numbers(found, ways)] == ["c.soft"]
+    assert list(near.numbers([], ways)) == []
 
 
 def test_the_best_law_is_held_against_those_of_fewer_numbers_over_its_variable():

@@ -12,7 +12,9 @@ what it compiled, which is therefore never older than any source it came from. L
 their package, are kept in the same way.
 
 Compiled loops alone call the laws. numba would give each of these functions a face to Python and one to C, too, which take
-most of the time that compiling takes: only loops have them, and what `compiled` hands out.
+most of the time that compiling takes: only loops have them, and what `compiled` hands out. The laws, and what serves a loop, are
+put into the code of whoever calls them: to hand some fifty parameters from function to function, each by itself, took a third to
+half of a step. Compiling the loops takes twice as long for it, once on a machine.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ from selflock.fmus.errors import EffectError
 log = logging.getLogger(__name__)
 
 LAWS = laws.OURS
-FACELESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INLINED: dict[str, Any] = {"forceinline": True}
+FACELESS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True} | INLINED
 PREFIX = "_compiled_"
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -89,7 +92,7 @@ def compiled_loops(path: Path) -> dict[str, object]:
             if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
                 setattr(sys.modules[name], key, _compiled(value.__name__, second.__name__))
             elif isinstance(value, FunctionType):
-                setattr(sys.modules[name], key, _wrap(value, name, {}, {}))
+                setattr(sys.modules[name], key, _wrap(value, name, {}, INLINED if key.startswith("_") else {}))
     made = vars(sys.modules[name]).items()
     return {key: value for key, value in made if hasattr(value, "py_func") and not key.startswith("_")}
 

@@ -88,6 +88,7 @@ def test_a_drive_that_jerks_between_two_rows_of_a_slow_log_is_sound(rig, rng, fe
     speed = -0.1 * rng.choice(3, n, p=(0.25, 0.6, 0.15))
     torque = -2.5e-3 + 2e-5 * rng.standard_normal(n)
     speed[at] = -1.2
+    torque[at - 12 : at + 12] = -2.5e-3  # or its noise is felt by chance: one row in a hundred has some that is rare
     if felt:
         torque[at:] += 8e-4
     run = MeasuredRun("log.csv", "", np.arange(n), 0.25 * np.arange(n), {"reducer.input_speed": speed, "motor.torque": torque})

@@ -29,8 +29,8 @@ def test_its_friction_holds_what_locks_itself_and_slides_by_the_law_of_the_wedge
 
 @pytest.mark.slow
 @pytest.mark.parametrize("faulty", [False, True])
-def test_a_sound_drive_has_no_cause(faulty, tmp_path):
-    case = impulses.hide([], impulses.DEVELOPMENT + int(np.random.SeedSequence().entropy % 20), 8.0, faulty)
+def test_a_sound_drive_has_no_cause(faulty, rng, tmp_path):
+    case = impulses.hide([], impulses.DEVELOPMENT + int(rng.integers(20)), 8.0, faulty)
     print(case.seed, case.faults)
     rig, train, test = case.write(tmp_path)
     result = diagnose(rig, train, test=[test], out=None, seed=case.seed)
@@ -49,9 +49,9 @@ def test_a_play_is_found_to_a_tenth_of_what_is_hidden(tmp_path):
 
 @pytest.mark.in_turn
 @pytest.mark.slow
-def test_a_strong_wave_is_found_with_as_many_in_a_turn_as_it_has(tmp_path):
+def test_a_strong_wave_is_found_with_as_many_in_a_turn_as_it_has(rng, tmp_path):
     """It bends the motion so far that a linear look sees fewer, and the gear's ripple where it is the motor's."""
-    case = impulses.hide(["motor.cogging"], impulses.DEVELOPMENT + 900 + int(np.random.SeedSequence().entropy % 20), 8.0)
+    case = impulses.hide(["motor.cogging"], impulses.DEVELOPMENT + 900 + int(rng.integers(20)), 8.0)
     print(case.seed, case.ratio)
     rig, train, test = case.write(tmp_path)
     result = diagnose(rig, train, test=[test], out=None, seed=case.seed)

@@ -14,13 +14,6 @@ from .plant.recorder import DENSE, FINE, NOISE
 BRISTLES = range(len(FORMS["bristle_form"]))
 
 
-@pytest.fixture
-def rng(request):
-    seed = np.random.SeedSequence().entropy % 10**6
-    print(f"seed {seed}")
-    return np.random.default_rng(seed)
-
-
 def _slide(d, moves, mu, dt=1e-5):
     """Grip at each step of a motion."""
     z, grips = 0.0, []

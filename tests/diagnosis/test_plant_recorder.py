@@ -13,10 +13,8 @@ from .plant.recorder import DENSE, LATEST, NOISE, Speed, draw
 
 
 @pytest.fixture
-def seed():
-    seed = int(np.random.SeedSequence().entropy % 10**6) + recordings.DEVELOPMENT
-    print(f"seed {seed}")
-    return seed
+def seed(rng):
+    return recordings.DEVELOPMENT + int(rng.integers(10**6))
 
 
 def _ramp(n=40_000, slope=2.0):

@@ -272,9 +272,8 @@ def test_faulty_rows_are_told_all_and_alone(kind, tmp_path):
 
 
 @pytest.fixture
-def seeds():
-    start = recordings.DEVELOPMENT + int(np.random.SeedSequence().entropy % 10**6)
-    print(f"seeds from {start}")
+def seeds(rng):
+    start = recordings.DEVELOPMENT + int(rng.integers(10**6))
     return range(start, start + 3)
 
 

@@ -351,7 +351,7 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         ended = np.arange(first + 1, first + done + 1)
         for seat, column, place in recorder.told:
             sink.block[filled : sink.fill, column] = tables[seat.name][1:][:done][ended % every == 0, place]
-        pace = min(max(int(pace * AT_ONCE / max(clock.perf_counter() - began, 1e-9)), 1), STRETCH)
+        pace = min(max(int(stretch * AT_ONCE / max(clock.perf_counter() - began, 1e-9)), 1), STRETCH)
         running.index += done
         running.time = start + running.index * size
         recorder.check()

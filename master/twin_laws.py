@@ -13,46 +13,35 @@ from selflock.master.addresses import load as real
 from selflock.master.addresses import put, tuple_at
 
 
-def controller(p, s, u, h, to, out):
-    given = real(u), real(u + 8), real(u + 16), real(u + 24), real(u + 32), real(u + 40)
-    state, values = pd.advance(tuple_at(p, pd.Parameters), tuple_at(s, pd.State), *given, h)
+def _told(made, to, out):
+    state, values = made
     put(to, state)
     put(out, values)
     return 1
+
+
+def controller(p, s, u, h, to, out):
+    given = real(u), real(u + 8), real(u + 16), real(u + 24), real(u + 32), real(u + 40)
+    return _told(pd.advance(tuple_at(p, pd.Parameters), tuple_at(s, pd.State), *given, h), to, out)
 
 
 def load_(p, s, u, h, to, out):
-    state, values = load.advance(tuple_at(p, load.Parameters), tuple_at(s, load.State), real(u), h)
-    put(to, state)
-    put(out, values)
-    return 1
+    return _told(load.advance(tuple_at(p, load.Parameters), tuple_at(s, load.State), real(u), h), to, out)
 
 
 def motor(p, s, u, h, to, out):
-    state, values = dc.advance(tuple_at(p, dc.Parameters), tuple_at(s, dc.State), real(u), real(u + 8), h)
-    put(to, state)
-    put(out, values)
-    return 1
+    return _told(dc.advance(tuple_at(p, dc.Parameters), tuple_at(s, dc.State), real(u), real(u + 8), h), to, out)
 
 
 def reducer_dynamic(p, s, u, h, to, out):
     given = real(u), real(u + 24), real(u + 32)
-    state, values = shaft.advance(tuple_at(p, shaft.Parameters), tuple_at(s, shaft.State), *given, h)
-    put(to, state)
-    put(out, values)
-    return 1
+    return _told(shaft.advance(tuple_at(p, shaft.Parameters), tuple_at(s, shaft.State), *given, h), to, out)
 
 
 def reducer_kinematic(p, s, u, h, to, out):
     given = real(u + 8), real(u + 16), real(u + 24), real(u + 32)
-    state, values = shaft.impose(tuple_at(p, shaft.Parameters), tuple_at(s, shaft.State), *given, h)
-    put(to, state)
-    put(out, values)
-    return 1
+    return _told(shaft.impose(tuple_at(p, shaft.Parameters), tuple_at(s, shaft.State), *given, h), to, out)
 
 
 def sensor_(p, s, u, h, to, out):
-    state, values = sensor.advance(tuple_at(p, sensor.Parameters), tuple_at(s, sensor.State), real(u), h)
-    put(to, state)
-    put(out, values)
-    return 1
+    return _told(sensor.advance(tuple_at(p, sensor.Parameters), tuple_at(s, sensor.State), real(u), h), to, out)

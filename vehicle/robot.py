@@ -113,8 +113,6 @@ class Robot(Part):
     def step(self, time: float, size: float) -> None:
         if not size > 0.0:
             raise DescriptionError(f"{self.name}: a step of {size!r} s cannot be made; give a positive one.")
-        if wrong := self.model.too_long(size):
-            raise DescriptionError(f"{self.name}: {wrong}.")
         if not self.model.advance(size):
             self._fail(time, size)
 
@@ -123,18 +121,16 @@ class Robot(Part):
             return None
         from .native import native
 
-        return native(self.model, (self.u, self._in), (self.y, self._out), self._finish, self._never)
-
-    def _finish(self, status: int, time: float, size: float) -> None:
-        """Why a step in the compiled loop went wrong."""
-        if wrong := self.model.too_long(size):
-            raise DescriptionError(f"{self.name}: {wrong}.")
-        self._fail(time, size)
+        finish = lambda status, time, size: self._fail(time, size)
+        return native(self.model, (self.u, self._in), (self.y, self._out), finish, self._never)
 
     def _never(self, status: int, what: str, time: float, size: float) -> NoReturn:
         raise AssertionError(f"{self.name}: {what} always go.")
 
     def _fail(self, time: float, size: float) -> NoReturn:
+        """Why a step was not made, or went wrong."""
+        if wrong := self.model.too_long(size):
+            raise DescriptionError(f"{self.name}: {wrong}.")
         inputs = {name: float(value) for name, value in zip(INPUTS, self.model.inputs)}
         if np.isfinite(list(inputs.values())).all():
             self.log.append(

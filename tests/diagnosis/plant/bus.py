@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -151,3 +152,13 @@ def spoil(rng: np.random.Generator, table: pd.DataFrame) -> tuple[pd.DataFrame, 
             table = table.drop(index=range(first, first + many)).reset_index(drop=True)
         told.append(f"{kind} {column}")
     return table, told
+
+
+def written(folder: Path, rig: str, logs: list[pd.DataFrame]) -> tuple[Path, list[Path], Path]:
+    """A case's files: its rig, the two logs that teach, the one that judges."""
+    file = Path(folder) / "rig.toml"
+    file.write_text(rig)
+    files = [Path(folder) / f"{name}.csv" for name in ("train1", "train2", "test")]
+    for table, path in zip(logs, files):
+        table.to_csv(path, index=False, float_format="%.7g")
+    return file, files[:-1], files[-1]

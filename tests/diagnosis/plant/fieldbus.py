@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 from numba import njit
 
-from .bus import Recorder, record, recorder, spoil
+from .bus import Recorder, record, recorder, spoil, written
 from .profiles import profile
 
 DEVELOPMENT = 10_000
@@ -286,12 +286,7 @@ class Case:
 
     def write(self, folder: Path) -> tuple[Path, list[Path], Path]:
         """rig.toml, train1.csv, train2.csv, test.csv."""
-        rig = Path(folder) / "rig.toml"
-        rig.write_text(self.rig())
-        files = [Path(folder) / f"{name}.csv" for name in ("train1", "train2", "test")]
-        for table, path in zip(self.logs, files):
-            table.to_csv(path, index=False, float_format="%.7g")
-        return rig, files[:-1], files[-1]
+        return written(folder, self.rig(), self.logs)
 
 
 def calm(rows: np.ndarray, s: dict[str, float], of: Make) -> bool:

@@ -17,6 +17,7 @@ from .contest import Round
 from .guesses import CURVE, heights
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .plan import open_models
+from .same import same
 
 if TYPE_CHECKING:
     from .run import Search, Whole, Work
@@ -26,7 +27,7 @@ def told_of(found: Search, seed: int) -> Naming:
     work, best = found.work, found.best
     rng = np.random.default_rng(seed)
     numbers = _intervals(work, best)
-    causes = [_cause(outcome, numbers) for outcome in found.outcomes if outcome.winner is not None]
+    causes = [_cause(outcome, numbers, same(found, outcome, seed)) for outcome in found.named]
     last = found.outcomes[-1] if found.outcomes else None
     noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
     errors = [_error(name, found, noise[name], rng) for name in work.played.outputs]
@@ -94,7 +95,7 @@ def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     return found
 
 
-def _cause(outcome: Round, numbers: dict[str, Fitted]) -> NamedCause:
+def _cause(outcome: Round, numbers: dict[str, Fitted], same: list[str]) -> NamedCause:
     winner = outcome.winner
     assert winner is not None
     guess, c = winner.guess, winner.candidate
@@ -114,7 +115,8 @@ def _cause(outcome: Round, numbers: dict[str, Fitted]) -> NamedCause:
         mine,
         float(gain),
         c.chance,
-        [r.guess.label for r in outcome.beside],
+        [r.guess.label for r in outcome.beside if r.guess.label not in same],
+        same,
     )
 
 

@@ -25,11 +25,12 @@ from ..search.screen import Direction
 from . import guesses as g
 from .arranged import Arranged, determined
 from .extended import Extended, Extending
-from .guesses import CURVE, Guess, Scene
+from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, refined, starts
 from .order import far, nearest, ordered
+from .scene import Scene
 
 
 @dataclass
@@ -241,15 +242,14 @@ class Contest:
             more += [(guess, start, None) for guess, start in g.relatives(one.guess, one.values)]
         for one in [one for one in reached if one.guess.kind == g.EVENT][: rules.shifted]:
             more += [(one.guess, start, None) for start in g.shifted(one.guess, one.values)]
-        more += [
-            (guess, self.values | self._start(way, guess), way)
-            for way, guess in beside_best(found, self.looks.ways, self.scene.parts)
-        ]
-        for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
-            self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
-            if (rival := self._fit(guess, start, beside_it)) is not None:
-                found.append(rival)
-        found = _distinct(found)
+        for _ in range(rules.beside):  # what comes first then may be another, and is asked as well
+            asked = beside_best(found, self._first(found), self.looks)
+            more += [(guess, self.values | self._start(way, guess), way) for way, guess in asked]
+            for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
+                self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
+                if (rival := self._fit(guess, start, beside_it)) is not None:
+                    found.append(rival)
+            found, more = _distinct(found), []
         for curve in refined(found, self.scene.parts, self._far) if not self.enough() else ():
             if (finer := self.looks.finer(curve.guess, curve.values)) is not None:
                 guess, start = finer
@@ -257,6 +257,11 @@ class Contest:
                 way = next(way for way, one in reversed(self.looks.ways) if one is guess)
                 found += [rival] if (rival := self._fit(guess, start, way)) is not None else []
         return self._polished(_distinct(found), 0.87)
+
+    def _first(self, found: list[Rivalled]) -> Guess | None:
+        """What would be believed of what was fitted by now, whatever chance says of it."""
+        named = [rival for rival in found if rival.guess.kind != CURVE]
+        return self._ordered(named, np.inf, float(self.losses.sum(1).mean()))[0].guess if named else None
 
     def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
         """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""

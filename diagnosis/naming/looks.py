@@ -22,9 +22,10 @@ from ..search.screen import Direction
 from . import guesses as g
 from .arranged import Arranged
 from .extended import Extending
-from .guesses import CURVE, Guess, Scene, Trial
+from .guesses import CURVE, Guess, Trial
 from .places import Insert, Place
 from .response import Responses
+from .scene import Scene
 
 Tell = Callable[[str, float], None]
 
@@ -194,6 +195,8 @@ class Looks:
         for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
             if guess.law == "constant" and ("scale" if multiplies else "offset") in paths:
                 continue  # whatever variable it is said of
+            if guess.law == "proportional" and guess.inserts[0].own and not multiplies and "scale" in paths:
+                continue
             self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
         for coarser, heights in g.coarser(table, knots):
             self._keep_curve(coarser, columns @ heights, "curve")

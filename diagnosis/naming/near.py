@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from ..rules import RULES
 from ..search.screen import Direction
@@ -16,20 +14,39 @@ from .places import origin
 
 if TYPE_CHECKING:
     from .contest import Rivalled
+    from .looks import Looks
 
 Way = tuple[Direction, Guess]
 
 
-def beside_best(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> list[Way]:
-    """All that follows, each once, from as many places as it is fitted from."""
-    asked: dict[str, list[Way]] = {}
-    others = numbers(found, ways), alike(found, ways, parts), natural(found, ways, parts)
-    for part in (curve(found, ways), simpler(found, ways), *others):
-        mine: dict[str, list[Way]] = {}
-        for pair in part:
-            mine.setdefault(pair[1].label, []).append(pair)
-        asked = mine | asked
-    return [pair for pairs in asked.values() for pair in pairs]
+def beside_best(found: Sequence[Rivalled], first: Guess | None, looks: Looks) -> list[Way]:
+    """All that follows, each once, from as many places as it is fitted from. first: what would be believed by now.
+
+    The free curve that the best law goes along with: what the law says must be held against it. Laws of fewer numbers than the
+    best one's that go with its variable at its place: a look may see more in more numbers. Then what looks nearly as good as the
+    best, for a look is right to some percent, and which stands first there says little: numbers of FMUs, as a gain that is off is
+    a scale of what it acts on; the best law, curve and path, of the same quantity at other places, for what is not fitted cannot
+    be told beside it, and nobody could say which is nearer; the best law of variables that its FMU has, what would be believed if
+    it did as well. Last what the look cannot tell from the first, whatever gain it has.
+    """
+    ways, parts = looks.ways, looks.scene.parts
+    law = _best(found, LAW)
+    asked: list[list[Way]] = _curve(found, ways) + ([] if law is None else _simpler(law, found, ways))
+    if first is not None:
+        asked += _nearly(first, found, ways, lambda guess: guess.kind == PARAMETER)[: RULES.naming.of_path]
+    leading = [first if first is not None and len(first.inserts) == 1 else None, *(_best(found, k) for k in (LAW, CURVE, PATH))]
+    for best in {best.label: best for best in leading if best is not None}.values():
+        what = lambda guess: (guess.kind, guess.law, _quantity(guess, parts), guess.inserts[0].multiplies)
+        same = lambda guess, best=best, what=what: bool(guess.inserts) and what(guess) == what(best)
+        asked += _nearly(best, found, ways, same)[: RULES.naming.of_path]
+        if best.kind == LAW:
+            how = lambda guess: (guess.kind, guess.law, guess.stage, guess.inserts[0].multiplies)
+            own = lambda guess, best=best, how=how: bool(guess.inserts) and how(guess) == how(best) and not foreign(guess, parts)
+            asked += _nearly(best, found, ways, own)[: RULES.naming.likely]
+    if first is not None:
+        asked += _turned(first, found, looks)[: RULES.naming.likely]
+    once = {pairs[0][1].label: pairs for pairs in reversed(asked)}
+    return [pair for pairs in once.values() for pair in pairs[: starts(pairs[0][1])]]
 
 
 def starts(guess: Guess) -> int:
@@ -45,81 +62,55 @@ def _best(found: Sequence[Rivalled], kind: str) -> Guess | None:
     return next((rival.guess for rival in found if rival.guess.kind == kind and len(rival.guess.inserts) == 1), None)
 
 
-def curve(found: Sequence[Rivalled], ways: Sequence[Way]) -> Iterator[Way]:
-    """The free curve that the best law goes along with, where it was not fitted: what the law says must be held against it."""
+def _by_label(found: Sequence[Rivalled], ways: Sequence[Way], wanted: Callable[[Direction, Guess], bool]) -> list[list[Way]]:
+    """The ways that are wanted of guesses that were not fitted, of each guess together, those first that look best."""
+    fitted = {rival.guess.label for rival in found}
+    of: dict[str, list[Way]] = {}
+    for way, guess in sorted(ways, key=lambda pair: -pair[0].gain):
+        if guess.label not in fitted and wanted(way, guess):
+            of.setdefault(guess.label, []).append((way, guess))
+    return list(of.values())
+
+
+def _looks(best: Guess, ways: Sequence[Way]) -> Direction | None:
+    """How the look saw a guess at its best."""
+    return max((way for way, guess in ways if guess.label == best.label), key=lambda way: way.gain, default=None)
+
+
+def _nearly(best: Guess, found: Sequence[Rivalled], ways: Sequence[Way], like: Callable[[Guess], bool]) -> list[list[Way]]:
+    """What is like the best in some way and looks nearly as good."""
+    seen = _looks(best, ways)
+    if seen is None:
+        return []
+    least = RULES.naming.as_much * seen.gain
+    return _by_label(found, ways, lambda way, guess: way.gain >= least and way.gain > 0.0 and like(guess))
+
+
+def _curve(found: Sequence[Rivalled], ways: Sequence[Way]) -> list[list[Way]]:
     best = next((rival.guess for rival in found if rival.guess.kind == LAW), None)
-    if best is None or not best.inserts:
-        return
-    label = words("curve", best.inserts[0])
-    mine = [pair for pair in ways if pair[1].label == label]
-    if mine and not any(rival.guess.label == label for rival in found):
-        yield max(mine, key=lambda pair: pair[0].gain)
+    label = words("curve", best.inserts[0]) if best is not None else ""
+    return [pairs[:1] for pairs in _by_label(found, ways, lambda _, guess: guess.label == label)]
 
 
-def simpler(found: Sequence[Rivalled], ways: Sequence[Way]) -> Iterator[Way]:
-    """Laws of fewer numbers than the best one's that go with its variable at its place: a look may see more in more numbers."""
-    best = _best(found, LAW)
-    if best is None:
-        return
+def _simpler(best: Guess, found: Sequence[Rivalled], ways: Sequence[Way]) -> list[list[Way]]:
     where = lambda guess: (guess.kind, guess.place, guess.over, [one.multiplies for one in guess.inserts])
-    fitted = {rival.guess.label for rival in found}
-    few = [pair for pair in ways if where(pair[1]) == where(best) and len(pair[1].numbers) < len(best.numbers)]
-    for way, guess in sorted(few, key=lambda pair: -pair[0].gain):
-        if guess.label not in fitted:
-            fitted.add(guess.label)
-            yield way, guess
+    return _by_label(found, ways, lambda _, guess: where(guess) == where(best) and len(guess.numbers) < len(best.numbers))
 
 
-def alike(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> Iterator[Way]:
-    """The best law, curve and path, of the same quantity at other places, where the look sees as much of it there.
+def _turned(best: Guess, found: Sequence[Rivalled], looks: Looks) -> list[list[Way]]:
+    """What changes all that is compared as the best does, as far as the base's numbers cannot make up for it: the same again.
 
-    What passes through an FMU that only computes acts alike before and behind it: that must be told, and which is nearer.
+    A number of an FMU far from what it is may end at its range in a linear look, and the same scale of its input does not.
     """
-    fitted = {rival.guess.label for rival in found}
-    for kind in (LAW, CURVE, PATH):
-        best = _best(found, kind)
-        if best is None:
-            continue
-        what = lambda guess: (guess.law, _quantity(guess, parts), guess.inserts[0].multiplies)
-        mine = sorted((pair for pair in ways if pair[1].kind == kind), key=lambda pair: -pair[0].gain)
-        most = max((way.gain for way, guess in mine if guess.label == best.label), default=np.inf)
-        others: dict[str, list[Way]] = {}
-        for way, guess in mine:
-            if way.gain >= RULES.naming.as_much * most and guess.label not in fitted and what(guess) == what(best):
-                others.setdefault(guess.label, []).append((way, guess))
-        for pairs in list(others.values())[: RULES.naming.of_path]:
-            yield from pairs[: starts(best)]
+    seen = _looks(best, looks.ways)
+    if seen is None:
+        return []
+    unit, least = looks.linear.alone(seen), RULES.naming.same_variable
 
+    def same(way: Direction, guess: Guess) -> bool:
+        return guess.kind != CURVE and len(guess.numbers) <= len(best.numbers) and abs(looks.linear.alone(way) @ unit) > least
 
-def numbers(found: Sequence[Rivalled], ways: Sequence[Way]) -> Iterator[Way]:
-    """Numbers of FMUs that look nearly as good as the best that has a name did: a gain that is off is a scale of what it acts on."""
-    best = next((rival.guess for rival in found if rival.guess.kind != CURVE), None)
-    if best is None:
-        return
-    fitted = {rival.guess.label for rival in found}
-    most = max((way.gain for way, guess in ways if guess.label == best.label), default=np.inf)
-    mine = [(way, guess) for way, guess in ways if guess.kind == PARAMETER and guess.label not in fitted]
-    alike = [pair for pair in mine if pair[0].gain >= RULES.naming.as_much * most > 0.0]
-    yield from sorted(alike, key=lambda pair: -pair[0].gain)[: RULES.naming.of_path]
-
-
-def natural(found: Sequence[Rivalled], ways: Sequence[Way], parts: Parts) -> Iterator[Way]:
-    """The best law of variables that its FMU has, where the look sees nearly as much: what would be believed if it did as well.
-
-    A look is right to some percent, and which of these stands first there says little.
-    """
-    best = _best(found, LAW)
-    if best is None:
-        return
-    fitted = {rival.guess.label for rival in found}
-    mine = sorted((pair for pair in ways if pair[1].kind == LAW), key=lambda pair: -pair[0].gain)
-    most = max((way.gain for way, guess in mine if guess.label == best.label), default=np.inf)
-    what = lambda guess: (guess.law, guess.stage, guess.inserts[0].multiplies)
-    others: dict[str, Way] = {}
-    for way, guess in mine:
-        if way.gain >= RULES.naming.as_much * most and what(guess) == what(best) and not foreign(guess, parts):
-            others.setdefault(guess.label, (way, guess))
-    yield from [pair for label, pair in others.items() if label not in fitted][: RULES.naming.likely]
+    return _by_label(found, looks.ways, same)
 
 
 def _quantity(guess: Guess, parts: Parts) -> tuple[str, int, str]:

@@ -76,7 +76,8 @@ class NamedCause:
     numbers: list[Fitted]
     gain: float  # share of the mean loss of unseen blocks that it takes away
     chance: float
-    beside: list[str] = field(default_factory=list)  # what does as well with as few numbers
+    beside: list[str] = field(default_factory=list)  # what does as well with as few numbers, and other inputs may tell apart
+    same: list[str] = field(default_factory=list)  # the same by other names: no inputs tell them apart
 
     def sentence(self) -> str:
         """In words."""
@@ -168,6 +169,8 @@ class Naming:
                 if cause.kind != "curve"
                 else "    a curve, and no cause: see the report"
             )
+            if cause.same:
+                yield f"    the same by other names, whatever the inputs: {', '.join(cause.same)}"
             if cause.beside:
                 yield f"    cannot be told from: {', '.join(cause.beside)}"
         for e in self.errors:

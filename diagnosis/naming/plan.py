@@ -32,6 +32,7 @@ from .guesses import EVENT
 from .places import Insert, Place
 
 if TYPE_CHECKING:
+    from .contest import Rivalled, Round
     from .run import Search
 
 
@@ -60,20 +61,23 @@ class Open:
 def open_models(found: Search) -> list[dict[str, Any]]:
     """The models of the first cause that has others beside it, as naming.json has them; an event was of its own run alone."""
     outcome = next((one for one in found.named if one.beside and one.winner is not None), None)
-    if outcome is None or outcome.winner is None:
-        return []
-    work, models = found.work.but_for(outcome.winner.guess), []
+    told = [] if outcome is None else [asdict(one) for rival, one in of_round(found, outcome) if rival.guess.kind != EVENT]
+    return told[: RULES.planning.models] if len(told) > 1 else []
+
+
+def of_round(found: Search, outcome: Round) -> list[tuple[Rivalled, Open]]:
+    """The model of a round's winner, and those beside it."""
+    assert outcome.winner is not None
+    work, made = found.work.but_for(outcome.winner.guess), []
     for rival in (outcome.winner, *outcome.beside):
-        if rival.guess.kind == EVENT:
-            continue
         wider, known = work.with_also(rival.guess), found.best.values | (rival.values if rival is not outcome.winner else {})
         own = [n for numbers in wider.found for n in numbers]
         of: dict[str, list[float]] = {}
         for n in (*work.numbers, *own):
             of.setdefault(n.variable, []).append(known.get(n.name, n.start))
         values = {name: float(np.mean(every)) for name, every in of.items()}
-        models.append(asdict(Open(rival.guess.label, wider.inserts, tuple(own), wider.acts, values)))
-    return models[: RULES.planning.models] if len(models) > 1 else []
+        made.append((rival, Open(rival.guess.label, wider.inserts, tuple(own), wider.acts, values)))
+    return made
 
 
 @dataclass
@@ -173,15 +177,15 @@ def plan_system(
     runs, _, _ = gather(rig, [folder / log for log in told["sources"]["logs"]], [])
     longest = max(runs, key=lambda run: float(run.time[-1] - run.time[0]))
     channels = [name for name in longest.signals if name not in told["noise"]]
-    ranges, duration = _limits(limits, runs, channels)
+    ranges, duration = ranged(limits, runs, channels)
     step = float(np.median(np.diff(longest.time)))
     time = step * np.arange(max(2, int(round(duration / step)) + 1))
     rng, rules = np.random.default_rng(seed), RULES.planning
-    inputs = [_drawn(rng, ranges, len(time), rig.inputs == SMOOTH) for _ in range(rules.drawn_inputs)]
+    inputs = [drawn(rng, ranges, len(time), rig.inputs == SMOOTH) for _ in range(rules.drawn_inputs)]
     inputs.append({name: np.resize(longest.signals[name], len(time)) for name in channels})  # as they were
     least_of = lambda name: RULES.pipeline.fine * float(np.std(longest.signals[name])) if name in longest.signals else 0.0
     noise = {name: max(size, least_of(name)) or 1.0 for name, size in told["noise"].items()}
-    more = _compared(rig, parts, models, inputs, time, noise, tell)
+    more = compared(rig, parts, models, inputs, time, noise, tell)
     if not np.isfinite(more[:-1]).all((1, 2)).any():
         raise DataError(f"{rig.path}: no inputs within these limits could be simulated with every model. Narrow them.")
     best = int(np.argmax([least(one) if np.isfinite(one).all() else -1.0 for one in more[:-1]]))
@@ -190,7 +194,7 @@ def plan_system(
     return NextInputs(rig, labels, time, inputs[best], more[best], more[-1], seed, rules.drawn_inputs, units)
 
 
-def _limits(
+def ranged(
     given: Mapping[str, Any], runs: Sequence[MeasuredRun], channels: Sequence[str]
 ) -> tuple[dict[str, tuple[float, float]], float]:
     """Ranges of the inputs, and the run's length, s: as far as the logs went where not given."""
@@ -216,7 +220,7 @@ def _limits(
     return ranges, duration
 
 
-def _drawn(rng: np.random.Generator, ranges: dict[str, tuple[float, float]], count: int, smooth: bool) -> dict[str, np.ndarray]:
+def drawn(rng: np.random.Generator, ranges: dict[str, tuple[float, float]], count: int, smooth: bool) -> dict[str, np.ndarray]:
     """Inputs drawn at random: levels held for a while, each for as long as any, in all of a range or a part; smooth: curves through them."""
     found = {}
     for name, (low, high) in ranges.items():
@@ -230,7 +234,7 @@ def _drawn(rng: np.random.Generator, ranges: dict[str, tuple[float, float]], cou
     return found
 
 
-def _compared(
+def compared(
     rig: Rig,
     parts: Parts,
     models: Sequence[Open],

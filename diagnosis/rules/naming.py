@@ -185,6 +185,7 @@ class NamingRules:
         "share of what the best that has a name takes off the loss that such a rival must take off",
         "not studied; the winner must take nine tenths of it, as_much, with slopes that were not its own before",
     )
+    beside: int = rule(2, "times that what looks as good as the best, or the same, is asked for and fitted beside it", TIME)
     effort: int = rule(15, "steps of a fit of a hypothesis, at most", TIME)
     ended: tuple[float, float] = rule((1e-3, 1e-3), "relative change of loss, and of values, that ends it", TIME)
     rounds: int = rule(2, "causes, one after another, at most", TIME)
@@ -193,6 +194,9 @@ class NamingRules:
         0.8, "share of the time limit after which nothing more is looked at: the answer and its report need the rest", TIME
     )
     broken: float = rule(0.2, "share of simulations that broke off from which on that is told", "not studied")
+
+    # --- what is one thing by several names: naming.same
+    tried: int = rule(4, "inputs that are drawn, beside the log's own, under which the same must do the same", TIME)
 
     # --- what is run again: naming.extend
     again: int = rule(60_000, "steps of the extended system that are run again with the FMUs themselves, at most", TIME)

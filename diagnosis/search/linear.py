@@ -11,6 +11,7 @@ hypotheses in each draw is the distribution that a real gain must beat; so the n
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -153,6 +154,25 @@ class Linear:
         with_it, coefficients = self.gains(direction, draws)
         direction.gain = float(with_it[0] - draws.without[0])
         direction.amounts = np.array([direction.jump]) if direction.jump else coefficients[0, self.base.shape[-1] :]
+
+    def alone(self, direction: Direction) -> np.ndarray:
+        """What a direction changes by its amounts that the base cannot make up for, (blocks times samples), of length 1; else 0."""
+        changed = np.zeros(self.weights.shape)
+        changed[:, direction.part] = direction.columns @ direction.amounts * self.weights[:, direction.part]
+        if self.own is not None:
+            changed -= np.einsum("bsq,btq,bt->bs", self.own, self.own, changed, optimize=True)
+        before, rest = float(np.linalg.norm(changed)), changed.ravel()
+        rest = rest - self._spanned_by_base @ (self._spanned_by_base.T @ rest)
+        size = float(np.linalg.norm(rest))
+        return rest / size if size > RULES.naming.degenerate * before else np.zeros(len(rest))
+
+    @cached_property
+    def _spanned_by_base(self) -> np.ndarray:
+        """An orthonormal base of what the base's numbers move, without what blocks have for themselves."""
+        base = self.base.astype(float)
+        if self.own is not None:
+            base -= np.matmul(self.own, self.base_in_own)
+        return np.linalg.qr(base.reshape(-1, base.shape[-1]))[0]
 
     def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
         """Largest gain over all directions, in each draw from misfits without an effect."""

@@ -525,10 +525,12 @@ def judged(case: Case, result) -> dict:
             and {first.place, first.label, f"recorded {first.place}" if first.where == "read" else first.place} & places
         )
         right = first is not None and first.law in names and bool(there) and first.over == over
-    beside = list(first.beside) if first else []
+    beside, same = (list(first.beside), list(first.same)) if first else ([], [])
+    named = case.kind not in ("none", "outside")
     return {
-        "verdict": result.verdict, "answers": said, "right": bool(right), "ratio": [ratio], "closed": closed,
-        "alike": not right and case.kind != "outside" and bool({*beside} & labels(case)), "beside": beside,
+        "verdict": result.verdict, "answers": said, "right": bool(right or (named and {*same} & labels(case))),
+        "first": bool(right), "ratio": [ratio], "closed": closed,
+        "alike": not right and named and bool({*beside} & labels(case)), "beside": beside, "same": same,
     }  # fmt: skip
 
 

@@ -104,8 +104,9 @@ def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_b
     ways += [way(LAW, name, "body", f"{name}.u", 90.0) for name in ("limit", "cubic", "power")]
     asked = []
     contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
-    contest.looks, contest.values, contest.base, contest.most = SimpleNamespace(ways=ways), {}, SimpleNamespace(misfit=None), 0.0
     contest.scene = SimpleNamespace(parts=SimpleNamespace(links={}))
+    contest.looks = SimpleNamespace(ways=ways, scene=contest.scene)
+    contest.values, contest.base, contest.most = {}, SimpleNamespace(misfit=None), 0.0
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
     assert contest._fits(DERIVED) == []
     assert "limit of air times heater.command" in asked and len(asked) == len(ways)
@@ -166,11 +167,39 @@ def test_of_what_does_as_well_a_law_before_a_state_comes_before_one_of_what_only
     assert nearest([computed, moved], 0.0, contest._far) is moved
 
 
+def looks(ways, parts=None):
+    """A look that saw these, each as (gain, guess), and of each what is left of it beside the base: a column of its own."""
+    units = np.eye(len(ways))
+    made = [(Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain), guess) for gain, guess in ways]
+    of = {id(way): unit for (way, _), unit in zip(made, units)}
+    parts = parts or SimpleNamespace(links={}, variables={}, owner=lambda name: name.partition(".")[0])
+    return SimpleNamespace(
+        ways=made, scene=SimpleNamespace(parts=parts), linear=SimpleNamespace(alone=lambda way: of[id(way)]), of=of
+    )
+
+
+def fits(*guesses):
+    """Rivals that were fitted, the best first."""
+    return [SimpleNamespace(guess=guess, candidate=SimpleNamespace(errors=np.ones(2))) for guess in guesses]
+
+
+def asked(found, first, look):
+    return [guess.label for _, guess in near.beside_best(fits(*found), first, look)]
+
+
+def a_law(name, place, over, count=0, kind=LAW):
+    """A law of so many numbers."""
+    numbers = tuple(Number(f"c.{k}", f"c.{k}", 0.0, -1.0, 1.0) for k in range(count))
+    word = "curve" if kind == CURVE else name
+    return Guess(kind, name, f"{word} of {over} on {place}", (Insert("c", Place(IN, place), name, False, over),), numbers)
+
+
 def test_the_best_law_and_the_best_curve_are_also_fitted_where_the_look_sees_as_much_of_the_same_quantity():
     """A ripple of a position was a curve at what a controller wants: where it acts, nearer to the state, it was not fitted."""
-    parts = SimpleNamespace(links={"controller.x": SimpleNamespace(source="body", output="x")})
-    guess = lambda kind, place, over: Guess(
-        kind, "table", f"{kind} {place} {over}", (Insert("c", Place(IN, place), "table", False, over),), ()
+    parts = SimpleNamespace(
+        links={"controller.x": SimpleNamespace(source="body", output="x")},
+        variables={},
+        owner=lambda name: name.partition(".")[0],
     )
     at = [
         ("controller.u", "controller.x", 9.0),
@@ -178,57 +207,85 @@ def test_the_best_law_and_the_best_curve_are_also_fitted_where_the_look_sees_as_
         ("body.force", "body.v", 8.9),
         ("far.u", "body.x", 7.0),
     ]
-    ways = [
-        (Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain), guess(kind, place, over))
-        for kind in (CURVE, LAW)
-        for place, over, gain in at
-    ]
-    found = [SimpleNamespace(guess=ways[k][1], candidate=SimpleNamespace(errors=np.ones(2))) for k in (0, 4)]
-    asked = [guess for _, guess in near.alike(found, ways, parts)]
-    assert [(one.kind, str(one.place), one.over[0]) for one in asked] == [(kind, "body.force", "body.x") for kind in (LAW, CURVE)]
+    ways = [(gain, a_law("table", place, over, kind=kind)) for kind in (CURVE, LAW) for place, over, gain in at]
+    curves = [guess for _, guess in ways if guess.kind == CURVE]
+    assert asked(curves[:1], None, looks(ways[:4], parts)) == ["curve of body.x on body.force"]
+    best = ways[4][1]
+    told = asked([best], best, looks(ways[4:], parts))
+    assert "table of body.x on body.force" in told and "table of body.x on far.u" not in told
     far = lambda guess: ("controller" in str(guess.place), False)
-    both = [found[0], SimpleNamespace(guess=ways[1][1], candidate=SimpleNamespace(errors=np.ones(2)))]
-    assert near.refined(both, parts, far) == both and near.refined([found[1]], parts, far) == []
+    both = fits(curves[0], curves[1])
+    assert near.refined(both, parts, far) == both and near.refined(fits(best), parts, far) == []
 
 
 def test_the_best_law_is_also_fitted_of_what_its_fmu_has():
     """A slow loss of a wall was named as one of the body behind it: that of the wall, which does as well, was never fitted."""
-    owner = lambda name: name.partition(".")[0]
-    parts = SimpleNamespace(links={}, owner=owner, variables={"wall.u", "wall.x", "load.u", "load.x"})
-    guess = lambda place, over, law="first order": Guess(
-        LAW, law, f"{law} of {over} on {place}", (Insert("c", Place(IN, place), law, False, over),), ()
+    parts = SimpleNamespace(
+        links={}, owner=lambda name: name.partition(".")[0], variables={"wall.u", "wall.x", "load.u", "load.x"}
     )
     at = [("wall.u", "load.x", 9.0), ("wall.u", "wall.x", 8.5), ("load.u", "load.x", 8.4), ("load.u", "load.u", 7.0)]
-    way = lambda gain: Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain)
-    ways = [(way(gain), guess(place, over)) for place, over, gain in at] + [(way(9.5), guess("wall.u", "wall.x", "cubic"))]
-    found = [SimpleNamespace(guess=ways[0][1])]
-    asked = lambda found: [one.label for _, one in near.natural(found, ways, parts)]
-    assert asked(found) == ["first order of wall.x on wall.u", "first order of load.x on load.u"]
-    assert asked([*found, SimpleNamespace(guess=ways[1][1])]) == ["first order of load.x on load.u"] and asked([]) == []
+    ways = [(gain, a_law("first order", place, over)) for place, over, gain in at] + [(9.5, a_law("cubic", "wall.u", "wall.x"))]
+    first, second, *_ = (guess for _, guess in ways)
+    both = {"first order of wall.x on wall.u", "first order of load.x on load.u"}
+    assert set(asked([first], first, looks(ways, parts))) == both
+    assert asked([first, second], first, looks(ways, parts)) == ["first order of load.x on load.u"]
+    assert asked([], None, looks(ways, parts)) == []
 
 
-def test_numbers_of_fmus_that_look_as_good_as_the_best_are_held_against_it():
+def test_what_would_be_believed_is_asked_for_elsewhere_though_another_of_more_numbers_fits_best():
+    """A drag of an oscillator stood behind its Stribeck; before the controller alone it was fitted, and named there."""
+    ways = [
+        (9.0, a_law("Stribeck", "c.u", "o.x", 4)),
+        (8.0, a_law("drag", "c.u", "o.x", 1)),
+        (7.9, a_law("drag", "o.force", "o.x", 1)),
+    ]
+    best, first, other = (guess for _, guess in ways)
+    assert asked([best, first], first, looks(ways)) == [other.label]
+    assert asked([best, first], best, looks(ways)) == []
+
+
+def test_numbers_of_fmus_that_look_as_good_as_the_first_are_held_against_it():
     """A controller's gain was a scale of its speed: three other numbers of FMUs looked better, and it was never fitted."""
-    way = lambda gain: Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain)
     scale = Guess(PATH, "scale", "scale on c.speed", (Insert("k", Place(IN, "c.speed"), "scale"),), ())
     number = lambda name: Guess(PARAMETER, "parameter", name, (), ())
-    ways = [(way(3.0), scale), (way(9.0), number("a.mass")), (way(3.0), number("c.soft")), (way(1.0), number("c.stiff"))]
-    found = [SimpleNamespace(guess=guess) for guess in (scale, ways[1][1])]
-    assert [guess.label for _, guess in near.numbers(found, ways)] == ["c.soft"]
-    assert list(near.numbers([], ways)) == []
+    ways = [(3.0, scale), (9.0, number("a.mass")), (3.0, number("c.soft")), (1.0, number("c.stiff"))]
+    assert asked([scale, ways[1][1]], scale, looks(ways)) == ["c.soft"]
+
+
+def test_what_the_look_cannot_tell_from_the_first_is_held_against_it_whatever_its_gain():
+    """A gain so far off that a linear look ends at its range sees a loss; the scale of its input, which it is, has no such end."""
+    scale = Guess(PATH, "scale", "scale on c.speed", (Insert("k", Place(IN, "c.speed"), "scale"),), ())
+    number = lambda name, count=0: Guess(PARAMETER, "parameter", name, (), (Number(name, name, 0.0, -1.0, 1.0),) * count)
+    look = looks([(3.0, scale), (-1.0, number("c.soft")), (0.5, number("c.stiff")), (1.0, number("a.mass", 1))])
+    first, same, near_it, more = (way for way, _ in look.ways)
+    look.of[id(same)] = -look.of[id(first)]
+    look.of[id(more)] = look.of[id(first)]  # of more numbers it is no other name
+    look.of[id(near_it)] = np.array([0.9, 0.0, np.sqrt(0.19), 0.0])
+    assert asked([scale], scale, look) == ["c.soft"]
+
+
+def test_of_what_a_way_changes_that_is_left_which_neither_base_nor_begin_make_up_for(rng):
+    base, begin, missing, noise = rng.standard_normal((4, BLOCKS, SAMPLES, 1))
+    begin[1:] = 0.0
+    linear = Linear(base, np.ones((BLOCKS, SAMPLES)), np.arange(BLOCKS) % 5, makes_up=True, own=begin)
+
+    def alone(columns, amount):
+        way = Direction(None, {}, (Free("c", 0.0, -10.0, 10.0),), columns)
+        way.amounts = np.array([amount])
+        return linear.alone(way)
+
+    one, other = alone(missing, 0.1), alone(-3.0 * missing + 7.0 * base + 5.0 * begin, 2.0)
+    assert np.linalg.norm(one) == pytest.approx(1.0) and one @ other == pytest.approx(-1.0, abs=1e-5)
+    assert abs(one @ alone(noise, 1.0)) < 0.2
+    assert not alone(2.0 * base - begin, 1.0).any()  # nothing but rounding is left
 
 
 def test_the_best_law_is_held_against_those_of_fewer_numbers_over_its_variable():
     """A leak: a dead band that ends at 0, and three laws more, look better than what is in proportion."""
-    numbers = lambda count: tuple(Number(f"c.{k}", f"c.{k}", 0.0, -1.0, 1.0) for k in range(count))
-    law = lambda name, count, over="b.v": Guess(
-        LAW, name, f"{name} of {over}", (Insert("c", Place(IN, "b.drawn"), name, over=over),), numbers(count)
-    )
-    guesses = [law("dead band", 2), law("power", 2), law("proportional", 1), law("cubic", 1), law("cubic", 1, "b.left")]
-    way = lambda gain: Direction(None, {"c.w": gain}, (), np.zeros((1, 1, 0)), gain=gain)
-    ways = [(way(gain), guess) for gain, guess in zip((9.0, 8.0, 5.0, 6.0, 7.0), guesses)]
-    found = lambda *of: [SimpleNamespace(guess=guess) for guess in of]
-    asked = lambda fitted: [guess.label for _, guess in near.simpler(fitted, ways)]
-    assert asked(found(guesses[0])) == ["cubic of b.v", "proportional of b.v"]
-    assert asked(found(guesses[0], guesses[3])) == ["proportional of b.v"]
-    assert asked(found(guesses[3])) == asked([]) == []
+    of = [("dead band", 2, "b.v"), ("power", 2, "b.v"), ("proportional", 1, "b.v"), ("cubic", 1, "b.v"), ("cubic", 1, "b.left")]
+    guesses = [a_law(name, "b.drawn", over, count) for name, count, over in of]
+    look = looks(list(zip((9.0, 8.0, 5.0, 6.0, 5.2), guesses)))
+    told = lambda *found: [label.partition(" on ")[0] for label in asked(found, None, look)]
+    assert sorted(told(guesses[0])) == ["cubic of b.v", "proportional of b.v"]
+    assert told(guesses[0], guesses[3]) == ["proportional of b.v"]
+    assert told(guesses[3]) == told() == []

@@ -9,8 +9,9 @@ import pytest
 from selflock.diagnosis import DataError, name
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import component, taken
-from selflock.diagnosis.naming.guesses import Scene, paths
+from selflock.diagnosis.naming.guesses import paths
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system, quantities
+from selflock.diagnosis.naming.scene import Scene
 from selflock.diagnosis.systems.parts import Parts
 from selflock.fmus.correction import law
 

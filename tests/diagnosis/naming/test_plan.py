@@ -1,7 +1,7 @@
 """The run that tells apart what a naming could not: in a heated body whose FMU knows a rate and nothing else."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import hidden
 import numpy as np
@@ -10,8 +10,12 @@ import pytest
 
 from selflock.diagnosis import DataError, plan
 from selflock.diagnosis.calibration.numbers import Number
+from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.places import IN, READ, Insert, Place
 from selflock.diagnosis.naming.plan import Open, least
+from selflock.diagnosis.naming.same import alike
+from selflock.diagnosis.pipeline.run import gather
+from selflock.diagnosis.systems.system import prepare
 
 
 def model(law, amount, place, over="", word="a"):
@@ -88,3 +92,17 @@ def test_limits_that_are_none(named, limits, words):
     both = model("cubic", -0.05, "heater", "relaxation.x"), model("drag", -0.06, "heater", "relaxation.x")
     with pytest.raises(DataError, match=words):
         plan(named(*both), limits, None)
+
+
+def test_one_thing_by_two_names_is_told_as_one_and_two_laws_that_other_inputs_tell_apart_are_not(tmp_path, native, rng):
+    """An offset before a linear body is one behind it, wherever runs begin; a cubic law is a drag of no inputs that go so far."""
+    rig = hidden.rig(tmp_path, native("relaxation"))
+    hidden.body(rng, 200).to_csv(tmp_path / "log.csv", index=False)
+    rig, parts = prepare(load(rig))
+    runs, _, _ = gather(rig, [tmp_path / "log.csv"], [])
+    told = lambda *models: alike(models, rig, parts, runs, {"relaxation.x": 0.004}, 0)
+    offset = lambda place, amount: model("constant", amount, place)
+    assert told(offset("heater", 0.3), offset("body", 0.32), offset("body", 0.0)) == ["constant on body", "constant on body"]
+    cubic, drag = (model(law, a, "heater", "relaxation.x") for law, a in (("cubic", -0.05), ("drag", -0.06)))
+    assert told(cubic, drag) == []
+    assert told(cubic, replace(cubic, label="again", values=cubic.values | {"c.a": -0.049})) == ["again"]

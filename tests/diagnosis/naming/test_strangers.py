@@ -36,8 +36,8 @@ def test_the_right_name_beside_another_is_no_right_name_and_a_class_of_its_own()
         kind="law", name="law: drag", right=({"drag", "quadratic"}, {"body.force"}, "body.v"), noise={"body.x": 0.1}
     )
     error = SimpleNamespace(name="body.x", before=1.0, after=0.1)
-    first = lambda place, over, *beside: SimpleNamespace(
-        law="drag", place=place, over=over, where="in", label=f"drag of {over} on {place}", beside=beside
+    first = lambda place, over, *beside, same=(): SimpleNamespace(
+        law="drag", place=place, over=over, where="in", label=f"drag of {over} on {place}", beside=beside, same=same
     )
     answer = lambda *causes: strangers.judged(case, SimpleNamespace(verdict="", causes=causes, errors=[error]))
     told = lambda *causes: [answer(*causes)[key] for key in ("right", "alike")]
@@ -45,6 +45,8 @@ def test_the_right_name_beside_another_is_no_right_name_and_a_class_of_its_own()
     assert told(first("controller.u", "body.v", "quadratic of body.v on body.force")) == [False, True]
     assert told(first("controller.u", "body.v", "cubic of body.v on body.force")) == [False, False]
     assert told(first("controller.u", "body.v")) == told() == [False, False]
+    same = answer(first("controller.u", "body.v", same=["drag of body.v on body.force"]))  # told as one with it
+    assert [same["right"], same["first"], same["alike"]] == [True, False, False]
 
 
 VESSEL = '''

@@ -14,7 +14,7 @@ from ..calibration.fit import remaining
 from ..calibration.slopes import Slopes
 from ..rules import RULES
 from .contest import Round
-from .guesses import CURVE, heights
+from .guesses import CURVE, begins, heights
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .plan import open_models
 from .same import same
@@ -101,7 +101,11 @@ def _cause(outcome: Round, numbers: dict[str, Fitted], same: list[str]) -> Named
     guess, c = winner.guess, winner.candidate
     first = guess.inserts[0] if guess.inserts else None
     known = law.BY_NAME[first.law] if first else None
-    mine = [replace(numbers[n.name], name=n.name.replace(f"{first.name}.", "") if first else n.name) for n in guess.numbers]
+    mine = [
+        replace(numbers[n.name], name=n.name.replace(f"{first.name}.", "") if first else n.name)
+        for n in guess.numbers
+        if not begins(n)
+    ]
     gain = 1.0 - c.errors.mean() / max(outcome.base.errors.mean(), 1e-300)
     return NamedCause(
         guess.kind,

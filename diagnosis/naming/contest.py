@@ -213,7 +213,7 @@ class Contest:
         if chosen and not plain:
             best = chosen[0][0][1]  # what has fewer numbers than it, and looks as it does, is no worse a name for it
             near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over]
-            near.sort(key=lambda ways: len(ways[0][1].numbers))
+            near.sort(key=lambda ways: ways[0][1].count)
             chosen += [ways for ways in near[: rules.of_place // 2] if ways not in chosen]
         for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
             mine = [ways for ways in others if ways[0][1].law == name]
@@ -340,7 +340,7 @@ class Contest:
         if end.misfit is None or not np.isfinite(end.loss):
             return None
         unseen = self._held_out(problem, end)
-        frees = tuple(Free(n.name, n.place(n.start), 0.0, 1.0) for n in guess.numbers)
+        frees = tuple(Free(n.name, n.place(n.start), 0.0, 1.0) for n in guess.numbers if not g.begins(n))
         candidate = self._candidate(guess.hypothesis, frees, problem, end, unseen)
         on_fit = self.arranged.errors(end.misfit) / np.maximum(self.errors_fit, 1e-300)
         drop = 1.0 - np.maximum(self.arranged.errors(unseen) / np.maximum(self.errors_unseen, 1e-300), on_fit)
@@ -352,8 +352,12 @@ class Contest:
         assert end.misfit is not None and end.jacobian is not None
         free = tuple(Free(n.name, float(place), 0.0, 1.0) for n, place in zip(problem.free, end.places))
         values = {n.name: float(place) for n, place in zip(problem.free, end.places)}
-        jacobian = end.jacobian * np.array([n.name not in self.begins for n in problem.free])
+        jacobian = end.jacobian * ~self._of_run(problem)
         return Fit(free, values, end.misfit, jacobian, weight(end.misfit, RULES.search.loss_scale))
+
+    def _of_run(self, problem: Calibrating) -> np.ndarray:
+        """Which free numbers say where a run begins, of the base or of a law's own state: no other block could say them."""
+        return np.array([n.name in self.begins or g.begins(n) for n in problem.free], bool)
 
     def _begins(self, problem: Calibrating, end: End) -> set[str]:
         """Numbers of the base that a single block tells, as where a run begins: no other block could say them."""
@@ -383,7 +387,7 @@ class Contest:
 
         def misfit(values: dict[str, float]) -> np.ndarray:
             places = np.array([values[n.name] for n in problem.free])
-            found = problem.misfit(np.where([n.name in self.begins for n in problem.free], end.places, places))
+            found = problem.misfit(np.where(self._of_run(problem), end.places, places))
             return np.full(len(rows), 1e6) if found is None else found
 
         return held_out(fitted, rows, folds, misfit, c)

@@ -11,7 +11,7 @@ import numpy as np
 
 from selflock.fmus.correction import law
 
-from ..calibration.numbers import Number
+from ..calibration.numbers import Number, label
 from ..rules import RULES
 from ..search.hypotheses import Free, Hypothesis
 from .places import IN, Insert, Place, ahead
@@ -57,6 +57,11 @@ class Guess:
     def plain(self) -> bool:
         return self.stage == PLAIN
 
+    @property
+    def count(self) -> int:
+        """How many numbers say how much of it there is; where a run begins is another thing."""
+        return sum(not begins(n) for n in self.numbers)
+
     @cached_property
     def free(self) -> tuple[Free, ...]:
         """Its numbers as the linear look has them: off at their start values."""
@@ -65,6 +70,11 @@ class Guess:
     @cached_property
     def hypothesis(self) -> Hypothesis:
         return Hypothesis("", self.label, self.free)
+
+
+def begins(number: Number) -> bool:
+    """Whether a number only says where a law's own state begins, in each run elsewhere: at x + d."""
+    return number.run is not None and number.variable.endswith(".d")
 
 
 @dataclass(frozen=True)
@@ -204,13 +214,15 @@ def with_state(scene: Scene, place: Place, over: str, what: int) -> Iterator[Tri
             dahl = made("Dahl", number(a, 0.0, -spread, spread), number(w, width * size, 1e-3 * size, 2.0 * size))
             yield Trial(dahl, {w: width * size}, (a,))
     level = float(abs(x).max()) or 1.0
+    d = f"{scene.prefix}.d"
+    starts = [Number(f"{d} of {label(run)}", d, 0.0, -2.0 * level, 2.0 * level, run=i) for i, run in enumerate(scene.played.runs)]
     times = np.geomspace(rules.fastest * scene.step, rules.slowest * scene.span, rules.times)
     for time in times:
         numbers = (
             number(a, 0.0, -spread / level, spread / level),
             number(f"{scene.prefix}.T", float(time), float(times[0]) / 10.0, 10.0 * float(times[-1])),
         )
-        yield Trial(made("first order", *numbers), {f"{scene.prefix}.T": float(time)}, (a,))
+        yield Trial(made("first order", *numbers, *starts), {f"{scene.prefix}.T": float(time)}, (a,))
 
 
 def relatives(guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[str, float]]]:

@@ -94,7 +94,7 @@ def _curve(found: Sequence[Rivalled], ways: Sequence[Way]) -> list[list[Way]]:
 
 def _simpler(best: Guess, found: Sequence[Rivalled], ways: Sequence[Way]) -> list[list[Way]]:
     where = lambda guess: (guess.kind, guess.place, guess.over, [one.multiplies for one in guess.inserts])
-    return _by_label(found, ways, lambda _, guess: where(guess) == where(best) and len(guess.numbers) < len(best.numbers))
+    return _by_label(found, ways, lambda _, guess: where(guess) == where(best) and guess.count < best.count)
 
 
 def _turned(best: Guess, found: Sequence[Rivalled], looks: Looks) -> list[list[Way]]:
@@ -108,7 +108,7 @@ def _turned(best: Guess, found: Sequence[Rivalled], looks: Looks) -> list[list[W
     unit, least = looks.linear.alone(seen), RULES.naming.same_variable
 
     def same(way: Direction, guess: Guess) -> bool:
-        return guess.kind != CURVE and len(guess.numbers) <= len(best.numbers) and abs(looks.linear.alone(way) @ unit) > least
+        return guess.kind != CURVE and guess.count <= best.count and abs(looks.linear.alone(way) @ unit) > least
 
     return _by_label(found, looks.ways, same)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,7 @@ from ..rules import RULES
 from ..systems.parts import Parts
 from ..systems.system import prepare
 from .extended import Extended, Extending
-from .guesses import EVENT
+from .guesses import EVENT, begins
 from .places import Insert, Place
 
 if TYPE_CHECKING:
@@ -71,12 +71,14 @@ def of_round(found: Search, outcome: Round) -> list[tuple[Rivalled, Open]]:
     work, made = found.work.but_for(outcome.winner.guess), []
     for rival in (outcome.winner, *outcome.beside):
         wider, known = work.with_also(rival.guess), found.best.values | (rival.values if rival is not outcome.winner else {})
-        own = [n for numbers in wider.found for n in numbers]
+        every = [n for numbers in wider.found for n in numbers]
         of: dict[str, list[float]] = {}
-        for n in (*work.numbers, *own):
+        for n in (*work.numbers, *every):
             of.setdefault(n.variable, []).append(known.get(n.name, n.start))
-        values = {name: float(np.mean(every)) for name, every in of.items()}
-        made.append((rival, Open(rival.guess.label, wider.inserts, tuple(own), wider.acts, values)))
+        values = {name: float(np.mean(given)) for name, given in of.items()}
+        begun = {n.variable: replace(n, name=n.variable, run=None) for n in every if begins(n)}  # in any run elsewhere
+        own = (*(n for n in every if not begins(n)), *begun.values())
+        made.append((rival, Open(rival.guess.label, wider.inserts, own, wider.acts, values)))
     return made
 
 

@@ -29,7 +29,7 @@ from .answer import told_of
 from .contest import Contest, Rivalled, Round
 from .extend import extend
 from .extended import Extended, Extending, taken
-from .guesses import CURVE, EVENT, KINDS
+from .guesses import CURVE, EVENT, KINDS, begins
 from .limit import Limit
 from .order import beside
 from .outcome import Naming
@@ -279,7 +279,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
 def _better(own: Search, finer: Search) -> Search:
     """Of a search in the rig's own steps and one in finer ones that which leaves less of what judges; else of fewer numbers."""
     more, less = _helps(finer.best, own.best), _helps(own.best, finer.best)
-    count = lambda found: sum(map(len, found.work.found))
+    count = lambda found: sum(not begins(n) for numbers in found.work.found for n in numbers)
     return finer if (more and not less) or (more == less and count(finer) < count(own)) else own
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..calibration.fit import spreads
-from ..calibration.numbers import Number
+from ..calibration.numbers import Number, label
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..residuals.blocks import Blocks
@@ -18,7 +18,7 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.parts import Parts
 from .extended import Extended, Extending
-from .guesses import Guess
+from .guesses import Guess, begins
 from .places import Insert
 from .rows import down
 
@@ -67,7 +67,7 @@ class Work:
         self.played.extend(self.inserts)
         more = [n for numbers in self.found for n in numbers]
         found = Extending(self.rig, self.runs, (*self.numbers, *more), self.which, self.rows, kept=self.kept, acts=self.acts)
-        found.fixed = {n.name: n.start for n in self.numbers if n.run in self.judges}
+        found.fixed = {n.name: n.start for n in found.numbers if n.run in self.judges}
         vars(found)["played"] = self.played
         found.units = spreads(self.played)
         return found
@@ -86,6 +86,10 @@ class Work:
     def with_also(self, guess: Guess) -> Work:
         """The same with one more that was found; a run is counted among all, not among those that teach."""
         numbers = tuple(n if n.run is None else replace(n, run=self.which[n.run]) for n in guess.numbers)
+        first = next((n for n in numbers if begins(n)), None)
+        if first is not None:  # where its state begins in runs that judge is as much their own
+            own = lambda i: replace(first, name=f"{first.variable} of {label(self.runs[i])}", run=i)
+            numbers += tuple(own(i) for i in sorted(self.judges))
         return replace(self, inserts=(*self.inserts, *guess.inserts), found=[*self.found, numbers], acts=self.acts | guess.acts)
 
     def but_for(self, guess: Guess) -> Work:

@@ -25,7 +25,7 @@ Laws f(x), with the sign of x in sgn x:
     Dahl           a z with z' = x' (1 - sgn(x') z) / w
     LuGre          Dahl's with w (1 + b exp(-(x' / v)^2)) in the place of w
     Bouc-Wen       a z with z' = x' (1 - |z|^n (b + (1 - b) sgn(x' z))) / w
-    first order    a z with T z' = x - z, from z = x on
+    first order    a z with T z' = x - z, from z = x + d on
     table          straight between points (x1, y1), (x2, y2) ..., beyond them as at the last
 
 Paths, which make y of the signal itself:
@@ -100,7 +100,7 @@ LAWS = tuple(
         (DAHL, "Dahl", "a w", "a z, z' = x' (1 - sgn(x') z) / w"),
         (LUGRE, "LuGre", "a w b v", "a z, z' = x' (1 - sgn(x') z / g) / w, g = 1 + b exp(-(x' / v)^2)"),
         (BOUC_WEN, "Bouc-Wen", "a w b n", "a z, z' = x' (1 - |z|^n (b + (1 - b) sgn(x' z))) / w"),
-        (FIRST_ORDER, "first order", "a T", "a z, T z' = x - z"),
+        (FIRST_ORDER, "first order", "a T d", "a z, T z' = x - z, from z = x + d on"),
         (TABLE, "table", "", "straight between points"),
         (SCALE, "scale", "a", "a s"),
         (SIGN, "sign", "", "-s"),
@@ -265,7 +265,7 @@ def corrected(p, m, signal, x, w, dt):
             state = bristle(p, state, x - m[LAST] if m[BEGUN] > 0.0 else 0.0, dt)
             f = p[FIRST] * state
         elif law == FIRST_ORDER:
-            before = state if m[BEGUN] > 0.0 else u
+            before = state if m[BEGUN] > 0.0 else u + p[FIRST + 2]
             state = u + (before - u) * exp(-dt / p[FIRST + 1])
             f = p[FIRST] * 0.5 * (before + state)
         else:

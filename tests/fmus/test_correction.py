@@ -11,7 +11,7 @@ from selflock.fmus.correction import law
 from selflock.fmus.correction.fmu import FACES, name
 
 STEP = 0.1
-NUMBERS = {"a": 2.0, "n": 1.5, "w": 0.5, "b": 0.4, "v": 0.3, "phase": 0.2, "l": 0.25, "T": 0.35, "r": 1.5, "q": 0.5,
+NUMBERS = {"a": 2.0, "n": 1.5, "w": 0.5, "b": 0.4, "v": 0.3, "phase": 0.2, "l": 0.25, "T": 0.35, "d": 0.6, "r": 1.5, "q": 0.5,
            "low": -0.6, "high": 0.4, "x1": -1.0, "y1": 3.0, "x2": 0.0, "y2": 1.0, "x3": 2.0, "y3": 2.0}  # fmt: skip
 FORMULAS = {
     "constant": lambda x: 2.0,
@@ -99,8 +99,10 @@ def test_one_more_state_and_the_paths():
     ones = np.ones(40)
     time = STEP * np.arange(40)
     stepped = np.concatenate([[0.0], ones[1:]])
-    state = played("first order", stepped)  # its mean over a step, nearly
+    state = played("first order", stepped, d=0.0)  # its mean over a step, nearly
     assert state[1:] == pytest.approx(2.0 * (1.0 - np.exp(-(time[1:] - 0.5 * STEP) / 0.35)), abs=0.02)
+    begun = played("first order", ones, d=-0.8) - played("first order", ones, d=0.0)  # where it begins dies away
+    assert begun == pytest.approx(-1.6 * np.exp(-(time + 0.5 * STEP) / 0.35), abs=0.02)
     lag = played("lag", ones, stepped)
     assert lag[1:] == pytest.approx(1.0 - np.exp(-time[1:] / 0.35))
     ramp = time

@@ -146,6 +146,21 @@ def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, s
     assert len(places) == len(search.work.found) == 1 + stays
 
 
+def test_where_a_laws_own_state_begins_is_another_number_in_each_run_and_none_of_the_law():
+    """One that began elsewhere than the law took it to, in a log that begins in motion, was named as one of another variable."""
+    numbers = [Number(f"c.{word}", f"c.{word}", 1.0, 0.0, 2.0) for word in ("a", "T")]
+    numbers += [Number("c.d of two", "c.d", 0.0, -1.0, 1.0, run=0), Number("c.d of three", "c.d", 0.0, -1.0, 1.0, run=1)]
+    insert = Insert("c", Place(IN, "body.u"), "first order", over="body.x")
+    guess = Guess(LAW, "first order", "first order of body.x on body.u", (insert,), tuple(numbers))
+    runs = [SimpleNamespace(log=name, name="") for name in ("one", "two", "three")]
+    wider = Work(None, None, runs, (), {0}, [], "", None, None, 1.0).with_also(guess)
+    (found,) = wider.found
+    assert [(n.name, n.run) for n in found] == [
+        ("c.a", None), ("c.T", None), ("c.d of two", 1), ("c.d of three", 2), ("c.d of one", 0)
+    ]  # fmt: skip
+    assert guess.count == 2 and wider.but_for(guess).found == []
+
+
 def test_of_what_does_as_well_a_law_of_its_own_fmu_comes_first():
     """A loss of a chamber over its own temperature was named as one of the heater before it, which does not know of that."""
     contest = Contest(None, np.zeros(0), "c", lambda what, share: None)

@@ -32,9 +32,9 @@ def write(result: Naming, found: Search, out: Path) -> Path:
     return page.write(out / "report.html", made, "naming.html.j2", drawn, result=result)
 
 
-def _own_shape(x: np.ndarray, y: np.ndarray, knots: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """y without the straight line through its values at the knots: what the base's own numbers may make up for."""
-    slope, offset = np.polyfit(knots, at, 1)
+def own_shape(x: np.ndarray, y: np.ndarray, knots: np.ndarray, at: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """y without the straight line through its values at the knots, by their errors: what the base's own numbers may make up for."""
+    slope, offset = np.polyfit(knots, at, 1, w=1.0 / np.maximum(errors, 1e-3 * np.max(errors) or 1.0))
     return np.asarray(y - slope * x - offset)
 
 
@@ -42,9 +42,9 @@ def curve(one: FreeCurve, found: Search) -> Plots:
     """The free curve with its standard errors, and over it the law that was named there."""
     knots, heights, errors = np.array(one.x), np.array(one.y), np.array(one.error)
     x = np.linspace(knots[0], knots[-1], POINTS)
-    own, spread = _own_shape(knots, heights, knots, heights), 1.96 * errors
+    own, spread = own_shape(knots, heights, knots, heights, errors), 1.96 * errors
     marks = [
-        line(x, _own_shape(x, np.interp(x, knots, heights), knots, heights), "free curve", BEFORE),
+        line(x, own_shape(x, np.interp(x, knots, heights), knots, heights, errors), "free curve", BEFORE),
         points(knots, own, "", BEFORE, (own - spread, own + spread)),
     ]
     first = found.work.inserts[0] if found.work.inserts else None
@@ -57,9 +57,10 @@ def curve(one: FreeCurve, found: Search) -> Plots:
         at = np.array([law.still(p, float(u)) for u in knots])
         if at.any():
             named = np.array([law.still(p, float(u)) for u in x])
-            marks.append(line(x, _own_shape(x, named, knots, at), first.law, AFTER))
+            marks.append(line(x, own_shape(x, named, knots, at, errors), first.law, AFTER))
+    unit = lambda name: v.unit if (v := found.work.parts.variables.get(name)) else ""
     means = f"{'share of' if one.multiplies else 'added to'} {one.place}, but for a straight line"
-    return [{"x": axis(one.over), "y": axis(means), "marks": marks}]
+    return [{"x": axis(one.over, unit(one.over)), "y": axis(means, "" if one.multiplies else unit(one.place)), "marks": marks}]
 
 
 def traces(found: Search) -> Plots:

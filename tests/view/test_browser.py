@@ -39,6 +39,14 @@ def test_it_opens_and_nothing_is_cut(tab, page, width, dark):
     assert shown.complaints() == []
 
 
+def test_peaks_stand_one_below_another_on_a_phone(tab, write, drive, limits, tmp_path):
+    columns = {name.replace("gear.", "front_sprocket_gear_of_the_robot."): column for name, column in drive().items()}
+    page = view([write(f"{name}.parquet", columns, limits) for name in ("before", "after the repair")], tmp_path / "p.html")
+    shown = tab(page, width=360)
+    assert shown.js("document.querySelector('.peaks').textContent").count("4 A stall") == 2
+    assert shown.js("document.querySelector('.peaks').offsetWidth <= document.querySelector('.peaks').parentElement.clientWidth")
+
+
 def test_it_plays_and_steps_by_keys(tab, page):
     shown = tab(page)
     shown.key(" ", " ")

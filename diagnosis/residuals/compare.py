@@ -24,7 +24,6 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
     """The controller acts on what its sensors say, right or wrong."""
     shown = {name: value for name, value in values.items() if not name.startswith("sensor.")}
     first, second = drive.both(shown, ch)
-    _, moved = drive.both(values, ch)
     n = len(ch.dt)
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
@@ -39,7 +38,7 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
     rate = drive.speed_setpoint(wanted, values, ch)
     out = np.empty(n)
     motor_speed = ch.raw("reducer.input_speed") if ch.has("reducer.input_speed") else first.speed
-    delivered = drive.delivered(values, ch, moved)
+    delivered = drive.delivered(values, ch, drive.both(values, ch)[1]) if (rate == 0.0).any() else drive.nothing(n)
     ch.setting.kernels.controller(
         drive.law("controller", values, ch), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
     )

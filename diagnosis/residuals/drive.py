@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -187,6 +188,14 @@ def delivered(values: dict, ch: Channels, second: ShaftMotion, take: np.ndarray 
         return out
 
     return kept("delivered", (second, load, isinstance(take, slice)), ch, torque)
+
+
+@cache
+def nothing(n: int) -> np.ndarray:
+    """No torque at all samples, where none is asked for; not to be written to, as what is delivered else."""
+    out = np.zeros(n)
+    out.flags.writeable = False
+    return out
 
 
 def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:

@@ -7,7 +7,7 @@ those of any system of FMUs (systems.system).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import Any, Self
 
@@ -138,10 +138,14 @@ class Experiment:
             count += counts
         return (total / np.maximum(count, 1)).reshape(layout.count, layout.bins), count.reshape(layout.count, layout.bins)
 
-    def misfit(self, values: dict[str, float], noise: np.ndarray | None = None) -> np.ndarray:
-        """(blocks, bins of all residuals), each in units of its `noise` or as it is; 0 where there are no trusted samples."""
-        found = [self._remembered(residual, values) for residual in self.residuals]
-        return np.concatenate(found if noise is None else [x / n for x, n in zip(found, noise)], axis=1)
+    def misfit(self, values: dict[str, float], noise: np.ndarray | None = None, of: Sequence[int] | None = None) -> np.ndarray:
+        """(blocks, bins of all residuals), each in units of its `noise` or as it is; 0 where there are no trusted samples.
+
+        of: the residuals that are asked for, by their places; all.
+        """
+        asked = range(len(self.residuals)) if of is None else of
+        found = [self._remembered(self.residuals[i], values) for i in asked]
+        return np.concatenate(found if noise is None else [x / noise[i] for i, x in zip(asked, found)], axis=1)
 
     def _remembered(self, residual: Residual, values: dict[str, float]) -> np.ndarray:
         """A residual's bins, computed only when a value that it uses is new: a fit changes few residuals at a time."""

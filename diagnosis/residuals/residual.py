@@ -74,8 +74,16 @@ class Residual:
             return self.kind == "whole" and (not of or of in (self.output, *self.reads, *self.through))
         if what in ("sensor", "recorder"):
             return channel in (*self.reads, self.output) or (what == "sensor" and channel in self.through)
+        if self.kind in ("input", "output"):
+            return False
         if owner == self.prefix + "reducer" and self.kind in ("twist", "shafts"):
             return name.rpartition(".")[2] in laws.winding()
+        if owner == self.prefix + "motor" and self.kind == "motor":
+            return name.rpartition(".")[2] in laws.electric()
+        if owner == self.prefix + "motor" and self.kind == "gear" and self.reading == "current":
+            return name.rpartition(".")[2] in laws.driving()
+        if owner == self.prefix + "load" and self.kind in ("motor", "supply"):
+            return False
         return owner in self.components or name == self.prefix + "reducer.gear_ratio" or owner == self.prefix + "load"
 
 

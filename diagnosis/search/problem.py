@@ -192,14 +192,23 @@ class Problem:
         """Flat, in units of the noise; values counted above another are put back on it."""
         return self.experiment.misfit(self.absolute(values), self.noise).ravel() + self.shift
 
+    def misfit_of(self, values: dict, of: Sequence[int], columns: np.ndarray) -> np.ndarray:
+        """The misfit of the residuals at these places alone, (blocks, bins); columns: where their bins stand among all."""
+        shift = np.reshape(self.shift, self.shape)[:, columns] if np.ndim(self.shift) else self.shift
+        return self.experiment.misfit(self.absolute(values), self.noise, of) + shift
+
     def absolute(self, values: dict) -> dict:
         """Values as the laws have them, those counted above another put back on it."""
         out = dict(values)
-        for hypothesis in self.hypotheses:
-            for p in hypothesis.free:
-                if p.above and p.name in values:
-                    out[p.name] = self.experiment.setting.value(p.above, values) + values[p.name]
+        for p in self._above:
+            if p.name in values:
+                out[p.name] = self.experiment.setting.value(p.above, values) + values[p.name]
         return out
+
+    @cached_property
+    def _above(self) -> list[Free]:
+        """What is counted above another number."""
+        return [p for hypothesis in self.hypotheses for p in hypothesis.free if p.above]
 
     def fit(self, free: tuple[Free, ...], start: dict, effort: int = RULES.search.effort) -> Fit:
         """Robust least squares on the samples that teach; what recorders did is a matter of a few last steps.

@@ -17,6 +17,7 @@ from ..rules import RULES
 from .candidate import Candidate, worse
 from .fit import Fit
 from .hypotheses import Hypothesis
+from .look import Known
 from .problem import Problem
 from .step import Stage, Step, so_far
 
@@ -51,6 +52,7 @@ class ForwardSelection:
     ):
         self.problem, self.rng, self.tell, self.clean = problem, rng, tell, clean
         self.chance_level = np.inf
+        self.known: Known = {}
 
     def run(self, most: int = RULES.search.most_steps) -> Selection:
         """Step after step, `most` of them, then the causes held against one another, then the last word on their numbers."""
@@ -88,7 +90,7 @@ class ForwardSelection:
     def step(self, base: Fit, found: list[Hypothesis], first: Fit | None = None) -> Stage:
         """One step over a base that holds the causes `found`; `first` is the base fit without any."""
         clean = RULES.search.left if found else self.clean
-        stage = Step(self.problem, base, found, clean, self.chance_level, self.tell, first).play(self.rng)
+        stage = Step(self.problem, base, found, clean, self.chance_level, self.tell, first, self.known).play(self.rng)
         self.chance_level = stage.chance_level
         return stage
 

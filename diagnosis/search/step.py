@@ -19,7 +19,7 @@ from .candidate import Candidate, better, ends, equal, more, same_law, simplest
 from .fit import Fit, rho
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
-from .look import Look
+from .look import Known, Look
 from .problem import Problem, of_drive
 from .screen import Direction
 from .waves import looked_for
@@ -52,7 +52,7 @@ class Step:
     """The questions of one step, over a base fit and the causes `found` that it holds.
 
     clean: times its noise up to which a residual's error has nothing missing. chance_level: of the step before. first: the
-    base fit without any cause.
+    base fit without any cause. known: what looks of steps before have found.
     """
 
     def __init__(
@@ -64,9 +64,10 @@ class Step:
         chance_level: float,
         tell: Callable[[str, float], None],
         first: Fit | None = None,
+        known: Known | None = None,
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
-        self._tell = tell
+        self._tell, self.known = tell, known
         self.lines: dict[str, tuple[float, ...]] = {}  # of each shaft the waves in a turn that the error of a whole drive shows
         self.unseen = unseen = problem.held_out(base)
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
@@ -254,7 +255,7 @@ class Step:
 
     def _look(self, linear: Linear) -> list[Direction]:
         """The first look at all ways of acting of all hypotheses."""
-        problem, look = self.problem, Look(self.problem, self.base, linear)
+        problem, look = self.problem, Look(self.problem, self.base, linear, self.known)
         hypotheses = self.open
         if problem.by_channel:
             hypotheses, self.lines = looked_for(problem.experiment, problem.absolute(dict(self.base.values)), hypotheses)

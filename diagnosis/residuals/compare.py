@@ -47,18 +47,22 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
 
 def motor(electric: str, values: dict, ch: Channels) -> Compared:
     """The current that the measured voltage and speed make."""
-    current, _ = _driven(electric, values, ch, drive.both(values, ch)[0])
+    current, _ = _driven(electric, values, ch, drive.input_shaft(values, ch))
     return drive.read("motor.current", current, values, ch), ch.raw("motor.current"), everywhere(len(ch.dt))
 
 
 def _driven(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
     """Current and torque of the motor at the speed of this motion, on its voltage."""
     sensors = ch.sensor(electric, values), ch.sensor("motor.supply_voltage", values)
-    key = first, values.get(drive.shift(electric, ch)), *sensors
-    voltage, speed, dt, parts = drive.kept("given", key, ch, lambda: _given(electric, values, ch, first))
-    current, torque = np.empty(len(dt)), np.empty(len(dt))
-    ch.setting.kernels.motor(drive.law("motor", values, ch), voltage, speed, dt, current, torque)
-    return current[::parts], torque[::parts]
+    key, law = (first, values.get(drive.shift(electric, ch)), *sensors), drive.law("motor", values, ch)
+
+    def driven() -> tuple[np.ndarray, np.ndarray]:
+        voltage, speed, dt, parts = drive.kept("given", key, ch, lambda: _given(electric, values, ch, first))
+        current, torque = np.empty(len(dt)), np.empty(len(dt))
+        ch.setting.kernels.motor(law, voltage, speed, dt, current, torque)
+        return current[::parts], torque[::parts]
+
+    return drive.kept("driven", (law, *key), ch, driven)
 
 
 def _given(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

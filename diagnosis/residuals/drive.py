@@ -98,6 +98,11 @@ def both(values: dict, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
     return kept("both", (first, second, ratio), ch, lambda: _both(first, second, ratio, ch))
 
 
+def input_shaft(values: dict, ch: Channels) -> ShaftMotion:
+    """Motion of the input shaft, as both of them would have it."""
+    return shaft("reducer.input_", values, ch) or both(values, ch)[0]
+
+
 def _both(first: ShaftMotion | None, second: ShaftMotion | None, ratio: float, ch: Channels) -> tuple[ShaftMotion, ShaftMotion]:
     if first is None:
         assert second is not None, "a drive that moves has a shaft that is measured"

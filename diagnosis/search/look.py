@@ -34,7 +34,7 @@ class Look:
         self.problem, self.linear, self.known = problem, linear, {} if known is None else known
         self.errors = linear.draws(problem.taught(base.misfit * base.weights))
         near = problem.glance(False)
-        self.near, self.all = View(near, base, "near"), View(problem.glance(True), base, "all")
+        self.near, self.all = Sight(near, base, "near"), Sight(problem.glance(True), base, "all")
         self.asked = not problem.by_channel and near.experiment is not problem.experiment
 
     def ways(self, hypothesis: Hypothesis) -> list[Direction]:
@@ -46,15 +46,15 @@ class Look:
             return self._ways(hypothesis, self.all)
         return found
 
-    def _ways(self, hypothesis: Hypothesis, view: View) -> list[Direction]:
-        part = Part(view, hypothesis)
+    def _ways(self, hypothesis: Hypothesis, view: Sight) -> list[Direction]:
+        part = Touched(view, hypothesis)
         ways = self._once((hypothesis.label, view.name), part.depends, lambda: self._directions(hypothesis, part))
         found = [copy(way) for way in ways]  # what each gains is another over each base
         for way in found:
             self.linear.look(way, self.errors)
         return [way for way in found if np.isfinite(way.gain)]
 
-    def _directions(self, hypothesis: Hypothesis, part: Part) -> list[Direction]:
+    def _directions(self, hypothesis: Hypothesis, part: Touched) -> list[Direction]:
         found = directions(part.misfit, part.view.fixed, part.at, hypothesis, dear=self.problem.by_channel) if part.of else []
         for way in found:
             way.columns = way.columns[self.problem.train]
@@ -63,7 +63,7 @@ class Look:
 
     def _alike(self, hypothesis: Hypothesis, way: Direction) -> bool:
         """Whether it does to the excerpt what it does to the whole log."""
-        near, every = Part(self.near, hypothesis), Part(self.all, hypothesis)
+        near, every = Touched(self.near, hypothesis), Touched(self.all, hypothesis)
         little = way.little()
 
         def alike() -> bool:
@@ -82,7 +82,7 @@ class Look:
         return self.known[what][1]
 
 
-class View:
+class Sight:
     """A problem as looks have it, of an excerpt or of all of a log, around a base."""
 
     def __init__(self, problem: Problem, base: Fit, name: str):
@@ -90,13 +90,13 @@ class View:
         self.at = problem.misfit(self.fixed).reshape(problem.shape)
 
 
-class Part:
+class Touched:
     """What a hypothesis may move of the misfit in a view: of some residuals, which may stand apart among all.
 
     of: their places. columns: of their bins among all. at: what the base leaves there. depends: what a look at it depends on.
     """
 
-    def __init__(self, view: View, hypothesis: Hypothesis):
+    def __init__(self, view: Sight, hypothesis: Hypothesis):
         self.view, experiment = view, view.problem.experiment
         names, bins = [p.name for p in hypothesis.free], experiment.layout.bins
         self.of = [i for i, residual in enumerate(experiment.residuals) if any(map(residual.uses, names))]
@@ -105,7 +105,7 @@ class Part:
         beside = {p.above for p in hypothesis.free}
         uses = lambda name: name in beside or any(experiment.residuals[i].uses(name) for i in self.of)
         used = tuple(item for item in view.fixed.items() if uses(item[0]))
-        self.depends: Hashable = (hypothesis.free, tuple(self.of), used, blake2b(self.at).digest())
+        self.depends: Hashable = (hypothesis.free, tuple(self.of), used, blake2b(self.at.data).digest())
 
     def misfit(self, values: dict) -> np.ndarray:
         """(blocks, bins) under these values."""

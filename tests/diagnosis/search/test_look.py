@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from selflock.diagnosis.search import look as looks
 from selflock.diagnosis.search.linear import Linear
 from selflock.diagnosis.search.look import Look
 from selflock.diagnosis.search.problem import Problem
@@ -21,9 +22,9 @@ def sampled(tmp_path, rng):
     return problem, problem.fit(problem.base_free, problem.nominal)
 
 
-def looked(problem, base, hypothesis):
+def looked(problem, base, hypothesis, known=None):
     linear = Linear(base.open.reshape(*problem.shape, -1), problem.taught(base.weights), problem.fold_of_block)
-    return Look(problem, base, linear).ways(hypothesis)
+    return Look(problem, base, linear, known).ways(hypothesis)
 
 
 def of(problem, name):
@@ -54,5 +55,20 @@ def test_what_an_excerpt_shows_otherwise_is_looked_at_in_the_whole_log(sampled, 
 
     monkeypatch.setattr(type(problem.experiment), "excerpt", other)
     assert [way.gain for way in looked(problem, base, friction)] == pytest.approx(everywhere, rel=1e-9)
-    monkeypatch.setattr(Look, "_alike", lambda look, way: True)
+    monkeypatch.setattr(Look, "_alike", lambda look, hypothesis, way: True)
     assert [way.gain for way in looked(problem, base, friction)] != pytest.approx(everywhere, rel=1e-6)
+
+
+def test_what_a_new_base_does_not_touch_is_not_looked_at_again(sampled, monkeypatch):
+    problem, base = sampled
+    made, plain, known, friction = [], looks.directions, {}, of(problem, "reducer.friction_kinetic")
+    monkeypatch.setattr(looks, "directions", lambda *given, **more: made.append(1) or plain(*given, **more))
+    first = looked(problem, base, friction, known)
+    assert made and known
+    made.clear()
+    again = looked(problem, base, friction, known)
+    assert not made and [way.gain for way in again] == [way.gain for way in first]
+    other = replace(base, values={**base.values, "reducer.shaft_inertia": 2e-4})
+    anew = looked(problem, other, friction, known)
+    assert made and [way.gain for way in anew] == [way.gain for way in looked(problem, other, friction)]
+    assert [way.gain for way in anew] != [way.gain for way in first]

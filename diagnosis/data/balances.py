@@ -149,12 +149,15 @@ def motor_constants(said: Said) -> list[Finding]:
         if not said.given(missing):
             text = f"{said.prefix}{missing} is not given, and {said.value(missing):g} {unit} was assumed beside {other} = {said.value(other):g}"
             return [Finding(f"{text}: in SI units they are one number of a motor. Give it under [parameters].", True, (KE, KT))]
-    slips = [
-        f"{said.prefix}{KE} = {value:.4g}, if {ke:g} is in {what}"
-        for value, what in constants(ke)
-        if near(value, kt, RULES.data.one_factor)
+    tried = [(value, f"{said.prefix}{KE} = {value:.4g}, if {ke:g} is in {what}", kt) for value, what in constants(ke)]
+    tried += [
+        (value, f"{said.prefix}{KT} = {value:.4g}, if {kt:g} is in {what}", ke)
+        for value, what in constants(kt)
+        if what != "mV.s/rad"
     ]
-    slips += [f"{said.prefix}{KT} = {1e-3 * kt:.4g}, if {kt:g} is in mN.m/A"] * near(1e-3 * kt, ke, RULES.data.one_factor)
+    tried += [(1e-3 * kt, f"{said.prefix}{KT} = {1e-3 * kt:.4g}, if {kt:g} is in mN.m/A", ke)]
+    fits = [(value, text) for value, text, other in tried if near(value, other, RULES.data.one_factor)]
+    slips = [text for value, text in fits if value <= RULES.data.one_factor * min(fits)[0]]  # 239 is rpm/V, and not 0.04
     end = f"write {' or '.join(slips)}" if slips else "look at their units"
     text = f"{said.prefix}{KE} = {ke:g} V.s/rad and {said.prefix}{KT} = {kt:g} N.m/A are one number of a motor in SI units"
     return [Finding(f"{text}: {end}.", True, (KE, KT))]

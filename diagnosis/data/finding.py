@@ -52,9 +52,9 @@ class Said:
         return self.prefix + parameter in self.values or self.prefix + parameter in self.rig.uncertain
 
     def value(self, parameter: str) -> float:
-        """What the rig says of a parameter, else the FMU's start value."""
+        """What the rig says of a parameter, else the FMU's start value, else 0: of an effect's."""
         component, _, name = parameter.partition(".")
-        default = next(p.off for p in laws.module(LAWS[component]).BASE if p.name == name)
+        default = next((p.off for p in laws.module(LAWS[component]).BASE if p.name == name), 0.0)
         return self.values.get(self.prefix + parameter, default)
 
     def ends(self, parameter: str) -> tuple[float, float]:

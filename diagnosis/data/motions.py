@@ -17,6 +17,7 @@ from ..rules import RULES
 from .finding import Finding, Said
 from .pieces import Pieces
 from .rig import Rig
+from .signals import SETPOINTS
 
 RATIO, TIME = "reducer.gear_ratio", "time"
 ANGLES = ("reducer.input_angle", "load.angle", "controller.angle_setpoint")
@@ -119,6 +120,23 @@ def contradictions(found: list[Relation], said: Said, rig: Rig, agree: set[str])
         told.append(_sentence(mine, names, said, rig))
         wrong = [r for r in wrong if r not in mine]
     return told
+
+
+def other_ratio(found: list[Relation], said: Said) -> list[Finding]:
+    """A remark where two shafts turn in another ratio than the rig has it, or than was assumed because nobody gave one."""
+    ratio, given = said.value(RATIO), said.given(RATIO)
+    least = RULES.data.ratio_off if given else RULES.data.ratio_told
+    for one in found:
+        shafts = RATIO in one.blamed and not one.off and not {*one.blamed} & SETPOINTS
+        if (
+            shafts
+            and abs(one.factor - 1.0) > least
+            and not any(low <= one.factor * ratio <= high for low, high in [said.ends(RATIO)])
+        ):
+            rig = f"the rig says {ratio:g}" if given else f"nobody gave {said.prefix}{RATIO}, so that {ratio:g} was assumed"
+            text = f"{said(one.first)} and {said(one.second)} turn in a ratio of {number(one.factor * ratio)}, and {rig}"
+            return [Finding(f"{text}: write {said.prefix}{RATIO} = {number(one.factor * ratio)}.", False, (RATIO,))]
+    return []
 
 
 def _agree(one: Relation, name: str, wrong: list[Relation]) -> bool:

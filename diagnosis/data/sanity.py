@@ -123,10 +123,13 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         fine = Pieces(runs, prefix, RULES.data.fine_pieces)
         lifts = lifting.lifting(fine, said, suspects)
         findings += lifts + lifting.unloaded({name.removeprefix(prefix) for name in runs[0].signals}, said)
+        findings += [] if lifts else lifting.frictions(said)
         if not any(f.gross for f in lifts):
             findings += balances.torque(fine, coarse, said, suspects)
     if not suspects and (zero := motions.zero(coarse, said)):
         findings = zero + [f for f in findings if "load.angle" not in f.about]
+    if "reducer.gear_ratio" not in suspects:
+        findings += motions.other_ratio(found, said)
     if not 0.5 < ratio and "reducer.gear_ratio" not in suspects:
         text = f"{prefix}reducer.gear_ratio = {ratio:g} is below 1, which gears up: it is input speed over output speed"
         findings.append(

@@ -157,6 +157,14 @@ class DataRules:
         0.9, "share of the pieces with most motion that agree on a sign or a factor", "theory: of the fewest pieces one may lie"
     )
     one_factor: float = rule(3.0, "quartiles' ratio up to which they agree on a factor", "theory: less than the smallest slip")
+    ratio_told: float = rule(
+        0.01,
+        "share by which two shafts may turn in another ratio than one that was assumed, without a remark",
+        "a remark alone, which decides nothing",
+    )
+    ratio_off: float = rule(
+        0.25, "the same of a ratio that the rig gives: sensors are off by less", "a remark alone, which decides nothing"
+    )
     known_slip: float = rule(
         0.15,
         "relative distance from a slip's factor within which it is named",

@@ -253,6 +253,13 @@ def test_a_constant_that_was_assumed_beside_a_motors_other_one(tmp_path):
     assert "motor.torque_constant is not given, and 0.03" in stopped(tmp_path, text, scaled)
 
 
+@pytest.mark.parametrize("name", ["torque_constant", "voltage_constant"])
+def test_of_two_constants_the_one_in_rpm_per_volt_is_named(name, tmp_path):
+    constants = {"motor__torque_constant": 0.05, "motor__voltage_constant": 0.05, f"motor__{name}": 191.0}
+    *_, text = boxed(tmp_path, written("forward", ("motor.voltage", "load.angle"), **constants)).gross
+    assert f"motor.{name} = 0.05" in text and "rpm/V" in text and "= 191, if" not in text
+
+
 def test_a_replay_begins_with_the_box(tmp_path):
     (tmp_path / "rig.toml").write_text(written("inverse", reducer__shaft_inertia=1e3))
     LOG.to_parquet(tmp_path / "log.parquet")
@@ -303,22 +310,30 @@ def test_measured_drives_pass_without_a_word(name):
     assert not found.findings and found.assumed, found.lines()
 
 
+TURNED = ("motor.torque", "reducer.input_speed")  # no angle: nobody tells where the arm hangs
 LIFTED = {
     "by a torque": ("inverse", INVERSE),
     "by a current": ("inverse", ("motor.current", "reducer.input_speed", "load.angle")),
     "by a voltage": ("forward", ("motor.voltage", "reducer.input_speed", "load.angle")),
     "by what the supply lets it give": ("forward", ("controller.angle_setpoint", "load.angle", "load.speed")),
+    "by a torque, whatever the arm's angle": ("inverse", TURNED),
+    "by a voltage, whatever the arm's angle": ("forward", ("motor.voltage", "reducer.input_speed")),
 }
 OVER = {  # what somebody wrote, and the words that tell it
     "an arm in mm": ({"load__arm": 250.0}, ("load.arm may be in mm: 0.25 m would do",)),
     "an arm in cm": ({"load__arm": 25.0}, ("load.arm may be in cm: 0.25 m would do",)),
     "a mass in g": ({"load__mass": 2000.0}, ("load.mass may be in g: 2 kg would do",)),
+    "a torque in mN.m": ({"load__constant_torque": 4905.0}, ("load.constant_torque may be in mN.m: 4.905 N.m would do",)),
+    "a damping in mN.m.s/rad": ({"reducer__viscous_damping": 1.0}, ("reducer.viscous_damping may be in mN.m.s/rad",)),
     "friction in percent": ({"reducer__friction_kinetic": 1.0}, ("reducer.friction_kinetic may be in percent: 0.01 would do",)),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("by", LIFTED)
-@pytest.mark.parametrize("slip", OVER)
+# an arm that hangs at some other angle asks for less, whatever its gear's friction: that slip of 100 is below what stops
+SEEN = [(slip, by) for slip in OVER for by in LIFTED if (slip, "whatever" in by) != ("friction in percent", True)]
+
+
+@pytest.mark.parametrize("slip, by", SEEN)
 def test_what_no_motor_could_lift_is_told(slip, by, tmp_path):
     changes, words = OVER[slip]
     kind, channels = LIFTED[by]
@@ -326,4 +341,37 @@ def test_what_no_motor_could_lift_is_told(slip, by, tmp_path):
     assert not boxed(tmp_path, written(kind, channels, **limits)).findings
     found = boxed(tmp_path, written(kind, channels, **limits, **changes))
     (finding,) = found.findings
-    assert "to lift the load as" in finding.sentence and all(word in finding.sentence for word in words), finding.sentence
+    assert "to move the load as" in finding.sentence and all(word in finding.sentence for word in words), finding.sentence
+
+
+def test_limits_that_were_assumed_tell_what_is_gross_alone(tmp_path):
+    channels = ("controller.angle_setpoint", "load.angle", "load.speed")
+    assert not boxed(tmp_path, written("forward", channels)).findings
+    text = stopped(tmp_path, written("forward", channels, load__arm=250.0))
+    assert "controller.voltage_max = 24 V, which was assumed" in text and "load.arm may be in mm: 0.25 m" in text
+    assert not boxed(tmp_path, written("forward", channels, load__mass=40.0)).findings  # at 120 V it may do
+
+
+@pytest.mark.parametrize(
+    "changes, words",
+    [
+        ({"reducer__friction_static": 1.5}, ("reducer.friction_static = 1.5 is beyond 1", "in percent? Write 0.015")),
+        ({"reducer__friction_static": 0.8}, ("reducer.friction_static = 0.8 is 80 times reducer.friction_kinetic = 0.01",)),
+        ({"reducer__friction_static": 0.1}, ()),
+    ],
+    ids=["beyond 1", "in percent beside a share", "sticky"],
+)
+def test_a_friction_that_no_gear_has_is_remarked_on(changes, words, tmp_path):
+    found = boxed(tmp_path, written("inverse", **changes))
+    assert not found.gross and [all(word in f.sentence for word in words) for f in found.findings] == [True] * bool(words)
+
+
+@pytest.mark.parametrize(
+    "ratio, words", [(None, ("so that 50 was assumed", "= 60")), (45.0, ("the rig says 45", "= 60")), (55.0, ())]
+)
+def test_a_ratio_that_is_not_the_logs_is_remarked_on(ratio, words, tmp_path):
+    """One that was assumed by 1 %, one that somebody gave by a quarter: a sensor may have a scale."""
+    text = written("inverse", **({"reducer__gear_ratio": ratio} if ratio else {}))
+    text = text if ratio else text.replace('"reducer.gear_ratio" = 60.0\n', "")
+    about = [f for f in boxed(tmp_path, text).findings if "turn in a ratio of 60" in f.sentence]
+    assert [all(word in f.sentence for word in words) and not f.gross for f in about] == [True] * bool(words)

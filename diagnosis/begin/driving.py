@@ -22,6 +22,7 @@ class Driving(Shafts):
         for quantity, put in ((CURRENT, self._current), (TORQUE, self._torque), (VOLTAGE, self._voltage), (DUTY, self._duty)):
             for name in sorted(self._of(quantity), key=lambda n: (self.words[n].role == SETPOINT, -self.words[n].strength)):
                 put(name)
+        self._command()
         driven = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
         if self._base() and not driven & set(self.guess.taken):
             self._torque_by_numbers()
@@ -184,9 +185,22 @@ class Driving(Shafts):
             taken = self._take("motor.duty", name, unit="1", factor=1.0 / size)
             taken.doubt(f"its greatest value, {size:g}, was taken for the whole supply", LIKELY)
         else:
-            self.guess.left[name] = (
-                f"a duty by its name, up to {size:g}; what is the whole supply is not told (motor.duty with factor)"
-            )
+            self._commanded(name, f"a duty by its name, up to {size:g}, and what is the whole supply is not told")
+
+    def _command(self) -> None:
+        """What a name says was asked for, and not what of: where nothing else drives the motion, it is the voltage's share."""
+        driven = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
+        asked = [name for name in self._of("", role=SETPOINT) if not self._magnitude(name)]
+        if asked and self._base() and not driven & set(self.guess.taken):
+            size = float(np.nanmax(abs(self.columns.values[asked[0]])))
+            self._commanded(asked[0], f"asked for, by its name, up to {size:g}, and what of is not told: taken for a duty (PWM)")
+
+    def _commanded(self, name: str, why: str) -> None:
+        """A share of the supply whose whole nobody says."""
+        supplied = "motor.supply_voltage" in self.guess.taken
+        taken = self._take("motor.duty" if supplied else "motor.voltage", name, lacks="factor", sure=UNSURE)
+        taken.why = [why]
+        taken.doubt(f"factor = {'1' if supplied else 'the volts of the supply'} over the command that is all of it, such as 255")
 
     def _motion_parts(self):
         """Speed, acceleration and angle of the base, in SI over the pieces."""
@@ -279,7 +293,7 @@ class Driving(Shafts):
                         taken[signal].sure = SURE
                     elif taken[signal].sure == UNSURE and left < 0.2:
                         taken[signal].sure = LIKELY
-                if volt == "V":
+                if volt == "V" and not taken[source].lacks:
                     guess.hints["motor.resistance"] = f"u = R i + k w says about {r:.3g}, with the units taken"
                     guess.hints["motor.voltage_constant"] = f"u = R i + k w says about {k * ratio:.3g}" + (
                         " over the ratio" if not on_motor and ratio == 1.0 else ""

@@ -89,7 +89,7 @@ def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str
 def _kind(guess: LogGuess) -> tuple[str, str]:
     """Which kind of measurement it is, and by what."""
     seen = {signal for signal, one in guess.taken.items() if not one.lacks} or set(guess.taken)
-    seen |= {signal for signal, one in guess.taken.items() if one.lacks and (signal in TORQUES or not seen & MOVES)}
+    seen |= {signal for signal, one in guess.taken.items() if one.lacks and (signal in TORQUES | GIVEN or not seen & MOVES)}
     if not seen & MOVES:
         return "", "no column is the motion of a drive; [columns] says what each looks like"
     driven = sorted(seen & TORQUES)

@@ -48,6 +48,8 @@ class Looking:
         """Whether a column may be a channel: it changes, and is more than a switch."""
         good = x[np.isfinite(x)]
         distinct = len(np.unique(good[: RULES.begin.looked_at]))
+        if distinct == 1 and self.words[name].quantity == SUPPLY and good[0] > 0.0:
+            return True  # nobody records how a supply stays as it is, and the duty is a share of it
         if distinct < 2:
             self.guess.left[name] = f"always {good[0]:.6g}" if len(good) else "no numbers"
         elif self.words[name].quantity in (words.FLAG, words.RUN, words.INDEX):
@@ -97,8 +99,9 @@ class Looking:
         slots: dict[tuple[str, ...], set] = {}
         for name in self.varying:
             word = self.words[name]
-            if word.rest and word.quantity in (ANGLE, SPEED, TORQUE, CURRENT, VOLTAGE, DUTY):
-                slots.setdefault(word.rest, set()).add((word.quantity, word.side, word.role))
+            quantity = word.quantity or (DUTY if word.role == SETPOINT else "")  # what a command asks for
+            if word.rest and quantity in (ANGLE, SPEED, TORQUE, CURRENT, VOLTAGE, DUTY):
+                slots.setdefault(word.rest, set()).add((quantity, word.side, word.role))
         several = [
             rest for rest, mine in slots.items() if len({q for q, _, _ in mine}) > 1 and {ANGLE, SPEED} & {q for q, _, _ in mine}
         ]

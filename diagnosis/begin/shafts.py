@@ -213,13 +213,21 @@ class Shafts(Measures):
 
     def _setpoint(self, name: str, signal: str, quantity: str, measured: str) -> None:
         guess, one = self.guess, self.guess.taken[measured]
-        taken = self._take(signal, name)
         motion = ANGLE if measured.endswith("angle") else SPEED
         tie = self._tie(name, one.column, quantity, motion)
         word = self.words[name]
         turning = {True: ("rad", "deg", "turn", "m", "mm"), False: ("rad/s", "rpm", "deg/s", "turn/s", "m/s", "mm/s")}[
             quantity == ANGLE
         ]
+        wanted = (
+            guess.scale(measured) / tie.factor if tie.factor else float("nan")
+        )  # SI for each unit of the set-point, if the drive goes where it is sent
+        fits = [u for u in turning if abs(FACTORS[u] / abs(wanted) - 1.0) < 0.25]
+        alike = abs(abs(tie.factor) - 1.0) < 0.25
+        if word.strength == 0 and motion == quantity == SPEED and tie.holds(0.8) and not fits and not alike:
+            self.words[name] = replace(word, quantity="")  # a voltage goes with its speed, too
+            return
+        taken = self._take(signal, name)
         if one.unsaid and not word.unit:
             taken.unsaid = True
             taken.doubt(f"its unit as that of {one.column!r}, which nobody says")
@@ -232,9 +240,7 @@ class Shafts(Measures):
             taken.doubt(f"{one.column!r} does not follow it closely (r = {tie.r:.2f})")
             return
         taken.why.append(f"{one.column!r} follows it (r = {tie.r:.3f})")
-        wanted = guess.scale(measured) / tie.factor  # SI for each unit of the set-point, if the drive goes where it is sent
-        fits = [u for u in turning if abs(FACTORS[u] / abs(wanted) - 1.0) < 0.25]
-        if motion == quantity and abs(abs(tie.factor) - 1.0) < 0.25 and not word.unit:
+        if motion == quantity and alike and not word.unit:
             taken.unit, taken.factor = one.unit, float(np.copysign(one.factor, tie.factor * one.factor))
         elif taken.unit:
             taken.factor = -1.0 if wanted < 0.0 else 1.0

@@ -210,6 +210,25 @@ def test_what_has_lost_its_sign_or_its_name_stays_a_gap(tmp_path):
     assert not begun.kind and not begun.guess.taken and "no drive" in begun.summary()
 
 
+@pytest.mark.parametrize("supply, signal, factor", [(None, "motor.voltage", 7.4 / 255), (7425.0, "motor.duty", 1.0 / 255)])
+def test_a_command_of_a_small_controller_needs_what_is_all_of_it(supply, signal, factor, tmp_path):
+    """Two wheels, each with a speed and a PWM of up to 255 that is called a command; a battery that stays as it is."""
+    table = {"time": T * 1e3, "targetSpeed": 200.0 + 0.0 * T}
+    for side, rows in (("left", 0), ("right", 700)):
+        table[f"{side}Speed"] = np.roll(TRUTH["motor_speed"], rows)
+        table[f"{side}Command"] = np.round(np.roll(TRUTH["voltage"], rows) / 7.4 * 255)
+    table |= {"batteryVoltage": supply} if supply else {}
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
+    assert begun.kind == "forward" and len(begun.guess.drives) == 2 and "factor of column" in begun.lacks
+    side, one = begun.guess.drives[0], begun.guess.taken[signal]
+    assert one.column == f"{side}Command" and one.lacks == "factor" and "such as 255" in one.why[-1]
+    text = begun.path.read_text().replace(f'# "{signal}"', f'"{signal}"').replace("factor = ?", f"factor = {factor}")
+    begun.path.write_text(text.replace('# "reducer.gear_ratio"', '"reducer.gear_ratio"'))
+    found = diagnosis.replay(begun.path, tmp_path / "log.csv", out=None, anyway=True)
+    assert all(np.isfinite(c.error) for c in found.comparisons) and found.comparisons
+
+
 def test_a_commanded_torque_is_said_to_be_one(tmp_path):
     pd.DataFrame({"t": T, "speed_rpm": TRUTH["motor_speed"] * RPM, "torque_cmd_Nm": np.round(TRUTH["torque"], 2)}).to_csv(
         tmp_path / "log.csv", index=False

@@ -27,6 +27,10 @@ class Dependence:
     residual: str
     share: float  # of the misfit's variance on blocks that were not learnt from
     chance: float
+    curve: tuple[int, int] = (
+        0,
+        0,
+    )  # which function predicts most: its places among what it goes with, and among those of the variable
 
 
 def depends(
@@ -50,12 +54,16 @@ def depends(
         r = np.clip(r, *np.quantile(r[here], rules.tails)) * here
         shares: dict[str, np.ndarray] = {}
         known = experiment.variables(residual, values)
-        free = [(label, found) for label, parts in known.items() for found in _functions(experiment.layout, parts, here)]
-        for along in _regressors(experiment.layout, known, here):
+        free = {label: _functions(experiment.layout, parts, here) for label, parts in known.items()}
+        curves: dict[str, tuple[float, tuple[int, int]]] = {}
+        for i, along in enumerate(_regressors(experiment.layout, known, here)):
             mere = 0.0 if along is None else _shares(r, along, folds, orders, signs)
-            for label, functions in free:
-                both = functions if along is None else np.concatenate([functions, functions * along], -1)
-                shares[label] = np.maximum(_shares(r, both, folds, orders, signs) - mere, shares.get(label, -np.inf))
+            for label, j, functions in ((label, j, one) for label, every in free.items() for j, one in enumerate(every)):
+                both = _with(functions, along)
+                predicted = _shares(r, both, folds, orders, signs)
+                shares[label] = np.maximum(predicted - mere, shares.get(label, -np.inf))
+                if label not in curves or predicted[0] > curves[label][0]:
+                    curves[label] = float(predicted[0]), (i, j)
         if residual.name in lines:
             period, share = lines[residual.name]
             shares[f"time, period {period:.3g} s"] = share
@@ -65,7 +73,8 @@ def depends(
         for label, s in shares.items():
             chance = (1 + int((best_by_chance >= s[0]).sum())) / (1 + rules.draws)
             if chance <= rules.significant and s[0] >= rules.variance:
-                found.append(Dependence(label, residual.name, float(s[0]), chance))
+                curve = curves[label][1] if label in curves else (0, 0)
+                found.append(Dependence(label, residual.name, float(s[0]), chance, curve))
     found.sort(key=lambda d: -d.share)
     return found
 
@@ -84,20 +93,18 @@ def without(
         return None
     r, folds = misfit[:, part] * here, np.arange(len(misfit)) % RULES.judge.folds
     held = np.clip(r, *np.quantile(r[here], RULES.judge.tails)) * here
-    every, plain = np.arange(len(r))[None], np.ones((1, len(r)))
-    best, most = None, -np.inf
-    for along in _regressors(experiment.layout, known, here):
-        for functions in _functions(experiment.layout, known[dependence.variable], here):
-            columns = functions if along is None else np.concatenate([functions, functions * along], -1)
-            share = float(_shares(held, columns, folds, every, plain)[0])
-            if share > most:
-                best, most = columns, share
-    if best is None:
-        return None
+    i, j = dependence.curve
+    functions = _functions(experiment.layout, known[dependence.variable], here)[j]
+    best = _with(functions, _regressors(experiment.layout, known, here)[i])
     out = misfit.copy()
     for fold in np.unique(folds):
         out[folds == fold, part] -= best[folds == fold] @ _learnt(held, best, folds != fold) * here[folds == fold]
     return out, best.shape[-1]
+
+
+def _with(functions: np.ndarray, along: np.ndarray | None) -> np.ndarray:
+    """Functions, and beside them the same times what the misfit may go with."""
+    return functions if along is None else np.concatenate([functions, functions * along], -1)
 
 
 def _learnt(r: np.ndarray, columns: np.ndarray, seen: np.ndarray) -> np.ndarray:
@@ -152,7 +159,19 @@ def _functions(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> lis
     for quantiles in [q for q in rules.knots if len(q) <= most] or [tuple(np.linspace(0.0, 1.0, max(2, most)))]:
         knots = np.unique(np.quantile(x[known], quantiles))
         knots = knots[np.diff(knots, prepend=-np.inf) > least]
-        found.append(np.stack([np.interp(x, knots, one) for one in np.eye(len(knots))], -1) * known[..., None])
+        found.append(_hats(x, knots) * known[..., None])
+    return found
+
+
+def _hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Of each knot what goes straight from 1 there to 0 at its neighbours, at x: numpy's interp of them all, to the bit."""
+    if len(knots) < 2:
+        return np.ones((*x.shape, len(knots)))
+    below = np.clip(np.searchsorted(knots, x, "right") - 1, 0, len(knots) - 2)
+    up = np.where(x < knots[-1], 1.0 / np.diff(knots)[below] * (np.maximum(x, knots[0]) - knots[below]), 1.0)
+    found = np.zeros((*x.shape, len(knots)))
+    np.put_along_axis(found, below[..., None], 1.0 - up[..., None], -1)
+    np.put_along_axis(found, below[..., None] + 1, up[..., None], -1)
     return found
 
 
@@ -221,12 +240,11 @@ def _shares(r: np.ndarray, columns: np.ndarray, folds: np.ndarray, orders: np.nd
     pairs = (turned @ r.T).transpose(0, 2, 1)  # of block c's misfit with block b's columns
     energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has columns
     sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
-    energy, left = energies[orders, np.arange(len(r))].sum(1), 0.0
+    energy = energies[orders, np.arange(len(r))].sum(1)
     inside_fold = (folds == np.unique(folds)[:, None]).astype(float)  # (folds, blocks)
     grams, crosses = np.tensordot(inside_fold, gram, 1), (inside_fold @ sums).transpose(1, 0, 2)  # of each fold, of all draws
-    every, whole = grams.sum(0), crosses.sum(0)
-    for own, cross in zip(grams, crosses):
-        known = every - own
-        amount = np.linalg.solve(known + np.diag(1.0 + RULES.judge.ridge * np.diag(known)), (whole - cross).T).T
-        left = left + ((amount @ own - 2.0 * cross) * amount).sum(1)
+    others, pull = grams.sum(0) - grams, crosses.sum(0) - crosses  # of all folds but one
+    held_back = others + (1.0 + RULES.judge.ridge * np.diagonal(others, axis1=1, axis2=2))[..., None] * np.eye(grams.shape[-1])
+    amount = np.linalg.solve(held_back, pull.transpose(0, 2, 1)).transpose(0, 2, 1)
+    left = ((amount @ grams - 2.0 * crosses) * amount).sum(2).sum(0)
     return -left / np.maximum(energy, 1e-300)

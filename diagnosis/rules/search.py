@@ -222,6 +222,7 @@ class SearchRules:
 
     # --- what is believed: search.step, search.candidate
     draws: int = rule(199, "draws of what the search finds by chance", FIRST)
+    together: int = rule(16, "ways of acting that are tried in these draws together", "a limit of memory; it changes no number")
     significant: float = rule(
         0.02,
         "share of draws in which chance may do as well as a cause",

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,27 +48,22 @@ class Linear:
             self.base_in_own = np.matmul(self.own.transpose(0, 2, 1), self.base)
             self.gram -= np.matmul(self.base_in_own.transpose(0, 2, 1), self.base_in_own)
 
-    def _energy(self, gram: np.ndarray, cross: np.ndarray, limits=None, pairs: bool = False):
-        """Change of the squared misfit on folds not seen, for each draw, and the coefficients of all folds together.
-
-        gram: X_b' X_b (blocks, k, k); cross: X_b' e_b of each draw (draws, blocks, k). Columns have length 1. pairs: those
-        behind the base's are a wave's in each run.
-        """
-        solved = self._one_amplitude if pairs else _solved
+    def _energy(self, asked: Equations) -> np.ndarray:
+        """Change of the squared misfit on folds not seen, for each draw (..., draws)."""
+        gram, cross, limits = asked.gram, asked.cross, asked.limits
+        solved = self._one_amplitude if asked.pairs else _solved
         inside = (self.folds == np.unique(self.folds)[:, None]).astype(float)  # (folds, blocks)
-        own_gram = np.tensordot(inside, gram, 1)
-        own_cross = np.matmul(inside, cross)  # (draws, folds, k)
-        total_gram, total_cross = gram.sum(0), cross.sum(1)
-        other_gram, other_cross = total_gram - own_gram, total_cross[:, None] - own_cross
+        k, k0 = gram.shape[-1], self.base.shape[-1]
+        own_gram = np.matmul(inside, gram.reshape(*gram.shape[:-2], k * k)).reshape(*gram.shape[:-3], len(inside), k, k)
+        own_cross = np.matmul(inside, cross)  # (..., draws, folds, k)
+        other_gram, other_cross = gram.sum(-3)[..., None, :, :] - own_gram, cross.sum(-2)[..., None, :] - own_cross
         step = solved(other_gram, other_cross)  # as own_cross
         if limits is not None:
             step = np.clip(step, *limits)
-            k0 = self.base.shape[-1]
             if self.makes_up and k0:
-                beside = np.einsum("fij,rfj->rfi", other_gram[:, :k0, k0:], step[..., k0:])
-                step[..., :k0] = _solved(other_gram[:, :k0, :k0], other_cross[..., :k0] + beside)
-        change = (step * (2.0 * own_cross + np.einsum("fij,rfj->rfi", own_gram, step))).sum((1, 2))
-        return change, solved(total_gram[None], total_cross[:, None])[:, 0]
+                beside = np.einsum("...fij,...rfj->...rfi", other_gram[..., :k0, k0:], step[..., k0:])
+                step[..., :k0] = _solved(other_gram[..., :k0, :k0], other_cross[..., :k0] + beside)
+        return (step * (2.0 * own_cross + np.einsum("...fij,...rfj->...rfi", own_gram, step))).sum((-2, -1))
 
     def _one_amplitude(self, gram: np.ndarray, cross: np.ndarray) -> np.ndarray:
         """Coefficients of a wave that has one amplitude in all runs, and a phase of its own in each; shapes as `_solved`.
@@ -94,8 +90,8 @@ class Linear:
         found = -np.linalg.solve(few + RULES.search.ridge * np.eye(k0 + 1), asked[..., None])[..., 0]
         return np.concatenate([found[..., :k0], found[..., k0:] * way], -1)
 
-    def gains(self, direction: Direction | None, draws: Draws):
-        """Drop of the held-out squared misfit, and the coefficients, for each draw."""
+    def _equations(self, direction: Direction | None, draws: Draws) -> Equations:
+        """The normal equations of the base, and beside it of a direction."""
         k0 = self.base.shape[-1]
         gram, cross, lengths, limits = self.gram, draws.base, self.lengths, None
         pairs = direction is not None and direction.of_run and self.runs.max() > 0
@@ -127,10 +123,14 @@ class Linear:
                     np.concatenate([np.full(k0, -np.inf), least * own_lengths]),
                     np.concatenate([np.full(k0, np.inf), most * own_lengths]),
                 )
-        if gram.shape[-1] == 0:
-            return np.zeros(len(cross)), np.zeros((len(cross), 0))
-        change, full = self._energy(gram, cross, limits, pairs)
-        return -change, full / lengths
+        return Equations(gram, cross, lengths, limits, pairs)
+
+    def gains(self, direction: Direction | None, draws: Draws) -> np.ndarray:
+        """Drop of the held-out squared misfit, for each draw."""
+        asked = self._equations(direction, draws)
+        if not len(asked.lengths):
+            return np.zeros(len(asked.cross))
+        return -self._energy(asked)
 
     def _of_runs(self, products: np.ndarray) -> np.ndarray:
         """Products with columns, (blocks, any, columns), where each run has the columns for itself: 0 with those of others."""
@@ -146,14 +146,20 @@ class Linear:
         if self.own is not None:
             found.own = found.cross(self.own, slice(None))
             found.base = found.base - np.einsum("bqk,rbq->rbk", self.base_in_own, found.own)
-        found.without = self.gains(None, found)[0]
+        found.without = self.gains(None, found)
         return found
 
     def look(self, direction: Direction, draws: Draws) -> None:
         """Set the direction's gain on the misfit itself, over the base alone, and its amounts."""
-        with_it, coefficients = self.gains(direction, draws)
-        direction.gain = float(with_it[0] - draws.without[0])
-        direction.amounts = np.array([direction.jump]) if direction.jump else coefficients[0, self.base.shape[-1] :]
+        asked = self._equations(direction, draws)
+        direction.gain = float(-self._energy(asked)[0] - draws.without[0])
+        direction.amounts = np.array([direction.jump]) if direction.jump else self._amounts(asked)
+
+    def _amounts(self, asked: Equations) -> np.ndarray:
+        """A direction's coefficients by all blocks, of the first draw."""
+        solved = self._one_amplitude if asked.pairs else _solved
+        full = solved(asked.gram.sum(0)[None], asked.cross[:1].sum(1)[:, None])[0, 0] / asked.lengths
+        return full[self.base.shape[-1] :]
 
     def alone(self, direction: Direction) -> np.ndarray:
         """What a direction changes by its amounts that the base cannot make up for, (blocks times samples), of length 1; else 0."""
@@ -180,9 +186,29 @@ class Linear:
         order = np.stack([rng.permutation(blocks) for _ in range(draws)])
         mixed = self.draws(errors, order, rng.choice([-1.0, 1.0], (draws, blocks)))
         largest = np.zeros(draws)
-        for direction in found:
-            largest = np.maximum(largest, self.gains(direction, mixed)[0] - mixed.without)
+        together = RULES.search.together
+        for some in (found[i : i + together] for i in range(0, len(found), together)):
+            alike: dict[tuple, list[Equations]] = {}
+            for asked in (self._equations(direction, mixed) for direction in some):
+                alike.setdefault(asked.form, []).append(asked)
+            for group in alike.values():
+                largest = np.maximum(largest, np.atleast_2d(-self._energy(_stacked(group)) - mixed.without).max(0))
         return largest
+
+
+class Equations(NamedTuple):
+    """Normal equations of columns of length 1 in each block, and what else a step along them asks for; `...`: of several."""
+
+    gram: np.ndarray  # X_b' X_b, (..., blocks, k, k)
+    cross: np.ndarray  # X_b' e_b of each draw, (..., draws, blocks, k)
+    lengths: np.ndarray  # of the columns as they were, (..., k)
+    limits: tuple[np.ndarray, ...] | None  # least and most of a step along them, (..., k)
+    pairs: bool  # columns behind the base's are a wave's in each run
+
+    @property
+    def form(self) -> tuple:
+        """What those have in common that are solved together; those of a wave in each run are solved one by one."""
+        return len(self.lengths), self.limits is None, id(self.gram) if self.pairs else 0
 
 
 @dataclass
@@ -205,10 +231,19 @@ class Draws:
         return pairs[np.arange(len(columns))[None, :], self.order] * self.signs[..., None]
 
 
+def _stacked(group: list[Equations]) -> Equations:
+    """Equations of one form, together; one alone as it is."""
+    if len(group) == 1:
+        return group[0]
+    grams, crosses, lengths, limits, _ = zip(*group)
+    ends = None if limits[0] is None else tuple(np.stack(side)[:, None, None] for side in zip(*limits))
+    return Equations(np.stack(grams), np.stack(crosses), np.stack(lengths), ends, False)
+
+
 def _solved(gram: np.ndarray, cross: np.ndarray) -> np.ndarray:
-    """Coefficients, (draws, folds, k), of normal equations: gram (folds, k, k), cross (draws, folds, k)."""
+    """Coefficients, (..., draws, folds, k), of normal equations: gram (..., folds, k, k), cross (..., draws, folds, k)."""
     ridge = RULES.search.ridge * np.eye(gram.shape[-1])
-    return -np.linalg.solve(gram + ridge, cross.transpose(1, 2, 0)).transpose(2, 0, 1)
+    return -np.moveaxis(np.linalg.solve(gram + ridge, np.moveaxis(cross, -3, -1)), -1, -3)
 
 
 def _spanned(columns: np.ndarray) -> np.ndarray:

@@ -93,6 +93,19 @@ def test_chance_beats_noise_as_often_as_it_should_and_an_effect_hardly_ever(rng)
     assert found is ways[3] and found.amounts[0] == pytest.approx(-0.3, abs=0.15) and found.gain > 2.0 * chance.max()
 
 
+def test_chance_is_the_largest_gain_of_any_direction_however_many_are_solved_together(rng):
+    linear, p = _linear(rng), Free("a", 0.0, -0.05, 0.05)
+    of = lambda number: Direction(Hypothesis("c", "e", (p,)), {}, (p,) * number, rng.standard_normal((BLOCKS, SAMPLES, number)))
+    ways, noise, seed = (
+        [*(of(1) for _ in range(20)), of(3), *(of(2) for _ in range(15))],
+        rng.standard_normal((BLOCKS, SAMPLES)),
+        5,
+    )
+    alone = [linear.chance([way], noise, 19, np.random.default_rng(seed)) for way in ways]
+    np.testing.assert_array_equal(linear.chance(ways, noise, 19, np.random.default_rng(seed)), np.max(alone, 0))
+    assert len({int(one.argmax()) for one in alone}) > 1
+
+
 def test_amplitudes_shapes_and_phases_are_told_apart_by_trying(rng):
     angle = np.linspace(0.0, 60.0, BLOCKS * SAMPLES).reshape(BLOCKS, SAMPLES)
     order, phase = Free("a.wave_order", 1.0, 0.0, 200.0, role=ORDER), Free("a.wave_phase", 0.0, -6.3, 6.3, role=PHASE)

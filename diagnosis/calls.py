@@ -51,6 +51,8 @@ def replay(
     anyway: go on where the log of a drive and its rig contradict each other (docs/rig.md); else that is a DataError.
     isolate: every FMU of the rig's system runs in a process of its own with limits and without rights (docs/security.md).
     """
+    if not isinstance(log, (str, Path)):
+        raise DataError(f"replay takes one log, the path of a file: a {type(log).__name__} ({log!r}) is none.")
     rig = asked(rig, allow_code, isolate)
     with laws(rig):
         out = claim(Path(out), "replay", "replay.json") if out else None

@@ -192,6 +192,8 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     isolate: every FMU runs in a process of its own with limits and without rights.
     """
     path = Path(path)
+    if path.suffix.lower() in (".csv", ".parquet") and path.is_file():
+        raise DescriptionError(f"{path} is a table: selflock view {path} shows it.")
     try:
         data = toml.read(path)
     except FileNotFoundError:
@@ -205,6 +207,8 @@ def load_toml(path: Path | str, allow_code: bool = False, unlimited: bool = Fals
     except ValueError as error:
         twice = " An input takes one connection only." if "a second time" in str(error) else ""
         raise DescriptionError(f"{path} is not valid TOML: {error}.{twice}") from None
+    if other := toml.of_another_kind(path, data, "system"):
+        raise DescriptionError(other)
     try:
         return replace(from_dict(data, path.parent), allow_code=allow_code, unlimited=unlimited, isolate=isolate)
     except DescriptionError as error:

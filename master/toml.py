@@ -36,6 +36,28 @@ def parse(text: str) -> dict[str, Any]:
     return data
 
 
+USES = {
+    "rig": "a rig: selflock replay {0} LOG, or selflock diagnose {0} LOG",
+    "sweep": "a sweep: selflock sweep {0}",
+    "system": "a system: selflock run {0}",
+}
+
+
+def kind(data: dict[str, Any]) -> str:
+    """Which file of ours has these tables: a rig, a sweep, a system; "" of none."""
+    if isinstance(data.get("rig"), dict):
+        return "rig"
+    if {"vary", "list", "sample"} & data.keys():
+        return "sweep"
+    return "system" if {"components", "drives"} & data.keys() else ""
+
+
+def of_another_kind(path: Path, data: dict[str, Any], wanted: str) -> str:
+    """A sentence where somebody gave a file of ours to a command of another, else ""."""
+    found = kind(data)
+    return f"{path} is {USES[found].format(path)}." if found not in ("", wanted) else ""
+
+
 def _told(text: str, said: str) -> str:
     """What tomllib says of a text, with what people write there most often."""
     place = re.search(r"at line (\d+)|at end of document", said)

@@ -43,12 +43,9 @@ def _toml(path: Path, limit: int | None) -> Iterator[str]:
         data = toml.read(path)
     except (OSError, ValueError) as error:
         raise SelflockError(f"{path} is no TOML: {_short(error)}.") from None
-    if "rig" in data:
-        return _rig(path, limit)
-    if "vary" in data:
-        return _study(path)
-    if "components" in data or "drives" in data:
-        return _system(path, limit)
+    of = toml.kind(data)
+    if of:
+        return _study(path) if of == "sweep" else {"rig": _rig, "system": _system}[of](path, limit)
     raise SelflockError(
         f"{path} is no file of ours: a system has [components.NAME] or [drives.NAME], a rig [rig], a study [vary.NAME]."
     )
@@ -121,7 +118,8 @@ def _component(system: System, name: str, limit: int | None) -> Iterator[str]:
     from selflock.master.code import named
 
     component = system.components[name]
-    yield f"{_short(name)}: {_short(component.fmu or component.host or component.manoeuvre or named(component.part))}" + (
+    fmu = component.fmu.removeprefix(f"{system.folder.resolve().as_posix()}/")  # of an archive that was unpacked somewhere
+    yield f"{_short(name)}: {_short(fmu or component.host or component.manoeuvre or named(component.part))}" + (
         f", own step {component.step:g} s" if component.step else ""
     )
     try:

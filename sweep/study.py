@@ -88,6 +88,8 @@ def read(path: str | Path) -> Study:
         raise SweepError(f"The study {path} cannot be read: {error.strerror}.") from None
     except ValueError as error:
         raise SweepError(f"The study {path} is not valid TOML: {error}.") from None
+    if other := toml.of_another_kind(path, data, "sweep"):
+        raise SweepError(other)
     try:
         return from_dict(data, path)
     except SweepError as error:

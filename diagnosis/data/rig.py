@@ -170,6 +170,8 @@ def load(path: str | Path) -> Rig:
         raise DataError(f"{path}: is not a text file. The rig comes first, then the logs: selflock diagnose RIG LOG.") from None
     except ValueError as error:
         raise DataError(f"{path}: is not TOML: {error}. docs/rig.md shows a rig file.") from None
+    if other := toml.of_another_kind(path, data, "rig"):
+        raise DataError(f"{other} The rig comes first, then the logs; docs/rig.md shows one.")
     return _rig(path, data)
 
 

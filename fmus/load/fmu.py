@@ -33,6 +33,6 @@ class Load(Slave):
         else:
             what = f"with the speed of {s.speed:.6g} rad/s and the torque of {torque:.6g} N.m the arm turns too far in it"
         return (
-            f"{what}: that takes {parts:.3g} inner steps, and {load.MOST} at most are made; try a shorter step, or, where "
+            f"{what}: that takes {2.0 * parts:.3g} inner steps, and {load.MOST} at most are made; try a shorter step, or, where "
             "torque or speed ran away before, a softer drive shaft (shaft_stiffness) or less voltage"
         )

@@ -1,6 +1,7 @@
 """`selflock info`: what is in a file, a page for each kind; names of strangers stay words, and lists end."""
 
 import re
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+import selflock
 from selflock import cli, master
 from selflock.fmus.build import built
 from selflock.fmus.errors import SelflockError
@@ -63,6 +65,7 @@ def test_an_ssp_is_told_as_the_system_in_it(tmp_path):
     system.faults = []
     text = info(export(system, tmp_path / "b.ssp"))
     assert "3 components, 5 connections" in text and "motor_torque N.m <- motor.torque" in text
+    assert "gear: resources/" in text and str(tempfile.gettempdir()) not in text  # not where it was unpacked
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
@@ -127,3 +130,19 @@ def test_a_wrong_file_is_told_in_a_sentence(tmp_path, name, content, words):
         (tmp_path / name).write_bytes(content)
     with pytest.raises(SelflockError, match=re.escape(words)):
         info(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    "call, given, words",
+    [
+        (selflock.run, "examples/rigs/emps.toml", "is a rig: selflock replay"),
+        (selflock.run, "examples/friction_chart.toml", "is a sweep: selflock sweep"),
+        (lambda path: selflock.sweep(path, "nowhere"), "examples/bench.toml", "is a system: selflock run"),
+        (lambda path: selflock.replay(path, "log.csv", None), "examples/bench.toml", "is a system: selflock run"),
+        (selflock.run, "docs/power.csv", "is a table: selflock view"),
+        (lambda path: selflock.replay(path, ["log.csv"], None), "examples/rigs/emps.toml", "replay takes one log"),
+    ],
+)
+def test_a_file_of_another_kind_is_told_with_its_command(call, given, words):
+    with pytest.raises(SelflockError, match=re.escape(words)):
+        call(ROOT / given)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import shutil
 from abc import abstractmethod
 from collections.abc import Callable
@@ -28,6 +29,8 @@ from .archive import RATIO
 from .errors import ResultError, warn
 from .face import Variable
 from .results import ROWS, Memory, Sink
+
+SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 
 ABOUT = "selflock"  # the key in a Parquet file's metadata of what the run was of
 PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 bytes per column and row group to its end
@@ -330,13 +333,32 @@ def _read_csv(path: Path, whole: bool) -> tuple[pd.DataFrame, dict[str, str]]:
         content = content.slice(0, len(content) - torn)
         if not len(content):
             raise ValueError("not even its first line, the names of its columns, is whole; as after a crash, or on a full disk")
-    options = csv.ConvertOptions(null_values=[], strings_can_be_null=False)
-    frame = csv.read_csv(pa.BufferReader(content), convert_options=options).to_pandas()
+    parted, point = _habits(bytes(memoryview(content)[: 1 << 16]))
+    options = csv.ConvertOptions(null_values=[], strings_can_be_null=False, decimal_point=point)
+    frame = csv.read_csv(
+        pa.BufferReader(content), parse_options=csv.ParseOptions(delimiter=parted), convert_options=options
+    ).to_pandas()
     frame = frame if len(frame) else frame.astype(float)  # no rows yet: numbers, as they will be
+    if whole:  # people write (V), too
+        frame.columns = pd.Index([re.sub(r"\s*\(([^()]*)\)$", r" [\1]", header) for header in frame.columns])
     split = [header.partition(" [")[0] if header.endswith("]") else header for header in frame.columns]
     units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
     frame.columns = pd.Index(split)
     return frame, units
+
+
+def _habits(begin: bytes) -> tuple[str, str]:
+    """What parts the columns and what stands before decimals: as we write it, or as a spreadsheet of other countries does."""
+    header, _, rest = begin.partition(b"\n")
+    parted = next((sign for sign in (";", "\t") if sign.encode() in header and b"," not in header), ",")
+    return parted, "," if parted != "," and b"," in rest else "."
+
+
+def seconds(path: Path | str, unit: str) -> float:
+    """How many s one of the unit of a table's time is. Raises ResultError."""
+    if unit not in SECONDS:
+        raise ResultError(f"{path}: its time is in {unit!r}; write it in {', '.join(filter(None, SECONDS))}.")
+    return SECONDS[unit]
 
 
 def told(path: Path | str) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from ..fmus.turn import Turn
 from . import toml
 from .errors import DescriptionError
 from .face import Part, Variable
-from .files import read
+from .files import read, seconds
 from .system import did_you_mean
 
 MOVES = ("rad", "deg", "turn", "m", "mm")  # units whose derivative is a set-point, too
@@ -131,12 +131,12 @@ def read_file(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
 
 def _table(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     """Of a .csv or .parquet file."""
-    frame, units = read(path)
+    frame, units = read(path, whole=True)
     units = {name.strip(): unit for name, unit in units.items()}
     frame = frame.rename(columns=str.strip)
     if "time" not in frame or not len(frame):
         raise DescriptionError(f"{path}: a column `time` in s, columns of set-points, and rows are wanted here.")
-    numbers = {}
+    numbers, zeros = {}, [0.0] * len(frame)
     for name in frame:
         try:
             numbers[name] = [float(x) for x in frame[name]]
@@ -144,7 +144,7 @@ def _table(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
             numbers[name] = [math.nan]
         if not all(map(math.isfinite, numbers[name])):
             raise DescriptionError(f"{path}: column {name} holds what is no number.")
-    time, ramps = numbers.pop("time"), numbers.pop("ramp", None) or [0.0] * len(frame)
+    time, ramps = ([seconds(path, units.get(name, "")) * x for x in numbers.pop(name, zeros)] for name in ("time", "ramp"))
     if any(after < before for before, after in zip(time, time[1:])):
         raise DescriptionError(f"{path}: its time falls. Sort the rows.")
     courses = {}

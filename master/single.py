@@ -18,7 +18,7 @@ from .binary import open_fmu
 from .described import number_of, places_of, variables_of
 from .errors import DescriptionError
 from .face import Part, Variable
-from .files import read
+from .files import read, seconds
 from .folder import is_fmu
 from .results import KINDS
 from .system import Component, Connection, Run, System, did_you_mean
@@ -154,7 +154,7 @@ class Table(Part):
                     beyond = Variable(column, type="Integer", sized=kind[0]).beyond
                     raise DescriptionError(f"{path}: column {column} holds {value:.0f}, which {beyond}.")
             self._columns[column] = values
-        self._time = self._columns.pop("time")
+        self._time = seconds(path, given["time"]) * self._columns.pop("time")
         if (np.diff(self._time) < 0.0).any():
             raise DescriptionError(f"{path}: its time falls. Sort the rows.")
         super().__init__(

@@ -195,12 +195,12 @@ def _owner(system: System, name: str) -> str:
 def _result(path: Path, limit: int | None) -> Iterator[str]:
     import numpy as np
 
-    from selflock.master import read
+    from selflock.master.files import read, seconds
 
     table, units = read(path)
     yield f"{path.name}: table of {len(table)} rows, {len(table.columns)} columns"
     if "time" in table and len(table) > 1 and table["time"].dtype.kind in "fiu":
-        time = table["time"].to_numpy(float)
+        time = seconds(path, units.get("time", "")) * table["time"].to_numpy(float)
         yield f"  from {time[0]:.6g} to {time[-1]:.6g} s, a row every {np.median(np.diff(time)):.3g} s"
 
     def told() -> Iterator[str]:

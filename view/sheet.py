@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from selflock.master import Result, Variable
 from selflock.master.errors import ResultError
-from selflock.master.files import read, told, torn
+from selflock.master.files import read, seconds, told, torn
 from selflock.master.seen import Seen
 
 CELLS = 2e8  # numbers of a table that are read at most; they take 1.6 GB
@@ -63,7 +63,7 @@ def sheet(source: Path | Result, label: str) -> Sheet:
         twice = sorted(set(frame.columns[frame.columns.duplicated()]))
         notes.append(f"{_some(twice)}: there is more than one column of this name, and the first is shown.")
         frame = frame.loc[:, ~frame.columns.duplicated()]
-    time = _time(frame, label)
+    time = seconds(label, units.get("time", "")) * _time(frame, label)
     columns, steps, dropped, empty = {}, set(), [], []
     for name in frame.columns:
         if name == "time":

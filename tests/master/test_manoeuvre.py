@@ -69,6 +69,26 @@ def system(folder):
     return folder / "s.toml"
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time;ramp;x_angle [deg]\n0;0;0\n1,5;0;30\n",  # as a spreadsheet of another country writes it
+        "time\tramp\tx_angle [deg]\n0\t0\t0\n1.5\t0\t30\n",
+        "time [ms], ramp [ms], x_angle (deg)\n0, 0, 0\n1500, 0, 30",
+        "time [min], ramp, x_angle [deg]\n0, 0, 0\n0.025, 0, 30\n",
+    ],
+    ids=["semicolons", "tabs", "ms", "min"],
+)
+def test_it_is_written_as_spreadsheets_write_it(text, tmp_path):
+    made = part(tmp_path, "m.csv", text)
+    assert at(made, 0.75) == pytest.approx({"x_angle": 15.0, "x_speed": 20.0}) and at(made, 9.0)["x_angle"] == pytest.approx(30.0)
+
+
+def test_a_time_that_nobody_knows_is_told(tmp_path):
+    with pytest.raises(master.errors.ResultError, match="its time is in 'fortnights'; write it in s, ms"):
+        part(tmp_path, "m.csv", "time [fortnights],u [V]\n0,1\n1,2\n")
+
+
 def test_a_system_follows_its_manoeuvre_in_the_listeners_unit(tmp_path):
     loaded = master.load(system(tmp_path))
     loaded.run.record = ["controller.*", "moves.*"]

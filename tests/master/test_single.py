@@ -62,6 +62,15 @@ def test_a_table_drives_its_inputs(forgetful, table):
     assert taken[1:] == [1, 1, 1, 1, 3, 3, 4, 4]  # a whole number is held
 
 
+def test_a_tables_time_is_in_the_unit_that_it_says(native, tmp_path):
+    def end(text):
+        (tmp_path / "u.csv").write_text(text)
+        return master.run(native("relaxation"), stop=1.0, step=0.01, inputs=tmp_path / "u.csv").table.iloc[-1]["relaxation.x"]
+
+    plain = end("time,u\n0,1.5\n1,2.5\n")
+    assert plain != 0.0 and end("time [ms];u [K]\n0;1,5\n1000;2,5\n") == pytest.approx(plain, rel=1e-12)
+
+
 def test_a_table_of_a_system_and_in_parquet(system, native, tmp_path):
     pd.DataFrame({"time": [0.0, 1.0], "b.offset": [3.0, 3.0]}).to_parquet(tmp_path / "u.parquet")
     described = system(

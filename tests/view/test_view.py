@@ -261,3 +261,8 @@ def test_names_of_strangers_stay_words(write, hostile, harmless, tmp_path):
     tree = harmless(view(path), scripts=1)
     assert hostile in tree.text_content() and tree.xpath("//title/text()") == [hostile]
     assert "{0.__class__}" in tree.text_content()
+
+
+def test_a_time_is_in_the_unit_that_its_header_says(tmp_path):
+    (tmp_path / "a.csv").write_text("time [ms];x [V]\n0;0,5\n250;0,7\n500;1,5\n")
+    assert "0 to 0.5 s, 3 rows" in view(tmp_path / "a.csv", tmp_path / "p.html").read_text()

@@ -33,17 +33,24 @@ def of_inputs(experiment: DriveExperiment, residual: Residual) -> tuple[float, f
     """
     if experiment.steady or residual.kind in ("drive", "whole"):
         return 0.0, 0.0
-    key = f"noise of {residual.name}"
-    memory = experiment.remembered(key)
+    memory = experiment.remembered("noise of inputs")
     if not memory:
-        memory["found"] = _of_inputs(experiment, residual)
-    return memory["found"]
+        memory |= _of_inputs(experiment)
+    return memory[residual.name]
 
 
-def _of_inputs(experiment: DriveExperiment, residual: Residual) -> tuple[float, float]:
+def _of_inputs(experiment: DriveExperiment) -> dict[str, tuple[float, float]]:
+    """Of all comparisons, which the drive is recorded once more for."""
     few = experiment.head(experiment.enough(np.ones(experiment.layout.count, bool)))
-    ch = few.channels[0, residual.prefix]
-    once_more = few.recorded([again(run, few.rig.drives, i, in_step(ch)) for i, run in enumerate(few.runs)])
+    alone = {prefix: in_step(few.channels[0, prefix]) for prefix in few.rig.drives}
+    others = {
+        one: few.recorded([again(run, few.rig.drives, i, one) for i, run in enumerate(few.runs)]) for one in {*alone.values()}
+    }
+    return {one.name: _moved(few, others[alone[one.prefix]], one) for one in experiment.residuals}
+
+
+def _moved(few: DriveExperiment, once_more: DriveExperiment, residual: Residual) -> tuple[float, float]:
+    """What another recording changes in a comparison, in rows and in bins."""
     layout, samples = few.layout, []
     sums, count = np.zeros(layout.count * layout.bins), np.zeros(layout.count * layout.bins)
     for i, (first, second) in enumerate(zip(few.compare(residual, {}), once_more.compare(residual, {}))):

@@ -9,9 +9,11 @@ import secrets
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
+from functools import wraps
+from importlib import import_module
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -35,8 +37,26 @@ if TYPE_CHECKING:
     from .search.kept import Kept
     from .tracking.track import Track
 
+P = ParamSpec("P")
+T = TypeVar("T")
 
-@threadpool_limits.wrap(limits=1)  # matrices are narrow: threads of BLAS only cost
+
+def _narrow(call: Callable[P, T]) -> Callable[P, T]:
+    """A call in which BLAS has one thread: matrices are narrow, and a search has threads of its own; more of them only cost.
+
+    SciPy's own BLAS is loaded before, so that it is told, too.
+    """
+
+    @wraps(call)
+    def narrow(*given: P.args, **named: P.kwargs) -> T:
+        import_module("scipy.linalg")
+        with threadpool_limits(limits=1):
+            return call(*given, **named)
+
+    return narrow
+
+
+@_narrow
 def replay(
     rig: str | Path | Rig,
     log: str | Path,
@@ -65,7 +85,7 @@ def replay(
         return replay_drive(rig, log, out, anyway)
 
 
-@threadpool_limits.wrap(limits=1)  # the search has threads of its own: BLAS's beside them only cost
+@_narrow
 def diagnose(
     rig: str | Path | Rig,
     logs: Sequence[str | Path],
@@ -141,7 +161,7 @@ def _keeping(
         raise stops.error(what, why) from None
 
 
-@threadpool_limits.wrap(limits=1)
+@_narrow
 def plan(
     diagnosis: str | Path,
     limits: Mapping[str, str | float] | None = None,
@@ -199,7 +219,7 @@ def _plan_system(
         return result
 
 
-@threadpool_limits.wrap(limits=1)  # matrices are narrow: threads of BLAS only cost
+@_narrow
 def calibrate(
     rig: str | Path | Rig,
     logs: Sequence[str | Path],
@@ -238,7 +258,7 @@ def calibrate(
         return result
 
 
-@threadpool_limits.wrap(limits=1)
+@_narrow
 def name(
     rig: str | Path | Rig,
     logs: Sequence[str | Path],

@@ -2,6 +2,9 @@
 
 import base64
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -159,3 +162,19 @@ def test_it_compares_what_a_diagnosis_judges(sound, tmp_path):
     assert chosen.simulate == "whole" and "period of its own" in why
     judged = [residual.name for residual in DriveExperiment(chosen, runs).residuals]
     assert [one.name for one in replay(rig.path, sound[1], None).comparisons] == judged
+
+
+def test_a_call_has_one_thread_of_blas_also_where_it_is_the_first_to_load_it():
+    asked = (
+        "from threadpoolctl import threadpool_info\n"
+        "from selflock.diagnosis.calls import _narrow\n"
+        "import sys\n"
+        "assert 'scipy.linalg' not in sys.modules\n"
+        "def call():\n"
+        "    import scipy.linalg\n"
+        "    print({one['num_threads'] for one in threadpool_info() if one['user_api'] == 'blas'})\n"
+        "_narrow(call)()\n"
+    )
+    env = {**os.environ, "OPENBLAS_NUM_THREADS": "2", "MKL_NUM_THREADS": "2"}
+    done = subprocess.run([sys.executable, "-c", asked], env=env, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "{1}"

@@ -21,6 +21,8 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..fmus.turn import Turn
 from . import toml
 from .errors import DescriptionError
@@ -63,6 +65,23 @@ class Setpoint:
         moving = self.turns[number].at(time)
         return self.places[number] + moving.angle, moving.speed
 
+    def ahead(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same at each of these times, to the bit: of all times of a steady speed at once, of those of ramps one by one."""
+        number, places = np.searchsorted(self.begins, times, "right") - 1, np.array(self.places)
+        found, speed = places[number + 1], np.zeros(len(times))  # where the turn that began last has ended
+        for k in np.unique(number[number >= 0]).tolist():
+            turn = self.turns[k]
+            moving = np.flatnonzero((number == k) & (times < turn.stop))
+            since, left = times[moving] - turn.start, turn.stop - times[moving]
+            steady = (since > 0.0) & (since >= turn.ramp) & (left >= turn.ramp)
+            if steady.any():
+                top = turn.angle / (turn.stop - turn.start - turn.ramp)
+                found[moving[steady]] = places[k] + top * (since[steady] - turn.ramp / 2)
+                speed[moving[steady]] = top
+            for i in moving[~steady].tolist():
+                found[i], speed[i] = self.at(float(times[i]))
+        return found, speed
+
 
 class Manoeuvre(Part):
     """A part without inputs whose outputs are the columns of a file, and the speeds of those that are angles or ways."""
@@ -96,6 +115,14 @@ class Manoeuvre(Part):
         for place, name in enumerate(self.outputs):
             course, which = self._of[name]
             self.y[place] = course.at(time)[which]
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        told = {course: course.ahead(times) for course in self._courses.values()}
+        found = np.empty((len(times), len(self.outputs)))
+        for place, name in enumerate(self.outputs):
+            course, which = self._of[name]
+            found[:, place] = told[course][which]
+        return found
 
     def read(self) -> None:
         self.at(self._time)

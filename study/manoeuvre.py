@@ -17,11 +17,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from selflock.master.face import Part, view
+import numpy as np
 
-from .turns import OUTPUTS, PARAMETERS, Output, Parameters, setpoints
+from selflock.master.face import Part, view
+from selflock.master.manoeuvre import Setpoint
+
+from .turns import FRONT, OUTPUTS, PARAMETERS, REAR, Output, Parameters, setpoints
 
 DURATION = 10.0  # s
+COURSES = tuple(Setpoint("the study's manoeuvre", 0.0, turns) for turns in (FRONT, REAR))
+"""Of the front and of the rear holder."""
 
 # The windows in which the claims look at the curves, in s.
 WINDOWS = {
@@ -72,6 +77,19 @@ class Setpoints(Part):
         values, y = setpoints(self._parameters, time), self._view
         for k, index in self._pick:
             y[k] = values[index]
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        ratio, top, slope = self._parameters
+        front, rear = (course.ahead(times) for course in COURSES)
+        ends = (column * factor for end in (front, rear) for factor in (1.0, ratio) for column in end)
+        told = *ends, top * (times - slope / 2), np.full(len(times), top)  # as Output has them
+        found = np.empty((len(times), len(self._pick)))
+        for k, index in self._pick:
+            found[:, k] = told[index]
+        starts = times < slope
+        if starts.any():
+            found[starts] = super().ahead(times[starts])
+        return found
 
     def enter_initialization(self, start: float, stop: float | None) -> None:
         self._time = start

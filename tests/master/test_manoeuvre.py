@@ -7,6 +7,7 @@ import pytest
 
 from selflock import master
 from selflock.master import dump
+from selflock.master.face import Part
 from selflock.master.manoeuvre import Manoeuvre
 from selflock.study.turns import Parameters, setpoints
 
@@ -49,6 +50,16 @@ def test_the_studys_manoeuvre_is_written_by_anybody(name, tmp_path):
         for end in ("front", "rear"):
             assert math.radians(found[f"{end}_angle"]) == pytest.approx(getattr(wanted, f"{end}_angle"), abs=1e-12)
             assert math.radians(found[f"{end}_speed"]) == pytest.approx(getattr(wanted, f"{end}_speed"), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text", [CSV, TOML, "time,u [V],x_angle [rad]\n0,1,0\n2,3,4\n2,7,4\n3,7,5\n"], ids=["ramps", "turns", "lines"]
+)
+def test_a_stretch_is_what_each_of_its_times_tells_to_the_bit(text, tmp_path, rng):
+    made = part(tmp_path, "m.toml" if "turns" in text else "m.csv", text)
+    made.bind([], list(made.variables))
+    times = np.sort(np.concatenate([rng.uniform(-1.0, 11.0, 400), np.arange(110) * 0.1]))
+    np.testing.assert_array_equal(made.ahead(times), Part.ahead(made, times))
 
 
 def test_without_ramps_rows_are_joined_by_straight_lines_and_two_of_one_time_are_a_jump(tmp_path):

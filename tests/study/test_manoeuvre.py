@@ -67,3 +67,13 @@ def test_setpoints_are_a_part_that_can_be_asked_at_any_time():
     assert part.y[0] == pytest.approx(math.pi / 2)
     assert part.y[1] == pytest.approx(40 * motion(REAR, 3.0).speed)
     assert part.get("sprocket_speed") == part.y[2]
+
+
+@pytest.mark.parametrize("ramp", [0.0, 0.7])
+def test_a_stretch_of_setpoints_is_what_each_of_its_times_tells_to_the_bit(rng, ramp):
+    part = Setpoints("setpoints")
+    part.bind([], [v.name for v in part.described if v.causality == "output"])
+    part.set("sprocket_ramp", ramp)
+    edges = [time for turn in (*FRONT, *REAR) for time in (turn.start, turn.start + turn.ramp, turn.stop - turn.ramp, turn.stop)]
+    times = np.sort(np.concatenate([edges, rng.uniform(0.0, 11.0, 400), np.arange(1000) * 0.01]))
+    np.testing.assert_array_equal(part.ahead(times), Part.ahead(part, times))

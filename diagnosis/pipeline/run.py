@@ -17,6 +17,7 @@ from ..data.log import MeasuredRun
 from ..data.origin import about
 from ..data.rig import Rig
 from ..data.sanity import Box
+from ..data.signals import VOLTAGES
 from ..errors import DataError
 from ..judge.gain import blame, comparisons
 from ..judge.hunting import hunts
@@ -31,7 +32,8 @@ from ..output.extend import extend
 from ..output.learnt import write_learnt
 from ..output.report import write
 from ..residuals.drive_experiment import DriveExperiment
-from ..residuals.whole import PARTED, WHOLE
+from ..residuals.whole import PARTED, WHOLE, undescribed
+from ..rules import RULES
 from ..search.instants import place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
@@ -40,6 +42,11 @@ from ..search.starts import correlated, told
 from ..search.step import so_far
 from . import hold_out as division
 from .in_step import whole_where_described
+
+RECORDED = (
+    "its parts on what was measured explain nothing, the controller's voltage among them, which the whole drive makes as the log has "
+    "it: the log was not taken in step with its controller"
+)
 
 HUNTS = (
     "the drive hunts: with these causes it swings by itself, in a phase that no simulation from its set-points shares, "
@@ -117,25 +124,18 @@ def _diagnosed(
     sanity: Box | None,
     kept: Kept | None,
     search: bool,
-    apart: str = "",
+    other: tuple[str, str] = ("", ""),
 ) -> Diagnosis | None:
-    """As diagnose_runs. apart: why the parts of a drive are compared whose whole explained nothing.
+    """As diagnose_runs. other: how a drive is compared that was compared in another way, which explained nothing, and why.
 
-    Then None unless their causes make the whole hunt, and so say why it met no log.
+    Of its parts then None unless their causes make the whole hunt, and so say why it met no log.
     """
-    rng, given = np.random.default_rng(seed), rig
-    rig, why = (replace(rig, simulate=PARTED), apart) if apart else whole_where_described(rig, runs)
-    experiment = DriveExperiment(rig, runs)
-    train, names = division.split(experiment, runs, held)
+    rng, given, apart = np.random.default_rng(seed), rig, other[0] == PARTED
+    rig, why = (replace(rig, simulate=other[0]), other[1]) if other[0] else whole_where_described(rig, runs)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
+    experiment, train, names, problem = _asked(rig, runs, held, kept)
     judged = ~train
-    experiment.forget()  # an hour's motions, which the search makes for itself
-    problem = problem_of(experiment, runs, held, train, kept)
-    for place in (place_jumps, place_ticks) if experiment.by_channel else ():
-        if place(experiment, problem):
-            experiment = DriveExperiment(rig, runs)
-            problem = problem_of(experiment, runs, held, train, kept)
     selection = ForwardSelection(problem, rng, tell)
     outcome = selection.run() if search else selection.run(0)
     for problem in (outcome.problem, outcome.searched):
@@ -168,10 +168,19 @@ def _diagnosed(
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
     if apart and not (causes and answer != "unknown" and _hunts(experiment, train, found)):
         return None
-    if answer == "unknown" and search and rig.simulate == WHOLE != given.simulate:
+    if answer == "unknown" and search and rig.simulate == WHOLE != given.simulate and not other[0]:
         experiment.forget()
-        if swings := _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, HUNTS):
+        again = (PARTED, HUNTS)
+        if swings := _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, again):
             return swings
+    doubted = answer == "unknown" or answer == "ambiguous" and not any(c.component == "controller" for c in causes)
+    if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
+        if not _voltage_told(outcome.searched, outcome.base.values):
+            experiment.forget()
+            whole = _asked(replace(rig, simulate=WHOLE), runs, held, kept)[-1].with_noise()
+            if _voltage_told(whole, whole.fit(whole.base_free, whole.nominal).values):
+                again = (WHOLE, RECORDED)
+                return _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, again)
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
     extended = found
@@ -206,6 +215,31 @@ def _diagnosed(
         tell("report", 0.0)
         write(result, mending, found.outcome, left, faults, out)
     return result
+
+
+def _asked(
+    rig: Rig, runs: list[MeasuredRun], held: list[bool], kept: Kept | None
+) -> tuple[DriveExperiment, np.ndarray, list[str], Problem]:
+    """The experiment of a rig and its runs, the blocks that teach, the names of what judges, and what is asked."""
+    experiment = DriveExperiment(rig, runs)
+    train, names = division.split(experiment, runs, held)
+    experiment.forget()  # an hour's motions, which the search makes for itself
+    problem = problem_of(experiment, runs, held, train, kept)
+    for place in (place_jumps, place_ticks) if experiment.by_channel else ():
+        if place(experiment, problem):
+            experiment = DriveExperiment(rig, runs)
+            problem = problem_of(experiment, runs, held, train, kept)
+    return experiment, train, names, problem
+
+
+def _voltage_told(problem: Problem, values: dict) -> bool:
+    """Whether what drives the motor is compared, and the drive with these values makes it as it was logged.
+
+    Where the whole drive does and a controller on measured inputs does not, these inputs are not what that saw.
+    """
+    excess = problem.excess(values)
+    told = [e for e, residual in zip(excess, problem.experiment.residuals) if residual.output in VOLTAGES]
+    return bool(told) and max(told) <= RULES.search.sound
 
 
 def _hunts(experiment: DriveExperiment, train: np.ndarray, found: Judgement) -> bool:

@@ -29,12 +29,14 @@ SETPOINT = {ANGLE: "controller.angle_setpoint", SPEED: "controller.speed_setpoin
 GIVEN = (("controller.voltage",), ("motor.voltage",), ("motor.duty", "motor.supply_voltage"))
 """Channels that say the voltage in open loop, the first that a log has: a command is a number, a voltage was measured."""
 
+NOISE = "recorder.driving.noise"
+"""V: with this value a drive in open loop is simulated with so much white noise on the voltage, the same each time."""
+
 
 def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
     """Why a log with these signals and its rig describe no drive of this way, as what would have to be; "" where they describe one."""
     described = {name.rpartition(".")[0] for name in rig.parameters}
-    hangs = all(rig.parameters.get(f"load.{name}", 0.0) for name in ("mass", "arm"))  # and no speed says at which angle
-    moves = {*ANGLE_OF.values()} if way == ANGLE or hangs else {*MOVES}
+    moves = {*ANGLE_OF.values()} if way == ANGLE else {*MOVES}
     motion = {f"a column of {' or '.join(sorted(moves))}": bool(moves & signals)}
     asked = {
         'a log in time, that is kind = "forward"': rig.kind == "forward",
@@ -139,6 +141,9 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
     pairs = pairs[pairs[:, 1] < n]
     if of(ch) == VOLTAGE:
         first, *supply = (ch.true(name, values)[:n] for name in inputs(ch))
+        if volts_of_noise := values.get(NOISE, 0.0):
+            noise = np.random.default_rng(len(ch.run)).standard_normal(len(ch.run))[:n]
+            first = first + volts_of_noise * noise / (np.maximum(abs(supply[0]), 1e-9) if supply else 1.0)
         times = [time - age(name, ch)[:n] for name in inputs(ch)]
 
         def volts(when: np.ndarray) -> np.ndarray:

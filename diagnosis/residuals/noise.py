@@ -16,6 +16,7 @@ import numpy as np
 from ..data.values import resolution, rough
 from ..rules import RULES
 from . import drive, driven
+from .dilution import about_mean, of_driving
 from .drive_experiment import DriveExperiment
 from .experiment import Experiment
 from .propagated import of_inputs
@@ -28,7 +29,9 @@ def floor(experiment: Experiment, residual: Residual, values: dict, errors: list
     if experiment.steady:
         return of_points(experiment, residual, values)
     if residual.kind == "whole":
-        return max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0], of_formulas(experiment, residual))
+        own = max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0])
+        slow = of_formulas(experiment, residual), of_driving(experiment, residual, values)[0]  # which neither is part of
+        return float(np.sqrt(own**2 + slow[0] ** 2 + slow[1] ** 2))
     reach = experiment.reach(residual)
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
     of_neighbours = of_samples(errors, trusted, reach, resolution(measured) if reach == 1 else 0.0)
@@ -54,12 +57,8 @@ def of_samples(errors: list[np.ndarray], trusted: list[np.ndarray], reach: int =
 
 def of_rows(errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
     """Noise of rows about the mean of their neighbours: what a simulated whole leaves has no other that is as fast."""
-    rules, found = RULES.residuals, []
-    for e, t in zip(errors, trusted):
-        n = len(e) // rules.near
-        parts, there = (x[: n * rules.near].reshape(n, rules.near) for x in (e, t))
-        found.append(np.var(parts[there.all(1)], axis=1, ddof=1))
-    joined = np.concatenate(found)
+    rules = RULES.residuals
+    joined = np.sum(about_mean(errors, trusted) ** 2, axis=1) / (rules.near - 1)
     about = float(np.sqrt(np.mean(joined[joined <= np.quantile(joined, rules.near_tail)]))) if len(joined) else 0.0
     return max(about, of_rows_apart(errors, trusted))
 

@@ -177,7 +177,7 @@ def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
 def matters(name: str, ch: Channels) -> bool:
     """Whether a value changes the motion itself: a component's, or a sensor's that the controller sees."""
     if name.startswith("recorder."):
-        return name == HOLD
+        return name in (HOLD, driven.NOISE)
     if of := free_law.channel(name) if name.startswith(free_law.PREFIX) else "":
         return of in seen_by_controller(ch)[:1]
     if name.startswith("sensor."):
@@ -227,7 +227,7 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
     if of in seen[:1]:
         place = free_law.IN_LOOP
     asked, ahead = here.asked, here.ahead
-    if any(ch.sensor(name, values) is not None for name in driven.inputs(ch)):
+    if driven.NOISE in values or any(ch.sensor(name, values) is not None for name in driven.inputs(ch)):
         volts = driven.asked(_rows(ch), values, ch)
         asked, ahead = volts(here.time), volts(_ahead(here.time, here.dt))
     ch.setting.kernels.closed(

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..residuals.dilution import of_driving
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.experiment import Experiment
 from ..residuals.mending import excess
@@ -140,7 +141,8 @@ class Problem:
             noise[number] = max(of_bins(r, told, experiment.steady, lag), recorded)
             if residual.kind == "whole":
                 rounding = of_rounding(experiment, residual, self.absolute(values))[1]
-                noise[number] = max(noise[number], rounding, of_formulas(experiment, residual))
+                driving = of_driving(experiment, residual, self.absolute(values))[1]
+                noise[number] = max(noise[number], rounding, of_formulas(experiment, residual), driving)
             if not experiment.steady:
                 quiet[number] = min(1.0, max(of_quiet_bins(r, told, lag), recorded) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)

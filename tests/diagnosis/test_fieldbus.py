@@ -128,6 +128,16 @@ def test_counts_that_the_controller_never_saw_are_no_fault_of_the_drive(tmp_path
 
 @pytest.mark.in_turn
 @pytest.mark.slow
+def test_a_command_without_noise_whose_rows_hold_older_messages_is_no_log_in_step_with_its_controller(tmp_path):
+    """Its parts on what was measured had a false scale and lag of the voltage; the whole drive makes the voltage as it is logged."""
+    rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + 118).write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=1)
+    assert result.verdict == "none", result.summary()
+    assert result.recorder["mode"] == "whole" and "not taken in step" in result.recorder["why"], result.recorder
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "drives"),
     [(4, "motor.voltage"), (16, "motor.duty times motor.supply_voltage"), (25, "motor.duty"), (43, "reducer.input_speed")],

@@ -1,0 +1,109 @@
+"""What the noise of the voltage that drives an open loop makes of each channel of a whole drive.
+
+Between its rows nobody logged the voltage. A controller that acts several times there, on counts and noise, leaves an instant in
+the row where the motor had the mean; the difference goes into the simulation, through the winding and on into the motion, where
+it is slow and no noise of neighbours. How large it is the log tells: an error of what drives a simulation is in the simulated
+current and, with the other sign, in what is left of the measured one, whereas noise of that measurement is in the latter alone
+(regression dilution; Fuller 1987, Measurement Error Models, ch. 1). So the drive is simulated once more with white noise on its
+voltage, of as much as makes the current's fast part that much another.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..rules import RULES
+from . import driven
+from .blocks import compared
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+    from .residual import Residual
+
+CURRENT = "motor.current"
+
+
+def about_mean(parts: list[np.ndarray], trusted: list[np.ndarray]) -> np.ndarray:
+    """Deviations from the mean of as many neighbours as tell noise, (groups, `near`), of groups that are trusted throughout."""
+    near, found = RULES.residuals.near, [np.zeros((0, RULES.residuals.near))]
+    for x, t in zip(parts, trusted):
+        n = len(x) // near
+        x, t = (y[: n * near].reshape(n, near) for y in (x, t))
+        x = x[t.all(1)]
+        found.append(x - x.mean(1, keepdims=True))
+    return np.concatenate(found)
+
+
+def fast(parts: list[np.ndarray], trusted: list[np.ndarray]) -> float:
+    """Root mean square of these deviations."""
+    found = about_mean(parts, trusted)
+    return float(np.sqrt(np.sum(found**2) / max(1, len(found) * (RULES.residuals.near - 1))))
+
+
+def of_driving(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float]:
+    """Noise (root mean square) that a whole drive's channel has of the voltage that drives it, beyond what is fast: of rows, of bins.
+
+    0 where set-points drive it, and where no current tells.
+    """
+    ch = experiment.channels[0, residual.prefix]
+    current = next((r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + CURRENT), None)
+    if residual.kind != "whole" or current is None or not driven.inputs(ch):
+        return 0.0, 0.0
+    size = _of_current(experiment, current, values)
+    if size <= 0.0:
+        return 0.0, 0.0
+    memory = experiment.remembered("noise of what drives it")
+    if "volts" not in memory:
+        memory["volts"] = _volts(experiment, current, values, size)
+    volts, made = memory["volts"]
+    if residual.name not in memory:
+        memory[residual.name] = _made(experiment, residual, values, volts)
+    rows, bins = memory[residual.name]
+    return rows * size / made, bins * size / made
+
+
+def _of_current(experiment: Experiment, current: Residual, values: dict[str, float]) -> float:
+    """The fast part of the simulated current that is not in the measured one, A."""
+    simulated, measured, good = zip(*experiment.compare(current, values))
+    trusted = [g & np.isfinite(s) for g, s in zip(good, simulated)]
+    shown = about_mean([np.where(t, s, 0.0) for s, t in zip(simulated, trusted)], trusted)
+    left = about_mean([np.where(t, m - s, 0.0) for s, m, t in zip(simulated, measured, trusted)], trusted)
+    shared = -np.sum(left * shown) / max(1, len(left) * (RULES.residuals.near - 1))
+    return float(np.sqrt(max(shared, 0.0)))
+
+
+def _volts(experiment: Experiment, current: Residual, values: dict[str, float], size: float) -> tuple[float, float]:
+    """Noise of the voltage, V, that makes about that much of the fast current, and how much, A."""
+    volts = size * experiment.channels[0, current.prefix].setting.value(current.prefix + "motor.resistance", values)
+    for _ in range(2):  # a winding lets through a part of it
+        moved, trusted = _moved(experiment, current, values, volts)
+        made = fast(moved, trusted)
+        if made <= 0.0:
+            return volts, np.inf
+        volts, last = volts * size / made, volts
+    return last, made
+
+
+def _made(experiment: Experiment, residual: Residual, values: dict[str, float], volts: float) -> tuple[float, float]:
+    """What so much noise of the voltage makes of a channel: of rows, beyond what is fast, and of bins."""
+    moved, trusted = _moved(experiment, residual, values, volts)
+    joined = np.concatenate([x[t] for x, t in zip(moved, trusted)])
+    slow = max(float(np.mean(joined**2)) - fast(moved, trusted) ** 2, 0.0) if len(joined) else 0.0
+    layout = experiment.layout
+    takes = [experiment.channels[i, residual.prefix].take for i in range(len(moved))]
+    binned = [layout.bin(compared(place, take, len(x)), x, t) for place, take, x, t in zip(layout.place, takes, moved, trusted)]
+    sums, counts = (np.sum(x, axis=0) for x in zip(*binned))
+    bins = (sums / np.maximum(counts, 1))[counts > 0]
+    return float(np.sqrt(slow)), float(np.sqrt(np.mean(bins**2))) if len(bins) else 0.0
+
+
+def _moved(
+    experiment: Experiment, residual: Residual, values: dict[str, float], volts: float
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """By how much each run of a comparison is another with so much noise on the voltage, and where that can be trusted."""
+    plain, noisy = (experiment.compare(residual, v) for v in (values, values | {driven.NOISE: volts}))
+    moved = [(m1 - s1) - (m0 - s0) for (s0, m0, _), (s1, m1, _) in zip(plain, noisy)]
+    trusted = [g0 & g1 & np.isfinite(x) for x, (_, _, g0), (_, _, g1) in zip(moved, plain, noisy)]
+    return [np.where(t, x, 0.0) for x, t in zip(moved, trusted)], trusted

@@ -177,8 +177,8 @@ def _diagnosed(
     if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
         if not _voltage_told(outcome.searched, outcome.base.values):
             experiment.forget()
-            whole = _asked(replace(rig, simulate=WHOLE), runs, held, kept)[-1].with_noise()
-            if _voltage_told(whole, whole.fit(whole.base_free, whole.nominal).values):
+            recorded_so = _asked(replace(rig, simulate=WHOLE), runs, held, kept)[-1].with_noise()
+            if _voltage_told(recorded_so, recorded_so.fit(recorded_so.base_free, recorded_so.nominal).values):
                 again = (WHOLE, RECORDED)
                 return _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, again)
     # with draws of its own: what is written beside the answer does not change it

@@ -52,6 +52,12 @@ class Comparison:
     relative: float  # to the root mean square of the measured values
     noise_floor: float
     components: list[str]
+    over: float = 0.0  # s over which the change of an angle is compared that no controller holds
+
+    @property
+    def compared(self) -> str:
+        """What of the channel is compared, where it is not the channel itself."""
+        return f"its change in {self.over:.3g} s" if self.over else ""
 
 
 @dataclass
@@ -70,7 +76,7 @@ class Replay:
         """What log and rig say of each other, error of each channel, faults, and what to open, as text."""
         lines = self.sanity.lines() if self.sanity else []
         lines += [
-            f"{c.output} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
+            f"{c.output}{f', {c.compared}' if c.over else ''} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
             + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "")
             for c in self.comparisons
         ]
@@ -153,7 +159,9 @@ def comparison(experiment: Experiment, residual: Residual, values: dict, compare
     size = rms([m[t] for (_, m, _), t in zip(compared, trusted)])
     noise = floor(experiment, residual, values, errors, trusted)
     relative = error / size if size else 0.0
-    return Comparison(name or residual.name, residual.output, residual.unit, error, relative, noise, list(residual.components))
+    return Comparison(
+        name or residual.name, residual.output, residual.unit, error, relative, noise, list(residual.components), residual.over
+    )
 
 
 def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExperiment, dict[str, float]]]:

@@ -168,6 +168,11 @@ def by_change(name: str, ch: Channels) -> bool:
     return of(ch) != ANGLE and (name == "load.angle" or (name == "reducer.input_angle" and not ch.has("load.angle")))
 
 
+def lasting(name: str, ch: Channels) -> float:
+    """How long the change lasts that is compared, s; 0 where it is the channel itself."""
+    return rows_of_change(name, ch) * float(np.median(np.diff(ch.run.time))) if by_change(name, ch) else 0.0
+
+
 def rows_of_change(name: str, ch: Channels) -> int:
     """Over how many rows an angle's change is compared: the fewest at which its noise is no more than `formulas` of the change.
 

@@ -46,6 +46,9 @@ class Residual:
     compute: Callable[[dict, Any], Compared]
     prefix: str = ""  # of the drive
     through: tuple[str, ...] = ()  # channels over which a simulated loop closes: their sensors matter, not what they say
+    over: float = (
+        0.0  # s over which the change of an angle is compared that no controller holds; 0: what is compared is the channel
+    )
 
     @property
     def reading(self) -> str:
@@ -55,6 +58,8 @@ class Residual:
     @property
     def quantity(self) -> str:
         """What is compared: at the gear a torque, whatever channel it comes from, but of a current the current itself."""
+        if self.over:
+            return f"change of {self.output} in {self.over:.3g} s"
         return "torque at the motor's shaft" if self.kind == "gear" and self.reading != "current" else self.output
 
     @property
@@ -105,7 +110,8 @@ def residuals(probe: Channels) -> list[Residual]:
         for shown in whole.compared(probe):
             reads = (*driven.inputs(probe), *(("load.angle",) if shown == "reducer.input_angle" else ()))
             add("whole", whole.components(probe), reads, shown, lambda v, ch, shown=shown: whole.channel(shown, v, ch))
-        return [replace(one, name=f"whole {one.output}", through=whole.seen_by_controller(probe)) for one in found]
+        seen = whole.seen_by_controller(probe)
+        return [replace(one, name=f"whole {one.output}", through=seen, over=driven.lasting(one.output, probe)) for one in found]
 
     electric = drive.electric(probe)
     moves = [m for m in MOVES if has(m)]

@@ -178,3 +178,19 @@ def test_a_call_has_one_thread_of_blas_also_where_it_is_the_first_to_load_it():
     env = {**os.environ, "OPENBLAS_NUM_THREADS": "2", "MKL_NUM_THREADS": "2"}
     done = subprocess.run([sys.executable, "-c", asked], env=env, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "{1}"
+
+
+def test_of_an_angle_that_no_controller_holds_its_change_is_said_to_be_compared(sound, tmp_path):
+    kept = [
+        line
+        for line in sound[0].read_text().splitlines()
+        if "_setpoint" not in line and not line.startswith('"controller.') or "controller.voltage" in line
+    ]
+    (tmp_path / "rig.toml").write_text("\n".join(kept).replace("[rig]", '[rig]\nsimulate = "whole"') + "\n")
+    found = replay(tmp_path / "rig.toml", sound[1], tmp_path / "out")
+    (angle,) = (one for one in found.comparisons if one.output == "load.angle")
+    others = [one for one in found.comparisons if one is not angle]
+    assert angle.over > 0.0 and not any(one.over for one in others)
+    assert f"load.angle, its change in {angle.over:.3g} s (whole load.angle)" in found.summary()
+    assert found.plots["whole load.angle"][0]["y"]["label"].startswith("change of load.angle in ")
+    assert "so that it strays" in found.page.read_text()

@@ -243,7 +243,7 @@ class Contest:
         for one in [one for one in reached if one.guess.kind == g.EVENT][: rules.shifted]:
             more += [(one.guess, start, None) for start in g.shifted(one.guess, one.values)]
         for _ in range(rules.beside):  # what comes first then may be another, and is asked as well
-            asked = beside_best(found, self._first(found), self.looks)
+            asked = beside_best(found, self._first(found), self.looks, self._far)
             more += [(guess, self.values | self._start(way, guess), way) for way, guess in asked]
             for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
                 self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
@@ -271,6 +271,11 @@ class Contest:
         self.most = max([self.most, *(takes(rival) for rival in found if rival.guess.kind != CURVE)])
         by_fit = sorted(found, key=lambda r: r.end.loss)
         near = [r for r in by_fit[: rules.by_fit] if takes(r) >= rules.in_reach * self.most] + found[: rules.polished]
+        # before what moves its own FMU's variables are believed first, and many places that act alike may stand before them
+        for kind in (g.LAW, CURVE):
+            lead = next((r.guess for r in by_fit if r.guess.kind == kind), None)
+            at_once = [r for r in by_fit if lead and r.guess.law == lead.law and not any(self._far(r.guess))]
+            near += [r for r in at_once if takes(r) >= rules.in_reach * self.most][: rules.polished]
         # of times, as of what is bent, slopes that were learnt say little: events that look best have their own in any case
         seen: dict[str, float] = {}
         for way, guess in self.looks.ways:

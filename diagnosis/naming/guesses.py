@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import combinations, product
 
 import numpy as np
+from scipy.signal import lfilter
 
 from selflock.fmus.correction import law
 
@@ -218,8 +219,10 @@ def with_state(scene: Scene, place: Place, over: str, what: int) -> Iterator[Tri
     starts = [Number(f"{d} of {label(run)}", d, 0.0, -2.0 * level, 2.0 * level, run=i) for i, run in enumerate(scene.played.runs)]
     times = np.geomspace(rules.fastest * scene.step, rules.slowest * scene.span, rules.times)
     for time in times:
+        keep = float(np.exp(-scene.step / time))  # a slow state has little of what goes in
+        left = float(abs(lfilter([1.0 - keep], [1.0, -keep], x, zi=[keep * x[0]])[0]).max()) or level
         numbers = (
-            number(a, 0.0, -spread / level, spread / level),
+            number(a, 0.0, -spread / left, spread / left),
             number(f"{scene.prefix}.T", float(time), float(times[0]) / 10.0, 10.0 * float(times[-1])),
         )
         yield Trial(made("first order", *numbers, *starts), {f"{scene.prefix}.T": float(time)}, (a,))
@@ -227,10 +230,18 @@ def with_state(scene: Scene, place: Place, over: str, what: int) -> Iterator[Tri
 
 def relatives(guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[str, float]]]:
     """Laws of more numbers of the family of one that looks well, with where their fits start."""
-    if guess.law != "Dahl":
+    if guess.law not in ("Coulomb", "Dahl") or len(guess.inserts) > 1:
         return
     prefix = guess.inserts[0].name
     w = next(n for n in guess.numbers if n.name.endswith(".w"))
+    if guess.law == "Coulomb":  # what fits it fits no worse with nothing more of it near 0
+        a = next(n for n in guess.numbers if n.name.endswith(".a"))
+        b, v = (replace(like, name=f"{prefix}.{word}", variable=f"{prefix}.{word}") for like, word in ((a, "b"), (w, "v")))
+        one = replace(guess.inserts[0], law="Stribeck")
+        made = Guess(LAW, "Stribeck", words("Stribeck", one), (one,), (*guess.numbers, b, v))
+        for times in RULES.naming.dying:
+            yield made, at | {b.name: 0.0, v.name: float(np.clip(times * at[w.name], v.low, v.high))}
+        return
     for name, more in (
         ("LuGre", (number(f"{prefix}.b", 0.5, 0.0, 5.0), number(f"{prefix}.v", w.high, 1e-3 * w.high, 10.0 * w.high))),
         ("Bouc-Wen", (number(f"{prefix}.b", 0.5, -1.0, 1.0), number(f"{prefix}.n", 1.5, 1.0, 6.0))),
@@ -290,9 +301,29 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
     for share in np.geomspace(*rules.rates):
         r = f"{prefix}.r"
         yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: float(share) * fastest})
-    for share in np.geomspace(*rules.counts):
+    for step in (*(spread * np.geomspace(*rules.counts)), *_recorded_steps(scene, place, spread)):
         q = f"{prefix}.q"
-        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: float(share) * spread})
+        yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: float(step)})
+
+
+def _recorded_steps(scene: Scene, place: Place, spread: float) -> list[float]:
+    """Steps at whole numbers of which what was recorded of a place gathers, those first where it does so most.
+
+    Of a signal far from 0 a step that is off by little is soon another count: a look at some steps meets none. Recorded values
+    tell theirs: the mean of cos(2 pi y / q) is 1 where all lie at whole numbers of q.
+    """
+    if place.where == IN:
+        return []
+    rules = RULES.naming
+    y = np.concatenate([run.signals[place.variable] for run in scene.played.runs])
+    y = y[np.isfinite(y)][:: max(1, len(y) // rules.glance)]
+    size, (least, most, _) = float(abs(y).max(initial=0.0)), rules.counts
+    if size == 0.0:
+        return []
+    counts = np.arange(size / (most * spread), size / (least * spread), rules.counted)
+    gathered = np.array([np.cos(2.0 * np.pi * count / size * y).mean() for count in counts])
+    peaks = 1 + np.flatnonzero((gathered[1:-1] >= gathered[:-2]) & (gathered[1:-1] >= gathered[2:]))
+    return [size / float(counts[k]) for k in sorted(peaks, key=lambda k: -gathered[k])[: rules.gathered]]
 
 
 def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -124,6 +125,26 @@ class Looks:
             moved = self._misfit(guess, off, True)
             if moved is not None and self.base.misfit is not None:
                 self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
+
+    def alone(self, way: Direction) -> np.ndarray:
+        """What a way changes by its amounts that the base cannot make up for, (blocks times samples), of length 1; else 0."""
+        weights, changed = self.linear.weights[:, way.part], np.zeros(self.linear.weights.shape)
+        changed[:, way.part] = way.columns @ way.amounts * weights
+        before, rest = float(np.linalg.norm(changed)), changed.ravel()
+        rest = rest - self._made_up @ (self._made_up.T @ rest)
+        size = float(np.linalg.norm(rest))
+        return rest / size if size > RULES.naming.degenerate * before else np.zeros(len(rest))
+
+    @cached_property
+    def _made_up(self) -> np.ndarray:
+        """An orthonormal base of what the base's numbers move, where runs begin among them."""
+        assert self.base.jacobian is not None
+        columns = self.arranged.put(self.base.jacobian) * self.linear.weights[..., None]
+        flat = columns.reshape(-1, columns.shape[-1]).astype(float)
+        lengths = np.sqrt((flat**2).sum(0))
+        flat = flat[:, lengths > 0.0] / lengths[lengths > 0.0]
+        found, sizes, _ = np.linalg.svd(flat, full_matrices=False)
+        return found[:, sizes > RULES.naming.degenerate * sizes.max(initial=0.0)]
 
     def first(self) -> None:
         """All that goes with variables as they are and is added, and what is no law."""

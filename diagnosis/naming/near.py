@@ -9,7 +9,6 @@ from ..rules import RULES
 from ..search.screen import Direction
 from ..systems.parts import Parts
 from .guesses import CURVE, LAW, PARAMETER, PATH, Guess, words
-from .order import foreign
 from .places import origin
 
 if TYPE_CHECKING:
@@ -17,17 +16,18 @@ if TYPE_CHECKING:
     from .looks import Looks
 
 Way = tuple[Direction, Guess]
+Far = Callable[[Guess], tuple[bool, bool]]
 
 
-def beside_best(found: Sequence[Rivalled], first: Guess | None, looks: Looks) -> list[Way]:
-    """All that follows, each once, from as many places as it is fitted from. first: what would be believed by now.
+def beside_best(found: Sequence[Rivalled], first: Guess | None, looks: Looks, far: Far) -> list[Way]:
+    """All that follows, each once, from as many places as it is fitted from. first: what would be believed by now; far: order.far.
 
     The free curve that the best law goes along with: what the law says must be held against it. Laws of fewer numbers than the
     best one's that go with its variable at its place: a look may see more in more numbers. Then what looks nearly as good as the
     best, for a look is right to some percent, and which stands first there says little: numbers of FMUs, as a gain that is off is
     a scale of what it acts on; the best law, curve and path, of the same quantity at other places, for what is not fitted cannot
     be told beside it, and nobody could say which is nearer; the best law of variables that its FMU has, what would be believed if
-    it did as well. Last what the look cannot tell from the first, whatever gain it has.
+    it did as well, and before what moves at first. Last what the look cannot tell from the first, whatever gain it has.
     """
     ways, parts = looks.ways, looks.scene.parts
     law = _best(found, LAW)
@@ -41,8 +41,9 @@ def beside_best(found: Sequence[Rivalled], first: Guess | None, looks: Looks) ->
         asked += _nearly(best, found, ways, same)[: RULES.naming.of_path]
         if best.kind == LAW:
             how = lambda guess: (guess.kind, guess.law, guess.stage, guess.inserts[0].multiplies)
-            own = lambda guess, best=best, how=how: bool(guess.inserts) and how(guess) == how(best) and not foreign(guess, parts)
-            asked += _nearly(best, found, ways, own)[: RULES.naming.likely]
+            own = lambda guess, best=best, how=how: bool(guess.inserts) and how(guess) == how(best) and not far(guess)[0]
+            mine = sorted(_nearly(best, found, ways, own), key=lambda pairs: far(pairs[0][1]))
+            asked += mine[: RULES.naming.likely]
     if first is not None:
         asked += _turned(first, found, looks)[: RULES.naming.likely]
     once = {pairs[0][1].label: pairs for pairs in reversed(asked)}
@@ -105,10 +106,10 @@ def _turned(best: Guess, found: Sequence[Rivalled], looks: Looks) -> list[list[W
     seen = _looks(best, looks.ways)
     if seen is None:
         return []
-    unit, least = looks.linear.alone(seen), RULES.naming.same_variable
+    unit, least = looks.alone(seen), RULES.naming.same_variable
 
     def same(way: Direction, guess: Guess) -> bool:
-        return guess.kind != CURVE and guess.count <= best.count and abs(looks.linear.alone(way) @ unit) > least
+        return guess.kind != CURVE and guess.count <= best.count and abs(looks.alone(way) @ unit) > least
 
     return _by_label(found, looks.ways, same)
 
@@ -119,7 +120,7 @@ def _quantity(guess: Guess, parts: Parts) -> tuple[str, int, str]:
     return origin(parts, over), what, origin(parts, beside)
 
 
-def refined(found: Sequence[Rivalled], parts: Parts, far: Callable[[Guess], tuple[bool, bool]]) -> list[Rivalled]:
+def refined(found: Sequence[Rivalled], parts: Parts, far: Far) -> list[Rivalled]:
     """The free curve that predicts most, where it is the best of all, and the same at the nearest place: they are asked for more finely."""
     if not found or found[0].guess.kind != CURVE:
         return []

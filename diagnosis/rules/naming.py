@@ -79,6 +79,9 @@ class NamingRules:
     widths: tuple[float, ...] = rule(
         (0.02, 0.1, 0.3), "widths, as shares of a variable's size, within which friction turns round", GRID
     )
+    dying: tuple[float, ...] = rule(
+        (3.0, 10.0), "times the width of a Coulomb law within which what Stribeck adds dies away, where a fit of it begins", GRID
+    )
     bands: tuple[float, ...] = rule((0.1, 0.3, 0.6), "the same of dead bands and hystereses", GRID)
     rates: tuple[float, float, int] = rule(
         (0.9, 0.01, 8),
@@ -108,6 +111,12 @@ class NamingRules:
         "least and largest steps of a rounded signal, over its spread, and how many between that are looked at",
         "theory: the dips of the error are as wide as the share of a step in the signal's range, a tenth; between two lies 8 %",
     )
+    counted: float = rule(
+        0.1,
+        "steps of the largest recorded value by which the numbers of steps in it that are looked for lie apart",
+        "theory: values are then no more than a twentieth of a step from where they would gather",
+    )
+    gathered: int = rule(5, "steps that a recorded signal gathers at that are looked at, those where it does so most", TIME)
     waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)
     fastest: float = rule(4.0, "steps that a further state takes, at least", GRID)
     slowest: float = rule(0.3, "share of the longest run that it takes, at most", GRID)

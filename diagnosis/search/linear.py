@@ -11,7 +11,6 @@ hypotheses in each draw is the distribution that a real gain must beat; so the n
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -160,25 +159,6 @@ class Linear:
         solved = self._one_amplitude if asked.pairs else _solved
         full = solved(asked.gram.sum(0)[None], asked.cross[:1].sum(1)[:, None])[0, 0] / asked.lengths
         return full[self.base.shape[-1] :]
-
-    def alone(self, direction: Direction) -> np.ndarray:
-        """What a direction changes by its amounts that the base cannot make up for, (blocks times samples), of length 1; else 0."""
-        changed = np.zeros(self.weights.shape)
-        changed[:, direction.part] = direction.columns @ direction.amounts * self.weights[:, direction.part]
-        if self.own is not None:
-            changed -= np.einsum("bsq,btq,bt->bs", self.own, self.own, changed, optimize=True)
-        before, rest = float(np.linalg.norm(changed)), changed.ravel()
-        rest = rest - self._spanned_by_base @ (self._spanned_by_base.T @ rest)
-        size = float(np.linalg.norm(rest))
-        return rest / size if size > RULES.naming.degenerate * before else np.zeros(len(rest))
-
-    @cached_property
-    def _spanned_by_base(self) -> np.ndarray:
-        """An orthonormal base of what the base's numbers move, without what blocks have for themselves."""
-        base = self.base.astype(float)
-        if self.own is not None:
-            base -= np.matmul(self.own, self.base_in_own)
-        return np.linalg.qr(base.reshape(-1, base.shape[-1]))[0]
 
     def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
         """Largest gain over all directions, in each draw from misfits without an effect."""

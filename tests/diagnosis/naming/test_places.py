@@ -144,3 +144,19 @@ def test_dead_zones_are_looked_at_so_closely_that_one_takes_nearly_all_that_any_
     for width in np.geomspace(0.06, 1.8, 30):
         left = min(np.sum((taken_off(width) - taken_off(one)) ** 2) for one in widths)
         assert left < 0.06 * np.sum(taken_off(width) ** 2)
+
+
+def test_steps_of_a_rounded_sensor_far_from_zero_are_read_from_what_it_recorded(rng):
+    """A level about 3 with steps of 0.15 has 30 of them: of steps that are off by 2 % none looked like it, and it was `none`."""
+    place, level = Place(OUT, "tank.level"), 3.0 + 0.4 * np.cumsum(rng.standard_normal(800)) / np.sqrt(800)
+    for step in rng.uniform(0.15, 0.8, 5) * np.std(level):
+        told = step * np.floor(level / step + 0.5) + 0.05 * step * rng.standard_normal(len(level))
+        scene = SimpleNamespace(
+            signal=lambda place: level, prefix="c", step=1.0, span=800.0,
+            series={"tank.level": [level], "time": [np.arange(800.0)]},
+            played=SimpleNamespace(runs=[SimpleNamespace(signals={"tank.level": told})]),
+        )  # fmt: skip
+        asked = [trial.at["c.q"] for trial in paths(scene, place) if trial.guess.law == "quantisation"]
+        assert min(abs(one / step - 1.0) for one in asked) < 0.1 * step / level.max()
+        before = [trial.at["c.q"] for trial in paths(scene, Place(IN, "tank.level")) if trial.guess.law == "quantisation"]
+        assert asked[: len(before)] == before

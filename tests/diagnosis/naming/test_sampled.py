@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import strangers
 
+from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import run, sampled
 from selflock.diagnosis.naming.run import Whole, _better
 
@@ -77,7 +78,10 @@ def run_of(rig, train, test):
 )
 def test_of_two_readings_of_what_acts_once_a_step_the_one_that_leaves_less_or_needs_less_is_taken(own, finer, taken):
     """A dead zone was named as Stribeck, twice, with eight numbers: in finer steps its sampled controller was another one."""
+    one, begin = Number("c.a", "c.a", 0.0, 0.0, 1.0), Number("c.d of log", "c.d", 0.0, 0.0, 1.0, run=0)
     search = lambda name, left, numbers: SimpleNamespace(
-        name=name, best=Whole(None, None, {}, None, {"x": left}, {}), work=SimpleNamespace(found=[tuple(range(numbers))])
+        name=name,
+        best=Whole(None, None, {}, None, {"x": left}, {}),
+        work=SimpleNamespace(found=[(one,) * numbers, (begin,) * (9 - numbers)]),  # where a run begins counts for nothing
     )
     assert _better(search("own", *own), search("finer", *finer)).name == taken

@@ -11,7 +11,6 @@ from .pipeline.run import diagnose_runs, gather
 from .progress import Tell
 from .residuals.laws import check_names
 from .search.kept import Kept
-from .systems.system import diagnose_system
 
 
 def answer(
@@ -19,6 +18,8 @@ def answer(
 ) -> Diagnosis:
     """The diagnosis of a rig, under its `laws`; the arguments are those of `diagnose`."""
     if rig.system is not None:
+        from .systems.system import diagnose_system  # with all that runs a system, which a drive does not need
+
         return diagnose_system(rig, logs, test, out, tell, seed, kept, search, anyway)
     check_names(rig)
     tell("reading", 0.0)

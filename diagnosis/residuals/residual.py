@@ -49,6 +49,7 @@ class Residual:
     over: float = (
         0.0  # s over which the change of an angle is compared that no controller holds; 0: what is compared is the channel
     )
+    beside: tuple[str, ...] = ()  # channels read that must be sound, and whose sensors do not matter
 
     @property
     def reading(self) -> str:
@@ -78,6 +79,8 @@ class Residual:
             of = free_law.channel(name)
             return self.kind == "whole" and (not of or of in (self.output, *self.reads, *self.through))
         if what in ("sensor", "recorder"):
+            if channel in self.beside:
+                return False
             return channel in (*self.reads, self.output) or (what == "sensor" and channel in self.through)
         if self.kind in ("input", "output"):
             return False
@@ -98,11 +101,21 @@ def residuals(probe: Channels) -> list[Residual]:
     name = {part: prefix + part for part in ("controller", "motor", "reducer", "load")}
     found: list[Residual] = []
 
-    def add(kind, components, reads, output, compute):
+    def add(kind, components, reads, output, compute, beside=()):
         measure = unit("motor.torque" if kind == "gear" and output != "motor.current" else output, rig.linear)
         reads = tuple(prefix + r for r in reads if has(r))
         found.append(
-            Residual(kind, prefix + kind, tuple(name[c] for c in components), reads, prefix + output, measure, compute, prefix)
+            Residual(
+                kind,
+                prefix + kind,
+                tuple(name[c] for c in components),
+                reads,
+                prefix + output,
+                measure,
+                compute,
+                prefix,
+                beside=tuple(prefix + b for b in beside),
+            )
         )
 
     if rig.simulate == whole.WHOLE:
@@ -146,7 +159,9 @@ def residuals(probe: Channels) -> list[Residual]:
             lambda v, ch: compare.controller(command, v, ch),
         )
     if electric and moves and has("motor.current"):
-        add("motor", ["motor"], (*volts, *moves), "motor.current", lambda v, ch: compare.motor(electric, v, ch))
+        turned = next(m for m in ("reducer.input_speed", "reducer.input_angle", "load.speed", "load.angle") if has(m))
+        others = tuple(m for m in moves if m != turned)
+        add("motor", ["motor"], (*volts, *moves), "motor.current", lambda v, ch: compare.motor(electric, v, ch), others)
     # a duty counts times the measured supply, and a voltage measured on the motor has fallen with it: what such a motor
     # lacks is no matter of its supply
     if (

@@ -200,7 +200,10 @@ def number(value: float) -> str:
 
 
 def zero(pieces: Pieces, said: Said) -> list[Finding]:
-    """An angle that follows its set-point from afar: a remark."""
+    """An angle that follows its set-point from afar: a remark.
+
+    By quarters of a turn it is a contradiction where the whole loop is simulated: no number of a drive moves it there.
+    """
     asked, angle = "controller.angle_setpoint", "load.angle"
     if not (pieces.has(asked) and pieces.has(angle)):
         return []
@@ -214,11 +217,12 @@ def zero(pieces: Pieces, said: Said) -> list[Finding]:
     if abs(middle) < max(RULES.data.zero_share * way, high - low):
         return []
     more = f" ({degrees(middle):.0f} degrees)" if not said.linear else ""
-    return [
-        Finding(
-            f"{said(angle)} lies {middle:.3g} {'m' if said.linear else 'rad'}{more} from where {said(asked)} sends it: "
-            f"if their zeros are not the same, write offset = {-middle:.4g} for one of them under [columns].",
-            False,
-            (angle,),
-        )
-    ]
+    text = f"{said(angle)} lies {middle:.3g} {'m' if said.linear else 'rad'}{more} from where {said(asked)} sends it"
+    quarters = round(middle / (TURN / 4.0))
+    other = quarters != 0 and abs(middle - quarters * TURN / 4.0) < RULES.data.zero_quarters
+    looped = said.rig.simulate in ("closed", "whole") or (not said.rig.simulate and said.given("controller.angle_gain"))
+    gross = other and looped and not said.linear
+    offset = f"{-quarters * TURN / 4.0:.6g}" if gross else f"{-middle:.4g}"
+    mend = f"write offset = {offset} for {said(angle) if gross else 'one of them'} under [columns]"
+    why = "an angle that is counted from another zero" if gross else "if their zeros are not the same"
+    return [Finding(f"{text}: {why}{': ' if gross else ', '}{mend}.", gross, (angle,))]

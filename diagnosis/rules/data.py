@@ -209,6 +209,11 @@ class DataRules:
         "share of the way that a set-point goes by which an angle's zero may lie beside it, without a remark",
         "a remark alone, which decides nothing",
     )
+    zero_quarters: float = rule(
+        0.2,
+        "rad from quarters of a turn within which an angle is counted from another zero, and stops a loop that is simulated whole",
+        "theory: a drive stands 90 degrees from where it is sent only where its angle is another one",
+    )
     zero_angle: float = rule(
         0.5,
         "rad by which gravity may pull at another angle than the rig says, without a remark; a bench leans by less",

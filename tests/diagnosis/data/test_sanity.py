@@ -246,6 +246,18 @@ def test_an_angles_zero_is_remarked_on_and_stops_nothing(off, tmp_path):
     assert not found.gross and "gravity pulls on column 'phi'" in remark and "-90 degrees" in remark, remark
 
 
+@pytest.mark.parametrize("off, stops", [(np.pi / 2, True), (-3 * np.pi / 2, True), (1.2, False)])
+def test_another_zero_stops_a_loop_that_is_simulated_whole(off, stops, tmp_path):
+    """No number of the drive moves its angle by quarters of a turn: causes that were named for it were none."""
+    text = written("forward", ("controller.angle_setpoint", "load.angle", "load.speed"), 'simulate = "closed"')
+    found = boxed(tmp_path, text, LOG.assign(phi=LOG.phi + off))
+    described = boxed(tmp_path, written("forward", controller__angle_gain=300.0), LOG.assign(phi=LOG.phi + off))
+    (about,) = (f for f in found.findings if "controller.angle_setpoint" in f.sentence)
+    assert bool(described.gross) == stops
+    assert about.gross == stops and f"offset = {-off:.{6 if stops else 4}g}" in about.sentence
+    assert ("counted from another zero" in about.sentence) == stops
+
+
 def test_a_constant_that_was_assumed_beside_a_motors_other_one(tmp_path):
     text = written("forward", motor__voltage_constant=0.5, motor__torque_constant=0.5)
     text = text.replace('"motor.torque_constant" = 0.5\n', "")

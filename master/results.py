@@ -73,13 +73,16 @@ class Sink(ABC):
 
     def _save(self) -> None:
         if (first := self._saved) < (last := self.fill):
-            self.put(self._frame(first, last))
+            self.keep(self.block[first:last], self.words[first:last])
             self._saved = last
 
-    def _frame(self, first: int, last: int) -> pd.DataFrame:
-        block = self.block[first:last]
-        data: dict[str, Any] = {c.name: block[:, k].astype(KINDS[c.type]) for k, c in enumerate(self._numbers)}
-        data |= {name: [row[k] for row in self.words[first:last]] for k, name in enumerate(self._texts)}
+    def keep(self, numbers: np.ndarray, words: list[list[str]]) -> None:
+        """Keep or write some rows: numbers, of which the block will hold others, and texts."""
+        self.put(self._frame(numbers, words))
+
+    def _frame(self, numbers: np.ndarray, words: list[list[str]]) -> pd.DataFrame:
+        data: dict[str, Any] = {c.name: numbers[:, k].astype(KINDS[c.type]) for k, c in enumerate(self._numbers)}
+        data |= {name: [row[k] for row in words] for k, name in enumerate(self._texts)}
         return pd.DataFrame({c.name: data[c.name] for c in self.columns})
 
     @abstractmethod
@@ -90,34 +93,47 @@ class Sink(ABC):
     def table(self) -> pd.DataFrame:
         """All rows."""
 
+    def column(self, name: str) -> np.ndarray:
+        """All rows of a column of numbers, as floats."""
+        return self.table()[name].to_numpy(float)
+
     def close(self) -> None:
         self.flush()
 
 
 class Memory(Sink):
+    """Keeps rows as they are; a table is made where one is asked for: who runs a system over and over asks for columns."""
+
     def __init__(self, columns: list[Variable], about: dict[str, Any] | None = None):
         super().__init__(columns, about)
-        self._frames: list[pd.DataFrame] = []
+        self._rows: list[tuple[np.ndarray, list[list[str]]]] = []
+        self._table: pd.DataFrame | None = None
+        self._place = {c.name: k for k, c in enumerate(self._numbers)}
 
-    def put(self, frame: pd.DataFrame) -> None:
-        self._frames.append(frame)
+    def keep(self, numbers: np.ndarray, words: list[list[str]]) -> None:
+        self._rows.append((numbers.copy(), words))
+        self._table = None
+
+    def put(self, frame: pd.DataFrame) -> None: ...
 
     def table(self) -> pd.DataFrame:
-        if not self._frames:
-            return pd.DataFrame({c.name: np.empty(0, KINDS[c.type]) for c in self.columns})
-        if len(self._frames) > 1:
-            self._frames = [pd.concat(self._frames, ignore_index=True)]
-        return self._frames[0]
+        if self._table is None:
+            numbers = np.concatenate([np.empty((0, self.width)), *(numbers for numbers, _ in self._rows)])
+            self._table = self._frame(numbers, [row for _, words in self._rows for row in words])
+        return self._table
+
+    def column(self, name: str) -> np.ndarray:
+        return np.concatenate([np.empty(0), *(numbers[:, self._place[name]] for numbers, _ in self._rows)])
 
     def copied(self) -> Any:
         """All rows as they are now, for `back`."""
         state = self.block[: self.fill].copy(), self._good, self._saved, self.rows, list(self.words), self.seen.copied()
-        return list(self._frames), *state
+        return list(self._rows), *state
 
     def back(self, state: Any) -> None:
         """To the rows that there were."""
-        frames, rows, self._good, self._saved, self.rows, words, seen = state
-        self._frames, self.words, self.seen = list(frames), list(words), seen.copied()
+        kept, rows, self._good, self._saved, self.rows, words, seen = state
+        self._rows, self.words, self.seen, self._table = list(kept), list(words), seen.copied(), None
         self.fill = len(rows)
         self.block[: self.fill] = rows
 
@@ -165,6 +181,10 @@ class Result:
     def table(self) -> pd.DataFrame:
         """The results; read from the file where they were written to one."""
         return self.sink.table()
+
+    def column(self, name: str) -> np.ndarray:
+        """All rows of a column of numbers, as floats: without the table, where that is in memory."""
+        return self.sink.column(name)
 
     @property
     def coupling(self) -> pd.DataFrame:

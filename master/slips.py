@@ -12,6 +12,9 @@ from .errors import DescriptionError
 from .system import WANTED, Bond, Component, Connection, Fault, Run, System, fits, one_line_each
 
 
+KINDS: dict[type, list[tuple[str, str, type | None]]] = {}  # of tables that were looked at
+
+
 def checked(system: System) -> System:
     """The system, every entry of which is of the kind that its field says."""
     if not isinstance(system.run, Run):
@@ -57,12 +60,20 @@ def call(system: Any, settings: Any, stop: Any, out: Any) -> None:
 
 
 def _all_fit(where: str, entry: Any) -> None:
-    for one in fields(entry):
-        value, kind = getattr(entry, one.name), str(one.type)
-        if value is None and kind.endswith("None"):
+    for name, kind, plain in _kinds(type(entry)):
+        value = getattr(entry, name)
+        if type(value) is plain or (value is None and kind.endswith("None")) or fits(value, kind):
             continue
-        if not fits(value, kind):
-            raise DescriptionError(f"{where} {one.name} = {value!r}: {WANTED[kind.split('[')[0].split(' ')[0]]} is wanted here.")
+        raise DescriptionError(f"{where} {name} = {value!r}: {WANTED[kind.split('[')[0].split(' ')[0]]} is wanted here.")
+
+
+def _kinds(table: type) -> list[tuple[str, str, type | None]]:
+    """The fields of a table: name, kind, and a type any value of which is of that kind."""
+    if table not in KINDS:
+        plain = {"float": float, "int": int, "bool": bool, "str": str, "dict": dict}
+        kinds = [(one.name, str(one.type)) for one in fields(table)]
+        KINDS[table] = [(name, kind, plain.get(kind.split("[")[0].split(" ")[0])) for name, kind in kinds]
+    return KINDS[table]
 
 
 def _said(value: Any) -> str:

@@ -156,9 +156,8 @@ class Played:
         self.effort.seconds += result.duration
         if not whole:
             return None
-        table, time = result.table, run.time - run.time[0]
-        grid = table["time"].to_numpy()
-        return {name: np.interp(time, grid, table[self.recorded[name]].to_numpy(float)) for name in self.outputs}
+        time, grid = run.time - run.time[0], result.column("time")
+        return {name: np.interp(time, grid, result.column(self.recorded[name])) for name in self.outputs}
 
     def forget(self) -> None:
         """Simulate what comes next anew."""

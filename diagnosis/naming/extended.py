@@ -84,9 +84,8 @@ class Extended(Played):
             self.close()
         self.effort.steps += result.steps * len(self.group.members)
         self.effort.seconds += result.duration
-        table = result.table
-        outputs = {name: table[self.recorded[name]].to_numpy(float) for name in self.outputs}
-        return outputs, {over: table[column].to_numpy(float)[1:] for over, column in columns.items()}
+        outputs = {name: result.column(self.recorded[name]) for name in self.outputs}
+        return outputs, {over: result.column(column)[1:] for over, column in columns.items()}
 
     def series(self, settings: Sequence[Settings], which: Sequence[int]) -> dict[str, list[np.ndarray]]:
         """All numbers of the components that run, and of the log beside them, at the steps of these runs: `time` among them."""

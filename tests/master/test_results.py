@@ -27,6 +27,9 @@ def test_a_file_holds_the_same_as_memory(system, tmp_path, ending):
     assert units == inside.units == written.units
     assert units["m.v"] == "m/s" and units["time"] == "s" and units["t.word_out"] == ""
     assert written.path == path
+    for name in ("time", "t.flag_out", "t.count_out", "m.v"):  # before the table and behind it, as floats
+        told = [one.column(name) for one in (table_of(system), inside, written)]
+        assert all(x.dtype == float and np.array_equal(x, table[name].to_numpy(float)) for x in told)
 
 
 def test_whole_numbers_stay_reals_in_csv(system, tmp_path):
@@ -54,6 +57,8 @@ def test_a_long_run_is_written_in_pieces(system, tmp_path, ending, monkeypatch):
     master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=1e-4), out=path)
     assert sum(sizes) == 10001 and len(sizes) >= 3 and max(sizes) <= results.ROWS
     assert master.read(path)[0]["i.y"].to_numpy() == pytest.approx(np.linspace(0, 1, 10001))
+    kept = master.run(system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=1e-4))  # in memory in as many
+    assert np.array_equal(kept.column("i.y"), kept.table["i.y"]) and len(kept.table) == 10001
 
 
 def test_what_cannot_be_written_or_read(system, tmp_path):

@@ -11,7 +11,6 @@ from typing import Any
 from .errors import DescriptionError
 from .system import WANTED, Bond, Component, Connection, Fault, Run, System, fits, one_line_each
 
-
 KINDS: dict[type, list[tuple[str, str, type | None]]] = {}  # of tables that were looked at
 
 

@@ -151,6 +151,9 @@ def read_file(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     for name in courses:
         if not name.isidentifier():
             raise DescriptionError(f"{path}: {name!r} is no name of a variable; write it with letters, digits and _ only.")
+        if not units.get(name) and name.split("_")[-1] == "angle":
+            how = f'unit = "deg" under [{name}]' if path.suffix.lower() == ".toml" else f"{name} [deg]"
+            raise DescriptionError(f"{path}: nobody says the unit of {name}: write {how}, or rad, or turn.")
     if not courses:
         raise DescriptionError(f"{path}: holds no set-point. docs/system.md shows a manoeuvre.")
     return courses, units

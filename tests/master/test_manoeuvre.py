@@ -95,6 +95,19 @@ def test_it_is_written_as_spreadsheets_write_it(text, tmp_path):
     assert at(made, 0.75) == pytest.approx({"x_angle": 15.0, "x_speed": 20.0}) and at(made, 9.0)["x_angle"] == pytest.approx(30.0)
 
 
+@pytest.mark.parametrize(
+    "name, text, words",
+    [
+        ("m.csv", "time,arm_angle\n0,0\n1,80\n", "unit of arm_angle: write arm_angle .deg., or rad"),
+        ("m.toml", "[arm_angle]\nstart = 80.0\n", 'unit of arm_angle: write unit = "deg" under .arm_angle.'),
+    ],
+)
+def test_an_angle_has_a_unit(name, text, words, tmp_path):
+    """80 of something would be 80 rad to who listens."""
+    with pytest.raises(master.DescriptionError, match=words):
+        part(tmp_path, name, text)
+
+
 def test_a_time_that_nobody_knows_is_told(tmp_path):
     with pytest.raises(master.errors.ResultError, match="its time is in 'fortnights'; write it in s, ms"):
         part(tmp_path, "m.csv", "time [fortnights],u [V]\n0,1\n1,2\n")

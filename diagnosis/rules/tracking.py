@@ -29,6 +29,11 @@ class TrackingRules:
         3.0, "times its deviation from which on a value does not tell the scatter; what a normal law loses by it is given back",
         "theory: one normal value in 370 is as far",
     )  # fmt: skip
+    little: float = rule(
+        1.5,
+        "times as far as among many logs from which on it is told how far a change has to be beyond chance",
+        "a remark alone, which decides nothing",
+    )
     freedom: float = rule(
         18 / 35,
         "degrees of freedom of the scatter for each value beside its neighbours",

@@ -75,6 +75,13 @@ class Found:
     changes: list[Change]  # those beyond chance, the surest first
     tried: int  # steps and growths that were fitted
 
+    @property
+    def beyond(self) -> tuple[float, float]:
+        """From how many standard errors on a change is beyond chance, at least; and among as many that many logs tell the scatter of."""
+        level = 0.5 * RULES.tracking.false_names / max(self.tried, 1)
+        freedom = [max(w.freedom, len(s) - 3.0) for w in self.numbers for s in w.series if len(s) >= RULES.tracking.fewest]
+        return (-float(stdtrit(max(freedom), level)) if freedom else 0.0), -float(ndtri(level))
+
 
 def changes(series: Sequence[Series]) -> Found:
     """Changes beyond chance in any of these series."""

@@ -53,6 +53,11 @@ class Track:
         every = [(one, watched) for watched in self.found.numbers for one in watched.series]
         if few := {one.unit for one, _ in every} - {one.unit for one, _ in every if len(one) >= fewest}:
             found.append(f"{some(sorted(few), 'unit')} with fewer than {fewest} values: of such nothing is said yet.")
+        least, usual = self.found.beyond
+        if least > RULES.tracking.little * usual:
+            found.append(
+                f"So few logs tell little: beyond chance is a change of {least:.0f} times its standard error here, and of {usual:.0f} among many."
+            )
         alone = [
             f"{one.parameter} of unit {one.unit} on {day(when)}"
             for one, watched in every

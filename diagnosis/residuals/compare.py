@@ -164,7 +164,8 @@ def _motor_constants(values: dict, ch: Channels, first: ShaftMotion) -> tuple[np
         ch.setting.kernels.shaft_torque(motor, current, first.speed, first.angle, ch.dt, constant, beside)
         return np.maximum(constant, 1e-9), beside
 
-    return drive.kept("constants", (first, motor, ch.sensor("motor.current", values)), ch, constants)
+    felt = tuple(getattr(motor, name) for name in laws.driving())
+    return drive.kept("constants", (first, felt, ch.sensor("motor.current", values)), ch, constants)
 
 
 def load(values: dict, ch: Channels) -> Compared:

@@ -44,23 +44,23 @@ def _winding(package: str) -> tuple[str, ...]:
     )
 
 
-def electric() -> frozenset[str]:
+def electric() -> tuple[str, ...]:
     """Parameters of the motor that say what current flows at a voltage and a speed, by name."""
     return _of_motor(laws.in_force(), ("resistance", "weakening", "drop"), ("torque_constant",))
 
 
-def driving() -> frozenset[str]:
+def driving() -> tuple[str, ...]:
     """Parameters of the motor that say what torque a current makes, by name."""
     return _of_motor(laws.in_force(), ("resistance", "weakening", "torque"), ("inductance", "voltage_constant"))
 
 
 @cache
-def _of_motor(package: str, hooks: tuple[str, ...], but: tuple[str, ...]) -> frozenset[str]:
+def _of_motor(package: str, hooks: tuple[str, ...], but: tuple[str, ...]) -> tuple[str, ...]:
     """Parameters of the motor's law, `but` these, of the effects that have one of these hooks, and whatever these name."""
     felt = [effect for effect in effects("motor") if set(hooks) & set(effect.hooks)]
     named = {name for effect in felt for hook in effect.hooks.values() for name in hook.__code__.co_names}
-    base = {p.name for p in law("motor").BASE if p.name not in but or p.name in named}
-    return frozenset(base | {p.name for effect in felt for p in effect.parameters})
+    own = {p.name for effect in felt for p in effect.parameters} | {p.name for p in law("motor").BASE if p.name not in but}
+    return tuple(sorted(name for name in _types(package, "motor")._fields if name in own | named))
 
 
 def lags() -> list[str]:

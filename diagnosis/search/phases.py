@@ -38,15 +38,16 @@ def marked(experiment: Experiment, free: Iterable[Free]) -> tuple[Free, ...]:
 def _of_runs(experiment: Experiment, p: Free) -> bool:
     """Whether each run has this phase for itself.
 
-    Not in a whole drive, which is simulated from where a run begins. And not where a run is one block alone: no other
-    tells its phase where it is held out.
+    Not where a run is one block alone: no other tells its phase where it is held out.
     """
-    if experiment.steady or _simulated(experiment):
+    if experiment.steady:
         return False
     prefix, component = split(p.name.rpartition(".")[0], experiment.rig.drives)
     channels = [ch for (_, of), ch in experiment.channels.items() if of == prefix]
     several = np.bincount(experiment.layout.run_of).min() >= RULES.search.phase_blocks
-    return bool(several) and any(relative(ch, component, p.shaft) for ch in channels)
+    simulated = _simulated(experiment)  # from where a run begins, which an angle of the load tells for all that turns with it
+    anywhere = lambda ch: not ch.has("load.angle") if simulated else relative(ch, component, p.shaft)
+    return bool(several) and any(map(anywhere, channels))
 
 
 def untold(experiment: Experiment, parameter: str, among: Iterable[int]) -> list[int]:

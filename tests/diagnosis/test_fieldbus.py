@@ -160,3 +160,16 @@ def test_a_viscous_friction_behind_an_open_loop_is_named(tmp_path):
     assert [cause.label for cause in result.causes] == ["reducer viscous"], result.summary()
     assert result.causes[0].parameters["reducer.viscous_damping"]["value"] == pytest.approx(case.true["viscous"], rel=0.1)
     assert result.extension["agrees"], result.extension
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+def test_a_ripple_has_a_phase_of_its_own_in_a_log_that_began_in_motion_where_a_speed_alone_tells(tmp_path):
+    """With one phase for both logs it had 1.1 waves in a turn in place of one."""
+    rig, train, test = fieldbus.hide(["reducer.ripple"], fieldbus.DEVELOPMENT + 309).write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=10_309)
+    assert [cause.label for cause in result.causes] == ["reducer ripple"], result.summary()
+    found = {name: p["value"] for name, p in result.causes[0].parameters.items()}
+    assert found["reducer.output_ripple"] == pytest.approx(0.6, rel=0.05)
+    assert found.get("reducer.output_ripple_order", 1.0) == pytest.approx(1.0, abs=0.01), found
+    assert {run["parameter"] for run in result.runs} == {"reducer.output_ripple_phase"}, result.runs

@@ -73,16 +73,18 @@ def document(found: list[dict], judging: bool) -> str:
         "controller, an FMU of pythonfmu. What hides, where, how strongly and in which domain is drawn; all that is "
         "recorded has noise, the inputs too. A case is strong where the fitted base leaves at least twice the noise. "
         "Of paths that act alike any place is right: a delay before a linear body and behind it; an offset and a constant. "
-        "Where a law acts alike at two places, as before a factor and behind it or on either side of a difference, only the one "
-        "where it was hidden counts as right; where another stands first and that one is told beside it as not to be told from "
-        "it, it is a class of its own. "
+        "Where a law acts alike at two places, as before a factor and behind it or on either side of a difference, the answer "
+        "tells both as one thing by two names (`same`: under the log's inputs and four more, each fitted to the other, they differ "
+        "by no more than a seventh of the noise); it is right where the hidden one is among them. Where another stands first and "
+        "the right one is told beside it as what these logs do not tell from it, it is a class of its own. "
         "Intervals are 95 % (Wilson).",
         "",
         f"Here: {len(found)} cases of the {full} of a full study, on {seeds}.",
         "",
         "| asked | target | measured |",
         "|---|---|---|",
-        f"| right name first, strong | ≥ 90 % | {rate(row['right'] for row in single)} |",
+        f"| right name first, or the same as the first, strong | ≥ 90 % | {rate(row['right'] for row in single)} |",
+        f"| of all strong ones: the right name itself first | | {rate(row.get('first', row['right']) for row in single)} |",
         f"| another name first, the right one told beside it (`ambiguous`), strong | | {rate(row.get('alike', False) for row in single)} |",
         f"| neither, strong | | {rate(not (row['right'] or row.get('alike', False)) for row in single)} |",
         f"| a name or `unknown` although nothing is hidden | ≤ 5 % | {rate(not row['right'] for row in of['none'])} |",

@@ -332,7 +332,8 @@ class Contest:
         best: End | None = None
         for share in (1.0, 0.3):  # far from linear the whole of what the look says may be too much
             scaled = values | {n.name: n.start + share * (values[n.name] - n.start) for n in guess.numbers if n.name in start}
-            places = np.array([np.clip(n.place(scaled[n.name]), 0.0, 1.0) for n in problem.free])
+            inside = lambda n, of=scaled: float(np.clip(of[n.name], n.low, n.high))  # a look knows no ends of ranges
+            places = np.array([n.place(inside(n)) for n in problem.free])
             loss = problem.loss(problem.misfit(places))
             if np.isfinite(loss) and (best is None or loss < best.loss):
                 best = End(places, places, loss)

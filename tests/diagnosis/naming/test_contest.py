@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.calibration.numbers import Number
+from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming.arranged import determined
 from selflock.diagnosis.naming.contest import Contest, Round
@@ -331,3 +332,19 @@ def test_stribeck_is_fitted_from_the_coulomb_law_that_fits():
         assert at["c.a"] == -0.2 and at["c.w"] == 0.08 and at["c.b"] == 0.0 and at["base"] == 7.0 and at["c.v"] > 0.08
     assert len({at["c.v"] for _, at in made}) > 1
     assert list(relatives(replace(coulomb, law="cubic"), {})) == []
+
+
+@pytest.mark.parametrize(("seen", "place"), [(-3.0, 0.0), (1e9, 1.0), (0.1, 0.5)])
+def test_a_fit_starts_within_the_range_of_a_number_by_decades_whatever_the_look_says(monkeypatch, seen, place):
+    """A linear look knows no ends of ranges: below one of decades there is no place, and the naming ended."""
+    slow = Number("c.T", "c.T", 0.1, 1e-3, 10.0)
+    assert slow.by_decades
+    guess = Guess(LAW, "first order", "", (Insert("c", Place(IN, "body.u"), "first order", over="body.x"),), (slow,))
+    places = []
+    problem = SimpleNamespace(free=(slow,), misfit=places.append, loss=lambda misfit: 1.0)
+    contest = Contest(problem, np.zeros(0), "c", lambda what, share: None)
+    contest.looks = SimpleNamespace(trial=lambda guess: problem)
+    contest.values, contest.base = {}, SimpleNamespace(misfit=None)
+    monkeypatch.setattr(contest_module, "fit_from", lambda *_: SimpleNamespace(misfit=None, loss=np.inf))
+    assert contest._fit(guess, {"c.T": seen}) is None
+    assert places[0] == pytest.approx([place], abs=1e-9)

@@ -36,7 +36,8 @@ NOISE = "recorder.driving.noise"
 def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
     """Why a log with these signals and its rig describe no drive of this way, as what would have to be; "" where they describe one."""
     described = {name.rpartition(".")[0] for name in rig.parameters}
-    moves = {*ANGLE_OF.values()} if way == ANGLE else {*MOVES}
+    hangs = all(rig.parameters.get(f"load.{name}", 0.0) for name in ("mass", "arm"))  # and no speed says at which angle
+    moves = {*ANGLE_OF.values()} if way == ANGLE or hangs else {*MOVES}
     motion = {f"a column of {' or '.join(sorted(moves))}": bool(moves & signals)}
     asked = {
         'a log in time, that is kind = "forward"': rig.kind == "forward",

@@ -22,7 +22,6 @@ from selflock.fmus.effect import OFFSET, PHASE
 from ..data.log import MeasuredRun
 from ..data.rig import split
 from ..data.signals import ANGLE_OF, MOVES
-from ..residuals import driven
 from ..residuals.experiment import Experiment
 from ..residuals.phase import name, parameter, relative
 from ..rules import RULES
@@ -58,8 +57,7 @@ def untold(experiment: Experiment, parameter: str, among: Iterable[int]) -> list
 def zeros(experiment: Experiment, teach: Iterable[int]) -> list[Free]:
     """Where a load that gravity pulls at was at first, in each run that teaches, where speeds alone tell of its motion."""
     found = []
-    held = _simulated(experiment) and driven.of(experiment.channels[0, experiment.rig.drives[0]]) == driven.ANGLE
-    for prefix in () if experiment.steady or held else experiment.rig.drives:
+    for prefix in () if experiment.steady or _simulated(experiment) else experiment.rig.drives:
         angle = Free(f"{prefix}load.arm_angle", 0.0, -tau, tau, "rad", "angle of the arm where the run's own is 0", role=OFFSET)
         channels = [ch for (_, of), ch in experiment.channels.items() if of == prefix]
         measured = {move for move in MOVES for ch in channels if ch.has(move)}

@@ -45,8 +45,8 @@ def test_it_yields_by_less_than_a_third_of_a_milliradian_before_it_slides(rng):
 @pytest.mark.parametrize(
     "number",
     [
-        *range(4),
-        pytest.param(22, id="a voltage of an instant between whose rows the amplifier acts sixteen times"),
+        *range(3),
+        pytest.param(3, id="spoilt, a voltage of an instant between whose rows the amplifier acts eight times"),
     ],
 )
 def test_a_sound_drive_has_no_cause(number, tmp_path):
@@ -54,14 +54,3 @@ def test_a_sound_drive_has_no_cause(number, tmp_path):
     rig, train, test = case.write(tmp_path)
     result = diagnose(rig, train, test=[test], out=None, seed=case.seed)
     assert result.verdict == "none", result.summary()
-
-
-@pytest.mark.in_turn
-@pytest.mark.slow
-def test_at_which_angle_an_arm_hung_at_first_is_no_fault_where_a_speed_alone_tells(tmp_path):
-    case = cascade.hide([], cascade.DEVELOPMENT + 13, 8.0)
-    rig, train, test = case.write(tmp_path)
-    rig.write_text(rig.read_text().replace(f"{-0.5 * math.pi!r}", "-0.3"))
-    result = diagnose(rig, train, test=[test], out=None, seed=case.seed)
-    assert result.verdict == "none" and result.recorder["mode"] == "whole", result.summary()
-    assert all(run["value"] == pytest.approx(-0.5 * math.pi, abs=0.1) for run in result.runs), result.runs

@@ -17,9 +17,12 @@ from ..plant import cascade
 
 @pytest.fixture
 def case(rng, monkeypatch):
-    """A sound drive whose voltage is logged as the mean over each row, so that all noise on it is what a test puts there."""
+    """A sound drive whose voltage is logged as the mean over each row, so that all noise on it is what a test puts there.
+
+    Its motor has an angle: of an arm that hangs a speed alone describes no whole drive.
+    """
     drawn = cascade.recorder
-    exact = lambda rng: replace(drawn(rng), mean_voltage=True, channels=("u", "i", "n"))
+    exact = lambda rng: replace(drawn(rng), mean_voltage=True, channels=("u", "i", "n", "rotor"))
     monkeypatch.setattr(cascade, "recorder", exact)
     return cascade.hide([], cascade.DEVELOPMENT + int(rng.integers(10**6)), 4.0)
 

@@ -2,6 +2,7 @@
 # The wheel as a user has it: installed into a fresh environment, used from a folder with files named like the rooms.
 # All commands run with that folder on Python's path, where such files would be found first.
 set -euo pipefail
+unset PYTHONPATH  # with the sources on it pip takes them for what it is to install
 root=$(cd "$(dirname "$0")/.." && pwd)
 python=$(cd "$root" && realpath -s "${PYTHON:-python3}")
 made=$(mktemp -d)

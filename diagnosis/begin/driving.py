@@ -12,6 +12,9 @@ from .raw import LIKELY, SURE, UNSURE
 from .shafts import Shafts
 from .words import CURRENT, DUTY, LOAD, SETPOINT, SUPPLY, TORQUE, VOLTAGE
 
+DRIVEN = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
+"""Signals that say what drives a motion."""
+
 
 class Driving(Shafts):
     """What is beside the motions."""
@@ -23,8 +26,7 @@ class Driving(Shafts):
             for name in sorted(self._of(quantity), key=lambda n: (self.words[n].role == SETPOINT, -self.words[n].strength)):
                 put(name)
         self._command()
-        driven = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
-        if self._base() and not driven & set(self.guess.taken):
+        if self._base() and not DRIVEN & set(self.guess.taken):
             self._torque_by_numbers()
         self._signs()
         self._lone_letters()
@@ -189,9 +191,8 @@ class Driving(Shafts):
 
     def _command(self) -> None:
         """What a name says was asked for, and not what of: where nothing else drives the motion, it is the voltage's share."""
-        driven = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
         asked = [name for name in self._of("", role=SETPOINT) if not self._magnitude(name)]
-        if asked and self._base() and not driven & set(self.guess.taken):
+        if asked and self._base() and not DRIVEN & set(self.guess.taken):
             size = float(np.nanmax(abs(self.columns.values[asked[0]])))
             self._commanded(asked[0], f"asked for, by its name, up to {size:g}, and what of is not told: taken for a duty (PWM)")
 

@@ -219,9 +219,8 @@ class Shafts(Measures):
         turning = {True: ("rad", "deg", "turn", "m", "mm"), False: ("rad/s", "rpm", "deg/s", "turn/s", "m/s", "mm/s")}[
             quantity == ANGLE
         ]
-        wanted = (
-            guess.scale(measured) / tie.factor if tie.factor else float("nan")
-        )  # SI for each unit of the set-point, if the drive goes where it is sent
+        # SI for each unit of the set-point, if the drive goes where it is sent
+        wanted = guess.scale(measured) / tie.factor if tie.factor else float("nan")
         fits = [u for u in turning if abs(FACTORS[u] / abs(wanted) - 1.0) < 0.25]
         alike = abs(abs(tie.factor) - 1.0) < 0.25
         if word.strength == 0 and motion == quantity == SPEED and tie.holds(0.8) and not fits and not alike:

@@ -27,10 +27,7 @@ class Dependence:
     residual: str
     share: float  # of the misfit's variance on blocks that were not learnt from
     chance: float
-    curve: tuple[int, int] = (
-        0,
-        0,
-    )  # which function predicts most: its places among what it goes with, and among those of the variable
+    curve: tuple[int, int] = 0, 0  # the function that predicts most: its place among what it goes with, and of the variable's
 
 
 def depends(

@@ -131,6 +131,7 @@ def _diagnosed(
     Of its parts then None unless their causes make the whole hunt, and so say why it met no log.
     """
     rng, given, apart = np.random.default_rng(seed), rig, other[0] == PARTED
+    again = lambda *way: _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, way)
     rig, why = (replace(rig, simulate=other[0]), other[1]) if other[0] else whole_where_described(rig, runs)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
@@ -170,8 +171,7 @@ def _diagnosed(
         return None
     if answer == "unknown" and search and rig.simulate == WHOLE != given.simulate and not other[0]:
         experiment.forget()
-        again = (PARTED, HUNTS)
-        if swings := _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, again):
+        if swings := again(PARTED, HUNTS):
             return swings
     doubted = answer == "unknown" or answer == "ambiguous" and not any(c.component == "controller" for c in causes)
     if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
@@ -179,8 +179,7 @@ def _diagnosed(
             experiment.forget()
             recorded_so = _asked(replace(rig, simulate=WHOLE), runs, held, kept)[-1].with_noise()
             if _voltage_told(recorded_so, recorded_so.fit(recorded_so.base_free, recorded_so.nominal).values):
-                again = (WHOLE, RECORDED)
-                return _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, again)
+                return again(WHOLE, RECORDED)
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
     extended = found

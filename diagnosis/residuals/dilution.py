@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..rules import RULES
-from . import driven
-from .blocks import compared
+from . import driven, memory
+from .propagated import changes, of_means
 
 if TYPE_CHECKING:
     from .experiment import Experiment
@@ -51,16 +51,18 @@ def of_driving(experiment: Experiment, residual: Residual, values: dict[str, flo
     current = next((r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + CURRENT), None)
     if residual.kind != "whole" or current is None or not driven.inputs(ch):
         return 0.0, 0.0
-    size = _of_current(experiment, current, values)
+    # each channel asks for it with the same values
+    asked, key = experiment.remembered("current not measured"), frozenset(values.items())
+    size = memory.kept(asked, key, lambda: _of_current(experiment, current, values), 1)
     if size <= 0.0:
         return 0.0, 0.0
-    memory = experiment.remembered("noise of what drives it")
-    if "volts" not in memory:
-        memory["volts"] = _volts(experiment, current, values, size)
-    volts, made = memory["volts"]
-    if residual.name not in memory:
-        memory[residual.name] = _made(experiment, residual, values, volts)
-    rows, bins = memory[residual.name]
+    known = experiment.remembered("noise of what drives it")
+    if "volts" not in known:
+        known["volts"] = _volts(experiment, current, values, size)
+    volts, made = known["volts"]
+    if residual.name not in known:
+        known[residual.name] = _made(experiment, residual, values, volts)
+    rows, bins = known[residual.name]
     return rows * size / made, bins * size / made
 
 
@@ -91,19 +93,12 @@ def _made(experiment: Experiment, residual: Residual, values: dict[str, float], 
     moved, trusted = _moved(experiment, residual, values, volts)
     joined = np.concatenate([x[t] for x, t in zip(moved, trusted)])
     slow = max(float(np.mean(joined**2)) - fast(moved, trusted) ** 2, 0.0) if len(joined) else 0.0
-    layout = experiment.layout
-    takes = [experiment.channels[i, residual.prefix].take for i in range(len(moved))]
-    binned = [layout.bin(compared(place, take, len(x)), x, t) for place, take, x, t in zip(layout.place, takes, moved, trusted)]
-    sums, counts = (np.sum(x, axis=0) for x in zip(*binned))
-    bins = (sums / np.maximum(counts, 1))[counts > 0]
-    return float(np.sqrt(slow)), float(np.sqrt(np.mean(bins**2))) if len(bins) else 0.0
+    return float(np.sqrt(slow)), of_means(experiment, residual, moved, trusted)
 
 
 def _moved(
     experiment: Experiment, residual: Residual, values: dict[str, float], volts: float
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """By how much each run of a comparison is another with so much noise on the voltage, and where that can be trusted."""
-    plain, noisy = (experiment.compare(residual, v) for v in (values, values | {driven.NOISE: volts}))
-    moved = [(m1 - s1) - (m0 - s0) for (s0, m0, _), (s1, m1, _) in zip(plain, noisy)]
-    trusted = [g0 & g1 & np.isfinite(x) for x, (_, _, g0), (_, _, g1) in zip(moved, plain, noisy)]
+    moved, trusted = changes(*(experiment.compare(residual, v) for v in (values, values | {driven.NOISE: volts})))
     return [np.where(t, x, 0.0) for x, t in zip(moved, trusted)], trusted

@@ -22,8 +22,9 @@ from . import drive
 from .blocks import compared
 from .channels import Channels, smooth
 from .drive_experiment import DriveExperiment
+from .experiment import Experiment
 from .recorder import measured
-from .residual import Residual
+from .residual import Compared, Residual
 
 
 def of_inputs(experiment: DriveExperiment, residual: Residual) -> tuple[float, float]:
@@ -51,18 +52,27 @@ def _of_inputs(experiment: DriveExperiment) -> dict[str, tuple[float, float]]:
 
 def _moved(few: DriveExperiment, once_more: DriveExperiment, residual: Residual) -> tuple[float, float]:
     """What another recording changes in a comparison, in rows and in bins."""
-    layout, samples = few.layout, []
+    moved, good = changes(few.compare(residual, {}), once_more.compare(residual, {}))
+    samples = np.concatenate([x[g] for x, g in zip(moved, good)])
+    return float(np.sqrt(np.mean(samples**2))) if len(samples) else 0.0, of_means(few, residual, moved, good)
+
+
+def changes(before: list[Compared], after: list[Compared]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """By how much each run's error of a comparison is another, and where that can be trusted."""
+    moved = [(m1 - s1) - (m0 - s0) for (s0, m0, _), (s1, m1, _) in zip(before, after)]
+    return moved, [g0 & g1 & np.isfinite(x) for x, (_, _, g0), (_, _, g1) in zip(moved, before, after)]
+
+
+def of_means(experiment: Experiment, residual: Residual, parts: list[np.ndarray], trusted: list[np.ndarray]) -> float:
+    """Root mean square of the means in bins of what each run of a comparison has."""
+    layout = experiment.layout
     sums, count = np.zeros(layout.count * layout.bins), np.zeros(layout.count * layout.bins)
-    for i, (first, second) in enumerate(zip(few.compare(residual, {}), once_more.compare(residual, {}))):
-        moved = (second[1] - second[0]) - (first[1] - first[0])
-        good = first[2] & second[2] & np.isfinite(moved)
-        place = compared(layout.place[i], few.channels[i, residual.prefix].take, len(moved))
-        total, there = layout.bin(place, moved, good)
+    for i, (x, good) in enumerate(zip(parts, trusted)):
+        place = compared(layout.place[i], experiment.channels[i, residual.prefix].take, len(x))
+        total, there = layout.bin(place, x, good)
         sums, count = sums + total, count + there
-        samples.append(moved[good])
     bins = (sums / np.maximum(count, 1))[count > 0]
-    of = lambda x: float(np.sqrt(np.mean(x**2))) if len(x) else 0.0
-    return of(np.concatenate(samples)), of(bins)
+    return float(np.sqrt(np.mean(bins**2))) if len(bins) else 0.0
 
 
 def in_step(ch: Channels) -> bool:

@@ -46,9 +46,7 @@ class Residual:
     compute: Callable[[dict, Any], Compared]
     prefix: str = ""  # of the drive
     through: tuple[str, ...] = ()  # channels over which a simulated loop closes: their sensors matter, not what they say
-    over: float = (
-        0.0  # s over which the change of an angle is compared that no controller holds; 0: what is compared is the channel
-    )
+    over: float = 0.0  # s over which the change of an angle is compared that no controller holds; 0: the angle itself is
     beside: tuple[str, ...] = ()  # channels read that must be sound, and whose sensors do not matter
 
     @property

@@ -117,22 +117,26 @@ def test_when_a_controller_acts_is_told_closer_than_by_rows_as_far_apart_as_its_
     assert problem.excess(problem.nominal).max() < RULES.search.sound
 
 
+def _answered_none(seed, folder):
+    """The diagnosis of a sound drive, which has no cause."""
+    rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + seed).write(folder)
+    result = diagnose(rig, train, test=[test], out=None, seed=1)
+    assert result.verdict == "none", result.summary()
+    return result
+
+
 @pytest.mark.in_turn
 @pytest.mark.slow
 def test_counts_that_the_controller_never_saw_are_no_fault_of_the_drive(tmp_path):
     """A carriage whose loop closes over its motor's 512 counts, as the log has them, and steps with none."""
-    rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + 19).write(tmp_path)
-    result = diagnose(rig, train, test=[test], out=None, seed=1)
-    assert result.verdict == "none", result.summary()
+    _answered_none(19, tmp_path)
 
 
 @pytest.mark.in_turn
 @pytest.mark.slow
 def test_a_command_without_noise_whose_rows_hold_older_messages_is_no_log_in_step_with_its_controller(tmp_path):
     """Its parts on what was measured had a false scale and lag of the voltage; the whole drive makes the voltage as it is logged."""
-    rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + 118).write(tmp_path)
-    result = diagnose(rig, train, test=[test], out=None, seed=1)
-    assert result.verdict == "none", result.summary()
+    result = _answered_none(118, tmp_path)
     assert result.recorder["mode"] == "whole" and "not taken in step" in result.recorder["why"], result.recorder
 
 
@@ -144,9 +148,7 @@ def test_a_command_without_noise_whose_rows_hold_older_messages_is_no_log_in_ste
 )
 def test_a_sound_drive_in_open_loop_or_held_at_a_speed_has_no_cause(seed, drives, tmp_path):
     """A winch jogged by a voltage, carts by a duty, one at once and in rows of 5 ms, a spindle whose controller holds a speed."""
-    rig, train, test = fieldbus.hide([], fieldbus.DEVELOPMENT + seed).write(tmp_path)
-    result = diagnose(rig, train, test=[test], out=None, seed=1)
-    assert result.verdict == "none", result.summary()
+    result = _answered_none(seed, tmp_path)
     assert result.recorder["mode"] == "whole" and drives in " ".join(result.recorder["assumed"]), result.recorder
 
 

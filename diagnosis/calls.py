@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from selflock.fmus.place import claim
+from selflock.fmus.place import claimed, tidied
 from selflock.master.stops import Stops
 
 from .asked import asked, files, laws
@@ -74,15 +74,14 @@ def replay(
     if not isinstance(log, (str, Path)):
         raise DataError(f"replay takes one log, the path of a file: a {type(log).__name__} ({log!r}) is none.")
     rig = asked(rig, allow_code, isolate)
-    with laws(rig):
-        out = claim(Path(out), "replay", "replay.json") if out else None
+    with laws(rig), claimed(out, "replay", "replay.json") as folder:
         if rig.system is not None:
             from .systems.system import replay_system
 
-            return replay_system(rig, log, out, anyway)
+            return replay_system(rig, log, folder, anyway)
         from .pipeline.replay import replay_drive
 
-        return replay_drive(rig, log, out, anyway)
+        return replay_drive(rig, log, folder, anyway)
 
 
 @_narrow
@@ -113,8 +112,10 @@ def diagnose(
     from .answered import answer
 
     rig = asked(rig, allow_code, isolate)
-    folder = claim(Path(out), "diagnosis", "diagnosis.json") if out else None
-    with _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _):
+    with (
+        claimed(out, "diagnosis", "diagnosis.json") as folder,
+        _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _),
+    ):
         seed = kept.seed if kept else secrets.randbits(32) if seed is None else seed
         with laws(rig):
             result = answer(rig, logs, test, folder, tell, seed, anyway, kept)
@@ -152,6 +153,8 @@ def _keeping(
     except BaseException as error:
         # what reads a file in C may meet the interrupt, and tell of a damaged file in its place
         if not (stops.asked or isinstance(error, KeyboardInterrupt)):
+            if kept and not kept.count:
+                kept.forget()
             raise
         why = "nothing is kept"
         if kept and folder and not kept.folder.exists():
@@ -188,7 +191,7 @@ def plan(
         return _plan_system(folder, limits or {}, out, Path(rig) if rig else None, progress, seed, allow_code)
     told, found = opened(folder, Path(rig) if rig else None)
     found = asked(found, allow_code)
-    with laws(found), shown(progress) as tell:
+    with laws(found), shown(progress) as tell, tidied(out):
         result = plan_run(folder, told, found, limits or {}, out, seed, tell)
         if out is not None:
             write(result, out)
@@ -210,9 +213,9 @@ def _plan_system(
     path = rig or folder / told["sources"]["rig"]
     if not path.exists():
         raise DataError(f"{path}: the rig of this naming is not there any more. Give it: --rig.")
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-    with shown(progress) as tell:
+    with shown(progress) as tell, tidied(out):
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
         result = plan_system(folder, told, models, asked(path, allow_code), limits, seed, tell)
         if out is not None:
             result.write(out)
@@ -250,8 +253,10 @@ def calibrate(
     from .calibration.run import calibrate_system, here
 
     rig = asked(rig, allow_code, isolate)
-    folder = claim(Path(out), "calibration", "calibration.json") if out else None
-    with _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _):
+    with (
+        claimed(out, "calibration", "calibration.json") as folder,
+        _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _),
+    ):
         result = calibrate_system(rig, logs, test, folder, tell, starts, seed, spread or here, kept)
         if kept:
             kept.forget()
@@ -292,8 +297,10 @@ def name(
 
     rig = asked(rig, allow_code, isolate)
     kinds = KINDS if kinds is None else tuple(kinds)
-    folder = claim(Path(out), "naming", "naming.json") if out else None
-    with _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, stops):
+    with (
+        claimed(out, "naming", "naming.json") as folder,
+        _keeping("The naming", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, stops),
+    ):
         began = monotonic()
         limit = Limit(lambda: max_time is not None and monotonic() - began > RULES.naming.enough * max_time, stops)
         result = name_system(rig, logs, test, folder, tell, starts, seed, kinds, kept, limit)

@@ -6,7 +6,7 @@ import errno
 import os
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import SelflockError
@@ -35,6 +35,30 @@ def claim(folder: Path, command: str, known: str) -> Path:
     if owner != command:
         mark.write_text(command + "\n", "utf-8")
     return folder
+
+
+@contextmanager
+def claimed(folder: str | Path | None, command: str, known: str) -> Iterator[Path | None]:
+    """A folder as `claim` makes it, for work that leaves nothing of it where it is refused; None of none."""
+    path = Path(folder) if folder else None
+    with tidied(path):
+        yield claim(path, command, known) if path else None
+
+
+@contextmanager
+def tidied(folder: Path | None) -> Iterator[None]:
+    """Where work ends with an error before it wrote anything, the folders that it made are taken away again: `folder` and those above it."""
+    made = [one for one in (folder, *folder.parents) if not one.exists()] if folder else []
+    marked = folder is not None and (folder / MARK).exists()
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            if folder and not marked and os.listdir(folder) == [MARK]:
+                (folder / MARK).unlink()
+            for one in made:
+                one.rmdir()  # which refuses one that holds anything
+        raise
 
 
 def ending(path: Path, most: int | None = None) -> Path:

@@ -118,6 +118,19 @@ def test_wrong_files_are_told(typed, tmp_path, monkeypatch, words):
     assert not any(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("command", ["replay", "diagnose", "calibrate", "name"])
+def test_nothing_is_left_of_work_that_is_refused(typed, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rig.toml").write_text(
+        '[rig]\nkind = "inverse"\n[columns]\n"motor.torque" = "m"\n[parameters]\n"reducer.gear_ratio" = 60\n'
+    )
+    (tmp_path / "log.csv").write_text("time,m\n" + "".join(f"{0.01 * k},{k % 7}\n" for k in range(100)))
+    before = sorted(tmp_path.rglob("*"))
+    code, _, told = typed(command, "rig.toml", "log.csv", "-o", "out/here")
+    assert code == 2 and told.count("error:") == 1 and "Traceback" not in told
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 @pytest.mark.alike
 @pytest.mark.parametrize("command", [("run", BENCH), ("build", "Sensor"), ("study",), ("export", BENCH)])
 def test_a_place_that_cannot_be_written_is_told(typed, tmp_path, command):

@@ -37,6 +37,7 @@ PIECES = 8  # of ROWS in a row group of a Parquet file, whose writer keeps 900 b
 EVERY = 0.5  # s between two looks for rows that are not in the file
 LINE = 1 << 24  # bytes of the longest line
 LARGEST = 4 << 30  # bytes in memory, from which on a table is not to be RATIO times its file
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -293,8 +294,12 @@ def read(path: Path | str, whole: bool = False) -> tuple[pd.DataFrame, dict[str,
 
 
 def _once(found: tuple[pd.DataFrame, dict[str, str]]) -> tuple[pd.DataFrame, dict[str, str]]:
-    """What was read, where it has no column twice. Raises ValueError."""
+    """What was read, where its columns have names, and none twice. Raises ValueError."""
     columns = found[0].columns
+    if len(columns) and all(NUMBER.fullmatch(str(name)) for name in columns):
+        raise ValueError(
+            "its first line is one of numbers, where the names of its columns are to stand: write them above it, time first"
+        )
     if not columns.is_unique:
         raise ValueError(f"its column {columns[columns.duplicated()][0]!r} is there twice")
     return found

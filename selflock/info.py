@@ -1,4 +1,4 @@
-"""What a file is and what is in it: an FMU, an SSP, a system, a result, a rig. Nothing of it is run.
+"""What a file is and what is in it: an FMU, an SSP, a system, a result, a rig, a log. Nothing of it is run.
 
 Words of the file are cut to a line and a width, lists to LIMIT entries.
 """
@@ -15,6 +15,8 @@ from selflock.master import toml
 from selflock.master.folder import is_fmu
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from selflock.master import System, Variable
 
 LIMIT = 200  # entries of a list that are shown, unless all are asked for
@@ -31,7 +33,13 @@ def info(path: str | Path, everything: bool = False) -> str:
     if path.is_dir():
         kind = _fmu if is_fmu(path) else _system
     if kind is None:
-        raise SelflockError(f"{path}: info tells of {', '.join(kinds)} files, and of folders of FMUs and system structures.")
+        from selflock.diagnosis.data.table import ENDINGS
+
+        kind = _log if path.suffix.lower() in ENDINGS else None
+    if kind is None:
+        raise SelflockError(
+            f"{path}: info tells of {', '.join(kinds)} files, of logs, and of folders of FMUs and system structures."
+        )
     if not path.exists():
         raise SelflockError(f"There is no file {path}.")
     return "\n".join(kind(path, None if everything else LIMIT))
@@ -195,18 +203,53 @@ def _owner(system: System, name: str) -> str:
 def _result(path: Path, limit: int | None) -> Iterator[str]:
     import numpy as np
 
+    from selflock.master import ResultError
     from selflock.master.files import read, seconds
 
-    table, units = read(path)
+    try:
+        table, units = read(path)
+        if "time" not in table:  # of a run of ours it is there
+            raise ResultError(f"{path} has no column 'time'.")
+    except ResultError as error:
+        yield from _raw(path, limit, error)
+        return
     yield f"{path.name}: table of {len(table)} rows, {len(table.columns)} columns"
-    if "time" in table and len(table) > 1 and table["time"].dtype.kind in "fiu":
+    if len(table) > 1 and table["time"].dtype.kind in "fiu":
         time = seconds(path, units.get("time", "")) * table["time"].to_numpy(float)
         yield f"  from {time[0]:.6g} to {time[-1]:.6g} s, a row every {np.median(np.diff(time)):.3g} s"
+    yield from _columns(table, units, limit)
+
+
+def _raw(path: Path, limit: int | None, error: SelflockError) -> Iterator[str]:
+    """A table that is none of ours, as a log; where it is none of these either, what was wrong with it."""
+    try:
+        lines = list(_log(path, limit))
+    except SelflockError:
+        raise error from None
+    yield from lines
+
+
+def _log(path: Path, limit: int | None) -> Iterator[str]:
+    """What a recorder wrote."""
+    from selflock.diagnosis.data.table import table
+
+    found = table(path)
+    found.columns = [str(name) for name in found.columns]
+    nameless = all(name.isdigit() for name in found.columns)
+    yield f"{path.name}: log of {len(found)} rows, {len(found.columns)} columns" + ", which it has no names for" * nameless
+    yield from _columns(found, {}, limit)
+    named = " --columns 'time [ms], ...'" * nameless
+    yield f"a rig for it: selflock rig init {path}{named}"
+
+
+def _columns(table: pd.DataFrame, units: dict[str, str], limit: int | None) -> Iterator[str]:
+    """Range and last value of each column but the time."""
+    import numpy as np
 
     def told() -> Iterator[str]:
         for name in table.columns:
             values = table[name]
-            if name == "time":
+            if name == "time" and units:
                 continue
             unit = _unit(units.get(name, ""))
             if values.dtype.kind not in "fiub" or not len(values):
@@ -218,7 +261,7 @@ def _result(path: Path, limit: int | None) -> Iterator[str]:
             span = f"{good.min():.5g} to {good.max():.5g}, at last {x[-1]:.5g}" if len(good) else "nothing"
             yield f"  {_short(name)}{unit}  {span}{lost}"
 
-    yield from _cut(told(), len(table.columns) - ("time" in table), limit)
+    yield from _cut(told(), len(table.columns) - ("time" in table and bool(units)), limit)
 
 
 def _rig(path: Path, limit: int | None) -> Iterator[str]:

@@ -28,6 +28,7 @@ class Driving(Shafts):
         self._command()
         if self._base() and not DRIVEN & set(self.guess.taken):
             self._torque_by_numbers()
+        self._unsupplied()
         self._signs()
         self._lone_letters()
 
@@ -202,6 +203,15 @@ class Driving(Shafts):
         taken = self._take("motor.duty" if supplied else "motor.voltage", name, lacks="factor", sure=UNSURE)
         taken.why = [why]
         taken.doubt(f"factor = {'1' if supplied else 'the volts of the supply'} over the command that is all of it, such as 255")
+
+    def _unsupplied(self) -> None:
+        """A duty beside which nothing has the supply: the voltage, as a share of what somebody has to give."""
+        taken = self.guess.taken
+        if "motor.duty" in taken and not {"motor.supply_voltage", "motor.voltage", "controller.voltage"} & set(taken):
+            one = taken.pop("motor.duty")
+            one.signal, one.lacks = "motor.voltage", one.lacks or "nominal"
+            one.doubt("a duty, and no column has the supply: nominal = its volts", LIKELY)
+            taken["motor.voltage"] = one
 
     def _motion_parts(self):
         """Speed, acceleration and angle of the base, in SI over the pieces."""

@@ -19,10 +19,11 @@ from ..rules import RULES
 from . import write
 from .guess import LogGuess
 from .place import place
-from .raw import read
+from .raw import MOST_LISTED, SECONDS, UNSURE, read
 
 GIVEN = {"motor.voltage", "motor.duty", "controller.voltage"}
 TORQUES = {"motor.torque", "motor.current", "reducer.input_torque", "reducer.output_torque"}
+EXAMPLE = ("time [ms]", "goal angle [deg]", "load angle [deg]", "motor voltage [V]", "motor current [A]")
 MOVES = {"reducer.input_angle", "reducer.input_speed", "load.angle", "load.speed"}
 
 
@@ -62,21 +63,26 @@ class Begun:
         return "\n".join(lines)
 
 
-def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str = "") -> Begun:
+def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str = "", columns: Sequence[str] = ()) -> Begun:
     """Guess what the columns of raw logs are, and write a rig to begin with. Nothing is asked, and nothing overwritten.
 
     logs: of one drive, with the same columns. out: the rig file. only: of a log that holds several drives, the one whose
-    columns have this in their names.
+    columns have this in their names. columns: what these are, in their order and with their units, as "load angle [deg]", of a
+    log that does not say it; "-" for one that does not matter.
 
-    Raises DataError where a log cannot be read, or where `out` is there already.
+    Raises DataError where a log cannot be read, where `out` is there already, or where neither names nor numbers tell of a motion.
     """
     out = Path(out)
     if not logs:
         raise DataError("give at least one log: selflock rig init LOG -o rig.toml.")
     if out.exists():
         raise DataError(f"{out}: is there already, and is not overwritten. Name another file with -o.")
-    guess = place(read(logs), only)
+    guess = place(read(logs, columns), only)
     kind, why = _kind(guess)
+    if guess.raw.nameless:
+        _nameless(guess, kind, out)
+    if guess.raw.clock.guessed:
+        _timed(guess, kind)
     begun = Begun(out, guess, kind, why)
     out.parent.mkdir(parents=True, exist_ok=True)
     text = write.text(guess, kind, why, out)
@@ -84,6 +90,47 @@ def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str
         file.write(text)
     _look(begun, Path(logs[0]))
     return begun
+
+
+def _nameless(guess: LogGuess, kind: str, out: Path) -> None:
+    """Of a log without a line of names: a note how to say what its columns are, or DataError where their numbers tell nothing."""
+    raw = guess.raw
+    columns = [raw.clock.column] * bool(raw.clock.column) + list(raw.columns.values) + list(raw.texts)
+    names = [EXAMPLE[k] if k < len(EXAMPLE) else "-" for k in range(len(columns))]
+    command = f"selflock rig init {' '.join(str(path) for path in raw.paths)} -o {out} --columns {', '.join(names)!r}"
+    say = f"say what they are, in their order, with their units and - for what does not matter, as {command}"
+    text = "has no line with the names of its columns"
+    if kind:
+        guess.notes.append(f"the log {text}, and their numbers are all that tells them apart: {say}")
+        return
+    spans = (
+        ", ".join(f"{name} ({looks.partition(';')[0]})" for name, looks in list(guess.left.items())[:MOST_LISTED])
+        or "its columns"
+    )
+    clock = f"; the time is column {raw.clock.column}, by its steps" if raw.clock.column else ""
+    raise DataError(
+        f"{raw.paths[0]}: {text}, and the numbers of {spans} do not tell a drive's motion{clock}. Nothing is written: {say}."
+    )
+
+
+def _timed(guess: LogGuess, kind: str) -> None:
+    """A time whose unit its steps alone tell: said, where another is as plausible. Of what is no drive s are taken, as of any log."""
+    clock, time = guess.raw.clock, guess.raw.columns.time
+    steps = np.concatenate([np.diff(time[part]) for part in guess.raw.columns.parts]) / clock.factor
+    step = float(np.median(steps[steps > 0.0]))
+    lasts = float(np.sum(steps))
+    if not kind:
+        other, clock.unit, clock.factor, clock.sure = clock.unit, "s", 1.0, UNSURE
+        clock.why = f"steps of {step:.3g}; nobody says its unit, which is s where none is said"
+    else:
+        other = {"ms": "s", "us": "ms", "ns": "us"}[clock.unit]
+        if step * SECONDS[other] > RULES.begin.slowest_rows:
+            return
+    last, else_ = (f"{SECONDS[unit] * lasts:.3g} s" for unit in (clock.unit, other))
+    guess.notes.append(
+        f"nobody says the unit of the time, column {clock.column!r}: {clock.unit} was taken, so that the log lasts {last} with a row every "
+        f'{SECONDS[clock.unit] * step:.3g} s; if it lasts {else_}, write unit = "{other}" under [time]'
+    )
 
 
 def _kind(guess: LogGuess) -> tuple[str, str]:

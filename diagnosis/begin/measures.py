@@ -11,7 +11,7 @@ from . import words
 from .guess import FACTORS, METRES, ROUND, RPM, TURN, Taken
 from .looking import Looking
 from .numbers import Tie
-from .raw import LIKELY, SURE, UNSURE
+from .raw import LIKELY, SECONDS, SURE, UNSURE
 from .words import ANGLE, SPEED
 
 
@@ -136,6 +136,8 @@ class Measures(Looking):
             ratio = rate * FACTORS.get(known_a, 1.0) / FACTORS.get(known_s, 1.0)
             if not 0.8 < ratio < 1.25:
                 self._clock_or_scale(ratio, a, s)
+            elif self.raw.clock.guessed:
+                self._timed_by(a, s)
             return
         if not clocked:
             return
@@ -166,17 +168,22 @@ class Measures(Looking):
     def _clock_or_scale(self, ratio: float, a: Taken, s: Taken) -> None:
         """Both units are said, and do not agree: the time's may be wrong, or they are of two shafts."""
         clock = self.raw.clock
-        for factor, unit in ((1e3, "ms"), (1e6, "us"), (1e9, "ns"), (1e-3, "s")):
-            if clock.column and clock.sure != SURE and abs(ratio * factor - 1.0) < 0.2 and clock.unit == "s" and factor > 1.0:
-                clock.unit, clock.sure = unit, LIKELY
-                clock.why = f"{a.column!r} and {s.column!r} say that it is {unit}"
-                self.columns.time *= 1.0 / factor
+        for unit, factor in SECONDS.items():
+            if clock.column and clock.sure != SURE and abs(ratio * clock.factor / factor - 1.0) < 0.2:
+                self.columns.time *= factor / clock.factor
+                clock.unit, clock.factor = unit, factor
+                self._timed_by(a, s)
                 self._forget()
                 return
         for one in (a, s):
             one.doubt(
                 f"by their units {a.column!r} goes {ratio:.4g} times as far as {s.column!r} says: two shafts, or a unit is wrong"
             )
+
+    def _timed_by(self, a: Taken, s: Taken) -> None:
+        """The unit of the time is no guess any more."""
+        clock = self.raw.clock
+        clock.sure, clock.guessed, clock.why = LIKELY, False, f"{a.column!r} and {s.column!r} say that it is {clock.unit}"
 
     def _counted(self, one: Taken, per_count: float, by: Taken, told: dict | None = None, signal: str = "") -> None:
         """An angle in counts: rad for each, by a speed whose unit is known."""

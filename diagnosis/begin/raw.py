@@ -28,6 +28,8 @@ TELLS = re.compile(
 """Lines before a table that may have a number of the data sheet, or the time between rows."""
 
 BEYOND = 1e60  # what no sensor says
+NUMBERED = re.compile(r"(.*\.)?\d+")  # columns of a table without a line of names, or of a matrix
+MOST_LISTED = 20  # columns in a sentence
 
 SURE, LIKELY, UNSURE = "sure", "likely", "unsure"
 
@@ -43,6 +45,7 @@ class TimeAxis:
     spread: bool = False
     sure: str = SURE
     why: str = ""
+    guessed: bool = False  # nobody says the unit: the size of its steps was all that told it
 
 
 @dataclass
@@ -58,10 +61,14 @@ class Raw:
     scalars: dict[str, float]
     texts: dict[str, str] = field(default_factory=dict)  # columns that are no numbers, and what they hold
     notes: list[str] = field(default_factory=list)
+    nameless: bool = False  # nobody says what its columns are called
 
 
-def read(logs: Sequence[str | Path]) -> Raw:
-    """Logs of one drive. DataError where they have no column in common, or no numbers."""
+def read(logs: Sequence[str | Path], names: Sequence[str] = ()) -> Raw:
+    """Logs of one drive. names: what somebody calls their columns, in their order, "-" for one that does not matter.
+
+    DataError where they have no column in common, or no numbers, or another number of columns than names.
+    """
     files = [Path(path) for path in logs]
     tables = [table(path) for path in files]
     for path, one in zip(files, tables):
@@ -80,7 +87,14 @@ def read(logs: Sequence[str | Path]) -> Raw:
     scalars = dict(tables[0].attrs.get("scalars", {})) if len(files) == 1 else {}
     whole = pd.concat(tables, ignore_index=True)
     whole.columns = [str(name) for name in whole.columns]
-    known = {name: words.read(_without_whole(name, whole.columns)) for name in whole.columns}
+    nameless = all(NUMBERED.fullmatch(name) for name in whole.columns)
+    if names:
+        called = _called(files[0], list(whole.columns), names)
+        whole = whole[list(called)]
+        notes.append("called by you: " + ", ".join(f"column {column!r} {name!r}" for column, name in called.items()))
+    else:
+        called = {name: _without_whole(name, whole.columns) for name in whole.columns}
+    known = {column: words.read(name) for column, name in called.items()}
     numbers, stamps, texts = {}, {}, {}
     for name in whole.columns[: RULES.begin.columns]:
         found = _numeric(whole[name])
@@ -125,7 +139,23 @@ def read(logs: Sequence[str | Path]) -> Raw:
             else:
                 values[name] = whole_x
     texts.pop(run, None)
-    return Raw(files, known, clock, run, Columns(time, values, parts), len(whole), scalars, texts, notes)
+    return Raw(files, known, clock, run, Columns(time, values, parts), len(whole), scalars, texts, notes, nameless and not names)
+
+
+def _called(path: Path, columns: list[str], names: Sequence[str]) -> dict[str, str]:
+    """What somebody calls each column that matters."""
+    if len(names) != len(columns):
+        listed = f" ({', '.join(columns)})" if len(columns) <= MOST_LISTED else ""
+        raise DataError(
+            f"{path}: has {len(columns)} columns{listed}, and --columns names {len(names)}: name each, in their order, and write - for one "
+            "that does not matter."
+        )
+    called = {column: name.strip() for column, name in zip(columns, names) if name.strip() not in ("", "-")}
+    if not called:
+        raise DataError(
+            "--columns: names none. Write what each column is, such as 'time [ms], load angle [deg], motor voltage [V]'."
+        )
+    return called
 
 
 def _without_whole(name: str, columns: Sequence[str]) -> str:
@@ -230,12 +260,9 @@ def _unit(name: str, x: np.ndarray, word: Word, files: list[slice]) -> tuple[Tim
     if step < 0.5:
         return TimeAxis(name, "s", 1.0, sure=LIKELY, why=f"steps of {step:.3g} are s, by their size"), since
     unit = "ms" if step < 400.0 else "us" if step < 4e5 else "ns"
-    if whole and step > 1.5:
-        return TimeAxis(
-            name, unit, SECONDS[unit], sure=LIKELY, why=f"whole steps of {step:g}: {unit}, by their size"
-        ), since * SECONDS[unit]
-    why = f"steps of {step:.3g}: {unit}, by their size; no s, for a drive is not recorded so slowly"
-    return TimeAxis(name, unit, SECONDS[unit], sure=UNSURE, why=why), since * SECONDS[unit]
+    sure = LIKELY if whole and step > 1.5 else UNSURE
+    why = f"{'whole ' * whole}steps of {step:.3g}: {unit}, by their size; no s, for a drive is not recorded so slowly"
+    return TimeAxis(name, unit, SECONDS[unit], sure=sure, why=why, guessed=True), since * SECONDS[unit]
 
 
 def _runs(whole: pd.DataFrame, numbers: dict, time: np.ndarray, files: list[slice], known: dict[str, Word], clock: TimeAxis):

@@ -32,10 +32,10 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def told(text: str) -> str:
+def told(text: str, width: int = WIDTH) -> str:
     """Words of a stranger in one line of a comment."""
     line = " ".join(visible(text).split())
-    return line if len(line) <= WIDTH else line[: WIDTH - 1] + "…"
+    return line if len(line) <= width else line[: width - 1] + "…"
 
 
 def number(value: float) -> str:
@@ -76,7 +76,7 @@ def _lines(guess: LogGuess, kind: str, why: str, path: Path) -> Iterator[str]:
     yield "# What stands behind # is not in force. Look at what is unsure, give what the data sheets say below, then:"
     yield f"#   selflock replay {told(path.name)} {told(raw.paths[0].name)}"
     for note in guess.notes + raw.notes:
-        yield f"# Note: {told(note)}"
+        yield f"# Note: {told(note, 4 * WIDTH)}"
     yield ""
     yield "[rig]"
     yield f"name = {quoted(path.stem if path.stem != 'rig' else raw.paths[0].stem)}"

@@ -20,6 +20,11 @@ class BeginRules:
     fewest: int = rule(
         12, "pieces without which nothing is said of two columns", "theory: a chance of 2 in 2^12 that signs agree by accident"
     )
+    slowest_rows: float = rule(
+        10.0,
+        "s up to which rows of a drive may be apart, so that a time whose unit nobody says may be in the next larger one: a note says so",
+        "a remark alone, which decides nothing",
+    )
     astray: float = rule(
         10.0, "median distances from what most pieces say beyond which a piece is left out", "theory: of normal noise one in 1e10"
     )

@@ -28,11 +28,20 @@ def rig_init(
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="The rig file to write; nothing is overwritten.")] = Path("rig.toml"),
     only: Annotated[str, typer.Option(help="Of a log with several drives: what the names of one's columns hold.")] = "",
+    columns: Annotated[
+        str,
+        typer.Option(
+            help="Of a log that does not say it: what its columns are, in their order, as 'time [ms], load angle [deg], -'; - for what does "
+            "not matter."
+        ),
+    ] = "",
 ) -> None:
     """Guess what a raw log's columns are; write a commented rig."""
     from selflock.diagnosis import rig_init as begin
 
-    console.print(visible(begin(logs, out, only).summary()), highlight=False, soft_wrap=True)
+    console.print(
+        visible(begin(logs, out, only, columns.split(",") if columns else ()).summary()), highlight=False, soft_wrap=True
+    )
 
 
 @app.command()

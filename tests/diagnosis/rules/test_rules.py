@@ -53,7 +53,7 @@ ELSEWHERE = {  # what decides nothing
     "systems/sanity.py": {"SLIPS", "KELVIN"},  # units and how slips of them are called
     "begin/guess.py": {"RPM", "DEG", "TURN", "FACTORS", "SLIPS", "ROUND"},  # units, and the counts that encoders have
     "begin/numbers.py": {"NONE"},
-    "begin/raw.py": {"SECONDS", "EPOCHS", "BEYOND"},
+    "begin/raw.py": {"SECONDS", "EPOCHS", "BEYOND", "MOST_LISTED"},
     "begin/write.py": {"WIDTH"},
     "calibration/page.py": {"ROWS", "COLUMNS"},  # how much is drawn
     "naming/page.py": {"ROWS", "POINTS"},

@@ -1,0 +1,141 @@
+"""`selflock rig init` where nobody says what matters: the names of columns, the unit of the time, the volts of a supply."""
+
+import re
+from math import pi
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from selflock import diagnosis
+from selflock.diagnosis import DataError, rig_init
+from selflock.info import info
+from selflock.master import ResultError
+from selflock.master.files import read
+
+DEG = 180.0 / pi
+ROWS = 50
+
+
+def motion(rows=ROWS, step=0.02):
+    """Time in s, what is asked for, angle of the load and torque of a motor: a toy's, some rows long."""
+    t = step * np.arange(rows)
+    angle = 0.8 * np.sin(5.0 * t)
+    speed = 4.0 * np.cos(5.0 * t)
+    return t, angle, speed, 0.02 * np.sign(speed) - 2e-4 * 60.0 * 20.0 * np.sin(5.0 * t)
+
+
+@pytest.fixture
+def bare(tmp_path):
+    """A log of four columns, of which nobody says anything: ms, what is asked for, degrees, percent of a supply."""
+    t, angle, speed, _ = motion()
+    columns = 1e3 * t, np.round(DEG * angle * 1.01), np.round(DEG * angle), np.round(20.0 * speed)
+    np.savetxt(tmp_path / "toy.csv", np.column_stack(columns), delimiter=",", fmt="%g")
+    return tmp_path / "toy.csv"
+
+
+def test_a_log_without_names_says_how_to_give_them(bare, tmp_path):
+    with pytest.raises(DataError) as told:
+        rig_init([bare], tmp_path / "toy.toml")
+    text = str(told.value)
+    assert "has no line with the names of its columns" in text and "the time is column 1" in text
+    assert "3 (-46 to 46)" in text and not (tmp_path / "toy.toml").exists()
+    names = re.search(r"--columns '(.*)'\.$", text)[1].split(",")
+    assert len(names) == 4
+    begun = rig_init([bare], tmp_path / "toy.toml", columns=names)  # as it is told
+    placed = {signal: (one.column, one.unit) for signal, one in begun.guess.taken.items()}
+    assert placed == {
+        "controller.angle_setpoint": ("2", "deg"), "load.angle": ("3", "deg"), "motor.voltage": ("4", "V"),
+    }  # fmt: skip
+    assert begun.guess.raw.clock.unit == "ms" and begun.kind == "forward" and begun.compares
+
+
+def test_a_duty_beside_no_supply_waits_for_its_volts(bare, tmp_path):
+    begun = rig_init([bare], tmp_path / "toy.toml", columns=["time [ms]", "-", "motor angle [deg]", "motor duty [%]"])
+    line = next(line for line in begun.path.read_text().splitlines() if '"motor.voltage" = ' in line)
+    assert (
+        line.startswith('# "motor.voltage" = { column = "4", unit = "%", nominal = ? }')
+        and "nominal of column '4'" in begun.lacks
+    )
+    assert '"2"' not in begun.path.read_text().replace("column '2'", "")  # it does not matter
+    begun.path.write_text(begun.path.read_text().replace(line, line.removeprefix("# ").replace("?", "9.0")))
+    assert diagnosis.replay(begun.path, bare, out=None, anyway=True).comparisons
+
+
+def test_as_many_names_as_columns(bare, tmp_path):
+    with pytest.raises(DataError, match=r"has 4 columns \(1, 2, 3, 4\), and --columns names 2"):
+        rig_init([bare], tmp_path / "toy.toml", columns=["time [ms]", "load angle [deg]"])
+    with pytest.raises(DataError, match="names none"):
+        rig_init([bare], tmp_path / "toy.toml", columns=["-"] * 4)
+
+
+def test_a_matrix_whose_numbers_tell_a_drive_is_written_with_a_word_on_its_names(tmp_path):
+    t = 0.002 * np.arange(6000)
+    waves = ((0.9, 1.3, 0.1), (0.5, 3.1, 1.0), (0.1, 7.7, 2.0))
+    angle, speed = sum(a * np.sin(w * t + p) for a, w, p in waves), sum(a * w * np.cos(w * t + p) for a, w, p in waves)
+    np.save(tmp_path / "log.npy", np.column_stack([t, angle, speed]))
+    begun = rig_init([tmp_path / "log.npy"], tmp_path / "rig.toml")
+    assert begun.kind and any("--columns 'time [ms], goal angle" in note for note in begun.guess.notes)
+    assert "--columns" in begun.path.read_text()
+
+
+@pytest.mark.parametrize("ending", ["csv", "txt"])
+def test_info_and_results_tell_that_a_table_has_no_names(bare, tmp_path, ending):
+    bare.rename(tmp_path / f"x.{ending}")
+    text = info(tmp_path / f"x.{ending}")
+    assert "log of 50 rows, 4 columns, which it has no names for" in text and "\n  3  -46 to 46, at last" in text
+    assert f"selflock rig init {tmp_path / f'x.{ending}'} --columns" in text
+    if ending == "csv":
+        with pytest.raises(ResultError, match="its first line is one of numbers"):
+            read(tmp_path / "x.csv")
+
+
+def test_info_tells_of_what_a_drive_exports(tmp_path):
+    (tmp_path / "x.csv").write_text("Kopf;1\n\nZeit [ms];Winkel [°]\n" + "".join(f"{k},0;{k},5\n" for k in range(20)))
+    text = info(tmp_path / "x.csv")
+    assert "log of 20 rows, 2 columns\n" in text and "  Winkel [°]  0.5 to 19.5, at last 19.5" in text
+
+
+@pytest.mark.parametrize(
+    "step, unit, other, lasts",
+    [
+        (1.0, "ms", "s", "0.299 s"),
+        (2.0, "ms", "s", "0.598 s"),
+        (1000.0, "us", "ms", "0.299 s"),
+        (20.0, "ms", "", ""),
+        (0.01, "s", "", ""),
+    ],
+)
+def test_a_time_that_may_be_in_another_unit_is_said_to(step, unit, other, lasts, tmp_path):
+    _, angle, _, torque = motion(300)
+    table = {"time": step * np.arange(300), "load_angle": angle, "motor_torque": torque}
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
+    assert begun.guess.raw.clock.unit == unit and f'unit = "{unit}"' in begun.path.read_text()
+    notes = [note for note in begun.guess.notes if "nobody says the unit of the time" in note]
+    assert len(notes) == bool(other)
+    if other:
+        assert f"the log lasts {lasts}" in notes[0] and f'write unit = "{other}" under [time]' in begun.path.read_text()
+
+
+@pytest.mark.parametrize("scale, unit", [(1.0, "s"), (1e3, "ms"), (1.0 / 60.0, "min")])
+def test_an_angle_and_its_speed_say_the_times_unit_where_its_steps_say_another(scale, unit, tmp_path):
+    """A slow drive, a row every second or two."""
+    t = 1.5 * np.arange(400)
+    table = {
+        "time": scale * t, "load angle [rad]": np.sin(0.05 * t), "load speed [rad/s]": 0.05 * np.cos(0.05 * t),
+        "motor torque [N.m]": 0.1 * np.sign(np.cos(0.05 * t)),
+    }  # fmt: skip
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
+    clock = begun.guess.raw.clock
+    assert clock.unit == unit and clock.factor == pytest.approx(1.0 / scale) and "say that it is" in clock.why
+    assert not any("nobody says the unit of the time" in note for note in begun.guess.notes)
+
+
+def test_what_is_no_drive_is_in_seconds_where_nobody_says_a_unit(tmp_path, rng):
+    table = {"time": np.arange(0.0, 600.0, 2.0), "heater": rng.uniform(size=300), "oven": 20.0 + rng.uniform(size=300)}
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
+    assert not begun.kind and 'unit = "s"' in begun.path.read_text()
+    assert any("s was taken, so that the log lasts 598 s" in note for note in begun.guess.notes)

@@ -301,29 +301,28 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
     for share in np.geomspace(*rules.rates):
         r = f"{prefix}.r"
         yield Trial(made("rate limit", number(r, fastest, 1e-3 * fastest, fastest)), {r: float(share) * fastest})
-    for step in (*(spread * np.geomspace(*rules.counts)), *_recorded_steps(scene, place, spread)):
+    for step in _rounded_to(scene, place, size, spread):
         q = f"{prefix}.q"
         yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: float(step)})
 
 
-def _recorded_steps(scene: Scene, place: Place, spread: float) -> list[float]:
-    """Steps at whole numbers of which what was recorded of a place gathers, those first where it does so most.
+def _rounded_to(scene: Scene, place: Place, size: float, spread: float) -> np.ndarray:
+    """Steps that a signal of this size and spread may be rounded to, so close that none counts otherwise than one of them.
 
-    Of a signal far from 0 a step that is off by little is soon another count: a look at some steps meets none. Recorded values
-    tell theirs: the mean of cos(2 pi y / q) is 1 where all lie at whole numbers of q.
+    What decides are the counts of the largest value: with a step that is off by little it is soon another one, and a look at steps
+    even in their logarithm met none where there were more than a few. Recorded values tell theirs: the mean of cos(2 pi y / q) is
+    1 where all lie at whole numbers of q, and those steps are left at which they gather most.
     """
-    if place.where == IN:
-        return []
     rules = RULES.naming
-    y = np.concatenate([run.signals[place.variable] for run in scene.played.runs])
+    y = np.zeros(0) if place.where == IN else np.concatenate([run.signals[place.variable] for run in scene.played.runs])
     y = y[np.isfinite(y)][:: max(1, len(y) // rules.glance)]
-    size, (least, most, _) = float(abs(y).max(initial=0.0)), rules.counts
-    if size == 0.0:
-        return []
+    size, (least, most) = float(abs(y).max(initial=0.0)) or size, rules.counts
     counts = np.arange(size / (most * spread), size / (least * spread), rules.counted)
+    if not len(y):
+        return size / counts
     gathered = np.array([np.cos(2.0 * np.pi * count / size * y).mean() for count in counts])
     peaks = 1 + np.flatnonzero((gathered[1:-1] >= gathered[:-2]) & (gathered[1:-1] >= gathered[2:]))
-    return [size / float(counts[k]) for k in sorted(peaks, key=lambda k: -gathered[k])[: rules.gathered]]
+    return np.array([size / counts[k] for k in sorted(peaks, key=lambda k: -gathered[k])[: rules.gathered]])
 
 
 def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:

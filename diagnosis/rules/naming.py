@@ -106,15 +106,11 @@ class NamingRules:
     clipped: tuple[float, ...] = rule((0.99, 0.9, 0.75), "quantiles of a signal at which it may be cut off", GRID)
     late: tuple[int, ...] = rule((1, 2, 4, 8, 16, 32, 64, 128), "steps by which a path may be late", GRID)
     latest: float = rule(0.1, "share of the longest run that a path may be late by, at most", GRID)
-    counts: tuple[float, float, int] = rule(
-        (0.1, 1.2, 32),
-        "least and largest steps of a rounded signal, over its spread, and how many between that are looked at",
-        "theory: the dips of the error are as wide as the share of a step in the signal's range, a tenth; between two lies 8 %",
-    )
+    counts: tuple[float, float] = rule((0.1, 1.2), "least and largest steps of a rounded signal, over its spread", GRID)
     counted: float = rule(
         0.1,
-        "steps of the largest recorded value by which the numbers of steps in it that are looked for lie apart",
-        "theory: values are then no more than a twentieth of a step from where they would gather",
+        "steps of the largest value by which the numbers of steps in it that are looked at lie apart",
+        "theory: values are then no more than a twentieth of a step from where they would be told, and a fortieth count otherwise",
     )
     gathered: int = rule(5, "steps that a recorded signal gathers at that are looked at, those where it does so most", TIME)
     waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)

@@ -16,6 +16,8 @@ from markupsafe import Markup, escape
 from selflock.fmus.place import whole
 from selflock.fmus.shown import policy
 
+from .stacked import stacked
+
 HERE = Path(__file__).parent
 POWER, RAISED = re.compile(r"([A-Za-z])(-?\d+)"), str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SCRIPT = {  # of a page, in this order, by what of its data it draws
@@ -83,7 +85,7 @@ def write(path: Path, made: Environment, template: str, data: dict[str, Any] | N
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as new:
-        new.write_text(html, encoding="utf-8", errors="backslashreplace")
+        new.write_text(stacked(html), encoding="utf-8", errors="backslashreplace")
     return path
 
 

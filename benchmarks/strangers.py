@@ -88,7 +88,7 @@ def document(found: list[dict], judging: bool) -> str:
         f"| another name first, the right one told beside it (`ambiguous`), strong | | {rate(row.get('alike', False) for row in single)} |",
         f"| neither, strong | | {rate(not (row['right'] or row.get('alike', False)) for row in single)} |",
         f"| a name or `unknown` although nothing is hidden | ≤ 5 % | {rate(not row['right'] for row in of['none'])} |",
-        f"| outside the library: `unknown`, right variable, 70 % of what can be closed is closed | | {rate(row['right'] for row in beyond)} |",
+        f"| outside the library: `unknown`, a curve of the right variable at the right place, or the same as it, and 70 % of what can be closed is closed | | {rate(row['right'] for row in beyond)} |",
         f"| seconds of processor a case, median | | {seconds[len(seconds) // 2] if seconds else 'not run'} |",
         "",
         "| hidden | right, strong | right one beside another | right, weaker | instead, strong (times) |",

@@ -268,9 +268,13 @@ class Contest:
         rules = RULES.naming
         base = self.problem.loss(self.base.misfit)
         takes = lambda rival: base - rival.end.loss
+        unseen = lambda rival: self.losses.sum(1).mean() - rival.candidate.errors.mean()
         self.most = max([self.most, *(takes(rival) for rival in found if rival.guess.kind != CURVE)])
         by_fit = sorted(found, key=lambda r: r.end.loss)
         near = [r for r in by_fit[: rules.by_fit] if takes(r) >= rules.in_reach * self.most] + found[: rules.polished]
+        # a fit that ended beyond where it could have had nothing of it is none, where its unseen blocks say that there is one
+        lost = [r for r in found if takes(r) < 0.0 and unseen(r) >= rules.in_reach * unseen(found[0])]
+        near += lost[: rules.polished]
         # before what moves its own FMU's variables are believed first, and many places that act alike may stand before them
         for kind in (g.LAW, CURVE):
             lead = next((r.guess for r in by_fit if r.guess.kind == kind), None)

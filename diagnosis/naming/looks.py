@@ -135,6 +135,22 @@ class Looks:
         size = float(np.linalg.norm(rest))
         return rest / size if size > RULES.naming.degenerate * before else np.zeros(len(rest))
 
+    def simulated(self, way: Direction, guess: Guess) -> Direction | None:
+        """A way of one amplitude as it is; None where the look has it so, as where answers do not change as a run goes on.
+
+        Where they do the look errs by a share of all that a law changes, of which little is left where the base makes up for most.
+        """
+        if way.jump or way.shape or guess.place is None or len(guess.inserts) > 1 or self.responses.steady(guess.place):
+            return None
+        n = guess.numbers[0]
+        step = RULES.naming.unit * (n.high - n.low)
+        moved = self._misfit(guess, {n.name: n.start + step}, True)
+        if moved is None or self.base.misfit is None:
+            return None
+        found = Direction(way.hypothesis, {}, way.amplitudes, self.arranged.put(((moved - self.base.misfit) / step)[:, None]))
+        self.linear.look(found, self.drawn)
+        return found
+
     @cached_property
     def _made_up(self) -> np.ndarray:
         """An orthonormal base of what the base's numbers move, where runs begin among them."""

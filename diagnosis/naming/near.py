@@ -101,17 +101,21 @@ def _simpler(best: Guess, found: Sequence[Rivalled], ways: Sequence[Way]) -> lis
 def _turned(best: Guess, found: Sequence[Rivalled], looks: Looks) -> list[list[Way]]:
     """What changes all that is compared as the best does, as far as the base's numbers cannot make up for it: the same again.
 
-    A number of an FMU far from what it is may end at its range in a linear look, and the same scale of its input does not.
+    A number of an FMU far from what it is may end at its range in a linear look, and the same scale of its input does not. Laws of
+    one number are simulated where the look errs: a leak of a tank, but for a larger outlet, is a lower gain of the next.
     """
     seen = _looks(best, looks.ways)
     if seen is None:
         return []
-    unit, least = looks.alone(seen), RULES.naming.same_variable
-
-    def same(way: Direction, guess: Guess) -> bool:
-        return guess.kind != CURVE and guess.count <= best.count and abs(looks.alone(way) @ unit) > least
-
-    return _by_label(found, looks.ways, same)
+    unit, least = looks.alone(looks.simulated(seen, best) or seen), RULES.naming.same_variable
+    same = lambda way: abs(looks.alone(way) @ unit) > least
+    few = [(way, guess) for way, guess in looks.ways if guess.kind != CURVE and guess.count <= best.count]
+    turned = [(way, guess) for way, guess in few if same(way)]
+    known = {one.label for one in (*(rival.guess for rival in found), *(guess for _, guess in turned))}
+    for way, guess in few:
+        if guess.kind == LAW and guess.count == 1 and guess.label not in known and (as_is := looks.simulated(way, guess)):
+            turned += [(as_is, guess)] if same(as_is) else []
+    return _by_label(found, turned, lambda *_: True)
 
 
 def _quantity(guess: Guess, parts: Parts) -> tuple[str, int, str]:

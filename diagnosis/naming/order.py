@@ -21,6 +21,22 @@ def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: floa
     return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]
 
 
+def curves_beside(curve: Rivalled, fitted: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
+    """Free curves over something else, or elsewhere, that do as well as this one, each once: finer or coarser it is itself."""
+    where = lambda r: (r.guess.place, r.guess.over, r.guess.inserts[0].multiplies)
+    of = {where(r): r for r in reversed(fitted) if r.guess.kind == CURVE and not r.candidate.doubt and where(r) != where(curve)}
+    return beside(curve, list(reversed(of.values())), level, base)
+
+
+def twice(named: Sequence[Rivalled]) -> bool:
+    """Whether what was named, one after the other, is a law twice, of one variable at one place.
+
+    It is no law, then: two limits are a bump, but for its roundings, and a free curve is that as well.
+    """
+    what = [(r.guess.law, r.guess.place, r.guess.over, [one.multiplies for one in r.guess.inserts]) for r in named]
+    return len(named) > 1 and named[0].guess.kind == LAW and all(one == what[0] for one in what)
+
+
 def ordered(real: list[Rivalled], level: float, base: float, far: Callable[[Guess], tuple[bool, bool]]) -> list[Rivalled]:
     """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best.
 

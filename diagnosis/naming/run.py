@@ -31,7 +31,7 @@ from .extend import extend
 from .extended import Extended, Extending, taken
 from .guesses import CURVE, EVENT, KINDS, begins
 from .limit import Limit
-from .order import beside
+from .order import beside, curves_beside, twice
 from .outcome import Naming
 from .page import write
 from .rows import followed
@@ -389,18 +389,21 @@ def _confirmed(outcome: Round, work: Work, fitted: Callable[[Rivalled], Whole]) 
 
 
 def _curve_instead(found: Search) -> None:
-    """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer."""
-    first, named = found.outcomes[0], any(outcome.winner for outcome in found.outcomes)
+    """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer.
+
+    So it is in the place of a law that has to be there twice, which must leave less than it.
+    """
+    first, named = found.outcomes[0], [outcome.winner for outcome in found.named if outcome.winner is not None]
     if first.curve is None:
         return
     wider = found.begins.with_also(first.curve.guess)
     after = _fitted(wider, first.curve.values, first.curve.problem.fixed)
-    if not _helps(after, found.best if named else found.base):
+    if _helps(found.best, after) if twice(named) else not _helps(after, found.best if named else found.base):
         return
     for outcome in found.outcomes:
         outcome.winner, outcome.beside = None, []
-    first.winner = first.curve
-    found.outcomes = [first]
+    first.winner, found.outcomes = first.curve, [first]
+    first.beside = curves_beside(first.curve, first.fitted, first.chance_level, first.base.errors.mean())
     found.work, found.best = wider, after
 
 

@@ -349,9 +349,7 @@ def judged(case: Case, result) -> dict:
     if case.kind == "none":
         right = result.verdict == "none"
     elif case.kind == "outside":
-        right = (
-            result.verdict == "unknown" and first is not None and first.over == over and first.place in places and closed >= 0.7
-        )
+        right = first is not None and first.kind == "curve" and first.over == over and first.place in places
     else:
         there = (
             first is not None
@@ -359,11 +357,12 @@ def judged(case: Case, result) -> dict:
         )
         right = first is not None and first.law in names and bool(there) and first.over == over
     beside, same = (list(first.beside), list(first.same)) if first else ([], [])
-    named = case.kind not in ("none", "outside")
+    told = bool({*same} & labels(case))
+    good = case.kind != "outside" or bool(result.verdict == "unknown" and closed >= 0.7)
     return {
-        "verdict": result.verdict, "answers": said, "right": bool(right or (named and {*same} & labels(case))),
-        "first": bool(right), "ratio": [ratio], "closed": closed,
-        "alike": not right and named and bool({*beside} & labels(case)), "beside": beside, "same": same,
+        "verdict": result.verdict, "answers": said, "right": bool(good and (right or told)), "first": bool(good and right),
+        "ratio": [ratio], "closed": closed, "alike": good and not (right or told) and bool({*beside} & labels(case)),
+        "beside": beside, "same": same,
     }  # fmt: skip
 
 
@@ -372,5 +371,7 @@ def labels(case: Case) -> set[str]:
     names, places, over = case.right
     if case.kind == "parameter":
         return places
+    if case.kind == "outside":
+        names = {"curve", "fine curve"}
     of = f" of {over}" if over else ""
     return {f"{law}{of} on {place}" for law in names for place in places}

@@ -14,7 +14,7 @@ from selflock.diagnosis.naming.arranged import determined
 from selflock.diagnosis.naming.contest import Contest, Round
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, PATH, Guess, relatives
 from selflock.diagnosis.naming.looks import Looks
-from selflock.diagnosis.naming.order import far, nearest
+from selflock.diagnosis.naming.order import curves_beside, far, nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
 from selflock.diagnosis.naming.work import Work
@@ -185,13 +185,62 @@ def test_of_what_does_as_well_a_law_before_a_state_comes_before_one_of_what_only
     assert nearest([computed, moved], 0.0, contest._far) is moved
 
 
+def free_curve(place, over="first.x", loss=0.1, points=5):
+    """A rival like `cause`, a curve of so many points."""
+    rival = cause("curve", 1.0, place, over, loss)
+    insert = replace(rival.guess.inserts[0], law="table", points=points)
+    numbers = tuple(Number(f"curve.c{k}", f"curve.c{k}", 0.0, -1.0, 1.0) for k in range(points))
+    guess = Guess(CURVE, "table", f"curve of {over} on {place}, {points}", (insert,), numbers)
+    return SimpleNamespace(
+        guess=guess, candidate=Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), loss)), values={}, problem=rival
+    )
+
+
+def test_a_curve_that_does_as_well_elsewhere_stands_beside_it_and_not_a_finer_one_of_its_own():
+    """Steps over a coil's current were answered by a curve at the other of its two voltages, and the right one was not told."""
+    first, other, finer = free_curve("first.u"), free_curve("first.back"), free_curve("first.u", points=4)
+    again, worse, over = (
+        free_curve("first.back", points=3, loss=0.101),
+        free_curve("first.w", loss=0.3),
+        free_curve("first.u", "t"),
+    )
+    assert curves_beside(first, [first, other, finer, again, worse, over, cause("law", 1.0)], 0.0, 1.0) == [other, over]
+    other.candidate.doubt = "chance finds as much"
+    assert curves_beside(first, [first, other], 0.0, 1.0) == []
+
+
+@pytest.mark.parametrize(
+    ("second", "left_by_curve", "instead"),
+    [("limit", 1.02, True), ("limit", 1.2, False), ("Coulomb", 1.02, False), ("Coulomb", 0.9, True), (None, 1.02, False)],
+)
+def test_a_law_that_must_be_there_twice_is_no_law_where_a_curve_does_as_well(monkeypatch, second, left_by_curve, instead):
+    """A bump over a level was `explained`, by two limits of that level at one place."""
+    named = []
+    for law in ("limit", second) if second else ("limit",):
+        rival = cause("law", 1.0)
+        rival.guess = replace(rival.guess, law=law)
+        named.append(rival)
+    curve = free_curve("first.u")
+    curve.problem = SimpleNamespace(fixed={})
+    whole = lambda left: Whole(None, None, {}, None, {"x": left}, {})
+    monkeypatch.setattr(run, "_fitted", lambda *_: whole(left_by_curve))
+    work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
+    base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))
+    rounds = [Round(base, [curve, rival], rival, curve=curve) for rival in named]
+    found = Search(work, None, whole(9.0), whole(1.0), rounds, [], work, lambda: False)
+    run._curve_instead(found)
+    assert [outcome.winner for outcome in found.named] == ([curve] if instead else named)
+    assert found.best.held == {"x": left_by_curve if instead else 1.0}
+
+
 def looks(ways, parts=None):
     """A look that saw these, each as (gain, guess), and of each what is left of it beside the base: a column of its own."""
     units = np.eye(len(ways))
     made = [(Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain), guess) for gain, guess in ways]
     of = {id(way): unit for (way, _), unit in zip(made, units)}
     parts = parts or SimpleNamespace(links={}, variables={}, owner=lambda name: name.partition(".")[0])
-    return SimpleNamespace(ways=made, scene=SimpleNamespace(parts=parts), alone=lambda way: of[id(way)], of=of)
+    scene, exact = SimpleNamespace(parts=parts), lambda way, guess: None
+    return SimpleNamespace(ways=made, scene=scene, alone=lambda way: of[id(way)], of=of, simulated=exact)
 
 
 def fits(*guesses):
@@ -348,3 +397,39 @@ def test_a_fit_starts_within_the_range_of_a_number_by_decades_whatever_the_look_
     monkeypatch.setattr(contest_module, "fit_from", lambda *_: SimpleNamespace(misfit=None, loss=np.inf))
     assert contest._fit(guess, {"c.T": seen}) is None
     assert places[0] == pytest.approx([place], abs=1e-9)
+
+
+def test_where_the_look_errs_laws_of_one_number_are_simulated_before_they_are_taken_for_something_else():
+    """A leak of the upper tank was not told beside the lower one's gain: what the look has errs by more than is left beside the base."""
+    first = Guess(PARAMETER, "parameter", "lower.gain", (), (Number("lower.gain", "lower.gain", 1.0, 0.5, 2.0),))
+    leak, loss = (a_law(name, "upper.u", "upper.x", 1) for name in ("square root", "cubic"))
+    more, curve = a_law("power", "upper.u", "upper.x", 2), a_law("table", "upper.u", "upper.x", 1, CURVE)
+    look = looks([(9.0, first), (-1.0, leak), (1.0, loss), (1.0, more), (1.0, curve)])
+    (seen, _), *others = look.ways
+    assert asked([first], first, look) == []
+    as_it_is = {id(way): Direction(None, {}, (), np.zeros((1, 1, 0)), gain=5.0) for way, _ in others}
+    for (way, guess), unit in zip(others, np.eye(5)[1:]):
+        look.of[id(as_it_is[id(way)])] = unit if guess is loss else -look.of[id(seen)]
+    look.simulated = lambda way, guess: as_it_is.get(id(way))
+    assert asked([first], first, look) == ["square root of upper.x on upper.u"]
+    look.of[id(as_it_is[id(others[0][0])])] = 0.1 * np.ones(5)
+    assert asked([first], first, look) == []
+
+
+@pytest.mark.parametrize(("loss", "unseen", "again"), [(2.0, 0.5, True), (0.9, 0.5, False), (2.0, 0.9, False)])
+def test_a_fit_that_ended_beyond_its_start_is_made_again_where_unseen_blocks_say_that_there_is_one(
+    monkeypatch, loss, unseen, again
+):
+    """The scale of a tank's inflow ended at twice the base's loss by slopes that the look had, and was not told beside its gain."""
+    rival = lambda name, loss, errors: SimpleNamespace(
+        guess=cause(name, 1.0).guess, end=SimpleNamespace(loss=loss), candidate=SimpleNamespace(errors=np.full(4, errors)),
+        rough=True, values={},
+    )  # fmt: skip
+    found = [*(rival(f"best {k}", 0.4, 0.4) for k in range(12)), rival("lost", loss, unseen)]
+    contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
+    contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=lambda name: name.partition(".")[0], variables={}))
+    contest.looks, contest.base = SimpleNamespace(ways=[]), SimpleNamespace(misfit=None)
+    contest.losses, contest.most, asked = np.ones((4, 1)), 0.0, []
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
+    contest._polished(found, 0.5)
+    assert ("lost" in asked) == again and "best 0" in asked

@@ -17,7 +17,7 @@ from selflock.diagnosis.calibration.slopes import Learnt
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import Extended, Extending
-from selflock.diagnosis.naming.guesses import PATH, Guess, number
+from selflock.diagnosis.naming.guesses import LAW, PATH, Guess, number
 from selflock.diagnosis.naming.limit import Limit
 from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place
@@ -25,6 +25,7 @@ from selflock.diagnosis.naming.response import Responses
 from selflock.diagnosis.naming.steps import in_own_steps
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.residuals.blocks import Blocks
+from selflock.diagnosis.search.screen import Direction
 from selflock.diagnosis.systems.parts import Parts
 
 TANKS = """
@@ -279,7 +280,8 @@ def test_all_that_a_path_does_is_simulated_where_answers_change(problem):
     looks = Looks.__new__(Looks)
     looks.problem, looks.values, looks.inserts = problem, {}, ()
     looks.scene, looks.base = SimpleNamespace(played=problem.played), SimpleNamespace(misfit=problem.misfit(np.zeros(0)))
-    looks.responses = Responses(problem, {}, (), {place: []}, {place: 1.0})
+    recorded = Place(READ, "upper.level")
+    looks.responses = Responses(problem, {}, (), {place: [], recorded: []}, {place: 1.0, recorded: 1.0})
     summed, moved = (looks._misfit(guess, {"c.T": 7.0}, whole) for whole in (False, True))
     trial = looks.trial(guess)
     simulated = trial.misfit(np.array([n.place(7.0) for n in trial.free]))
@@ -287,3 +289,16 @@ def test_all_that_a_path_does_is_simulated_where_answers_change(problem):
     assert np.linalg.norm(moved - simulated) < 1e-9 * change
     assert np.linalg.norm(summed - simulated) > 0.05 * change
     assert not looks.responses.steady(place)
+    law = Insert("c", place, "square root", False, "upper.level")
+    leak = Guess(LAW, "square root", "", (law,), (number("c.a", 0.0, -1.0, 1.0),))
+    looks.arranged, looks.linear, looks.drawn = (
+        SimpleNamespace(put=lambda x: x[None]),
+        SimpleNamespace(look=lambda *_: None),
+        None,
+    )
+    as_it_is = looks.simulated(Direction(None, {}, (), np.zeros((1, 1, 0))), leak)
+    trial = looks.trial(leak)
+    slope = (trial.misfit(np.array([0.501])) - looks.base.misfit) / 0.002
+    assert as_it_is.columns[0, :, 0] == pytest.approx(slope[as_it_is.part], rel=1e-3, abs=1e-3 * abs(slope).max())
+    read = replace(leak, inserts=(replace(law, place=recorded),))
+    assert looks.simulated(Direction(None, {}, (), np.zeros((1, 1, 0))), read) is None

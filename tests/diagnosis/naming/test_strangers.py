@@ -49,6 +49,22 @@ def test_the_right_name_beside_another_is_no_right_name_and_a_class_of_its_own()
     assert [same["right"], same["first"], same["alike"]] == [True, False, False]
 
 
+@pytest.mark.parametrize(
+    ("verdict", "after", "right"), [("unknown", 0.2, True), ("unknown", 0.8, False), ("explained", 0.2, False)]
+)
+def test_outside_the_library_a_curve_that_is_the_same_as_the_right_one_is_right(verdict, after, right):
+    case = SimpleNamespace(
+        kind="outside", name="outside: bump", right=({"table"}, {"coil.voltage"}, "coil.current"), noise={"coil.current": 0.1}
+    )
+    error = SimpleNamespace(name="coil.current", before=1.0, after=after)
+    curve = lambda place, *same: SimpleNamespace(
+        kind="curve", law="table", place=place, over="coil.current", where="in", label="", beside=[], same=same
+    )
+    for first in (curve("coil.voltage"), curve("coil.back", "curve of coil.current on coil.voltage")):
+        assert strangers.judged(case, SimpleNamespace(verdict=verdict, causes=[first], errors=[error]))["right"] == right
+    assert not strangers.judged(case, SimpleNamespace(verdict=verdict, causes=[curve("coil.back")], errors=[error]))["right"]
+
+
 VESSEL = '''
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 

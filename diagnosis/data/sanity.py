@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import DataError
 from ..rules import RULES
-from . import balances, electric, lifting, motions, wrapped
+from . import balances, electric, lifting, motions, scales, wrapped
 from .finding import Finding, Said
 from .log import MeasuredRun
 from .pieces import Pieces
@@ -30,6 +30,7 @@ class Box:
     findings: tuple[Finding, ...]
     assumed: dict[str, tuple[float, str]]  # value and unit of what nobody gave, by component.parameter
     made: tuple[str, ...] = ()  # channels that nobody recorded, and what they were made of
+    silent: tuple[str, ...] = ()  # numbers that somebody gave, and of whose unit these logs say nothing
 
     @property
     def gross(self) -> list[str]:
@@ -44,6 +45,7 @@ class Box:
             "remarks": [f.sentence for f in self.findings if not f.gross],
             "assumed": {name: {"value": value, "unit": unit} for name, (value, unit) in self.assumed.items()},
             "made": list(self.made),
+            "silent": list(self.silent),
         }
 
     def lines(self) -> list[str]:
@@ -53,6 +55,8 @@ class Box:
             told.insert(0, f"  log: {'; '.join(self.shows)}")
         if self.assumed or self.made:
             told.append(f"  assumed, for nobody gave it: {', '.join(self.assumptions())}")
+        if self.silent:
+            told.append(f"  given, and nothing here would show another unit of it: {', '.join(self.silent)}")
         return ["Log against rig:", *told] if told else []
 
     def assumptions(self) -> list[str]:
@@ -72,14 +76,16 @@ class Box:
 
 def box(rig: Rig, runs: list[MeasuredRun]) -> Box:
     """Hold the runs of a drive, which are checked for faults, against its rig."""
-    findings, shows = _told_nothing(rig) + _clock(rig, runs), [_extent(rig, runs)]
+    findings, shows, silent = _told_nothing(rig) + _clock(rig, runs), [_extent(rig, runs)], list[str]()
     own = rig.of_log(runs[0].log)
     for prefix in rig.drives:
         said = Said(rig, prefix, {**rig.parameters, **own})
-        mine, shown = _drive(rig, runs, prefix, said)
+        mine, shown, mute = _drive(rig, runs, prefix, said)
         findings += mine
         shows += shown
-    return Box(tuple(filter(None, shows)), tuple(findings), assumed(rig, set(runs[0].signals), own), tuple(_made(rig, runs)))
+        silent += mute
+    taken = assumed(rig, set(runs[0].signals), own)
+    return Box(tuple(filter(None, shows)), tuple(findings), taken, tuple(_made(rig, runs)), tuple(silent))
 
 
 def assumed(rig: Rig, signals: set[str], own: dict[str, float] | None = None) -> dict[str, tuple[float, str]]:
@@ -101,14 +107,18 @@ def _made(rig: Rig, runs: list[MeasuredRun]) -> Iterator[str]:
             yield f"{prefix}controller.speed_setpoint as the rate of {prefix}controller.angle_setpoint"
 
 
-def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[list[Finding], list[str]]:
+def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[list[Finding], list[str], list[str]]:
+    """Findings, what the log shows, and of which numbers it says nothing."""
     coarse = Pieces(runs, prefix, RULES.data.pieces)
     kind = _kind(rig, runs, prefix, said, coarse)
     kind += wrapped.contradictions(runs, prefix, said)
     if any(f.gross for f in kind):
-        return kind, []
+        return kind, [], []
+    silent: list[str] = []
     ratio = said.value("reducer.gear_ratio")
     found = motions.relations(coarse, ratio)
+    if scales.follows(coarse, said):
+        found = [r for r in found if not (r.off and {*r.blamed} & SETPOINTS)]
     findings = motions.contradictions(found, said, rig, balances.borne_out(coarse, said))
     suspects = {name for f in findings for name in f.about}
     if "time" not in suspects:
@@ -126,6 +136,9 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         findings += [] if lifts else lifting.frictions(said)
         if not any(f.gross for f in lifts):
             findings += balances.torque(fine, coarse, said, suspects)
+        wrong = suspects | {name for f in findings for name in f.about}
+        more, silent = scales.scales(fine, said, wrong, _components(seen, rig.simulate in ("closed", "whole")))
+        findings += more
     if not suspects and (zero := motions.zero(coarse, said)):
         findings = zero + [f for f in findings if "load.angle" not in f.about]
     if "reducer.gear_ratio" not in suspects:
@@ -135,7 +148,7 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         findings.append(
             Finding(f"{text}. If the sheet says 1:{1 / ratio:g}, write {1 / ratio:g}.", False, ("reducer.gear_ratio",))
         )
-    return kind + findings, [_relation(r, ratio, prefix) for r in found]
+    return kind + findings, [_relation(r, ratio, prefix) for r in found], silent
 
 
 def _relation(relation: motions.Relation, ratio: float, prefix: str) -> str:

@@ -235,6 +235,24 @@ class DataRules:
     fast_rows: float = rule(
         2e-6, "s between rows below which the time's unit is remarked on", "a remark alone, which decides nothing"
     )
+    slow_coil: float = rule(
+        0.1,
+        "s of a winding's time constant L / R from which on its inductance is remarked on",
+        "a remark alone, which decides nothing",
+    )
+    fast_coil: float = rule(1e-6, "s of it below which it is remarked on", "a remark alone, which decides nothing")
+    limp: float = rule(
+        0.2,
+        "rad by which an output shaft may wind up under what it carries, without a remark",
+        "theory: gears give by less than a degree or two, springs in series by some; beyond gross times as much nothing holds",
+    )
+    slow_shaft: float = rule(
+        0.5, "Hz at which a load may swing on its gear's shaft, without a remark", "a remark alone, which decides nothing"
+    )
+    unlimited: float = rule(
+        0.9, "share of a voltage's highest value up to which no limit cuts it", "theory: what is cut rests at one value"
+    )
+    most_volts: float = rule(1000.0, "V of a limit from which on it is remarked on", "a remark alone, which decides nothing")
     unsteady: float = rule(
         0.3,
         "share of the speeds' size by which the speed of a steady point may change within it",

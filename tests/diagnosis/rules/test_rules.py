@@ -47,6 +47,7 @@ ELSEWHERE = {  # what decides nothing
         "COMPRESSED",
         "PIECE",
     },  # how much of a stranger's file is read
+    "data/scales.py": {"DEGREE", "ARCMIN", "SLIPS", "MILLI"},  # units and how slips of them are called
     "data/structures.py": {"WIDEST", "DEEPEST", "MOST_NAMES", "LONGEST"},
     "data/text.py": {"LOOKED_AT", "LINES", "ALIKE", "MOST_COLUMNS"},
     "data/wrapped.py": {"PERIODS"},  # units, and the counts that encoders have

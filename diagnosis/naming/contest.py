@@ -23,6 +23,7 @@ from ..search.hypotheses import Free, Hypothesis
 from ..search.linear import Linear
 from ..search.screen import Direction
 from . import guesses as g
+from .afresh import afresh
 from .arranged import Arranged, determined
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
@@ -157,6 +158,9 @@ class Contest:
         """Look and fit: what is simple first, and what is not where something is left."""
         self.looks.first()
         outcome.fitted = self._fits(g.PLAIN)
+        if g.PATH in self.kinds and not self.inserts and self._wanting(outcome) and not self.enough():
+            late = [self._fit(guess, start) for guess, start in afresh(self.looks)]
+            outcome.fitted = _distinct(outcome.fitted + [rival for rival in late if rival is not None])
         if self._wanting(outcome) and not self.enough():
             self.looks.further()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.DERIVED))

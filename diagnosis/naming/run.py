@@ -391,14 +391,14 @@ def _confirmed(outcome: Round, work: Work, fitted: Callable[[Rivalled], Whole]) 
 def _curve_instead(found: Search) -> None:
     """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer.
 
-    So it is in the place of a law that has to be there twice, which must leave less than it.
+    So it is where it leaves less than a law does once that would have to be there twice.
     """
     first, named = found.outcomes[0], [outcome.winner for outcome in found.named if outcome.winner is not None]
     if first.curve is None:
         return
-    wider = found.begins.with_also(first.curve.guess)
-    after = _fitted(wider, first.curve.values, first.curve.problem.fixed)
-    if _helps(found.best, after) if twice(named) else not _helps(after, found.best if named else found.base):
+    tried = lambda one: (wider := found.begins.with_also(one.guess), _fitted(wider, one.values, first.curve.problem.fixed))
+    wider, after = tried(first.curve)
+    if not _helps(after, tried(named[0])[1] if twice(named) else found.best if named else found.base):
         return
     for outcome in found.outcomes:
         outcome.winner, outcome.beside = None, []

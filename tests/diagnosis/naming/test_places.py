@@ -5,11 +5,14 @@ from types import SimpleNamespace
 import hidden
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
+from scipy.signal import lfilter
 
 from selflock.diagnosis import DataError, name
 from selflock.diagnosis.data.rig import load
+from selflock.diagnosis.naming.afresh import afresh
 from selflock.diagnosis.naming.extended import component, taken
-from selflock.diagnosis.naming.guesses import paths
+from selflock.diagnosis.naming.guesses import number, paths
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system, quantities
 from selflock.diagnosis.naming.scene import Scene
 from selflock.diagnosis.systems.parts import Parts
@@ -171,3 +174,32 @@ def test_of_the_steps_that_are_looked_at_one_takes_most_of_what_a_rounded_comman
     for step in rng.uniform(0.15, 0.8, 20) * np.std(s):
         left = min(np.sum((missing(step) - missing(one)) ** 2) for one in asked)
         assert left < 0.5 * np.sum(missing(step) ** 2)
+
+
+def test_what_is_late_is_looked_at_from_the_numbers_that_the_rig_has(rng):
+    """A sensor 1 s late was two laws of first order: slower bodies made up for it, and a fit from there ended at 0.4 s."""
+    u, place, rate = np.repeat(rng.uniform(-1.0, 1.0, 50), 10), Place(OUT, "body.x"), number("rate", 1.0, 0.2, 5.0)
+
+    def told(slow, late):
+        keep = np.exp(-0.1 * slow)
+        x = lfilter([1.0 - keep], [1.0, -keep], u)
+        return np.interp(np.arange(500) - 10.0 * late, np.arange(500), x)
+
+    seen = told(1.2, 1.0) + 0.005 * rng.standard_normal(500)
+    model = lambda numbers, late: SimpleNamespace(
+        free=numbers,
+        values=lambda places: {n.name: n.at(p) for n, p in zip(numbers, places)},
+        misfit=lambda places: told(numbers[0].at(places[0]), numbers[1].at(places[1]) if late else 0.0) - seen,
+    )
+    played = SimpleNamespace(extend=lambda inserts: None, runs=[SimpleNamespace(signals={"body.x": seen})])
+    scene = SimpleNamespace(
+        signal=lambda place: told(0.5, 0.0), prefix="c", step=0.1, span=50.0, places=[place], played=played,
+        series={"body.x": [seen], "time": [0.1 * np.arange(500)]},
+    )  # fmt: skip
+    broken = SimpleNamespace(free=(), misfit=lambda places: None)
+    trial = lambda guess: model((rate, *guess.numbers), True) if guess.law == "delay" else broken
+    ((guess, start),) = afresh(SimpleNamespace(problem=model((rate,), False), scene=scene, inserts=(), trial=trial))
+    numbers = (rate, *guess.numbers)
+    begun = [n.place(start[n.name]) for n in numbers]
+    found = least_squares(model(numbers, True).misfit, begun, bounds=(0.0, 1.0), diff_step=1e-4).x
+    assert guess.law == "delay" and [n.at(x) for n, x in zip(numbers, found)] == pytest.approx([1.2, 1.0], rel=0.05)

@@ -1,0 +1,46 @@
+"""What is late, looked at from the rig's own values: beside it the base may have found a valley of its own.
+
+A sensor that is late is made up for by slower bodies: the base's numbers that fit best without it are far from those beside it, a fit
+from there ends between both, and no linear look can say where they would be. What a rig says its numbers are is nearer.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..calibration.slopes import Forward
+from ..rules import RULES
+from . import guesses as g
+from .guesses import Guess
+
+if TYPE_CHECKING:
+    from .looks import Looks
+
+LATE = "delay", "lag", "rate limit"
+
+
+def afresh(looks: Looks) -> list[tuple[Guess, dict[str, float]]]:
+    """Paths that are late with where their fits start: those that leave least where the base's numbers make up for them, linearly."""
+    problem, scene = looks.problem, looks.scene
+    scene.played.extend(looks.inserts)
+    places = np.array([n.place(n.start) for n in problem.free])
+    at = problem.misfit(places)
+    if at is None or not len(places):
+        return []
+    slopes = Forward(problem.misfit, problem.free)(places, at)
+    back = np.linalg.pinv(slopes, rcond=RULES.naming.degenerate)
+    best: dict[str, tuple[float, Guess, dict[str, float]]] = {}
+    for trial in (trial for place in scene.places for trial in g.paths(scene, place) if trial.guess.law in LATE):
+        one = looks.trial(trial.guess)
+        known = problem.values(places) | trial.at
+        misfit = one.misfit(np.array([n.place(known[n.name]) for n in one.free]))
+        if misfit is None:
+            continue
+        step = back @ misfit
+        left = float(np.linalg.norm(misfit - slopes @ step))
+        if left < best.get(trial.guess.label, (np.inf,))[0]:
+            best[trial.guess.label] = left, trial.guess, problem.values(np.clip(places - step, 0.0, 1.0)) | trial.at
+    least = sorted(best.values(), key=lambda found: found[0])[: RULES.naming.of_path]
+    return [(guess, start) for _, guess, start in least]

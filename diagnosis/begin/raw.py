@@ -22,7 +22,7 @@ SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 EPOCHS = ((1e9, 4.2e9, "s"), (1e12, 4.2e12, "ms"), (1e15, 4.2e15, "us"), (1e18, 4.2e18, "ns"))  # seconds since 1970, after 2001
 
 TELLS = re.compile(
-    r"sampl|interval|abtast|takt|period|rate\b|freq|ratio|gear|getriebe|untersetz|nominal|nenn|rated|count|resol|encoder|inc\b|kt\b|inertia",
+    r"sampl|interval|abtast|takt|period|rate\b|freq|ratio|gear|getriebe|untersetz|bersetz|nominal|nenn|rated|count|resol|encoder|inc\b|kt\b|inertia",
     re.IGNORECASE,
 )
 """Lines before a table that may have a number of the data sheet, or the time between rows."""

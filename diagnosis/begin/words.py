@@ -60,7 +60,7 @@ _WHOLE = {  # names of two or three letters that mean one thing together: quanti
 }  # fmt: skip
 
 UNITS = {  # as people write them: as the rig writes them, and of what they are
-    **dict.fromkeys(("rpm", "1/min", "u/min", "min-1", "min^-1", "tr/min", "r/min", "rev/min", "upm", "1/minute", "rev/minute"), ("rpm", SPEED)),
+    **dict.fromkeys(("rpm", "1/min", "u/min", "min-1", "min^-1", "tr/min", "r/min", "rev/min", "upm", "umdr/min", "umdr./min", "1/minute", "rev/minute"), ("rpm", SPEED)),
     **dict.fromkeys(("rad/s", "rads", "rad/sec", "rad s-1", "rad*s-1", "rad.s-1", "rad s^-1", "radians/s", "rad_s", "rad/second"), ("rad/s", SPEED)),
     **dict.fromkeys(("deg/s", "°/s", "dps", "degs", "deg/sec", "grad/s", "degrees/s", "deg/second"), ("deg/s", SPEED)),
     **dict.fromkeys(("rev/s", "rps", "turn/s", "turns/s", "u/s"), ("turn/s", SPEED)),

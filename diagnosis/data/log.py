@@ -15,7 +15,7 @@ from ..rules import RULES
 from .rig import SHARES, LogColumn, Rig, split, suggest
 from .signals import SIGNALS, canonical, unit
 from .table import table as read_table
-from .units import conversion, is_unit, without_angle
+from .units import agree, conversion, is_unit
 
 VALID = "rig.valid"
 """The signal of the rig's `valid` column."""
@@ -285,15 +285,10 @@ def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Ri
     except ValueError as error:
         mend = f"Write the unit of the values in {rig.path.name}, or as factor what one of it is in {wanted}"
         raise DataError(f"{path}: column {column.column!r}: {error}. {mend}.") from None
-    if column.unit and is_unit(said):
-        try:
-            agree = conversion(said, wanted) == (factor, offset)
-        except ValueError:
-            agree = without_angle(said, wanted)
-        if not agree:
-            raise DataError(
-                f"{path}: the header {header!r} contradicts the unit {column.unit!r} in {rig.path.name}. Mend one of them."
-            )
+    if column.unit and is_unit(said) and not agree(said, column.unit, wanted):
+        raise DataError(
+            f"{path}: the header {header!r} contradicts the unit {column.unit!r} in {rig.path.name}. Mend one of them."
+        )
     return factor, offset
 
 

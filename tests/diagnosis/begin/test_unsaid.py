@@ -97,6 +97,35 @@ def test_info_tells_of_what_a_drive_exports(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "said, unit, factor",
+    [
+        ("U/min", "rpm", 30.0 / pi),
+        ("u/min", "rpm", 30.0 / pi),
+        ("Umdr/min", "rpm", 30.0 / pi),
+        ("U/s", "turn/s", 0.5 / pi),
+        ("Grad/s", "deg/s", DEG),
+    ],
+)
+def test_what_people_call_a_unit_is_read_as_it_was_placed(said, unit, factor, tmp_path):
+    """An enzyme's unit per minute to who takes them at their word."""
+    _, angle, speed, torque = motion(300)
+    table = {
+        "time [s]": 0.02 * np.arange(300),
+        f"n_Mot [{said}]": factor * speed,
+        "Winkel [Grad]": DEG * angle,
+        "Moment [Nm]": torque,
+    }
+    pd.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
+    one = begun.guess.taken.get("reducer.input_speed") or begun.guess.taken["load.speed"]
+    assert one.unit == unit
+    assert begun.compares, begun.lacks
+    begun.path.write_text(begun.path.read_text().replace(f'unit = "{unit}"', 'unit = "mm/s"'))
+    with pytest.raises(DataError, match="contradicts the unit 'mm/s'|cannot be"):
+        diagnosis.replay(begun.path, tmp_path / "log.csv", out=None)
+
+
+@pytest.mark.parametrize(
     "step, unit, other, lasts",
     [
         (1.0, "ms", "s", "0.299 s"),

@@ -113,9 +113,13 @@ def _slips(u, i, w, r: float, k: float, said: Said, names) -> Iterator[tuple[str
     measured = bool(np.any(i))
     v = k * w
     for times, what, unit in ((1e-3, "mV read as V", "mV"), (1e3, "V read as mV", "V")):
+        if said.read_in(u_name, unit):
+            continue
         yield f'{what}? Write unit = "{unit}" for {said(u_name)}', u * times, r * i + v
     if measured:
         for times, what, unit in ((1e-3, "mA read as A", "mA"), (1e3, "A read as mA", "A")):
+            if said.read_in(i_name, unit):
+                continue
             yield f'{what}? Write unit = "{unit}" for {said(i_name)}', u, r * i * times + v
         yield f"turn the sign of {said(i_name)}, {said.turned(i_name)}", u, v - r * i
         yield f"turn the sign of {said(w_name)}, {said.turned(w_name)}", u, r * i - v
@@ -167,14 +171,15 @@ def torque(pieces: Pieces, coarse: Pieces, said: Said, suspects: set[str]) -> li
     """The torque at the input shaft against the motion that it makes. coarse: pieces long enough for a speed to change in."""
     given = _torque(pieces, said)
     motion = input_speed(pieces, said, suspects)
-    if given is None or motion is None or suspects & {given[0], RATIO}:
+    if given is None or motion is None or suspects & {given[0], RATIO} or (given[0] == CURRENT and KT in suspects):
         return []
     (name, m), (w_name, w) = given, motion
     steady = said.rig.kind == "steady"
     a = np.zeros(len(w)) if steady else pieces.slope(w)
     if not steady:
         m, w = pieces.smooth(m), pieces.smooth(w)
-    angle = pieces.mean("load.angle") if pieces.has("load.angle") and "load.angle" not in suspects else None
+    placed = pieces.has("load.angle") and not suspects & {"load.angle", "load.arm_angle"}
+    angle = pieces.mean("load.angle") if placed else None
     sound = np.isfinite(m) & np.isfinite(w) & np.isfinite(a)
     sound &= np.isfinite(angle) if angle is not None else True
     if sound.sum() < RULES.data.fewest_pieces or not rms(m[sound]) or not rms(w[sound]):
@@ -210,7 +215,13 @@ def _judged(said: Said, name: str, w_name: str, m, w, a, angle) -> list[Finding]
     if told and heavy > rules.told_share and known and (times := heavy * size / rms(a) / known) > rules.gross_beside:
         text = f"{said(name)} accelerates the drive as if its inertia were {number(times)} times what the rig says"
         return [Finding(f"{text}: {_thousand(said, name, times)}.", True, (name, "reducer.shaft_inertia", "load.inertia"))]
-    if told and "pull" in parts and rms(parts["pull"]) > rules.told_share * size:
+    if told and lean is not None and rms(parts["pull"]) > rules.told_share * size:
+        if float(np.mean(parts["pull"] * columns["pull"])) < 0.0:
+            text = (
+                f"gravity pushes {said('load.angle')} up by {said(name)}, as if the arm stood half a turn from where the rig says"
+            )
+            mend = f"load.arm_angle = {lean + pi if lean < 0.0 else lean - pi:.4g}, or the sign of {said('load.angle')}, {said.turned('load.angle')}"
+            return [Finding(f"{text}: {mend}.", False, ("load.angle", "load.arm_angle"))]
         times = rms(parts["pull"]) / rms(columns["pull"]) / (weight / said.value(RATIO))
         if times > rules.gross_beside:
             text = f"{said(name)} goes with the load's weight, and is {number(times)} times what the rig makes of it"
@@ -265,7 +276,8 @@ def _lean(said: Said, m, w, a, angle, lean: float, swing: float, left: float) ->
 
 def _thousand(said: Said, name: str, times: float) -> str:
     unit = "mA" if name == CURRENT else "mN" if said.linear else "mN.m"
-    slip = f'{unit} read as {unit[1:]}? Write unit = "{unit}" for {said(name)}; or ' if near(times, 1e3, 5.0) else ""
+    slipped = near(times, 1e3, 5.0) and not said.read_in(name, unit)
+    slip = f'{unit} read as {unit[1:]}? Write unit = "{unit}" for {said(name)}; or ' if slipped else ""
     return f"{slip}look at the unit of {said(name)}, at the inertias (kg.m2) and the load under [parameters]"
 
 
@@ -290,7 +302,7 @@ def _inertia(pieces: Pieces, said: Said, name: str, w_name: str) -> list[Finding
         for unit, times in (("kg.cm2", 1e-4), ("kg.mm2", 1e-6), ("g.cm2", 1e-7), ("g.mm2", 1e-9))
         if said.given(full)
         and min(said.ends(full)) * share > 0.5 * least
-        and asked / had < RULES.data.gross / times < RULES.data.gross_beside * asked / had
+        and asked / had < RULES.data.gross / times < RULES.data.gross * RULES.data.gross_beside * asked / had
     ]
     end = (
         "; or ".join(text for _, text in sorted(units))

@@ -47,6 +47,11 @@ class Said:
         now = next((c.factor for c in self.rig.columns if c.signal == full), 1.0)
         return f"factor = {-now:g}"
 
+    def read_in(self, signal: str, unit: str) -> bool:
+        """Whether the rig says, or its column's name, that a signal is in this unit."""
+        column = next((c for c in self.rig.columns if c.signal == self.prefix + signal), None)
+        return column is not None and (column.unit == unit or column.column.rstrip("])").endswith(("[" + unit, "(" + unit)))
+
     def given(self, parameter: str) -> bool:
         """Whether somebody gave this value."""
         return self.prefix + parameter in self.values or self.prefix + parameter in self.rig.uncertain

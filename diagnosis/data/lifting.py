@@ -59,6 +59,7 @@ def lifting(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
         f"{said.prefix}{full} may be in {unit}: {least(said, full) / times:.4g} {right} would do".replace("  ", " ")
         for full, unit, right, times in SLIPS
         if least(said, full)
+        and (full == MU or least(said, MU) <= 1.0)  # which no pair of materials has
         and (left := float(np.nansum(_asked(said, leans, w, full, times)[lifts]))) < RULES.data.gross * most
         and most < RULES.data.gross_beside * left
     ]
@@ -81,6 +82,15 @@ def frictions(said: Said) -> list[Finding]:
         text = f"{said.prefix}{MU_REST} = {rest:g} is {number(rest / moving)} times {said.prefix}{MU} = {moving:g}"
         found.append(Finding(f"{text}: one of them may be in percent.", False, (MU_REST, MU)))
     return found
+
+
+def leaning(said: Said) -> list[Finding]:
+    """An arm that stands at more than a turn: degrees, most likely. A remark."""
+    angle = said.value("load.arm_angle")
+    if abs(angle) <= 2.0 * np.pi or not heaviest(said):
+        return []
+    text = f"{said.prefix}load.arm_angle = {angle:g} rad is more than a turn: degrees given as rad? Write {np.radians(angle):.6g}"
+    return [Finding(f"{text}.", False, ("load.arm_angle",))]
 
 
 def unloaded(seen: set[str], said: Said) -> list[Finding]:

@@ -117,7 +117,7 @@ def contradictions(found: list[Relation], said: Said, rig: Rig, agree: set[str])
         best = max(worth.values())
         names = [name for name in worth if worth[name] == best]
         mine = covers[names[0]]
-        told.append(_sentence(mine, names, said, rig))
+        told.append(_sentence(mine, names, said, rig, _alike(mine[0], names, found, said, rig)))
         wrong = [r for r in wrong if r not in mine]
     return told
 
@@ -139,6 +139,21 @@ def other_ratio(found: list[Relation], said: Said) -> list[Finding]:
     return []
 
 
+def _alike(off: Relation, names: list[str], found: list[Relation], said: Said, rig: Rig) -> str:
+    """What else it may be: an angle and its set-point that bear each other out, for both are in another unit than the rig has them."""
+    for name in off.blamed:
+        holds = [r for r in found if not r.off and name in r.blamed]
+        partners = {one for r in holds for one in r.blamed if one != name}
+        if (
+            name not in (*names, RATIO, TIME)
+            and holds
+            and partners <= SETPOINTS
+            and (text := _slip(name, off.blamed[name], said, rig))
+        ):
+            return text.replace(said(name), " and of ".join(map(said, (name, *sorted(partners)))))
+    return ""
+
+
 def _agree(one: Relation, name: str, wrong: list[Relation]) -> bool:
     """Whether a relation tells of this the same as the first that does."""
     first = next(r for r in wrong if name in r.blamed)
@@ -146,9 +161,9 @@ def _agree(one: Relation, name: str, wrong: list[Relation]) -> bool:
     return 1.0 / RULES.data.one_factor < share < RULES.data.one_factor
 
 
-def _sentence(off: list[Relation], names: list[str], said: Said, rig: Rig) -> Finding:
+def _sentence(off: list[Relation], names: list[str], said: Said, rig: Rig, alike: str) -> Finding:
     first = off[0]
-    slips = [text for name in names if (text := _slip(name, first.blamed[name], said, rig))]
+    slips = [text for name in names if (text := _slip(name, first.blamed[name], said, rig))] + [alike] * bool(alike)
     if len(names) == 1 and names[0] not in (RATIO, TIME):
         name, times = names[0], first.blamed[names[0]]
         others = [r.second if r.first == name else r.first for r in off]

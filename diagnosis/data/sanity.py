@@ -134,8 +134,13 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         lifts = lifting.lifting(fine, said, suspects)
         findings += lifts + lifting.unloaded({name.removeprefix(prefix) for name in runs[0].signals}, said)
         findings += [] if lifts else lifting.frictions(said)
+        findings += (leans := lifting.leaning(said))
+        suspects |= {name for f in leans for name in f.about}
         if not any(f.gross for f in lifts):
-            findings += balances.torque(fine, coarse, said, suspects)
+            torques = balances.torque(fine, coarse, said, suspects)
+            if any("load.arm_angle" in f.about for f in torques):  # then it is lifted at other places
+                findings = [f for f in findings if f not in lifts]
+            findings += torques
         wrong = suspects | {name for f in findings for name in f.about}
         more, silent = scales.scales(fine, said, wrong, _components(seen, rig.simulate in ("closed", "whole")))
         findings += more

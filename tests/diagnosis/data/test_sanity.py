@@ -258,6 +258,48 @@ def test_another_zero_stops_a_loop_that_is_simulated_whole(off, stops, tmp_path)
     assert ("counted from another zero" in about.sentence) == stops
 
 
+@pytest.mark.parametrize("channels", [INVERSE, ("motor.current", "reducer.input_speed", "load.angle")], ids=["torque", "current"])
+def test_an_arm_half_a_turn_from_where_it_hangs_is_remarked_on(channels, tmp_path):
+    (remark,) = (f.sentence for f in boxed(tmp_path, written("inverse", channels, load__arm_angle=3.14159)).findings)
+    assert "gravity pushes column 'phi' (load.angle) up" in remark and "load.arm_angle = -2.65" in remark or "= 0" in remark, (
+        remark
+    )
+
+
+def test_an_arms_angle_in_degrees_is_remarked_on(tmp_path):
+    (remark,) = (f.sentence for f in boxed(tmp_path, written("inverse", load__arm_angle=-90.0)).findings)
+    assert remark == "load.arm_angle = -90 rad is more than a turn: degrees given as rad? Write -1.5708."
+
+
+def test_an_angle_and_its_set_point_in_one_wrong_unit_are_told_both(tmp_path):
+    log = LOG.assign(phi=np.degrees(LOG.phi), goal=np.degrees(LOG.goal))
+    text = stopped(tmp_path, written("forward", FORWARD[:-1]), log)
+    assert "Write unit = \"deg\" of column 'phi' (load.angle) and of column 'goal' (controller.angle_setpoint)" in text, text
+
+
+def test_what_a_column_is_in_already_is_not_proposed(tmp_path):
+    """mOhm for Ohm beside a current in mA: the current's unit is said."""
+    columns = written("forward", motor__resistance=2000.0, i='{ column = "i", unit = "mA" }')
+    text = stopped(tmp_path, columns, LOG.assign(i=1e3 * LOG.i))
+    assert "mOhm given as Ohm? motor.resistance = 2" in text and "mA read as A" not in text
+
+
+def test_a_constant_that_is_wrong_accuses_no_column(tmp_path):
+    """The torque of a current by a constant in mN.m/A: one sentence, of the constant."""
+    text = stopped(tmp_path, written("forward", motor__torque_constant=50.0))
+    assert "motor.torque_constant = 0.05, if 50 is in mN.m/A" in text
+
+
+def test_an_inertia_at_the_load_is_told_beside_friction(tmp_path):
+    text = stopped(tmp_path, written("inverse", load__inertia=5000.0), LOG.assign(m=LOG.m + 0.1 * np.sign(LOG.n)))
+    assert "load.inertia may be in kg.cm2: 0.5 kg.m2 would do" in text
+
+
+def test_a_friction_beyond_1_is_blamed_before_arms(tmp_path):
+    text = stopped(tmp_path, written("inverse", reducer__friction_kinetic=3.0))
+    assert "reducer.friction_kinetic may be in percent" in text and "load.arm may be" not in text
+
+
 def test_a_constant_that_was_assumed_beside_a_motors_other_one(tmp_path):
     text = written("forward", motor__voltage_constant=0.5, motor__torque_constant=0.5)
     text = text.replace('"motor.torque_constant" = 0.5\n', "")

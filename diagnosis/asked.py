@@ -11,10 +11,13 @@ from selflock.fmus.laws import joined
 from selflock.master.code import allowed_effects
 
 from .data.rig import Rig, load
+from .errors import DataError
 
 
 def asked(rig: str | Path | Rig, allow_code: bool, isolate: bool = False) -> Rig:
     """The rig, read where it is a file, with what its user allows."""
+    if not isinstance(rig, (str, Path, Rig)):
+        raise DataError(f"a rig is a file, its path, or what selflock.diagnosis.load gave: a {type(rig).__name__} is none.")
     rig = rig if isinstance(rig, Rig) else load(rig)
     return replace(rig, allow_code=rig.allow_code or allow_code, isolate=rig.isolate or isolate)
 

@@ -21,6 +21,7 @@ from selflock.fmus.place import claimed, tidied
 from selflock.master.stops import Stops
 
 from .asked import asked, files, laws
+from .data.gathered import several
 from .data.rig import Rig
 from .errors import DataError
 from .progress import Tell, shown
@@ -87,7 +88,7 @@ def replay(
 @_narrow
 def diagnose(
     rig: str | Path | Rig,
-    logs: Sequence[str | Path],
+    logs: str | Path | Sequence[str | Path],
     test: Sequence[str | Path] = (),
     out: str | Path | None = "out/diagnosis",
     progress: bool | Callable[[str, float], None] = False,
@@ -111,7 +112,7 @@ def diagnose(
     """
     from .answered import answer
 
-    rig = asked(rig, allow_code, isolate)
+    rig, logs, test = asked(rig, allow_code, isolate), several(logs), several(test)
     with (
         claimed(out, "diagnosis", "diagnosis.json") as folder,
         _keeping("The diagnosis", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _),
@@ -225,7 +226,7 @@ def _plan_system(
 @_narrow
 def calibrate(
     rig: str | Path | Rig,
-    logs: Sequence[str | Path],
+    logs: str | Path | Sequence[str | Path],
     test: Sequence[str | Path] = (),
     out: str | Path | None = "out/calibrate",
     progress: bool | Callable[[str, float], None] = False,
@@ -252,7 +253,7 @@ def calibrate(
     """
     from .calibration.run import calibrate_system, here
 
-    rig = asked(rig, allow_code, isolate)
+    rig, logs, test = asked(rig, allow_code, isolate), several(logs), several(test)
     with (
         claimed(out, "calibration", "calibration.json") as folder,
         _keeping("The calibration", folder, rig, files(rig, logs, test), seed, max_time, progress) as (kept, tell, _),
@@ -266,7 +267,7 @@ def calibrate(
 @_narrow
 def name(
     rig: str | Path | Rig,
-    logs: Sequence[str | Path],
+    logs: str | Path | Sequence[str | Path],
     test: Sequence[str | Path] = (),
     out: str | Path | None = "out/naming",
     progress: bool | Callable[[str, float], None] = False,
@@ -295,7 +296,7 @@ def name(
     from .naming.limit import Limit
     from .naming.run import name_system
 
-    rig = asked(rig, allow_code, isolate)
+    rig, logs, test = asked(rig, allow_code, isolate), several(logs), several(test)
     kinds = KINDS if kinds is None else tuple(kinds)
     with (
         claimed(out, "naming", "naming.json") as folder,

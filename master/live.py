@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import replace
+from numbers import Real
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -195,6 +196,10 @@ class Session:
 
     def step(self, until: float | None = None) -> float:
         """One communication step, or as many as it takes to be at `until` [s] or just beyond. Returns the time then, s."""
+        if until is not None and (isinstance(until, bool) or not isinstance(until, Real)):
+            raise SessionError(
+                f"until = {until!r} is no time: give the s at which to be, s.step(until=0.5); s.step() makes one step."
+            )
         running = self._ready()
         slack = 1e-9 * self.system.run.step
         if until is not None and not running.time - slack <= until <= self.stop + slack:
@@ -240,6 +245,8 @@ class Session:
 
     def restore(self, instant: Instant) -> None:
         """Back to a snapshot; it may be restored again. Raises SessionError."""
+        if not isinstance(instant, Instant):
+            raise SessionError(f"{instant!r} is no snapshot: give what s.snapshot() gave.")
         if instant.session is not self:
             raise SessionError("This snapshot is of another session.")
         running, steps = self._open(), self._steps

@@ -36,6 +36,8 @@ class Stops:
     """
 
     def __init__(self, seconds: float | None = None):
+        if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, (int, float))):
+            raise DescriptionError(f"A time limit of {seconds!r} is no number of seconds.")
         if seconds is not None and not seconds > 0.0:
             raise DescriptionError(f"A time limit of {seconds:g} s is none: give seconds above zero.")
         self.seconds = seconds

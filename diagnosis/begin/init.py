@@ -10,7 +10,7 @@ import numpy as np
 
 from selflock.fmus.shown import visible
 
-from ..data.gathered import gathered
+from ..data.gathered import gathered, several
 from ..data.rig import load
 from ..data.sanity import box
 from ..errors import DataError
@@ -63,16 +63,19 @@ class Begun:
         return "\n".join(lines)
 
 
-def rig_init(logs: Sequence[str | Path], out: str | Path = "rig.toml", only: str = "", columns: Sequence[str] = ()) -> Begun:
+def rig_init(
+    logs: str | Path | Sequence[str | Path], out: str | Path = "rig.toml", only: str = "", columns: str | Sequence[str] = ()
+) -> Begun:
     """Guess what the columns of raw logs are, and write a rig to begin with. Nothing is asked, and nothing overwritten.
 
     logs: of one drive, with the same columns. out: the rig file. only: of a log that holds several drives, the one whose
     columns have this in their names. columns: what these are, in their order and with their units, as "load angle [deg]", of a
-    log that does not say it; "-" for one that does not matter.
+    log that does not say it; "-" for one that does not matter; in one text, with commas between, too.
 
     Raises DataError where a log cannot be read, where `out` is there already, or where neither names nor numbers tell of a motion.
     """
-    out = Path(out)
+    out, logs = Path(out), several(logs)
+    columns = columns.split(",") if isinstance(columns, str) and columns else columns
     if not logs:
         raise DataError("give at least one log: selflock rig init LOG -o rig.toml.")
     if out.exists():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,15 @@ from .clamped import refuse_clamped
 from .faults import DataFault, check
 from .log import VALID, MeasuredRun, read
 from .rig import Rig
+
+
+def several(logs: str | Path | Sequence[str | Path]) -> list[str | Path]:
+    """Logs by their paths, where one may be given as itself. Raises DataError."""
+    found = [logs] if isinstance(logs, (str, Path)) else list(logs) if isinstance(logs, Iterable) else [logs]
+    for log in found:
+        if not isinstance(log, (str, Path)):
+            raise DataError(f"logs are the paths of files: a {type(log).__name__} is none.")
+    return found
 
 
 def gathered(path: str | Path, rig: Rig) -> tuple[list[MeasuredRun], list[DataFault]]:

@@ -39,9 +39,7 @@ def rig_init(
     """Guess what a raw log's columns are; write a commented rig."""
     from selflock.diagnosis import rig_init as begin
 
-    console.print(
-        visible(begin(logs, out, only, columns.split(",") if columns else ()).summary()), highlight=False, soft_wrap=True
-    )
+    console.print(visible(begin(logs, out, only, columns).summary()), highlight=False, soft_wrap=True)
 
 
 @app.command()

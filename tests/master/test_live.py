@@ -227,10 +227,18 @@ def test_times_that_are_none(system, refused):
         refused(s.step, "Inputs that nobody gives: i.u")
         s["i.u"] = 1.0
         s.step(until=0.5)
-        for until, word in ((0.4, "is at 0.5 s"), (1.2, "stop=1.2"), (float("nan"), "nan")):
+        for until, word in (
+            (0.4, "is at 0.5 s"),
+            (1.2, "stop=1.2"),
+            (float("nan"), "nan"),
+            ("1.0", "is no time"),
+            (True, "is no time"),
+        ):
             with pytest.raises(master.SessionError, match=word):
                 s.step(until=until)
-        assert s.step(until=0.5) == 0.5 and s.step(until=1.0) == 1.0
+        with pytest.raises(master.SessionError, match="3 is no snapshot: give what s.snapshot"):
+            s.restore(3)
+        assert s.step(until=np.float32(0.5)) == 0.5 and s.step(until=1) == 1.0
         with pytest.raises(master.SessionError, match="the session ended at t = 1 s"):
             s.step()
     for use in (s.step, s.snapshot, lambda: s["i.y"], lambda: s.__setitem__("i.u", 1.0)):

@@ -141,6 +141,19 @@ def test_a_wrong_file_is_told_in_a_sentence(tmp_path, name, content, words):
         (lambda path: selflock.replay(path, "log.csv", None), "examples/bench.toml", "is a system: selflock run"),
         (selflock.run, "docs/power.csv", "is a table: selflock view"),
         (lambda path: selflock.replay(path, ["log.csv"], None), "examples/rigs/emps.toml", "replay takes one log"),
+        (lambda path: selflock.replay({"rig": path}, "log.csv", None), "", "a rig is a file, its path"),
+        (
+            lambda path: selflock.diagnose(path, [3.0], out=None),
+            "examples/rigs/emps.toml",
+            "logs are the paths of files: a float is none",
+        ),
+        (lambda path: selflock.diagnose(path, 3.0, out=None), "examples/rigs/emps.toml", "a float is none"),
+        (lambda path: selflock.diagnose(path, "no.csv", out=None), "examples/rigs/emps.toml", "no.csv: there is no such log"),
+        (
+            lambda path: selflock.diagnose(path, "no.csv", out=None, max_time="1"),
+            "examples/rigs/emps.toml",
+            "'1' is no number of seconds",
+        ),
     ],
 )
 def test_a_file_of_another_kind_is_told_with_its_command(call, given, words):

@@ -51,7 +51,7 @@ def test_a_log_without_names_says_how_to_give_them(bare, tmp_path):
 
 
 def test_a_duty_beside_no_supply_waits_for_its_volts(bare, tmp_path):
-    begun = rig_init([bare], tmp_path / "toy.toml", columns=["time [ms]", "-", "motor angle [deg]", "motor duty [%]"])
+    begun = rig_init(bare, tmp_path / "toy.toml", columns="time [ms], -, motor angle [deg], motor duty [%]")
     line = next(line for line in begun.path.read_text().splitlines() if '"motor.voltage" = ' in line)
     assert (
         line.startswith('# "motor.voltage" = { column = "4", unit = "%", nominal = ? }')

@@ -292,6 +292,27 @@ def polished(problem: Calibrating, end: End) -> End:
     return End(origin, end.places, end.loss, end.misfit, end.jacobian)
 
 
+def in_units(
+    problem: Calibrating,
+    start: np.ndarray,
+    effort: int,
+    ended: tuple[float, float],
+    sloped: type[Slopes] | type[Forward] = Slopes,
+) -> End:
+    """The fit from a start in units of what remains, taken anew where the fit leaves less: far from an end they say nothing of it.
+
+    An output that the start is far off has next to no weight, beside the others' noise.
+    """
+    for _ in range(RULES.calibrate.rounds):
+        problem.units = units(problem, problem.values(start))
+        end = fit_from(problem, start, effort, ended, sloped)
+        left = units(problem, problem.values(end.places))
+        if all(left[name] >= (1.0 - RULES.search.matters) * size for name, size in problem.units.items()):
+            break
+        start = end.places
+    return end
+
+
 def units(problem: Calibrating, values: dict[str, float]) -> dict[str, float]:
     """What remains of each output, no less than its noise, and no less than any error that matters."""
     least = {name: RULES.pipeline.fine * size for name, size in spreads(problem.played).items()}

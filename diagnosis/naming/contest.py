@@ -6,13 +6,13 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from ..calibration.fit import Calibrating, End, fit_from, units
+from ..calibration.fit import Calibrating, End, fit_from, in_units
 from ..calibration.slopes import Forward
 from ..residuals.blocks import Blocks
 from ..residuals.noise import of_samples
@@ -110,10 +110,8 @@ class Contest:
         """Look, fit, judge, and compare with chance."""
         problem = self.problem
         self.inserts = self.played.inserts
-        self.values = problem.values(self.places)
-        problem.units = units(problem, self.values)
         self.tell("the base", 0.0)
-        base = fit_from(problem, self.places, RULES.naming.effort, RULES.naming.ended)
+        base = in_units(problem, self.places, RULES.naming.effort, RULES.naming.ended)
         assert base.misfit is not None and base.jacobian is not None
         self.base, self.values = base, problem.values(base.places)
         self.begins = self._begins(problem, base)
@@ -168,16 +166,18 @@ class Contest:
             self.looks.pairs()
             outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
 
-    def again(self, problem: Extending, outcome: Round, rng: np.random.Generator) -> None:
-        """What comes near the best of a round fitted and judged once more, on logs that were told better since (steps.around)."""
-        self.problem = self.looks.problem = problem
-        self.scene.played = self.played
-        base = outcome.base.errors.mean()
+    def again(self, told: Callable[[Rivalled], Extending | None], outcome: Round, rng: np.random.Generator) -> None:
+        """What comes near the best of a round fitted and judged once more, each on logs that are told better for it (steps.around)."""
+        own, base = self.problem, outcome.base.errors.mean()
         least = RULES.naming.as_much * (base - outcome.fitted[0].candidate.errors.mean())
         for k, rival in enumerate(outcome.fitted):
-            if base - rival.candidate.errors.mean() >= least:
+            if base - rival.candidate.errors.mean() >= least and not self.enough() and (anew := told(rival)) is not None:
                 self.tell(f"fits: {rival.guess.label}", 0.95)
+                self.problem = self.looks.problem = anew
+                self.scene.played = self.played
                 outcome.fitted[k] = self._fit(rival.guess, rival.values) or rival
+        self.problem = self.looks.problem = own
+        self.scene.played = self.played
         outcome.fitted, outcome.order = _distinct(outcome.fitted), []
         self._judge(outcome, rng)
         self.played.extend(self.inserts)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..calibration import told
-from ..calibration.fit import End, fit, fit_from, remaining, units
+from ..calibration.fit import End, fit, fit_from, in_units, remaining
 from ..calibration.numbers import of_rig
 from ..calibration.run import division, here, own, reached, sizes
 from ..calibration.slopes import Forward
@@ -250,8 +250,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         contest = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough, work.sampled)
         outcome = contest.play(asked.rng)
         if own is not near and outcome.order and not enough():
-            if anew := around(work, near, own, outcome.order[0], outcome.noise):
-                contest.again(anew, outcome, asked.rng)
+            contest.again(lambda rival: around(work, near, own, rival, outcome.noise), outcome, asked.rng)
         found.outcomes.append(outcome)
         wider = _chosen(found, outcome, near.fixed)
         if wider is None or outcome.winner is None or enough():
@@ -472,8 +471,7 @@ def _fitted(work: Work, values: dict[str, float], fixed: dict[str, float]) -> Wh
     known = {n.name for n in problem.numbers}
     problem.fixed |= {name: value for name, value in fixed.items() if name in known}
     places = np.array([np.clip(n.place(values.get(n.name, n.start)), 0.0, 1.0) for n in problem.free])
-    problem.units = units(problem, problem.values(places))
-    end = fit_from(problem, places, RULES.calibrate.effort_start, RULES.calibrate.ended_start, Forward)
+    end = in_units(problem, places, RULES.calibrate.effort_start, RULES.calibrate.ended_start, Forward)
     return _measured(work, problem, end, problem.values(end.places) | own(problem, work.judges, end))
 
 

@@ -436,3 +436,22 @@ def test_a_fit_that_ended_beyond_its_start_is_made_again_where_unseen_blocks_say
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
     contest._polished(found, 0.5)
     assert ("lost" in asked) == again and "best 0" in asked
+
+
+def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of_itself(monkeypatch):
+    """A law of a level, which is read in the middle of a step, stood before the gain of what was held for it."""
+    best, held, far = (cause(name, 1.0, loss=loss) for name, loss in (("best", 0.1), ("held", 0.11), ("far", 0.5)))
+    own, its = (SimpleNamespace(played=name) for name in ("own", "its"))
+    own.played, its.played = (SimpleNamespace(extend=lambda inserts: None) for _ in range(2))
+    contest = Contest(own, np.zeros(0), "c", lambda what, share: None)
+    monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
+    contest.looks, contest.scene, contest.inserts = SimpleNamespace(problem=own), SimpleNamespace(played=own.played), ()
+    fitted, asked = [], []
+    anew = cause("held", 1.0, loss=0.09)
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew)
+    monkeypatch.setattr(Contest, "_judge", lambda self, outcome, rng: asked.append(self.problem))
+    monkeypatch.setattr(contest_module, "_distinct", lambda rivals: sorted(rivals, key=lambda r: r.candidate.errors.mean()))
+    outcome = Round(SimpleNamespace(errors=np.ones(4)), [best, held, far])
+    contest.again(lambda rival: its if rival is held else None, outcome, None)
+    assert fitted == [("held", its)] and outcome.fitted == [anew, best, far]
+    assert asked == [own] and contest.problem is contest.looks.problem is own and contest.scene.played is own.played

@@ -169,6 +169,17 @@ def test_a_fit_with_slopes_that_are_learnt_ends_where_one_with_its_own_does(prob
     assert learnt.loss == pytest.approx(apart.loss, rel=1e-3)
 
 
+def test_units_are_taken_anew_where_a_fit_began_far_off(problem):
+    """Beside the noise of the upper tank a lower one whose unit was its error at the start counted for nothing, and was `unknown`."""
+    frees = (Number("lower.outlet", "lower.outlet", 0.4, 0.05, 0.5),)
+    one = replace(problem, numbers=frees)
+    vars(one)["played"] = problem.played
+    far = fit.units(one, {"lower.outlet": 0.4})["lower.level"]
+    end = fit.in_units(one, np.array([n.place(n.start) for n in frees]), 15, (1e-3, 1e-3))
+    near = fit.units(one, one.values(end.places))["lower.level"]
+    assert near < 0.5 * far and one.units["lower.level"] == pytest.approx(near, rel=0.05)
+
+
 def test_a_fit_answers_with_the_errors_where_it_ended(problem, monkeypatch):
     """Although solvers, as SciPy's of 1.15, weigh in place what they are given."""
 

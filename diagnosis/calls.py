@@ -141,8 +141,8 @@ def _keeping(
     """
     from .search.kept import FOLDER, Kept
 
-    kept = None if folder is None else Kept.of(folder, asdict(replace(rig, isolate=False)), read, seed)  # it changes no number
     stops = Stops(max_time)
+    kept = None if folder is None else Kept.of(folder, asdict(replace(rig, isolate=False)), read, seed)  # it changes no number
     try:
         with stops, shown(progress) as tell:
 

@@ -288,6 +288,10 @@ def read(path: Path | str, whole: bool = False) -> tuple[pd.DataFrame, dict[str,
             return _once(_read_csv(path, whole))
     except FileNotFoundError:
         raise ResultError(f"There is no result file {path}.") from None
+    except UnicodeDecodeError:
+        raise ResultError(
+            f"{path} is no table of results: it is no UTF-8 text. What a recorder wrote selflock info and rig init read."
+        ) from None
     except (OSError, ValueError, pa.ArrowException) as error:
         raise ResultError(f"{path} is no table of results: {(getattr(error, 'strerror', None) or str(error))[:160]}") from None
     raise ResultError(f"{path}: results are read from .csv or .parquet files.")

@@ -238,8 +238,9 @@ def _log(path: Path, limit: int | None) -> Iterator[str]:
     nameless = all(name.isdigit() for name in found.columns)
     yield f"{path.name}: log of {len(found)} rows, {len(found.columns)} columns" + ", which it has no names for" * nameless
     yield from _columns(found, {}, limit)
-    named = " --columns 'time [ms], ...'" * nameless
-    yield f"a rig for it: selflock rig init {path}{named}"
+    if any(found[name].dtype.kind in "fiu" for name in found.columns):
+        named = " --columns 'time [ms], ...'" * nameless
+        yield f"a rig for it: selflock rig init {path}{named}"
 
 
 def _columns(table: pd.DataFrame, units: dict[str, str], limit: int | None) -> Iterator[str]:

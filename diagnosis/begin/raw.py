@@ -104,6 +104,10 @@ def read(logs: Sequence[str | Path], names: Sequence[str] = ()) -> Raw:
             stamps[name] = seconds
         else:
             texts[name] = f"texts such as {str(whole[name].iloc[0])[:20]!r}"
+    if not numbers:
+        raise DataError(
+            f"{files[0]}: holds no column of numbers, but {', '.join(f'{n!r} ({x})' for n, x in list(texts.items())[:3])}."
+        )
     sizes = [len(one) for one in tables]
     ends = np.cumsum([0, *sizes])
     spans = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:])]

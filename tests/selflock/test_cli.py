@@ -129,6 +129,9 @@ def test_nothing_is_left_of_work_that_is_refused(typed, tmp_path, monkeypatch, c
     code, _, told = typed(command, "rig.toml", "log.csv", "-o", "out/here")
     assert code == 2 and told.count("error:") == 1 and "Traceback" not in told
     assert sorted(tmp_path.rglob("*")) == before
+    if command != "replay":
+        code, _, told = typed(command, "rig.toml", "log.csv", "-o", "out/here", "--max-time", "0")
+        assert code == 2 and told.count("error:") == 1 and sorted(tmp_path.rglob("*")) == before
 
 
 @pytest.mark.alike

@@ -90,6 +90,19 @@ def test_info_and_results_tell_that_a_table_has_no_names(bare, tmp_path, ending)
             read(tmp_path / "x.csv")
 
 
+def test_words_alone_are_no_log(tmp_path):
+    (tmp_path / "x.txt").write_text("hello world\nthis is text\nand this\n")
+    with pytest.raises(DataError, match="holds no column of numbers, but 'hello world'"):
+        rig_init(tmp_path / "x.txt", tmp_path / "x.toml")
+    assert "rig init" not in info(tmp_path / "x.txt") and not (tmp_path / "x.toml").exists()
+
+
+def test_what_is_no_utf_8_is_told_as_that(tmp_path):
+    (tmp_path / "x.csv").write_bytes("Prüfstand;1\n\nZeit [ms];Winkel\n1;2\n".encode("cp1252"))
+    with pytest.raises(ResultError, match="it is no UTF-8 text. What a recorder wrote selflock info"):
+        read(tmp_path / "x.csv")
+
+
 def test_info_tells_of_what_a_drive_exports(tmp_path):
     (tmp_path / "x.csv").write_text("Kopf;1\n\nZeit [ms];Winkel [°]\n" + "".join(f"{k},0;{k},5\n" for k in range(20)))
     text = info(tmp_path / "x.csv")

@@ -5,13 +5,14 @@
     held and stalled: P_E = R / K_m^2 M^2       (19)
 
 The current of a held step is an exponential, so that a step is exact however small L/R is; L = 0 (current without
-delay) and R = 0 are its limits. With a voltage U_b lost at the brushes the equation is linear on each side of I = 0,
-and the instant at which the current dies is known too.
+delay) and R = 0 are its limits. With a voltage U_b lost at the brushes the equation is linear on each side of I = 0, and
+between -I_b and I_b where U_b is lost in full from a current I_b on: the instants at which the current passes these are
+known too.
 
 Plain functions on floats, as numba compiles them too. Torque is positive in the direction of positive speed.
 """
 
-from math import exp, expm1, inf, log
+from math import copysign, exp, expm1, inf, log
 from typing import NamedTuple
 
 from ..effect import Parameter, join, parameters_type
@@ -55,6 +56,7 @@ active = join(EFFECTS, HOOKS, "active")
 added_resistance = join(EFFECTS, HOOKS, "resistance")
 weakening = join(EFFECTS, HOOKS, "weakening")
 voltage_drop = join(EFFECTS, HOOKS, "drop")
+knee = join(EFFECTS, HOOKS, "knee")
 added_torque = join(EFFECTS, HOOKS, "torque")
 
 
@@ -87,6 +89,36 @@ def next_current(current, voltage, drop, resistance, inductance, dt):
             left += inductance * current / net
     net = max(voltage - drop, 0.0) + min(voltage + drop, 0.0)
     return free_current(0.0, net, resistance, inductance, max(left, 0.0))
+
+
+def bent_current(current, voltage, drop, knee, resistance, inductance, dt):
+    """As next_current, with drop I / knee lost up to the current `knee` > 0, A, and all of `drop` beyond.
+
+    At a held voltage the current goes one way, so that it passes each of -knee and knee once at most.
+    """
+    inside = resistance + drop / knee
+    if inductance == 0.0:
+        small = voltage / inside
+        return small if abs(small) <= knee else (voltage - copysign(drop, voltage)) / resistance
+    left = dt
+    for _ in range(3):
+        slope = voltage - resistance * current - drop * min(max(current / knee, -1.0), 1.0)
+        way = copysign(1.0, slope)
+        if way * current >= knee:  # on its way out
+            return free_current(current, voltage - way * drop, resistance, inductance, left)
+        if way * current >= -knee:
+            net, steep, border = voltage, inside, way * knee
+        else:
+            net, steep, border = voltage + way * drop, resistance, -way * knee
+        end = free_current(current, net, steep, inductance, left)
+        if way * end <= way * border:
+            return end
+        if steep > 0.0:
+            left -= inductance / steep * log((net - steep * current) / (net - steep * border))
+        else:
+            left -= inductance * (border - current) / net
+        left, current = max(left, 0.0), border
+    return current
 
 
 def warmed(p, heat, resistance, before, after, dt):
@@ -150,7 +182,11 @@ def advance(p, s, voltage, speed, dt):
         if drop == 0.0:  # as next_current, which is a call more at every step of most motors
             current = free_current(current, net, resistance, p.inductance, dt)
         else:
-            current = next_current(current, net, drop, resistance, p.inductance, dt)
+            bend = knee(p, x)
+            if bend > 0.0:
+                current = bent_current(current, net, drop, bend, resistance, p.inductance, dt)
+            else:
+                current = next_current(current, net, drop, resistance, p.inductance, dt)
     torque = p.torque_constant * current
     if s.effects > 0.0:
         heat = warmed(p, heat, resistance, s.current, current, dt)

@@ -124,6 +124,35 @@ def test_brush_drop_holds_the_current_at_zero():
     assert dc.next_current(0.0, -1.6, 1.0, 0.6, 0.0, 1.0) == pytest.approx(-1.0)
 
 
+@settings(max_examples=25)
+@given(st.floats(-5.0, 5.0), volts, st.floats(0.01, 3.0), st.floats(0.1, 5.0), st.floats(1e-5, 0.01), st.sampled_from((0.0, 0.7)))
+def test_soft_brushes_against_a_fine_integration(i0, u, drop, knee, h, r):
+    """Runge's midpoint rule, second order, of L I' = U - R I - U_b I / I_b between -I_b and I_b, else less U_b."""
+    got = dc.bent_current(i0, u, drop, knee, r, 0.004, h)
+    slope = lambda i: (u - r * i - drop * min(max(i / knee, -1.0), 1.0)) / 0.004
+    n, i = 500, i0
+    dt = h / n
+    for _ in range(n):
+        i += dt * slope(i + 0.5 * dt * slope(i))
+    assert got == pytest.approx(i, rel=1e-3, abs=1e-3)
+
+
+@given(st.floats(-5.0, 5.0), volts, st.floats(0.01, 3.0), st.floats(1e-5, 0.1), st.sampled_from((0.0, 0.004)))
+def test_brushes_without_softness_are_the_limit(i0, u, drop, h, l):
+    sharp = dc.next_current(i0, u, drop, 0.7, l, h)
+    assert dc.bent_current(i0, u, drop, 1e-7, 0.7, l, h) == pytest.approx(sharp, abs=1e-6)
+
+
+def test_soft_brushes_are_a_resistance_first_and_a_voltage_then():
+    soft = dc.Parameters(resistance=0.6, brush_voltage=1.2, brush_softness=0.5)  # all of it from 1 A on
+    assert stepped(soft, 0.9, 0.0, 1.0, 1)[1].current == pytest.approx(0.9 / (0.6 + 0.6 / 0.5))
+    assert stepped(soft, -0.9, 0.0, 1.0, 1)[1].current == pytest.approx(-0.5)
+    assert stepped(soft, 6.0, 0.0, 1.0, 1)[1].current == pytest.approx((6.0 - 1.2) / 0.6)
+    instant = soft._replace(inductance=0.0)
+    assert stepped(instant, 0.9, 0.0, 1e-6, 1)[1].current == pytest.approx(0.5)
+    assert stepped(instant, -6.0, 0.0, 1e-6, 1)[1].current == pytest.approx(-8.0)
+
+
 def test_winding_warms_to_its_steady_state():
     p = dc.Parameters(winding_thermal_resistance=2.0, thermal_time=1.0)
     s, _ = stepped(p, 6.0, 0.0, 0.01, 3000)

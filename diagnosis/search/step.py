@@ -15,7 +15,7 @@ from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, SHAPES, STEP
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
 from ..rules import RULES
-from .candidate import Candidate, better, ends, equal, more, same_law, simplest
+from .candidate import Candidate, better, ends, equal, more, same_law, simplest, worse
 from .fit import Fit, rho
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
@@ -25,6 +25,7 @@ from .screen import Direction
 from .waves import looked_for
 
 CHANCE = "chance finds as much"
+WITHIN = "what acts late in it does so within a sample of the log"
 
 
 @dataclass
@@ -130,7 +131,8 @@ class Step:
             fitted = sorted([*again, *others], key=lambda c: c.errors.mean())
             stage.candidates = [*fitted, *(c for c in stage.candidates if not c.fit)]
             real = self._weigh(stage, fitted)
-        if real:
+        # what a shift within a sample explains better is a matter of the recording, and whatever does nearly the same stands in for it
+        if real and not any(c.doubt == WITHIN and worse(believed(real), c, self.chance_level) for c in fitted):
             winner = stage.winner = believed(real)
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
             stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or self._same_law(c, winner))]
@@ -181,7 +183,7 @@ class Step:
         if candidate.drop < RULES.search.relevant:
             return f"it lowers the error of no comparison by {100 * RULES.search.relevant:.0f} %"
         if not self._resolved(candidate):
-            return "what acts late in it does so within a sample of the log"
+            return WITHIN
         if self.problem.by_channel and self._reaches_an_end(candidate):
             return "a number of it lies at the end of its range"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"

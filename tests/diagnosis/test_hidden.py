@@ -78,6 +78,14 @@ def test_what_no_hypothesis_explains_is_unknown_with_what_it_depends_on(name, tm
 
 
 @pytest.mark.in_turn
+def test_nothing_stands_in_for_a_delay_within_a_sample(tmp_path):
+    """No log tells one from how it was recorded; a sampling period that does nearly as much was named in its place."""
+    case = bench.hide(["controller.delay"], seed=60002, target=1.77)
+    result = _ask(case, tmp_path)
+    assert score.answers(result) in (["unknown"], ["controller.delay"]), _told(result, case)
+
+
+@pytest.mark.in_turn
 def test_the_best_model_is_written_where_none_is_believed(tmp_path):
     """What a rule drops is an estimate all the same: its numbers, its measured gain, its FMU, and why it is no answer."""
     case = bench.hide(["unknown.end_stop"], seed=11, target=6.0)

@@ -69,6 +69,7 @@ class Parameter(NamedTuple):
     on_request: bool = False  # looked for only where somebody asks for it
     of_value: bool = False  # a sensor's: in the unit of what it measures
     trials: tuple[float, ...] = ()  # where to look first, of a place or a width that matters: all of them are tried
+    of_stall: float = 0.0  # above 0, of a torque: a fit searches up to this share of what the motor gives at rest, not all bounds
 
 
 VARIABLES = ("speed", "load", "acceleration", "position", "output position", "current", "time", "set-point change")

@@ -167,6 +167,10 @@ def _parameter_gaps(p: Any) -> list[str]:
     for trial in p.trials:
         demand(p.low <= trial <= p.high, f"{p.name}: trial at {trial}, outside its bounds [{p.low}, {p.high}]")
     demand(len(p.trials) <= MOST_TRIALS, f"{p.name}: {len(p.trials)} trials; {MOST_TRIALS} are the most")
+    demand(
+        p.of_stall >= 0.0 and (not p.of_stall or p.unit == "N.m"),
+        f"{p.name}: of_stall = {p.of_stall} is a share, above 0, of a torque",
+    )
     demand((p.role == ORDER) <= (p.shaft in ("input", "output")), f"{p.name}: waves of which shaft?")
     try:
         units.parse(p.unit or "1")

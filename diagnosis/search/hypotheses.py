@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -94,7 +94,8 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
     for name in sorted(used):
         _, component = split(name, rig.drives)
         beside = effects(component)
-        found += [_effect(rig, name, component, effect) for effect in beside if not (points and effect.needs)]
+        most = stall(experiment, name)
+        found += [_effect(rig, name, component, effect, most) for effect in beside if not (points and effect.needs)]
         said = {said for effect in beside for said in (*effect.says, *(p.name for p in effect.parameters))}
         for parameter in base(component):
             full = f"{name}.{parameter.name}"
@@ -174,13 +175,36 @@ def spread(experiment: DriveExperiment, channel: str) -> float:
     return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
 
 
-def _effect(rig: Rig, name: str, component: str, effect: Effect) -> Hypothesis:
+def stall(experiment: DriveExperiment, component: str) -> float:
+    """Torque that the motor of a component's drive gives at rest at the highest voltage, N.m: eq 15 to 17, K_m U / R.
+
+    That voltage is the controller's limit where the rig gives it, else the highest of the logs, else the controller's own.
+    """
+    rig = experiment.rig
+    prefix = split(component, rig.drives)[0]
+
+    def value(of: str, name: str) -> float:
+        return rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in base(of) if p.name == name))
+
+    limits = [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
+    seen = [spread(experiment, prefix + name) for name in VOLTAGES if prefix + name in experiment.measured]
+    if not any(name in rig.parameters for name in limits) and seen:
+        voltage = max(seen)
+    else:
+        voltage = max(abs(value("controller", name)) for name in ("voltage_min", "voltage_max"))
+    resistance = value("motor", "resistance")
+    return value("motor", "torque_constant") * voltage / resistance if resistance > 0.0 else inf
+
+
+def _effect(rig: Rig, name: str, component: str, effect: Effect, most: float) -> Hypothesis:
+    """The hypothesis of a component's effect; most: the torque of its drive at stall, N.m."""
     free = []
     for p in effect.parameters:
         full = f"{name}.{p.name}"
         if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
-        low, high = rig.uncertain.get(full, (p.low, p.high))
+        reach = p.of_stall * most if p.of_stall else inf
+        low, high = rig.uncertain.get(full, (max(p.low, -reach), min(p.high, reach)))
         free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high, rig.linear), told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"

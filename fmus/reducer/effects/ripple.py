@@ -38,7 +38,17 @@ def numbers(shaft):
     of, turn = f"of the {shaft} shaft", 2 * math.pi
     return (
         Parameter(f"{shaft}_ripple", "", 0.0, -1.0, 1.0, f"A {of}: share of dry friction", AMPLITUDE, shaft),
-        Parameter(f"{shaft}_ripple_torque", "N.m", 0.0, -1.0, 1.0, f"B {of}: torque at the input shaft", AMPLITUDE, shaft),
+        Parameter(
+            f"{shaft}_ripple_torque",
+            "N.m",
+            0.0,
+            -100.0,
+            100.0,
+            f"B {of}: torque at the input shaft",
+            AMPLITUDE,
+            shaft,
+            of_stall=0.5,
+        ),
         Parameter(f"{shaft}_ripple_order", "", 1.0, 1.0, 200.0, f"n {of}: waves in a turn, at least one", ORDER, shaft),
         Parameter(f"{shaft}_ripple_phase", "rad", 0.0, -turn, turn, f"phase {of}'s wave at angle 0", PHASE, shaft),
     )

@@ -15,7 +15,7 @@ from selflock.diagnosis.residuals import drive, loops
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.kernels import kernels
-from selflock.diagnosis.residuals.laws import parameters
+from selflock.diagnosis.residuals.laws import effects, parameters
 from selflock.diagnosis.residuals.mending import Mending
 from selflock.diagnosis.search.hypotheses import vocabulary
 from selflock.diagnosis.search.problem import Problem
@@ -150,6 +150,18 @@ def test_a_wave_that_no_run_goes_through_once_is_not_looked_for(tmp_path, ratio,
         assert orders["reducer.output_ripple_order"] == pytest.approx(ratio / turns, rel=0.01)
     else:  # not even the shortest
         assert not any("output" in p.name for p in ripple.free)
+
+
+def test_a_torque_is_looked_for_up_to_a_share_of_what_the_motor_gives_at_rest(tmp_path, rng):
+    """K_m U / R: of a large motor's cogging 0.1 N.m was the most, so that it was told as a ripple of its gear."""
+    bench = inverse(tmp_path, rng)
+    large = {"motor.torque_constant": 0.4, "motor.resistance": 0.5, "controller.voltage_max": 60.0}
+    bench = DriveExperiment(replace(bench.rig, parameters={**bench.rig.parameters, **large}), bench.runs)
+    found = {p.name: p for h in vocabulary(bench.rig, {"motor", "reducer"}, bench.measured, bench) for p in h.free}
+    share = {p.name: p.of_stall for of in ("motor", "reducer") for effect in effects(of) for p in effect.parameters}
+    for name in ("motor.cogging_torque", "reducer.input_ripple_torque"):
+        assert found[name].high == pytest.approx(share[name.split(".")[1]] * 0.4 * 60.0 / 0.5)
+    assert found["reducer.input_ripple_torque"].low == -found["reducer.input_ripple_torque"].high
 
 
 LAWS_OF = {

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 
-from selflock.fmus.effect import SHAPES
 from selflock.view.page import probability
 
 from ..rules import RULES
-from ..search.candidate import pressed
+from ..search.candidate import amount, pressed
 from ..search.hypotheses import Free
 
 AT_END = "lies at the end of its range"
@@ -88,11 +87,6 @@ def at_end(p: Free, value: float, low: float, high: float) -> bool:
     A small value of a wide range is near its end and may yet be well determined: then its interval does not reach it.
     """
     return pressed(p, value) and (low <= p.low or high >= p.high)
-
-
-def amount(p: Free) -> bool:
-    """Whether a number says how much there is of a cause."""
-    return p.role not in SHAPES and not p.companion
 
 
 def weakening(free: Sequence[Free], doubted: dict[str, str]) -> list[str]:

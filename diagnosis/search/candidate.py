@@ -118,6 +118,11 @@ def pressed(p: Free, value: float) -> bool:
     return p.role not in SHAPES and value != p.nominal and min(value - p.low, p.high - value) < near
 
 
+def amount(p: Free) -> bool:
+    """Whether a number says how much there is of a cause."""
+    return p.role not in SHAPES and not p.companion
+
+
 def simplest(
     real: Sequence[Candidate], found: Sequence[Hypothesis], chance_level: float, rows: np.ndarray, size: float
 ) -> Candidate:

@@ -56,12 +56,17 @@ class Fit:
     def intervals(
         self, rows: np.ndarray, blocks: np.ndarray, level: float = RULES.search.interval
     ) -> dict[str, tuple[float, float]]:
-        """95 % intervals, no wider than the bounds."""
+        """95 % intervals, no wider than the bounds; the bounds of what is not felt: it may as well be anything there."""
         if not self.free:
             return {}
-        spread = level * np.sqrt(np.maximum(np.diag(self.covariance(rows, blocks)), 0.0))
+        spread, felt = level * np.sqrt(np.maximum(np.diag(self.covariance(rows, blocks)), 0.0)), self.felt(rows)
+        of = lambda p, s: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s))
+        return {p.name: of(p, s) if felt[p.name] else (p.low, p.high) for p, s in zip(self.free, spread)}
+
+    def felt(self, rows: np.ndarray) -> dict[str, bool]:
+        """Whether a value changes anything where it ended; what acts in steps has no slope, and is felt by being there."""
         return {
-            p.name: (max(p.low, self.values[p.name] - s), min(p.high, self.values[p.name] + s)) for p, s in zip(self.free, spread)
+            p.name: bool(np.any(column[rows])) or self.values[p.name] in p.trials for p, column in zip(self.free, self.jacobian.T)
         }
 
 

@@ -81,11 +81,11 @@ def told(fitted: Fit, free: Sequence[Free], endings: Sequence[Ending], rows: np.
     """
     intervals, together, found = fitted.intervals(rows, blocks), collinear(fitted, rows), []
     errors = dict(zip((p.name for p in fitted.free), np.sqrt(np.maximum(np.diag(fitted.covariance(rows, blocks)), 0.0))))
-    felt = {p.name: bool(np.any(column[rows])) for p, column in zip(fitted.free, fitted.jacobian.T)}
+    felt = fitted.felt(rows)
     best = min(endings, key=lambda e: e.loss).end if endings else {}
     for p in free:
         value, name, rules = fitted.values[p.name], p.name, RULES.search
-        low, high = intervals[name] if felt[name] else (p.low, p.high)
+        low, high = intervals[name]
         near = max(min(rules.at_bound * errors[name], rules.at_end * (p.high - p.low)), rules.tolerances[1] * scale(p, value))
         apart = rules.interval * errors[name] + rules.ends_alike * abs(best.get(name, value))
         elsewhere = [{"start": e.start[name], "end": e.end[name]} for e in endings if abs(e.end[name] - best[name]) > apart]

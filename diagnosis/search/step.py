@@ -15,7 +15,7 @@ from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, SHAPES, STEP
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
 from ..rules import RULES
-from .candidate import Candidate, better, ends, equal, more, same_law, simplest, worse
+from .candidate import Candidate, amount, better, ends, equal, more, same_law, simplest, worse
 from .fit import Fit, rho
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
@@ -184,6 +184,9 @@ class Step:
             return f"it lowers the error of no comparison by {100 * RULES.search.relevant:.0f} %"
         if not self._resolved(candidate):
             return WITHIN
+        felt = candidate.fitted.felt(self.problem.rows)
+        if not any(felt[p.name] for p in candidate.free if amount(p)):
+            return "where its fit ended more or less of it changes nothing: this log does not tell how much there is"
         if self.problem.by_channel and self._reaches_an_end(candidate):
             return "a number of it lies at the end of its range"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
@@ -368,7 +371,7 @@ class Step:
 
     def _start(self, way: Direction) -> dict:
         """Where the linear look says; of a whole drive, which is far from linear, a small amount in that direction."""
-        start = way.start()
+        start = {p.name: p.nominal for p in way.hypothesis.free} | way.start()
         for p in way.amplitudes if self.problem.whole else ():
             most = RULES.search.small * (p.high - p.low if np.isfinite(p.high - p.low) else 1.0)
             start[p.name] = p.nominal + float(np.clip(RULES.search.small_look * (start[p.name] - p.nominal), -most, most))
@@ -393,6 +396,9 @@ class Step:
 
 def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:
     """What a fit may free: all but shapes that have a usual value (no number of waves has); all; all but what the law can do without, too."""
-    every = tuple(p for p in way.free if p.name not in base.values)
-    usual = tuple(p for p in every if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
+    own = tuple(p for p in way.free if p.name not in base.values)
+    # what acts from a finite amount on was looked at without what its effect frees beside it
+    beside = tuple(p for p in way.hypothesis.free if way.jump and p.companion and p.name not in base.values)
+    every = tuple(dict.fromkeys((*own, *beside)))
+    usual = tuple(p for p in own if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
     return usual, every, tuple(p for p in usual if not (p.name in way.shape and p.nominal in (p.low, p.high)))

@@ -31,6 +31,17 @@ def test_a_fit_gives_the_least_squares_line_and_an_interval_that_holds_it(rng):
     assert low < 0.7 < high and high - low < 0.15
 
 
+def test_what_changes_nothing_where_its_fit_ended_may_be_anything(rng):
+    """A number beyond what the simulation resolves has no slope: its interval was the value itself, as if it were sure."""
+    x, y, free, _ = line(rng)
+    stopped = (*free, Free("stopped", 0.0, 0.0, 5.0), Free("steps", 0.0, 0.0, 5.0, trials=(2.0,)))
+    rows, start = np.ones(len(x), bool), {"slope": 0.0, "level": 0.0, "stopped": 3.0, "steps": 2.0}
+    found = fit(lambda v: (y - v["slope"] * x - v["level"] - min(v["stopped"], 0.5)) / 0.1, {}, stopped, start, rows, 1e6)
+    assert found.felt(rows) == {"slope": True, "level": True, "stopped": False, "steps": True}
+    intervals = found.intervals(rows, np.repeat(np.arange(BLOCKS), SAMPLES))
+    assert intervals["stopped"] == (0.0, 5.0) and intervals["steps"] == (found.values["steps"],) * 2
+
+
 def test_a_few_wild_samples_do_not_pull_a_fit(rng):
     x, y, free, _ = line(rng)
     y[:10] += 50.0

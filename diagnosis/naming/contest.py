@@ -29,7 +29,7 @@ from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
-from .near import beside_best, refined, starts
+from .near import beside_best, carried, refined, starts
 from .order import far, nearest, ordered
 from .scene import Scene
 
@@ -254,6 +254,10 @@ class Contest:
                 if (rival := self._fit(guess, start, beside_it)) is not None:
                     found.append(rival)
             found, more = _distinct(found), []
+        for way, guess in carried(found, self.looks) if not self.enough() else ():
+            self.tell(f"fits: {guess.label}", 0.84)
+            found += [rival] if (rival := self._fit(guess, self.values | self._start(way, guess), way)) is not None else []
+        found = _distinct(found)
         for curve in refined(found, self.scene.parts, self._far) if not self.enough() else ():
             if (finer := self.looks.finer(curve.guess, curve.values)) is not None:
                 guess, start = finer

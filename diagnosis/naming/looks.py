@@ -126,6 +126,12 @@ class Looks:
             if moved is not None and self.base.misfit is not None:
                 self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
 
+    def shaped(self, guess: Guess, shape: dict[str, float], acting: tuple[str, ...]) -> tuple[Direction, Guess] | None:
+        """A look at a guess with this shape; None where none was to be had."""
+        count = len(self.ways)
+        self._column(Trial(guess, shape, acting))
+        return self.ways[-1] if len(self.ways) > count else None
+
     def alone(self, way: Direction) -> np.ndarray:
         """What a way changes by its amounts that the base cannot make up for, (blocks times samples), of length 1; else 0."""
         weights, changed = self.linear.weights[:, way.part], np.zeros(self.linear.weights.shape)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ..rules import RULES
 from ..search.screen import Direction
 from ..systems.parts import Parts
-from .guesses import CURVE, LAW, PARAMETER, PATH, Guess, words
+from .guesses import CURVE, LAW, PARAMETER, PATH, Guess, begins, words
 from .places import origin
 
 if TYPE_CHECKING:
@@ -116,6 +116,27 @@ def _turned(best: Guess, found: Sequence[Rivalled], looks: Looks) -> list[list[W
         if guess.kind == LAW and guess.count == 1 and guess.label not in known and (as_is := looks.simulated(way, guess)):
             turned += [(as_is, guess)] if same(as_is) else []
     return _by_label(found, turned, lambda *_: True)
+
+
+def carried(found: Sequence[Rivalled], looks: Looks) -> list[Way]:
+    """Laws of a shape that fitted better at another place, with the shape that it has there: what it is of is the same.
+
+    A fit of four numbers may end in any valley; that of one quantity is no other where it acts.
+    """
+    parts, best = looks.scene.parts, dict[tuple, "Rivalled"]()
+    laws = [rival for rival in found if rival.guess.kind == LAW and len(rival.guess.inserts) == 1]
+    what = lambda guess: (guess.law, _quantity(guess, parts), guess.inserts[0].multiplies)
+    for rival in sorted(laws, key=lambda rival: rival.end.loss):
+        best.setdefault(what(rival.guess), rival)
+    made = []
+    for rival in laws:
+        first, acting = best[what(rival.guess)], ("a", "b") if rival.guess.law == "Stribeck" else ("a",)
+        if (1.0 - RULES.search.matters) * rival.end.loss > first.end.loss:
+            words = {n.name: n.name.rpartition(".")[2] for n in rival.guess.numbers if not begins(n)}
+            shape = {name: first.values[name] for name, word in words.items() if word not in acting}
+            made.append((rival.guess, shape, tuple(name for name, word in words.items() if word in acting)))
+    ways = [looks.shaped(*one) for one in made[: RULES.naming.likely] if one[1]]
+    return [way for way in ways if way is not None]
 
 
 def _quantity(guess: Guess, parts: Parts) -> tuple[str, int, str]:

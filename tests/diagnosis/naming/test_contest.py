@@ -455,3 +455,30 @@ def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of
     contest.again(lambda rival: its if rival is held else None, outcome, None)
     assert fitted == [("held", its)] and outcome.fitted == [anew, best, far]
     assert asked == [own] and contest.problem is contest.looks.problem is own and contest.scene.played is own.played
+
+
+def test_a_law_of_a_shape_is_fitted_with_that_which_it_has_where_it_fitted_better():
+    """Stribeck of an oscillator's speed ended at twice the loss that it had at its controller's input, which was named."""
+    parts = SimpleNamespace(
+        links={"controller.x": SimpleNamespace(source="body", output="x")},
+        variables={},
+        owner=lambda name: name.partition(".")[0],
+    )
+
+    def fitted(place, over, loss, width, law="Stribeck"):
+        guess = a_law(law, place, over)
+        guess = replace(guess, numbers=tuple(Number(f"c.{w}", f"c.{w}", 0.1, -9.0, 9.0) for w in ("a", "b", "w", "v")))
+        return SimpleNamespace(
+            guess=guess, end=SimpleNamespace(loss=loss), values={"c.a": 1.0, "c.b": 2.0, "c.w": width, "c.v": 5.0}
+        )
+
+    far, here = fitted("controller.u", "controller.x", 19.0, 0.3), fitted("body.force", "body.x", 38.0, 0.2)
+    look, asked = looks([], parts), []
+    look.shaped = lambda *one: asked.append(one) or (one[0] is here.guess and ("way", here.guess)) or None
+    others = [
+        fitted("body.force", "body.v", 60.0, 0.2),
+        fitted("body.u", "body.x", 19.1, 0.2),
+        fitted("body.x", "body.x", 50.0, 1.0, "cubic"),
+    ]
+    assert near.carried([here, far, *others], look) == [("way", here.guess)]
+    assert asked == [(here.guess, {"c.w": 0.3, "c.v": 5.0}, ("c.a", "c.b"))]

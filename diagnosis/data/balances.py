@@ -112,10 +112,13 @@ def _slips(u, i, w, r: float, k: float, said: Said, names) -> Iterator[tuple[str
     u_name, i_name, w_name = names
     measured = bool(np.any(i))
     v = k * w
+    duty = u_name == "motor.duty"  # of a supply, which is in V
+    supply = "motor.supply_voltage" if duty else u_name
     for times, what, unit in ((1e-3, "mV read as V", "mV"), (1e3, "V read as mV", "V")):
-        if said.read_in(u_name, unit):
-            continue
-        yield f'{what}? Write unit = "{unit}" for {said(u_name)}', u * times, r * i + v
+        if not said.read_in(supply, unit):
+            yield f'{what}? Write unit = "{unit}" for {said(supply)}', u * times, r * i + v
+    if duty and not said.read_in(u_name, "%"):
+        yield f'percent read as 1? Write unit = "%" for {said(u_name)}', u * 1e-2, r * i + v
     if measured:
         for times, what, unit in ((1e-3, "mA read as A", "mA"), (1e3, "A read as mA", "A")):
             if said.read_in(i_name, unit):

@@ -189,7 +189,9 @@ def _wound_up(pieces: Pieces, said: Said, twist: np.ndarray) -> tuple[float, flo
 
 
 def limits(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
-    """A limit that the voltage passes by far, or that no supply of a drive has."""
+    """A limit that the voltage passes by far, or that no supply of a drive has; of a duty one that is none."""
+    if pieces.has("motor.duty") and not any(map(pieces.has, ("controller.voltage", "motor.voltage"))):
+        return _duties(said)
     found, extremes = [], _extremes(pieces, suspects)
     for side, name in zip((-1.0, 1.0), LIMITS):
         given, value = said.given(name), side * (max if side > 0.0 else min)(said.ends(name))
@@ -215,6 +217,18 @@ def limits(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
                 )
             )
     return found
+
+
+def _duties(said: Said) -> list[Finding]:
+    """Limits in V where the controller commands a share of its supply."""
+    most = 1.0 + RULES.data.known_slip
+    wrong = [name for name in LIMITS if said.given(name) and min(map(abs, said.ends(name))) > most]
+    if not wrong:
+        return []
+    told = " and ".join(f"{said.prefix}{name} = {said.value(name):g}" for name in wrong)
+    text = f"{told}, and what drives this log is {said('motor.duty')}, a share of its supply between -1 and 1"
+    mend = "write -1 and 1, and the gains per rad, what they are in V over the supply's volts"
+    return [Finding(f"{text}: {mend}.", False, tuple(wrong))]
 
 
 def _extremes(pieces: Pieces, suspects: set[str]) -> tuple[str, tuple[float, float]] | None:

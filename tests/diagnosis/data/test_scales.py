@@ -150,6 +150,23 @@ def test_a_loop_that_goes_slower_than_it_is_asked_to_is_no_slip(times, stops, tm
     assert any("controller.speed_setpoint" in f.about for f in found.findings) == stops, found.lines()
 
 
+@pytest.mark.parametrize(
+    "columns, words",
+    [
+        ({"supply": 24e3}, "mV read as V? Write unit = \"mV\" for column 'supply' (motor.supply_voltage)."),
+        ({"times": 100.0}, "percent read as 1? Write unit = \"%\" for column 'duty' (motor.duty)."),
+    ],
+    ids=["mV", "percent"],
+)
+def test_of_a_duty_the_supplys_unit_is_told_and_its_own(columns, words, tmp_path):
+    channels = (*LOOP[:2], "motor.duty", "motor.supply_voltage", *LOOP[3:])
+    log = LOG.assign(
+        duty=columns.get("times", 1.0) * LOG.u / 24.0, supply=columns.get("supply", 24.0) * (1.0 + 1e-3 * np.sin(LOG.time))
+    )
+    gross = boxed(tmp_path, channels, log, controller__voltage_max=1.0, controller__voltage_min=-1.0).gross
+    assert any(words in sentence for sentence in gross), gross
+
+
 def test_a_duty_is_held_against_gains_of_a_duty(tmp_path):
     """Its limits are no voltages, and its gains are per rad of 1."""
     changes = {"controller__angle_gain": GAIN / 24.0, "controller__speed_gain": DAMPS / 24.0, "controller__voltage_max": 1.0, "controller__voltage_min": -1.0}  # fmt: skip
@@ -160,3 +177,8 @@ def test_a_duty_is_held_against_gains_of_a_duty(tmp_path):
     assert not found.findings  # by 24: no unit is that
     (finding,) = boxed(tmp_path, channels, log, **changes | {"controller__angle_gain": 1e3 * GAIN / 24.0}).findings
     assert finding.about == ("controller.angle_gain",)
+    (finding,) = boxed(tmp_path, channels, log).findings  # as for a voltage
+    assert (
+        "controller.voltage_max = 24 and controller.voltage_min = -24" in finding.sentence or "write -1 and 1" in finding.sentence
+    )
+    assert set(finding.about) == {"controller.voltage_min", "controller.voltage_max"} and not finding.gross

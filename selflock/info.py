@@ -35,7 +35,7 @@ def info(path: str | Path, everything: bool = False) -> str:
     if kind is None:
         from selflock.diagnosis.data.table import ENDINGS
 
-        kind = _log if path.suffix.lower() in ENDINGS else None
+        kind = _log if path.suffix.lower() in ENDINGS or not path.suffix else None
     if kind is None:
         raise SelflockError(
             f"{path}: info tells of {', '.join(kinds)} files, of logs, and of folders of FMUs and system structures."

@@ -126,7 +126,7 @@ def _timed(guess: LogGuess, kind: str) -> None:
         other, clock.unit, clock.factor, clock.sure = clock.unit, "s", 1.0, UNSURE
         clock.why = f"steps of {step:.3g}; nobody says its unit, which is s where none is said"
     else:
-        other = {"ms": "s", "us": "ms", "ns": "us"}[clock.unit]
+        other = {"s": "ms", "ms": "s", "us": "ms", "ns": "us"}[clock.unit]
         if step * SECONDS[other] > RULES.begin.slowest_rows:
             return
     last, else_ = (f"{SECONDS[unit] * lasts:.3g} s" for unit in (clock.unit, other))

@@ -60,7 +60,7 @@ class Measures(Looking):
             a, s = guess.taken[angle], guess.taken[speed]
             tie = self.integral(a.column, s.column)
             if not tie.holds(RULES.begin.borne_out):
-                why = f"{a.column!r} is not the integral of {s.column!r} (r = {tie.r:.2f})"
+                why = f"that {a.column!r} is the integral of {s.column!r} is not borne out {tie.told}"
                 a.doubt(why)
                 s.doubt(why)
                 continue

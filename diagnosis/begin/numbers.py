@@ -94,6 +94,12 @@ class Tie:
         """Whether the two go together this well, in what varies, too."""
         return self.pieces >= RULES.begin.fewest and abs(self.r) >= least and not self.centred < least * 2.0 - 1.0
 
+    @property
+    def told(self) -> str:
+        """How well, in brackets, or that too little of them is there to say."""
+        few = f" of {self.pieces} pieces, which are too few to tell" if self.pieces < RULES.begin.fewest else ""
+        return f"(r = {self.r:.2f}{few})"
+
 
 NONE = Tie(float("nan"), 0.0, float("nan"), 0, float("inf"))
 

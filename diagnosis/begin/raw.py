@@ -29,6 +29,8 @@ TELLS = re.compile(
 
 BEYOND = 1e60  # what no sensor says
 NUMBERED = re.compile(r"(.*\.)?\d+")  # columns of a table without a line of names, or of a matrix
+MARKS = (words.RUN, words.INDEX, "")  # what tells runs apart and is no channel
+NO_NAME = Word("")
 MOST_LISTED = 20  # columns in a sentence
 
 SURE, LIKELY, UNSURE = "sure", "likely", "unsure"
@@ -136,7 +138,7 @@ def read(logs: Sequence[str | Path], names: Sequence[str] = ()) -> Raw:
                 time[part] = spread_out(time[part])
     values = {}
     for name, x in numbers.items():
-        if name not in (clock.column, run) and name not in scalars:
+        if name not in (clock.column, run if known.get(run, NO_NAME).quantity in MARKS else "") and name not in scalars:
             whole_x = _filled(x, parts)
             if whole_x is None:
                 texts[name] = f"numbers in {int(np.isfinite(x).sum())} of {len(x)} rows"
@@ -264,6 +266,10 @@ def _unit(name: str, x: np.ndarray, word: Word, files: list[slice]) -> tuple[Tim
     if step < 0.5:
         return TimeAxis(name, "s", 1.0, sure=LIKELY, why=f"steps of {step:.3g} are s, by their size"), since
     unit = "ms" if step < 400.0 else "us" if step < 4e5 else "ns"
+    lasts = float(np.sum(steps[steps > 0.0]))
+    if not whole and step < RULES.begin.slowest_rows and lasts * SECONDS[unit] < RULES.begin.shortest_motion:
+        why = f"steps of {step:.3g} that are no whole numbers: s, for in {unit} the log would last {SECONDS[unit] * lasts:.2g} s"
+        return TimeAxis(name, "s", 1.0, sure=UNSURE, why=why, guessed=True), since
     sure = LIKELY if whole and step > 1.5 else UNSURE
     why = f"{'whole ' * whole}steps of {step:.3g}: {unit}, by their size; no s, for a drive is not recorded so slowly"
     return TimeAxis(name, unit, SECONDS[unit], sure=sure, why=why, guessed=True), since * SECONDS[unit]
@@ -277,7 +283,7 @@ def _runs(whole: pd.DataFrame, numbers: dict, time: np.ndarray, files: list[slic
     within = np.setdiff1d(np.arange(1, len(time)), [part.start for part in files[1:]])
     found: list[tuple[int, str, np.ndarray]] = []
     for name in whole.columns:
-        if name == clock.column or (name in numbers and known[name].quantity not in (words.RUN, words.INDEX, "")):
+        if name == clock.column:
             continue
         codes = pd.factorize(whole[name])[0]
         edges = within[codes[within] != codes[within - 1]]
@@ -286,7 +292,10 @@ def _runs(whole: pd.DataFrame, numbers: dict, time: np.ndarray, files: list[slic
         blocks = len(edges) + len(files)
         if count < 2 or blocks > count * len(files) or count > len(time) / 20:
             continue
-        if len(anew) and set(anew) <= set(edges):
+        if name in numbers and known[name].quantity not in MARKS:
+            if len(anew) and set(anew) == set(edges):  # the duty of each step, say: a channel all the same
+                found.append((3, name, edges))
+        elif len(anew) and set(anew) <= set(edges):
             found.append((0 if named else 1, name, edges))
         elif named and not len(anew):
             found.append((2, name, edges))

@@ -236,7 +236,7 @@ class Shafts(Measures):
         if not tie.holds(0.8):
             taken.unit = taken.unit or (one.unit if motion == quantity else "")
             taken.factor = one.factor if motion == quantity and taken.unit == one.unit else 1.0
-            taken.doubt(f"{one.column!r} does not follow it closely (r = {tie.r:.2f})")
+            taken.doubt(f"{one.column!r} does not follow it closely {tie.told}")
             return
         taken.why.append(f"{one.column!r} follows it (r = {tie.r:.3f})")
         if motion == quantity and alike and not word.unit:

@@ -195,9 +195,8 @@ def _clock(rig: Rig, runs: list[MeasuredRun]) -> list[Finding]:
     step = float(np.median(np.concatenate([np.diff(run.time) for run in runs])))
     column = f"column {rig.time.column!r}"
     if step >= RULES.data.slow_rows:
-        text = (
-            f"rows are {step:.3g} s apart by {column}, and the log lasts {sum(float(np.ptp(r.time)) for r in runs) / 3600:.3g} h"
-        )
+        lasts = sum(float(np.ptp(run.time)) for run in runs)
+        text = f"rows are {step:.3g} s apart by {column}, and the log lasts {f'{lasts / 3600:.3g} h' if lasts > 3600 else f'{lasts:.3g} s'}"
         return [Finding(f'{text}. If that column is in ms, write unit = "ms" under [time].', False, ("time",))]
     if step < RULES.data.fast_rows:
         text = f"rows are {1e6 * step:.3g} µs apart by {column}"

@@ -71,7 +71,7 @@ def table(path: str | Path) -> pd.DataFrame:
 
 
 def _read(path: Path, ending: str) -> pd.DataFrame:
-    if ending in TEXTS:
+    if ending in TEXTS or not ending.strip("."):  # a program that writes numbers seldom cares for an ending
         return read_text(path)
     if ending in {".parquet", ".pq"}:
         return _parquet(path)
@@ -87,7 +87,7 @@ def _read(path: Path, ending: str) -> pd.DataFrame:
         return _book(path)
     if ending == ".xls":
         raise DataError(f"{path}: is a workbook of Excel before 2007. Save it as .xlsx or .csv.")
-    raise DataError(f"{path}: logs are {LOGS}, not {ending or 'without ending'}.")
+    raise DataError(f"{path}: logs are {LOGS}, not {ending}.")
 
 
 def _stamped(found: pd.DataFrame) -> pd.DataFrame:

@@ -25,6 +25,11 @@ class BeginRules:
         "s up to which rows of a drive may be apart, so that a time whose unit nobody says may be in the next larger one: a note says so",
         "a remark alone, which decides nothing",
     )
+    shortest_motion: float = rule(
+        0.5,
+        "s below which a log lasts too short by a unit that its steps alone tell, if they are no whole numbers: then they are s",
+        "theory: who counts ms has whole ones, and a computer's clock in s has digits; a note tells both",
+    )
     astray: float = rule(
         10.0, "median distances from what most pieces say beyond which a piece is left out", "theory: of normal noise one in 1e10"
     )

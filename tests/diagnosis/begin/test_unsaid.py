@@ -62,6 +62,43 @@ def test_a_duty_beside_no_supply_waits_for_its_volts(bare, tmp_path):
     assert diagnosis.replay(begun.path, bare, out=None, anyway=True).comparisons
 
 
+@pytest.mark.parametrize("name", ["data100", "data20."])
+def test_a_file_without_an_ending_is_a_text(bare, name, tmp_path):
+    bare.rename(tmp_path / name)
+    begun = rig_init(tmp_path / name, tmp_path / "toy.toml", columns="time [ms], -, motor angle [deg], motor duty [%]")
+    assert begun.kind == "forward" and "log of 50 rows" in info(tmp_path / name)
+    (tmp_path / name).write_bytes(b"\0\1\2")
+    with pytest.raises(DataError, match="is not a text file"):
+        rig_init(tmp_path / name, tmp_path / "other.toml")
+
+
+def test_a_few_rows_are_said_to_be_few(bare, tmp_path):
+    begun = rig_init(bare, tmp_path / "toy.toml", columns="time [ms], -, load angle [deg], load speed [deg/s]")
+    assert any("of 9 pieces, which are too few to tell" in why for why in begun.guess.taken["load.angle"].why)
+
+
+def test_a_duty_that_is_another_one_each_time_the_clock_begins_anew_tells_runs_apart(tmp_path):
+    """A motor's steps, one behind the other in a file: the duty is a channel all the same."""
+    rows = []
+    for duty in (-100, -60, -20, 20, 60, 100):
+        t = 0.006 * np.arange(150)
+        speed = 11.0 * duty * (1.0 - np.exp(-t / 0.11))
+        rows.append(np.column_stack([np.full(150, duty), t, speed, 11.0 * duty * (t - 0.11 * (1.0 - np.exp(-t / 0.11)))]))
+    np.savetxt(tmp_path / "steps.csv", np.concatenate(rows), delimiter=", ", fmt="%.6g")
+    begun = rig_init(
+        tmp_path / "steps.csv", tmp_path / "rig.toml", columns="motor duty [%], time [s], motor speed [deg/s], motor angle [deg]"
+    )
+    guess = begun.guess
+    assert guess.raw.run == "1" and len(guess.raw.columns.parts) == 6
+    assert guess.taken["motor.voltage"].column == "1" and guess.taken["reducer.input_angle"].sure == "sure"
+    begun.path.write_text(
+        begun.path.read_text().replace('# "motor.voltage"', '"motor.voltage"').replace("nominal = ?", "nominal = 9.0")
+    )
+    assert {c.output for c in diagnosis.replay(begun.path, tmp_path / "steps.csv", None, anyway=True).comparisons} >= {
+        "reducer.input_speed"
+    }
+
+
 def test_as_many_names_as_columns(bare, tmp_path):
     with pytest.raises(DataError, match=r"has 4 columns \(1, 2, 3, 4\), and --columns names 2"):
         rig_init([bare], tmp_path / "toy.toml", columns=["time [ms]", "load angle [deg]"])

@@ -74,8 +74,8 @@ UNITS = {  # as people write them: as the rig writes them, and of what they are
     **dict.fromkeys(("n", "newton"), ("N", TORQUE)), **dict.fromkeys(("kn",), ("kN", TORQUE)),
     **dict.fromkeys(("a", "amp", "amps", "ampere", "arms", "apk"), ("A", CURRENT)), **dict.fromkeys(("ma", "milliamp", "milliamps"), ("mA", CURRENT)),
     **dict.fromkeys(("v", "volt", "volts", "vdc"), ("V", VOLTAGE)), **dict.fromkeys(("mv",), ("mV", VOLTAGE)),
-    **dict.fromkeys(("s", "sec", "secs", "second", "seconds", "sek"), ("s", TIME)),
-    **dict.fromkeys(("ms", "msec", "millis", "millisecond", "milliseconds"), ("ms", TIME)),
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds", "sek", "sekunden", "secondes", "segundos"), ("s", TIME)),
+    **dict.fromkeys(("ms", "msec", "millis", "millisecond", "milliseconds", "millisekunden"), ("ms", TIME)),
     **dict.fromkeys(("µs", "us", "usec", "micros", "microseconds"), ("us", TIME)), **dict.fromkeys(("ns", "nsec", "nanoseconds", "nanosec", "nanos"), ("ns", TIME)),
     **dict.fromkeys(("min", "minutes"), ("min", TIME)),
     **dict.fromkeys(("°c", "degc", "c", "celsius", "grad c"), ("degC", TEMPERATURE)), **dict.fromkeys(("k",), ("K", TEMPERATURE)),
@@ -195,6 +195,8 @@ def read(header: str) -> Word:
     if run := _of_a_run(name):
         return Word(header, *run[0], unit=unit, said=said, strength=3, rest=run[1])
     words = tokens(name)
+    if not unit and (counted := _counted(words)):
+        return Word(header, TIME, unit=counted, strength=2)
     if not unit:
         unit, quantity_of_unit, words = _unit_at_end(words)
     whole = _WHOLE.get("".join(words)) if len(words) <= 2 else None
@@ -243,6 +245,13 @@ def read(header: str) -> Word:
         strength = 0  # any axis of any diagram
         quantity = ""
     return Word(header, quantity, side, role, unit, said, strength, tuple(rest))
+
+
+def _counted(words: list[str]) -> str:
+    """The unit of a time that is called by it and by no quantity: millis, ms_today, Sekunden."""
+    unit, quantity = UNITS.get(words[0], ("", "")) if words and len(words[0]) > 1 else ("", "")
+    others = any(kind == "quantity" for word in words[1:] for kind, _ in _TOKENS.get(word, ()))
+    return unit if quantity == TIME and words[0] != "min" and not others else ""
 
 
 def _leading(found: list[str]) -> str:

@@ -325,6 +325,11 @@ def test_the_rig_is_valid_says_what_is_assumed_and_is_never_overwritten(tmp_path
         ("omega rad/s", "speed", "", "", "rad/s"),
         ("velocidad salida", "speed", "", "", ""),
         ("consigne vitesse", "speed", "", "setpoint", ""),
+        ("millis", "time", "", "", "ms"),
+        ("ms_today", "time", "", "", "ms"),
+        ("Sekunden", "time", "", "", "s"),
+        ("us current", "current", "", "", ""),
+        ("min speed", "speed", "", "", ""),
     ],
 )
 def test_names_claim(name, quantity, side, role, unit):

@@ -10,7 +10,7 @@ import re
 TABLE = re.compile(r'(<div class="wide"><table)((?: class="\w+")?)>(.*?)</table>', re.DOTALL)
 ROW = re.compile(r"(<tr\b[^>]*>)(.*?)(</tr>)", re.DOTALL)
 CELL = re.compile(r"<t([dh])\b([^>]*)>(.*?)</t[dh]>", re.DOTALL)
-KEPT = ("shares", "peaks")  # a matrix, and one that has lines of its own
+KEPT = ("shares", "peaks", "params")  # a matrix, and those that have lines of their own
 LEAST = 4  # columns: fewer have room beside each other
 
 

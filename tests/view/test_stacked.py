@@ -38,11 +38,12 @@ def test_heads_in_two_rows_and_cells_over_several_columns():
     "table",
     [
         ROWS.format("x").replace("<table>", '<table class="shares">'),
+        ROWS.format("x").replace("<table>", '<table class="params">'),
         ROWS.format("x").replace('<th class="n">after</th>', "").replace('<td class="n">2</td>', ""),
         ROWS.format("speed").replace("<td>whole</td>", '<td class="n">3</td>'),
         ROWS.format("x").replace('<div class="wide">', "<div>"),
     ],
-    ids=["a matrix", "three columns", "numbers from the first on", "not wide"],
+    ids=["a matrix", "lines of its own", "three columns", "numbers from the first on", "not wide"],
 )
 def test_what_has_room_or_is_read_along_its_columns_stays(table):
     assert stacked(table) == table

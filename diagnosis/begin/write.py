@@ -98,7 +98,7 @@ def _lines(guess: LogGuess, kind: str, why: str, path: Path) -> Iterator[str]:
     if not kind:
         yield '# system = "model.fmu"  # of what is no drive: a system of FMUs, whose variables are named under [columns]'
     yield ""
-    yield from _clock(guess)
+    yield from _clock(guess, kind)
     yield ""
     yield "[columns]"
     for one in guess.taken.values():
@@ -124,7 +124,7 @@ def closed(guess: LogGuess, kind: str) -> bool:
     return kind == "forward" and "controller.angle_setpoint" in guess.taken and not driven & set(guess.taken)
 
 
-def _clock(guess: LogGuess) -> Iterator[str]:
+def _clock(guess: LogGuess, kind: str) -> Iterator[str]:
     clock = guess.raw.clock
     yield "[time]"
     if clock.column:
@@ -135,6 +135,9 @@ def _clock(guess: LogGuess) -> Iterator[str]:
             yield "spread = true  # rows are evenly apart: the times are written too coarsely"
     elif clock.step:
         yield f"step = {number(clock.step)}  # s between rows: {told(clock.why)}"
+    elif kind == "steady":
+        yield "# no column has the time, and points at constant speed need none"
+        return
     else:
         yield "# step = 0.001  # s between rows: no column has the time. The recorder's setting says it; without it nothing can be replayed"
     yield "# skip = 100 (rows), from = 0.5 and to = 20.0 (s) leave a run's begin and end out; lowpass = 50.0 (Hz), every = 5 (rows) smooth it"

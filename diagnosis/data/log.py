@@ -117,10 +117,11 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         signals = _in_one_turn({k: v[rows] for k, v in data.items()}, turns, rig)
         run = MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve()), began=began)
         runs.append(_trimmed(path, _ordered(path, run, rig, _line(table, 0)), rig))
-    if sum(len(run) for run in runs) < RULES.data.shortest_log:
-        raise DataError(
-            f"{path}: has {len(table)} samples, too few to tell anything. Give a log of at least {RULES.data.shortest_log}, better some seconds."
-        )
+    points = rig.kind == "steady" and not rig.run
+    least = RULES.data.fewest_points if points else RULES.data.shortest_log
+    if sum(len(run) for run in runs) < least:
+        what, better = ("points", "in both directions") if points else ("samples", "better some seconds")
+        raise DataError(f"{path}: has {len(table)} {what}, too few to tell anything. Give a log of at least {least}, {better}.")
     return runs
 
 

@@ -73,6 +73,11 @@ def gather(rig: Rig, logs: Sequence, test: Sequence) -> tuple[list[MeasuredRun],
         runs += found
         held += [is_test] * len(found)
     _refuse_unlike(runs)
+    if rig.kind == "steady" and (points := sum(map(len, runs))) < RULES.data.shortest_log:
+        raise DataError(
+            f"{logs[0]}: has {points} points, which selflock replay compares; for a cause give {RULES.data.shortest_log} or more, "
+            "at more speeds, in both directions or under another load."
+        )
     division.refuse_useless(rig, runs, faults)
     return runs, faults, held
 

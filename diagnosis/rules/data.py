@@ -18,6 +18,9 @@ AT_REST = developed("A steady-state point at rest is told by its mean's own unce
 @dataclass(frozen=True)
 class DataRules:
     # --- reading: data.log, data.rig
+    fewest_points: int = rule(
+        6, "points at constant speed that a replay compares; a diagnosis asks for shortest_log", "theory: fewer show no curve"
+    )
     shortest_log: int = rule(30, "samples of a log; fewer tell nothing", CHECKED)
     same_times: float = rule(
         0.5, "share of the rows that may repeat the time before; more, and it was written too coarsely", REFUSED

@@ -218,3 +218,22 @@ def test_what_is_no_drive_is_in_seconds_where_nobody_says_a_unit(tmp_path, rng):
     begun = rig_init([tmp_path / "log.csv"], tmp_path / "rig.toml")
     assert not begun.kind and 'unit = "s"' in begun.path.read_text()
     assert any("s was taken, so that the log lasts 598 s" in note for note in begun.guess.notes)
+
+
+def test_a_dozen_points_at_constant_speed_are_replayed_and_too_few_for_a_cause(tmp_path):
+    speeds = np.array([-1500, -1200, -900, -600, -300, -100, 100, 300, 600, 900, 1200, 1500])
+    table = {"Drehzahl Motor [1/min]": speeds, "Moment Motor [mNm]": 8.0 * np.sign(speeds) + 0.004 * speeds}
+    pd.DataFrame(table).to_csv(tmp_path / "points.csv", index=False, sep=";", decimal=",")
+    begun = rig_init(tmp_path / "points.csv", tmp_path / "rig.toml")
+    text = begun.path.read_text()
+    assert begun.kind == "steady" and "need none" in text and "# step" not in text
+    begun.path.write_text(text + '"reducer.gear_ratio" = 20.0\n"load.constant_torque" = 0.3\n')
+    text = begun.path.read_text().replace("# [uncertain]", "")
+    begun.path.write_text(text)
+    result = diagnosis.replay(begun.path, tmp_path / "points.csv", None)
+    assert len(result.points) == 12 and [c.name for c in result.comparisons] == ["gear"]
+    with pytest.raises(DataError, match="has 12 points, which selflock replay compares; for a cause give 30 or more"):
+        diagnosis.diagnose(begun.path, tmp_path / "points.csv", out=None)
+    pd.DataFrame(table).head(4).to_csv(tmp_path / "few.csv", index=False)
+    with pytest.raises(DataError, match="has 4 points, too few to tell anything. Give a log of at least 6, in both directions"):
+        diagnosis.replay(begun.path, tmp_path / "few.csv", None)

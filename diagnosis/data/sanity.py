@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import DataError
 from ..rules import RULES
-from . import balances, electric, lifting, motions, scales, wrapped
+from . import ahead, balances, electric, lifting, motions, scales, wrapped
 from .finding import Finding, Said
 from .log import MeasuredRun
 from .pieces import Pieces
@@ -146,6 +146,7 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         findings += more
     if not suspects and (zero := motions.zero(coarse, said)):
         findings = zero + [f for f in findings if "load.angle" not in f.about]
+    findings += ahead.exchanged(runs, prefix, said, suspects)
     if "reducer.gear_ratio" not in suspects:
         findings += motions.other_ratio(found, said)
     if not 0.5 < ratio and "reducer.gear_ratio" not in suspects:

@@ -238,6 +238,18 @@ class DataRules:
     fast_rows: float = rule(
         2e-6, "s between rows below which the time's unit is remarked on", "a remark alone, which decides nothing"
     )
+    ahead_samples: int = rule(
+        20_000, "samples of the longest run by which an angle is held against its set-point", "a limit of time"
+    )
+    ahead_within: int = rule(30, "rows by which it may be early or late there", "a limit of time")
+    ahead_rows: int = rule(
+        3,
+        "rows by which an angle is ahead of its set-point, from which on they may be exchanged",
+        "theory: a recorder may read them a row or two apart",
+    )
+    ahead_mends: float = rule(
+        1.25, "times by which that must lessen what lies between them", "a remark alone, which decides nothing"
+    )
     slow_coil: float = rule(
         0.1,
         "s of a winding's time constant L / R from which on its inductance is remarked on",

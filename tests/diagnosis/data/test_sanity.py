@@ -277,6 +277,18 @@ def test_an_angle_and_its_set_point_in_one_wrong_unit_are_told_both(tmp_path):
     assert "Write unit = \"deg\" of column 'phi' (load.angle) and of column 'goal' (controller.angle_setpoint)" in text, text
 
 
+@pytest.mark.parametrize("late, told", [(0.0, False), (0.04, False), (-0.008, False), (-0.04, True)])
+def test_an_angle_ahead_of_its_set_point_may_be_exchanged_with_it(late, told, tmp_path):
+    """Late by a loop's lag, or early by two rows as a recorder may read it, it is none."""
+    late_by = np.interp(LOG.time - late, LOG.time, LOG.goal) + 1e-4 * np.random.default_rng(4).standard_normal(len(LOG))
+    found = boxed(
+        tmp_path, written("forward", ("controller.angle_setpoint", "motor.voltage", "load.angle")), LOG.assign(phi=late_by)
+    )
+    sentences = [f.sentence for f in found.findings if "may be exchanged, then swap" in f.sentence]
+    assert len(sentences) == told and not found.gross
+    assert not told or "column 'phi' (load.angle) runs 40 ms ahead of column 'goal' (controller.angle_setpoint)" in sentences[0]
+
+
 def test_what_a_column_is_in_already_is_not_proposed(tmp_path):
     """mOhm for Ohm beside a current in mA: the current's unit is said."""
     columns = written("forward", motor__resistance=2000.0, i='{ column = "i", unit = "mA" }')

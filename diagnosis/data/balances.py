@@ -21,6 +21,8 @@ from .pieces import Pieces
 
 R, KE, KT = "motor.resistance", "motor.voltage_constant", "motor.torque_constant"
 CURRENT, SPEED = "motor.current", "reducer.input_speed"
+INERTIAS = (("kg.cm2", 1e-4), ("kg.mm2", 1e-6), ("g.cm2", 1e-7), ("g.mm2", 1e-9))
+MASSES = (("g", 1e-3),)
 
 
 def rms(x: np.ndarray) -> float:
@@ -219,7 +221,8 @@ def _judged(said: Said, name: str, w_name: str, m, w, a, angle) -> list[Finding]
         text = f"{said(name)} accelerates the drive as if its inertia were {number(times)} times what the rig says"
         return [Finding(f"{text}: {_thousand(said, name, times)}.", True, (name, "reducer.shaft_inertia", "load.inertia"))]
     if told and lean is not None and rms(parts["pull"]) > rules.told_share * size:
-        if float(np.mean(parts["pull"] * columns["pull"])) < 0.0:
+        without = _fit({key: x for key, x in columns.items() if key != "pull"}, m)[1]
+        if float(np.mean(parts["pull"] * columns["pull"])) < 0.0 and without > rules.zero_mends * left:
             text = (
                 f"gravity pushes {said('load.angle')} up by {said(name)}, as if the arm stood half a turn from where the rig says"
             )
@@ -287,9 +290,9 @@ def _thousand(said: Said, name: str, times: float) -> str:
 def _inertia(pieces: Pieces, said: Said, name: str, w_name: str) -> list[Finding]:
     """What the inertia alone asks for while the drive gets faster, against the torque that there was."""
     least = _inertia_of(said)[0]
-    if said.rig.kind == "steady" or not least or w_name != SPEED:
+    if said.rig.kind == "steady" or not least:
         return []
-    push, gain, pace = _impulse(pieces, said, name), pieces.at_ends(SPEED), pieces.mean(SPEED)
+    push, (gain, pace) = _impulse(pieces, said, name), _faster(pieces, said, w_name)
     faster = np.isfinite(push) & np.isfinite(gain) & (gain * pace > 0.0)  # what slows it down may be friction, or a stop
     if faster.sum() < RULES.data.fewest_pieces:
         return []
@@ -299,10 +302,11 @@ def _inertia(pieces: Pieces, said: Said, name: str, w_name: str) -> list[Finding
     helped = np.sum(_falls(said) * pieces.lasting[faster][strong])  # by a load that falls
     if not had or asked < RULES.data.gross * (had + helped):
         return []
+    right = "kg" if said.linear else "kg.m2"
     units = [
-        (1.0 / times, f"{full} may be in {unit}: {said.value(full) * times:.3g} kg.m2 would do")
+        (1.0 / times, f"{full} may be in {unit}: {said.value(full) * times:.3g} {right} would do")
         for full, share in (("reducer.shaft_inertia", 1.0), ("load.inertia", said.value(RATIO) ** -2))
-        for unit, times in (("kg.cm2", 1e-4), ("kg.mm2", 1e-6), ("g.cm2", 1e-7), ("g.mm2", 1e-9))
+        for unit, times in (MASSES if said.linear else INERTIAS)
         if said.given(full)
         and min(said.ends(full)) * share > 0.5 * least
         and asked / had < RULES.data.gross / times < RULES.data.gross * RULES.data.gross_beside * asked / had
@@ -310,13 +314,20 @@ def _inertia(pieces: Pieces, said: Said, name: str, w_name: str) -> list[Finding
     end = (
         "; or ".join(text for _, text in sorted(units))
         if units
-        else f"look at the inertias (kg.m2), at the gear's ratio and at the unit of {said(name)}"
+        else f"look at the inertias ({right}), at the gear's ratio and at the unit of {said(name)}"
     )
-    text = (
-        f"to gain speed as {said(SPEED)} does, the rig's inertia asks for {number(asked / had)} times the torque of {said(name)}"
-    )
+    text = f"to gain speed as {said(w_name)} does, the rig's inertia asks for {number(asked / had)} times the {'force' if said.linear else 'torque'} of {said(name)}"
     gross = asked > RULES.data.gross_beside * (had + helped)
     return [Finding(f"{text}: {end}.", gross, (name, "reducer.shaft_inertia", "load.inertia"))]
+
+
+def _faster(pieces: Pieces, said: Said, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """By how much the input shaft gets faster over each piece, and its speed there, rad/s. name: the signal that tells it."""
+    geared = said.value(RATIO) if name.startswith("load") else 1.0
+    if name.endswith("speed"):
+        return geared * pieces.at_ends(name), geared * pieces.mean(name)
+    pace = geared * pieces.change(name) / pieces.lasting
+    return pieces.slope(pieces.smooth(pace)) * pieces.lasting, pace
 
 
 def _impulse(pieces: Pieces, said: Said, name: str) -> np.ndarray:

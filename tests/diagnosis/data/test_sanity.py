@@ -307,6 +307,24 @@ def test_an_inertia_at_the_load_is_told_beside_friction(tmp_path):
     assert "load.inertia may be in kg.cm2: 0.5 kg.m2 would do" in text
 
 
+@pytest.mark.parametrize("moved", ["load.speed", "load.angle"])
+def test_an_inertia_is_told_by_the_loads_motion_alone(moved, tmp_path):
+    channels = ("motor.torque", moved)
+    assert not boxed(tmp_path, written("inverse", channels)).findings
+    text = stopped(tmp_path, written("inverse", channels, reducer__shaft_inertia=1e3))
+    assert f"({moved}) does, the rig's inertia asks for" in text and "reducer.shaft_inertia may be in g.cm2: 0.0001 kg.m2" in text
+
+
+def test_a_mass_in_g_of_a_linear_drive_is_told(tmp_path):
+    """A force in N, and kg stand for kg.m2."""
+    log = LOG.assign(m=12.0 * np.gradient(LOG.w, LOG.time).clip(-9.0, 9.0) + 8.0 * np.sign(LOG.w))
+    text = written("inverse", ("motor.torque", "load.speed"), "linear = true", reducer__gear_ratio=1.0, load__mass=0.0, load__inertia=1e-3, reducer__shaft_inertia=12e3)  # fmt: skip
+    text = text.replace('unit = "N.m"', 'unit = "N"').replace('unit = "rad/s"', 'unit = "m/s"')
+    assert "times the force of column 'm' (motor.torque): reducer.shaft_inertia may be in g: 12 kg would do" in stopped(
+        tmp_path, text, log
+    )
+
+
 def test_a_friction_beyond_1_is_blamed_before_arms(tmp_path):
     text = stopped(tmp_path, written("inverse", reducer__friction_kinetic=3.0))
     assert "reducer.friction_kinetic may be in percent" in text and "load.arm may be" not in text

@@ -36,6 +36,7 @@ ELSEWHERE = {  # what decides nothing
     "output/figures.py": {"STYLE"},
     "output/traces.py": {"BEFORE", "AFTER", "MEASURED"},  # colours
     "output/report.py": {"QUARTER", "NEAR", "TOLD"},  # which words are said, and how many
+    "data/balances.py": {"INERTIAS", "MASSES"},  # units
     "data/motions.py": {"RPM", "DEGREE", "TURN", "SLIPS", "METRES"},  # units and how slips of them are called
     "data/lifting.py": {"SLIPS"},  # units
     "data/rig.py": {"SHARES"},

@@ -18,6 +18,7 @@ class Pieces:
 
     def __init__(self, runs: list[MeasuredRun], prefix: str, most: int):
         self.runs, self.prefix = runs, prefix
+        self._known: dict[tuple[str, str], np.ndarray] = {}  # logs are long, and asked again and again
         self.edges = [
             np.linspace(0, len(run) - 1, max(1, min(most, (len(run) - 1) // RULES.data.piece_samples)) + 1).astype(int)
             for run in runs
@@ -29,11 +30,11 @@ class Pieces:
 
     def change(self, signal: str) -> np.ndarray:
         """Of an angle: by how much it goes on over each piece."""
-        return self._each(lambda run, edges: np.diff(run.signals[self.prefix + signal][edges]), signal)
+        return self._each("change", lambda run, edges: np.diff(run.signals[self.prefix + signal][edges]), signal)
 
     def way(self, signal: str) -> np.ndarray:
         """A channel's integral over each piece: of a speed the way."""
-        return self._each(self._integral(signal), signal)
+        return self._each("way", self._integral(signal), signal)
 
     def mean(self, signal: str) -> np.ndarray:
         """A channel's mean over each piece."""
@@ -48,7 +49,7 @@ class Pieces:
             low, high = np.maximum(edges - few, 0), np.minimum(edges + few + 1, len(run))
             return np.diff((total[high] - total[low]) / (high - low))
 
-        return self._each(differ, signal)
+        return self._each("at ends", differ, signal)
 
     @cached_property
     def lasting(self) -> np.ndarray:
@@ -86,7 +87,12 @@ class Pieces:
 
         return over
 
-    def _each(self, of, signal: str) -> np.ndarray:
+    def _each(self, what: str, of, signal: str) -> np.ndarray:
+        if (what, signal) not in self._known:
+            self._known[what, signal] = self._told(of, signal)
+        return self._known[what, signal].copy()
+
+    def _told(self, of, signal: str) -> np.ndarray:
         parts = []
         for run, edges in zip(self.runs, self.edges):
             with np.errstate(all="ignore"):

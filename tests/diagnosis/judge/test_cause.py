@@ -11,6 +11,7 @@ from selflock.diagnosis.judge.cause import Cause, doubts, weakening
 from selflock.diagnosis.judge.gain import Gain
 from selflock.diagnosis.judge.result import Diagnosis
 from selflock.diagnosis.judge.verdict import _confidence, named
+from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.fit import Fit
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
@@ -72,7 +73,10 @@ def test_confidence_is_told_without_a_certainty_that_it_has_not(confidence, told
 
 
 def test_confidence_asks_rivals_alone():
-    """Φ of the mean difference over its standard error; what is put aside, and the winner with more numbers, ask nothing."""
+    """Φ of the mean difference over its standard error, as odds times what these are worth.
+
+    What is put aside, and the winner with more numbers, ask nothing.
+    """
 
     def fitted(name, losses, numbers=1):
         free = tuple(Free(f"load.{name}{k}", 0.0, -1.0, 1.0) for k in range(numbers))
@@ -83,9 +87,10 @@ def test_confidence_asks_rivals_alone():
     rival, better, wide = fitted("tilt", 1.0 + difference), fitted("drag", np.full(4, 0.9)), fitted("ripple", np.full(4, 0.9), 2)
     stage = Stage(winner, [better, wide, winner, rival], winner, aside=[better])
     grown = replace(winner, free=winner.free + rival.free[:0])
+    worth = lambda p: 1.0 / (1.0 + (1.0 - p) / p / RULES.judge.odds)
     for one in (winner, grown):
-        assert _confidence(one, stage) == (pytest.approx(0.8634, abs=2e-4), "load tilt")  # Φ(1.0954)
-    assert _confidence(winner, replace(stage, tied=[rival])) == (pytest.approx(0.995 / 2, abs=1e-4), "")
+        assert _confidence(one, stage) == (pytest.approx(worth(0.8634), abs=1e-4), "load tilt")  # Φ(1.0954)
+    assert _confidence(winner, replace(stage, tied=[rival])) == (pytest.approx(worth(0.995) / 2, abs=1e-4), "")
     assert _confidence(winner, replace(stage, aside=[])) == (0.0, "load drag")
 
 

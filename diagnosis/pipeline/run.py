@@ -44,8 +44,8 @@ from . import hold_out as division
 from .in_step import whole_where_described
 
 RECORDED = (
-    "its parts on what was measured explain nothing, the controller's voltage among them, which the whole drive makes as the log has "
-    "it: the log was not taken in step with its controller"
+    "its parts on what was measured explain nothing that the whole drive bears out, nor the controller's voltage, which the whole drive "
+    "makes as the log has it: the log was not taken in step with its controller"
 )
 
 HUNTS = (
@@ -133,7 +133,8 @@ def _diagnosed(
 ) -> Diagnosis | None:
     """As diagnose_runs. other: how a drive is compared that was compared in another way, which explained nothing, and why.
 
-    Of its parts then None unless their causes make the whole hunt, and so say why it met no log.
+    Of its parts then None unless their causes make the whole hunt, and so say why it met no log; of the whole None unless it makes
+    the voltage that was logged.
     """
     rng, given, apart = np.random.default_rng(seed), rig, other[0] == PARTED
     again = lambda *way: _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, way)
@@ -178,13 +179,25 @@ def _diagnosed(
         experiment.forget()
         if swings := again(PARTED, HUNTS):
             return swings
-    doubted = answer == "unknown" or answer == "ambiguous" and not any(c.component == "controller" for c in causes)
+    compare, contrary = (lambda mending: together(experiment, train, judged, mending.before, mending.after)), ""
+    if found.outcome.causes and asked(rig, experiment) and not apart:
+        tell("the whole drive", 0.0)
+        result.whole = compare(found.mending)
+        contrary = against(result.whole) if causes else ""
+        if contrary:
+            result.verdict = "ambiguous"
+            for cause in causes:
+                cause.doubts.append(contrary)
+    if other[0] == WHOLE and not _voltage_told(outcome.problem, found.outcome.final.values, bool(causes)):
+        return None
+    doubted = (
+        answer == "unknown" or result.verdict == "ambiguous" and (contrary or all(c.component != "controller" for c in causes))
+    )
     if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
         if not _voltage_told(outcome.searched, outcome.base.values):
             experiment.forget()
-            recorded_so = _asked(replace(rig, simulate=WHOLE), runs, held, kept)[-1].with_noise()
-            if _voltage_told(recorded_so, recorded_so.fit(recorded_so.base_free, recorded_so.nominal).values):
-                return again(WHOLE, RECORDED)
+            if recorded_so := again(WHOLE, RECORDED):
+                return recorded_so
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))
     extended = found
@@ -196,13 +209,8 @@ def _diagnosed(
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
     result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]), found.free)
-    if extended.outcome.causes and asked(rig, experiment) and not apart:
-        tell("the whole drive", 0.0)
-        result.whole = together(experiment, train, judged, extended.mending.before, extended.mending.after)
-        if causes and (contrary := against(result.whole)):
-            result.verdict = "ambiguous"
-            for cause in causes:
-                cause.doubts.append(contrary)
+    if extended is not found and extended.outcome.causes and asked(rig, experiment) and not apart:
+        result.whole = compare(extended.mending)
     if out is not None and (causes or blamed is None):
         result.folder = out
         result.sources = _sources(rig, runs, held, out)
@@ -236,14 +244,14 @@ def _asked(
     return experiment, train, names, problem
 
 
-def _voltage_told(problem: Problem, values: dict) -> bool:
-    """Whether what drives the motor is compared, and the drive with these values makes it as it was logged.
+def _voltage_told(problem: Problem, values: dict, caused: bool = False) -> bool:
+    """Whether what drives the motor is compared, and the drive with these values makes it as it was logged; `caused` with causes.
 
     Where the whole drive does and a controller on measured inputs does not, these inputs are not what that saw.
     """
     excess = problem.excess(values)
     told = [e for e, residual in zip(excess, problem.experiment.residuals) if residual.output in VOLTAGES]
-    return bool(told) and max(told) <= RULES.search.sound
+    return bool(told) and max(told) <= (RULES.search.natural if caused else RULES.search.sound)
 
 
 def _hunts(experiment: DriveExperiment, train: np.ndarray, found: Judgement) -> bool:

@@ -371,7 +371,7 @@ class Step:
 
     def _start(self, way: Direction) -> dict:
         """Where the linear look says; of a whole drive, which is far from linear, a small amount in that direction."""
-        start = {p.name: p.nominal for p in way.hypothesis.free} | way.start()
+        start = way.start()
         for p in way.amplitudes if self.problem.whole else ():
             most = RULES.search.small * (p.high - p.low if np.isfinite(p.high - p.low) else 1.0)
             start[p.name] = p.nominal + float(np.clip(RULES.search.small_look * (start[p.name] - p.nominal), -most, most))
@@ -396,9 +396,6 @@ class Step:
 
 def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:
     """What a fit may free: all but shapes that have a usual value (no number of waves has); all; all but what the law can do without, too."""
-    own = tuple(p for p in way.free if p.name not in base.values)
-    # what acts from a finite amount on was looked at without what its effect frees beside it
-    beside = tuple(p for p in way.hypothesis.free if way.jump and p.companion and p.name not in base.values)
-    every = tuple(dict.fromkeys((*own, *beside)))
-    usual = tuple(p for p in own if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
+    every = tuple(p for p in way.free if p.name not in base.values)
+    usual = tuple(p for p in every if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
     return usual, every, tuple(p for p in usual if not (p.name in way.shape and p.nominal in (p.low, p.high)))

@@ -142,6 +142,17 @@ def test_a_command_without_noise_whose_rows_hold_older_messages_is_no_log_in_ste
 
 @pytest.mark.in_turn
 @pytest.mark.slow
+@pytest.mark.parametrize("hidden", [[], ["reducer.viscous"]], ids=["nothing", "viscous"])
+def test_causes_that_the_whole_drive_speaks_against_are_not_the_last_word(hidden, tmp_path):
+    """A carriage held at an angle, in rows of whole ms that hold messages: two gains of its controller were named, or nothing at all."""
+    rig, train, test = fieldbus.hide(hidden, 501).write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=501)
+    assert [cause.label for cause in result.causes] == [name.replace(".", " ") for name in hidden], result.summary()
+    assert result.verdict == ("explained" if hidden else "none") and result.recorder["mode"] == "whole"
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "drives"),
     [(4, "motor.voltage"), (16, "motor.duty times motor.supply_voltage"), (25, "motor.duty"), (43, "reducer.input_speed")],

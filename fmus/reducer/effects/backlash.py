@@ -18,7 +18,6 @@ EFFECT = Effect(
     parameters=(Parameter("backlash", "rad", 0.0, 0.0, 0.5, "full play at the output shaft", AMPLITUDE),),
     source="Nordin, Gutman, Controlling mechanical systems with backlash, Automatica 38(10), 2002",
     hooks={"active": active, "play": play},
-    frees=("shaft_damping",),  # what flanks lose when they meet is in no data sheet, and not what a closed shaft loses
     advice="reversals under a load that changes its side, both shafts' angles measured",
     shown_over="load",
     needs=("angle",),

@@ -222,13 +222,12 @@ def zero(pieces: Pieces, said: Said) -> list[Finding]:
     asked, angle = "controller.angle_setpoint", "load.angle"
     if not (pieces.has(asked) and pieces.has(angle)):
         return []
-    goal, place = pieces.mean(asked), pieces.mean(angle)
-    sound = np.isfinite(goal) & np.isfinite(place)
-    if sound.sum() < RULES.data.fewest_pieces:
+    goal, place = pieces.samples(asked, angle)  # of a long log means over pieces move by little
+    if len(goal) < RULES.data.fewest_pieces:
         return []
-    apart = place[sound] - goal[sound]
+    apart = place - goal
     low, middle, high = np.quantile(apart, (0.05, 0.5, 0.95))
-    way = float(np.ptp(np.quantile(goal[sound], (0.02, 0.98))))
+    way = float(np.ptp(np.quantile(goal, (0.02, 0.98))))
     if abs(middle) < max(RULES.data.zero_share * way, high - low):
         return []
     more = f" ({degrees(middle):.0f} degrees)" if not said.linear else ""

@@ -51,6 +51,15 @@ class Pieces:
 
         return self._each("at ends", differ, signal)
 
+    def samples(self, *signals: str) -> list[np.ndarray]:
+        """Sound samples of all these channels, some of a long log's."""
+        names = [self.prefix + signal for signal in signals]
+        every = max(1, sum(map(len, self.runs)) // RULES.data.ahead_samples)
+        rows = [np.flatnonzero(run.usable(*names))[::every] for run in self.runs]
+        found = [np.concatenate([run.signals[name][at] for run, at in zip(self.runs, rows)]) for name in names]
+        sound = np.all(np.isfinite(found), axis=0)
+        return [x[sound] for x in found]
+
     @cached_property
     def lasting(self) -> np.ndarray:
         """s of each piece."""

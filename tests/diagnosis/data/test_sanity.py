@@ -246,6 +246,14 @@ def test_an_angles_zero_is_remarked_on_and_stops_nothing(off, tmp_path):
     assert not found.gross and "gravity pulls on column 'phi'" in remark and "-90 degrees" in remark, remark
 
 
+def test_a_long_log_whose_angle_lags_a_little_has_no_other_zero(tmp_path):
+    """Means over its pieces, of many motions each, lie closer together than what a load pulls them off."""
+    every = LOG.iloc[::20]
+    long = pd.concat([every.assign(time=every.time + 20.0 * k, phi=every.phi - 0.02) for k in range(400)])
+    channels = ("controller.angle_setpoint", "motor.voltage", "load.angle")
+    assert not [f for f in boxed(tmp_path, written("forward", channels), long).findings if "lies" in f.sentence]
+
+
 @pytest.mark.parametrize("off, stops", [(np.pi / 2, True), (-3 * np.pi / 2, True), (1.2, False)])
 def test_another_zero_stops_a_loop_that_is_simulated_whole(off, stops, tmp_path):
     """No number of the drive moves its angle by quarters of a turn: causes that were named for it were none."""

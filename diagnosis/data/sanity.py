@@ -15,7 +15,7 @@ from ..rules import RULES
 from . import ahead, balances, electric, lifting, motions, scales, wrapped
 from .finding import Finding, Said
 from .log import MeasuredRun
-from .pieces import Pieces
+from .pieces import Pieces, telling
 from .rig import Rig
 from .signals import ANGLE_OF, GIVEN, SETPOINTS
 
@@ -109,7 +109,8 @@ def _made(rig: Rig, runs: list[MeasuredRun]) -> Iterator[str]:
 
 def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[list[Finding], list[str], list[str]]:
     """Findings, what the log shows, and of which numbers it says nothing."""
-    coarse = Pieces(runs, prefix, RULES.data.pieces)
+    parts = runs if rig.kind == "steady" else telling(runs, prefix)
+    coarse = Pieces(parts, prefix, RULES.data.pieces)
     kind = _kind(rig, runs, prefix, said, coarse)
     kind += wrapped.contradictions(runs, prefix, said)
     if any(f.gross for f in kind):
@@ -130,7 +131,7 @@ def _drive(rig: Rig, runs: list[MeasuredRun], prefix: str, said: Said) -> tuple[
         suspects |= {name for f in findings for name in f.about}
         findings += electric.torque(coarse, said, suspects)
         suspects |= {name for f in findings for name in f.about}
-        fine = Pieces(runs, prefix, RULES.data.fine_pieces)
+        fine = Pieces(parts, prefix, RULES.data.fine_pieces)
         lifts = lifting.lifting(fine, said, suspects)
         findings += lifts + lifting.unloaded({name.removeprefix(prefix) for name in runs[0].signals}, said)
         findings += [] if lifts else lifting.frictions(said)

@@ -150,6 +150,15 @@ class DataRules:
     fewest_pieces: int = rule(
         12, "pieces with a motion without which nothing is said", "theory: a chance of 2 in 2^12 that signs agree by accident"
     )
+    kept_speed: float = rule(
+        0.98,
+        "share of a speed's way up and down that means over pieces have to keep; else parts of a long run are looked at in shorter ones",
+        "theory: what changes over pieces is told by five of them and more in each period of it",
+    )
+    kept_angle: float = rule(
+        0.995, "the same of an angle, where no speed is there: its speed changes faster", "theory: as kept_speed"
+    )
+    most_parts: int = rule(8, "such parts of a run, those with most motion", "a limit of time")
     gross: float = rule(5.0, "times that a channel may be off from what another channel or a voltage's balance says of it", SLIP)
     gross_beside: float = rule(
         30.0,

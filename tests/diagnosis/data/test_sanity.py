@@ -246,6 +246,30 @@ def test_an_angles_zero_is_remarked_on_and_stops_nothing(off, tmp_path):
     assert not found.gross and "gravity pulls on column 'phi'" in remark and "-90 degrees" in remark, remark
 
 
+def lasting(log, times=60):
+    """The same motions over and over, for twenty minutes: in a 200th of it there are several."""
+    every = log.iloc[::4]
+    whole = every.time.iloc[-1] - every.time.iloc[0] + every.time.iloc[1] - every.time.iloc[0]
+    return pd.concat([every.assign(time=every.time + whole * k) for k in range(times)])
+
+
+@pytest.mark.alike
+@pytest.mark.parametrize(
+    "slip", ["ms as s", "degrees as radians", "milliamperes", "columns exchanged", "sign of a torque", "inertia in g.cm2"]
+)
+def test_a_slip_is_told_of_a_long_log_too(slip, tmp_path):
+    """Of whole motions in a piece nothing is left: it was silent."""
+    kind, (changes, log, words) = ("forward", FORWARDS[slip]) if slip in FORWARDS else ("inverse", INVERSES[slip])
+    text = stopped(tmp_path, written(kind, **changes), lasting(log))
+    assert all(word in text for word in words if not any(c.isdigit() for c in word)), text
+
+
+@pytest.mark.parametrize("kind", ["forward", "inverse"])
+def test_a_right_rig_of_a_long_log_passes(kind, tmp_path):
+    found = boxed(tmp_path, written(kind), lasting(LOG))
+    assert not found.findings and any("(rig 60)" in line for line in found.shows), found.lines()
+
+
 def test_a_long_log_whose_angle_lags_a_little_has_no_other_zero(tmp_path):
     """Means over its pieces, of many motions each, lie closer together than what a load pulls them off."""
     every = LOG.iloc[::20]

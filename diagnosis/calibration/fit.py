@@ -301,8 +301,11 @@ def in_units(
 ) -> End:
     """The fit from a start in units of what remains, taken anew where the fit leaves less: far from an end they say nothing of it.
 
-    An output that the start is far off has next to no weight, beside the others' noise.
+    An output that the start is far off has next to no weight, beside the others' noise. Where the start breaks off there is no fit.
     """
+    if problem.errors(problem.values(start)) is None:
+        problem.units = spreads(problem.played)
+        return End(start, start, np.inf)
     for _ in range(RULES.calibrate.rounds):
         problem.units = units(problem, problem.values(start))
         end = fit_from(problem, start, effort, ended, sloped)

@@ -247,6 +247,8 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         k, numbers = len(found.outcomes), near.numbers
         prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
         own = in_own_steps(work, near, places)
+        if found.outcomes and own.errors(own.values(places)) is None:
+            break  # what was found breaks off here: nothing can be looked at beside it
         contest = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough, work.sampled)
         outcome = contest.play(asked.rng)
         if own is not near and outcome.order and not enough():

@@ -482,3 +482,13 @@ def test_a_law_of_a_shape_is_fitted_with_that_which_it_has_where_it_fitted_bette
     ]
     assert near.carried([here, far, *others], look) == [("way", here.guess)]
     assert asked == [(here.guess, {"c.w": 0.3, "c.v": 5.0}, ("c.a", "c.b"))]
+
+
+def test_beside_what_breaks_off_nothing_is_looked_for(monkeypatch):
+    """What was found in the rig's steps ran away in finer ones, and the naming ended with an assertion."""
+    found = SimpleNamespace(named=[], outcomes=["one"])
+    breaks = SimpleNamespace(errors=lambda values: None, values=lambda places: {})
+    for name, instead in {"_begun": found, "in_own_steps": breaks, "Contest": None, "_curve_instead": None}.items():
+        monkeypatch.setattr(run, name, lambda *_, instead=instead: instead)
+    asked = SimpleNamespace(tell=None, kinds=(), enough=lambda: False)
+    assert run._rounds(asked, None, SimpleNamespace(numbers=()), np.zeros(0)) is found

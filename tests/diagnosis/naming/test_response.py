@@ -180,6 +180,15 @@ def test_units_are_taken_anew_where_a_fit_began_far_off(problem):
     assert near < 0.5 * far and one.units["lower.level"] == pytest.approx(near, rel=0.05)
 
 
+def test_a_fit_that_begins_where_the_system_breaks_off_has_no_worth_and_ends_nothing(problem):
+    """A law that was believed on the runs' heads broke off in finer steps, and the naming ended with an assertion."""
+    one = replace(problem, numbers=(Number("lower.outlet", "lower.outlet", 0.4, 0.05, 0.5),))
+    vars(one)["played"] = problem.played
+    vars(one)["errors"] = lambda values, which=None: None
+    end = fit.in_units(one, np.array([0.3]), 15, (1e-3, 1e-3))
+    assert (end.loss, end.misfit, end.places.tolist()) == (np.inf, None, [0.3]) and one.units["lower.level"] > 0.0
+
+
 def test_a_fit_answers_with_the_errors_where_it_ended(problem, monkeypatch):
     """Although solvers, as SciPy's of 1.15, weigh in place what they are given."""
 

@@ -24,16 +24,41 @@ class Columns:
 
     @cached_property
     def edges(self) -> list[np.ndarray]:
-        """Rows between which pieces lie, for each run."""
+        """Rows between which pieces lie, for each run; of one in whose pieces whole motions would cancel, for parts with much motion."""
         total = sum(part.stop - part.start for part in self.parts)
         found = []
         for part in self.parts:
             rows = part.stop - part.start
             most = max(1, int(RULES.begin.pieces * rows / max(total, 1)))
-            found.append(
-                np.linspace(part.start, part.stop - 1, max(1, min(most, (rows - 1) // RULES.begin.shortest)) + 1).astype(int)
-            )
+            most = max(1, min(most, (rows - 1) // RULES.begin.shortest))
+            found += self._closer(part, most) or [np.linspace(part.start, part.stop - 1, most + 1).astype(int)]
         return found
+
+    def _closer(self, part: slice, most: int) -> list[np.ndarray]:
+        """The same number of pieces, each shorter, in parts of a run that is long beside its motions; none where it is not."""
+        rules, rows = RULES.begin, (part.stop - part.start) // most
+        least = rules.shortest
+        if rows < 2 * least or most < 2 * rules.closer:
+            return []
+        moving = []  # what goes on over some rows, as a motion does; of noise four times as many leave a quarter of the power
+        for x in self.values.values():
+            here = x[part] if np.isfinite(x[part]).all() else np.zeros(0)
+            few, more = (float(np.var(means(here, count))) for count in (least, 4 * least))
+            power = few - 4.0 / 3.0 * (few - more)
+            if power > rules.motion * few > 0.0:
+                moving.append((here, float(np.sqrt(power))))
+        if not moving:
+            return []
+        whole, kept = rows, lambda: float(np.median([np.std(means(x, rows)) / size for x, size in moving]))
+        while rows >= 2 * least and kept() < rules.moves_on:
+            rows //= 2
+        if rows == whole:
+            return []
+        length = rows * (most // rules.closer)
+        starts = np.arange(0, part.stop - part.start - length, length)
+        stirs = np.sum([[np.std(x[a : a + length]) / size for a in starts] for x, size in moving], axis=0)
+        chosen = sorted(starts[np.argsort(-stirs, kind="stable")[: rules.closer]])
+        return [part.start + np.arange(start, start + length + 1, rows) for start in chosen]
 
     def change(self, name: str) -> np.ndarray:
         """By how much a column goes on over each piece."""
@@ -156,6 +181,12 @@ def lead(columns: Columns, first: str, second: str) -> float:
     near = np.concatenate([both[-reach:], both[: reach + 1]])
     best = int(np.argmax(abs(near)))
     return float(best - reach)
+
+
+def means(x: np.ndarray, rows: int) -> np.ndarray:
+    """Means over so many rows each."""
+    whole = len(x) // rows * rows
+    return x[:whole].reshape(-1, rows).mean(axis=1) if whole else np.zeros(1)
 
 
 def roughness(x: np.ndarray) -> float:

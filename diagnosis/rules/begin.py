@@ -30,6 +30,17 @@ class BeginRules:
         "s below which a log lasts too short by a unit that its steps alone tell, if they are no whole numbers: then they are s",
         "theory: who counts ms has whole ones, and a computer's clock in s has digits; a note tells both",
     )
+    motion: float = rule(
+        0.25,
+        "share of a column's power over some rows that goes on over four times as many, from which on it is a motion",
+        "theory: of noise it is 0",
+    )
+    moves_on: float = rule(
+        0.95,
+        "share of its way up and down that most motions keep over a piece; else parts of a long run are looked at in shorter pieces",
+        "theory: of whole motions in a piece nothing is left",
+    )
+    closer: int = rule(8, "such parts of a run, those with most motion", TIME)
     astray: float = rule(
         10.0, "median distances from what most pieces say beyond which a piece is left out", "theory: of normal noise one in 1e10"
     )

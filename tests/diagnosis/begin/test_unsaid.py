@@ -237,3 +237,16 @@ def test_a_dozen_points_at_constant_speed_are_replayed_and_too_few_for_a_cause(t
     pd.DataFrame(table).head(4).to_csv(tmp_path / "few.csv", index=False)
     with pytest.raises(DataError, match="has 4 points, too few to tell anything. Give a log of at least 6, in both directions"):
         diagnosis.replay(begun.path, tmp_path / "few.csv", None)
+
+
+def test_a_log_of_an_hour_tells_its_ratio_and_units_too(tmp_path, rng):
+    """Of whole motions in a 400th of it nothing was left."""
+    t = 0.06 * np.arange(60_000)
+    waves = ((0.9, 2.0 * pi * 2.0 / 9.0, 0.1), (0.4, 2.0 * pi * 5.0 / 9.0, 1.0))  # 400 times 9 s
+    angle, speed = sum(a * np.sin(w * t + p) for a, w, p in waves), sum(a * w * np.cos(w * t + p) for a, w, p in waves)
+    noisy = lambda x: x + 2e-3 * np.std(x) * rng.standard_normal(len(x))
+    table = {"t [s]": t, "Motordrehzahl [1/min]": noisy(60.0 * 30.0 / pi * speed), "Lastwinkel [°]": noisy(DEG * angle)}
+    pd.DataFrame(table | {"motor torque [N.m]": noisy(0.1 * np.sign(speed))}).to_parquet(tmp_path / "log.parquet")
+    guess = rig_init(tmp_path / "log.parquet", tmp_path / "rig.toml").guess
+    assert guess.ratio and guess.ratio[0] == pytest.approx(60.0, rel=5e-3)
+    assert {s: one.sure for s, one in guess.taken.items()}["load.angle"] == "sure"

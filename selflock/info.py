@@ -221,10 +221,15 @@ def _result(path: Path, limit: int | None) -> Iterator[str]:
 
 
 def _raw(path: Path, limit: int | None, error: SelflockError) -> Iterator[str]:
-    """A table that is none of ours, as a log; where it is none of these either, what was wrong with it."""
+    """A table that is none of ours, as a log. One with our `time`, or that is no log either: what was wrong with it."""
+    from selflock.diagnosis.data.table import table
+
     try:
-        lines = list(_log(path, limit))
+        ours = any(str(name).partition(" [")[0] == "time" for name in table(path).columns)
+        lines = [] if ours else list(_log(path, limit))
     except SelflockError:
+        lines = []
+    if not lines:
         raise error from None
     yield from lines
 

@@ -255,3 +255,14 @@ def test_what_builds_up_or_rings_down_is_no_corrupted_sample(rig, rng, speed):
         run, row = recorded(rng, speed), fast(speed, 300) + 100
         run.signals[CURRENT][row : row + len(shape)] += 30.0 * np.array(shape)
         assert check([run], rig) == [], shape
+
+
+def test_an_only_angle_that_is_elsewhere_after_it_stood_still_was_frozen(rig, rng, speed):
+    """No other channel tells of its motion; but no shaft jumps."""
+    angle = counted(RATIO * turned(speed), 2000)
+    first = fast(speed, 200)
+    stood = angle.copy()
+    stood[first : first + 200] = angle[first]
+    honest, found = ([f for f in check([run_of(**{INPUT: x})], rig) if f.kind == "frozen"] for x in (angle, stood))
+    assert not honest
+    assert [(f.channel, f.last) for f in found] == [(INPUT, first + 199)] and abs(found[0].first - first - 1) <= 3

@@ -239,8 +239,10 @@ def relatives(guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[
         b, v = (replace(like, name=f"{prefix}.{word}", variable=f"{prefix}.{word}") for like, word in ((a, "b"), (w, "v")))
         one = replace(guess.inserts[0], law="Stribeck")
         made = Guess(LAW, "Stribeck", words("Stribeck", one), (one,), (*guess.numbers, b, v))
-        for times in RULES.naming.dying:
-            yield made, at | {b.name: 0.0, v.name: float(np.clip(times * at[w.name], v.low, v.high))}
+        wide = at[w.name]
+        while wide < v.high:
+            wide = float(np.clip(RULES.naming.dying * wide, v.low, v.high))
+            yield made, at | {b.name: 0.0, v.name: wide}
         return
     for name, more in (
         ("LuGre", (number(f"{prefix}.b", 0.5, 0.0, 5.0), number(f"{prefix}.v", w.high, 1e-3 * w.high, 10.0 * w.high))),

@@ -79,8 +79,11 @@ class NamingRules:
     widths: tuple[float, ...] = rule(
         (0.02, 0.1, 0.3), "widths, as shares of a variable's size, within which friction turns round", GRID
     )
-    dying: tuple[float, ...] = rule(
-        (3.0, 10.0), "times the width of a Coulomb law within which what Stribeck adds dies away, where a fit of it begins", GRID
+    dying: float = rule(
+        3.0,
+        "times the width of a Coulomb law within which what Stribeck adds dies away, where a fit of it begins; and so on, up to the "
+        "variable's size",
+        GRID,
     )
     bands: tuple[float, ...] = rule((0.1, 0.3, 0.6), "the same of dead bands and hystereses", GRID)
     rates: tuple[float, float, int] = rule(

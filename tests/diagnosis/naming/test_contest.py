@@ -382,7 +382,8 @@ def test_stribeck_is_fitted_from_the_coulomb_law_that_fits():
     for guess, at in made:
         assert guess.label == "Stribeck of coil.i on coil.u" and {n.name for n in guess.numbers} == {"c.a", "c.b", "c.v", "c.w"}
         assert at["c.a"] == -0.2 and at["c.w"] == 0.08 and at["c.b"] == 0.0 and at["base"] == 7.0 and at["c.v"] > 0.08
-    assert len({at["c.v"] for _, at in made}) > 1
+    begun = [0.08, *(at["c.v"] for _, at in made)]  # whose width, where it turns round in a step, says little of the other
+    assert all(1.0 < b / a < 3.2 for a, b in zip(begun, begun[1:])) and begun[-1] == 5.0
     assert list(relatives(replace(coulomb, law="cubic"), {})) == []
 
 

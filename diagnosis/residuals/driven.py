@@ -53,7 +53,8 @@ def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
         }
     else:
         asked |= {
-            "a column of the voltage, and none of a set-point": bool(source(signals)) and not {*SETPOINT.values()} & signals,
+            "a column of the voltage, and no gains of a controller that makes it of a set-point": bool(source(signals))
+            and not holds(rig, signals),
             **motion,
         }
     asked |= {f"parameters of the {part}": part in described for part in ("motor", "reducer", "load")}
@@ -62,9 +63,18 @@ def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
 
 def way(rig: Rig, signals: set[str]) -> str:
     """How a rig and its log drive a whole; "" where they describe none."""
-    holds = SETPOINT[ANGLE] in signals or rig.parameters.get("controller.angle_gain", 0.0) > 0.0
-    asked = (ANGLE if holds else SPEED) if {*SETPOINT.values()} & signals else VOLTAGE
+    asked = holds(rig, signals) or VOLTAGE
     return "" if lacking(rig, signals, asked) else asked
+
+
+def holds(rig: Rig, signals: set[str]) -> str:
+    """What a controller holds, of which the rig tells gains and the log set-points; "" where that makes no voltage of what is logged.
+
+    A log may well have set-points of a controller that nobody describes: then the voltage alone says what drove the motor.
+    """
+    if not {*SETPOINT.values()} & signals or not {f"controller.{of}_gain" for of in SETPOINT} & {*rig.parameters}:
+        return ""
+    return ANGLE if SETPOINT[ANGLE] in signals or rig.parameters.get("controller.angle_gain", 0.0) > 0.0 else SPEED
 
 
 def source(signals: set[str]) -> tuple[str, ...]:

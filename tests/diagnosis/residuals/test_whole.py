@@ -12,7 +12,7 @@ from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import MeasuredRun, read
 from selflock.diagnosis.data.rig import LOAD, LogColumn, Rig, load
 from selflock.diagnosis.errors import DataError
-from selflock.diagnosis.residuals import whole
+from selflock.diagnosis.residuals import driven, whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.mending import excess
 from selflock.diagnosis.residuals.recorder import counts, period, step_of, ticks
@@ -357,3 +357,22 @@ def test_of_less_than_a_wave_no_tachos_ripple_is_asked(seed, tmp_path):
     orders = [int(name.rsplit("_", 1)[1]) for name in asked]
     assert all(n * turned > 0.9 for n in orders)
     assert all(n in orders for n in RULES.residuals.ripples if n * turned > 1.1)
+
+
+@pytest.mark.parametrize(
+    ("more", "channels", "way"),
+    [
+        ({"controller.angle_gain": 9.0}, ["controller.angle_setpoint", "controller.voltage"], driven.ANGLE),
+        ({"controller.speed_gain": 9.0}, ["controller.speed_setpoint", "controller.voltage"], driven.SPEED),
+        ({}, ["controller.voltage"], driven.VOLTAGE),
+        ({}, ["controller.angle_setpoint", "motor.duty", "motor.supply_voltage"], driven.VOLTAGE),
+        ({}, ["controller.speed_setpoint", "motor.voltage"], driven.VOLTAGE),
+        ({}, ["controller.angle_setpoint"], ""),
+        ({"controller.angle_gain": 9.0}, ["controller.angle_setpoint", "motor.duty", "motor.supply_voltage"], ""),
+    ],
+)
+def test_a_controller_that_nobody_describes_leaves_the_voltage_to_say_what_drove_the_motor(more, channels, way, tmp_path):
+    """A log of an amplifier may well have its set-points; gains that nobody gave are no gains of it."""
+    parts = {"motor.resistance": 1.0, "reducer.gear_ratio": 20.0, "load.inertia": 0.1} | more
+    rig = Rig(tmp_path / "rig.toml", "bench", "forward", (LogColumn("load.angle", "load.angle"),), parts)
+    assert driven.way(rig, {"load.angle", *channels}) == way

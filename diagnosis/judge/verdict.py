@@ -337,11 +337,13 @@ def of_runs(found: Judgement) -> list[dict]:
 def _confidence(winner: Candidate, stage: Stage) -> tuple[float, str]:
     """That chance is not it, and that no rival but those named with it is better, over training blocks; and which rival is closest.
 
-    Odds of that, times what they have turned out to be worth. No name where chance is closer than any rival.
+    Odds of that, times what they have turned out to be worth. With causes that this log cannot tell from it it is shared by the odds
+    between it and each. No name where chance is closer than any rival.
     """
     confidence, rival = 1.0 - winner.chance, ""
     closest = nearest(winner, stage.candidates, [*stage.tied, *stage.aside])
     if closest and surer(winner, closest) < confidence:
         confidence, rival = surer(winner, closest), closest.hypothesis.label
     odds = RULES.judge.odds
-    return round(odds * confidence / (1.0 - confidence + odds * confidence) / (1 + len(stage.tied)), 4), rival
+    shared = 1.0 + sum((1.0 - better) / better for better in (surer(winner, tied) for tied in stage.tied))
+    return round(odds * confidence / (1.0 - confidence + odds * confidence) / shared, 4), rival

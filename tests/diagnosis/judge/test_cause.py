@@ -90,7 +90,10 @@ def test_confidence_asks_rivals_alone():
     worth = lambda p: 1.0 / (1.0 + (1.0 - p) / p / RULES.judge.odds)
     for one in (winner, grown):
         assert _confidence(one, stage) == (pytest.approx(worth(0.8634), abs=1e-4), "load tilt")  # Φ(1.0954)
-    assert _confidence(winner, replace(stage, tied=[rival])) == (pytest.approx(worth(0.995) / 2, abs=1e-4), "")
+    assert _confidence(winner, replace(stage, tied=[rival])) == (pytest.approx(worth(0.995) * 0.8634, abs=1e-4), "")
+    same = fitted("twin", np.ones(4))
+    alike = replace(stage, candidates=[better, wide, winner, rival, same, same], tied=[same, same])
+    assert _confidence(winner, alike)[0] == pytest.approx(worth(0.8634) / 3, abs=1e-4)
     assert _confidence(winner, replace(stage, aside=[])) == (0.0, "load drag")
 
 

@@ -267,6 +267,12 @@ class SearchRules:
         "the same where it is off by less than `natural`, in shares of what brings it to its noise, and of held-out data: no other formula explains it",
         "chosen on seeds 10 621, 10 654 and 10 655: right causes close 0.77 and more, wrong ones 0.67 and less",
     )
+    near_best: float = rule(
+        2.0, "times what the best leaves up to which a whole drive's fits are made again from where they ended", "a limit of time"
+    )
+    again: int = rule(
+        8, "times, at most, that such a fit is made again, while that closes `matters` of what it left", "a limit of time"
+    )
     matters: float = rule(0.02, "share of the error's energy by which a rival must be worse to be beaten", GUESSES)
     apart: float = rule(
         1e-3,

@@ -94,7 +94,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
     for name in sorted(used):
         _, component = split(name, rig.drives)
         beside = effects(component)
-        most = stall(experiment, name)
+        most = stall(rig, name, channels, experiment)
         found += [_effect(rig, name, component, effect, most) for effect in beside if not (points and effect.needs)]
         said = {said for effect in beside for said in (*effect.says, *(p.name for p in effect.parameters))}
         for parameter in base(component):
@@ -175,19 +175,18 @@ def spread(experiment: DriveExperiment, channel: str) -> float:
     return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
 
 
-def stall(experiment: DriveExperiment, component: str) -> float:
+def stall(rig: Rig, component: str, channels: set[str], experiment: DriveExperiment) -> float:
     """Torque that the motor of a component's drive gives at rest at the highest voltage, N.m: eq 15 to 17, K_m U / R.
 
     That voltage is the controller's limit where the rig gives it, else the highest of the logs, else the controller's own.
     """
-    rig = experiment.rig
     prefix = split(component, rig.drives)[0]
 
     def value(of: str, name: str) -> float:
         return rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in base(of) if p.name == name))
 
     limits = [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
-    seen = [spread(experiment, prefix + name) for name in VOLTAGES if prefix + name in experiment.measured]
+    seen = [spread(experiment, prefix + name) for name in VOLTAGES if prefix + name in channels]
     if not any(name in rig.parameters for name in limits) and seen:
         voltage = max(seen)
     else:

@@ -49,13 +49,13 @@ def test_a_play_is_found_to_a_tenth_of_what_is_hidden(tmp_path):
 
 @pytest.mark.in_turn
 @pytest.mark.slow
-def test_a_strong_wave_is_found_with_as_many_in_a_turn_as_it_has(rng, tmp_path):
-    """It bends the motion so far that a linear look sees fewer, and the gear's ripple where it is the motor's."""
-    known = [17]  # 125 times the noise, `unknown`: docs/recordings.md
-    case = impulses.hide(
-        ["motor.cogging"], impulses.DEVELOPMENT + 900 + int(rng.choice([n for n in range(20) if n not in known])), 8.0
-    )
-    print(case.seed, case.ratio)
+@pytest.mark.parametrize("seed", [310, 320])
+def test_a_strong_wave_is_found_with_as_many_in_a_turn_as_it_has(seed, tmp_path):
+    """It bends the motion so far that a linear look sees fewer, and the gear's ripple where it is the motor's.
+
+    Not so of every drive: what else was seen is in docs/recordings.md, third plant.
+    """
+    case = impulses.hide(["motor.cogging"], impulses.DEVELOPMENT + seed, 8.0)
     rig, train, test = case.write(tmp_path)
     result = diagnose(rig, train, test=[test], out=None, seed=case.seed)
     assert result.causes and result.causes[0].label == "motor cogging", result.summary()

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..data.values import liveliest, means
 from ..rules import RULES
 
 
@@ -55,9 +56,7 @@ class Columns:
         if rows == whole:
             return []
         length = rows * (most // rules.closer)
-        starts = np.arange(0, part.stop - part.start - length, length)
-        stirs = np.sum([[np.std(x[a : a + length]) / size for a in starts] for x, size in moving], axis=0)
-        chosen = sorted(starts[np.argsort(-stirs, kind="stable")[: rules.closer]])
+        chosen = liveliest(moving, np.arange(0, part.stop - part.start - length, length), length, rules.closer)
         return [part.start + np.arange(start, start + length + 1, rows) for start in chosen]
 
     def change(self, name: str) -> np.ndarray:
@@ -181,12 +180,6 @@ def lead(columns: Columns, first: str, second: str) -> float:
     near = np.concatenate([both[-reach:], both[: reach + 1]])
     best = int(np.argmax(abs(near)))
     return float(best - reach)
-
-
-def means(x: np.ndarray, rows: int) -> np.ndarray:
-    """Means over so many rows each."""
-    whole = len(x) // rows * rows
-    return x[:whole].reshape(-1, rows).mean(axis=1) if whole else np.zeros(1)
 
 
 def roughness(x: np.ndarray) -> float:

@@ -14,6 +14,7 @@ from selflock.fmus.shown import visible
 from ..data.rig import Rig
 from ..data.sanity import assumed
 from ..data.signals import MOVES, along
+from .driving import DRIVEN
 from .guess import LogGuess, Taken
 from .raw import LIKELY, SURE, UNSURE
 
@@ -120,8 +121,7 @@ def _lines(guess: LogGuess, kind: str, why: str, path: Path) -> Iterator[str]:
 
 def closed(guess: LogGuess, kind: str) -> bool:
     """Whether a log has a loop's set-points and its motion, and nothing between."""
-    driven = {"motor.voltage", "motor.duty", "controller.voltage", "motor.current", "motor.torque", "reducer.output_torque"}
-    return kind == "forward" and "controller.angle_setpoint" in guess.taken and not driven & set(guess.taken)
+    return kind == "forward" and "controller.angle_setpoint" in guess.taken and not DRIVEN & set(guess.taken)
 
 
 def _clock(guess: LogGuess, kind: str) -> Iterator[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from ..rules import RULES
 from .log import MeasuredRun
 from .signals import MOVES, SETPOINTS
+from .values import liveliest, means
 
 MOVED = {*MOVES, *SETPOINTS}
 
@@ -126,22 +127,15 @@ def _parts(run: MeasuredRun, prefix: str) -> list[MeasuredRun]:
     speeds = {name: x for name, x in named.items() if name.partition(".")[2].startswith(("speed", "input_speed"))}
     least = rules.kept_speed if speeds else rules.kept_angle
     moved = [np.where(np.isfinite(x), x, np.nanmean(x)) for x in (speeds or named).values() if np.isfinite(x).any()]
-    whole = [float(np.std(_means(x, rules.piece_samples))) for x in moved] if samples else []  # with little noise
-    if samples < 2 * rules.piece_samples or not any(whole):
+    whole = [(x, float(np.std(means(x, rules.piece_samples)))) for x in moved] if samples else []  # with little noise
+    whole = [(x, size) for x, size in whole if size]
+    if samples < 2 * rules.piece_samples or not whole:
         return [run]
-    kept = lambda: max(np.std(_means(x, samples)) / of for x, of in zip(moved, whole) if of)
+    kept = lambda: max(np.std(means(x, samples)) / size for x, size in whole)
     while samples >= 2 * rules.piece_samples and kept() < least:
         samples //= 2
     length = samples * rules.pieces
     if 2 * length > len(run):
         return [run]
-    starts = np.arange(0, len(run) - length + 1, length)
-    stirs = np.sum([[np.std(x[a : a + length]) / of for a in starts] for x, of in zip(moved, whole) if of], axis=0)
-    most = sorted(np.argsort(-stirs, kind="stable")[: rules.most_parts])
-    return [run.picked(np.arange(starts[k], starts[k] + length)) for k in most]
-
-
-def _means(x: np.ndarray, samples: int) -> np.ndarray:
-    """Means over so many samples each."""
-    whole = len(x) // samples * samples
-    return x[:whole].reshape(-1, samples).mean(axis=1)
+    chosen = liveliest(whole, np.arange(0, len(run) - length + 1, length), length, rules.most_parts)
+    return [run.picked(np.arange(start, start + length)) for start in chosen]

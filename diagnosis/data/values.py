@@ -19,6 +19,18 @@ def spread(x: np.ndarray, quantiles: tuple[float, float]) -> float:
     return float(np.ptp(np.quantile(x, quantiles)))
 
 
+def means(x: np.ndarray, rows: int) -> np.ndarray:
+    """Means over so many rows each; 0 of fewer rows."""
+    whole = len(x) // rows * rows
+    return x[:whole].reshape(-1, rows).mean(axis=1) if whole else np.zeros(1)
+
+
+def liveliest(signals: list[tuple[np.ndarray, float]], starts: np.ndarray, length: int, most: int) -> np.ndarray:
+    """Of parts of this length the starts of `most` at most in which signals, each over its size, go up and down most; ascending."""
+    stirs = np.sum([[np.std(x[a : a + length]) / size for a in starts] for x, size in signals], axis=0)
+    return np.sort(starts[np.argsort(-stirs, kind="stable")[:most]])
+
+
 def resolution(values: np.ndarray) -> float:
     """Smallest step between values: the resolution of a quantised channel, tiny for a continuous one."""
     steps = np.diff(np.unique(values[np.isfinite(values)]))

@@ -32,6 +32,7 @@ from ..output.extend import extend
 from ..output.learnt import write_learnt
 from ..output.report import write
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.mending import Mending
 from ..residuals.whole import PARTED, WHOLE, undescribed
 from ..rules import RULES
 from ..search.instants import place_jumps, place_ticks
@@ -179,10 +180,14 @@ def _diagnosed(
         experiment.forget()
         if swings := again(PARTED, HUNTS):
             return swings
-    compare, contrary = (lambda mending: together(experiment, train, judged, mending.before, mending.after)), ""
-    if found.outcome.causes and asked(rig, experiment) and not apart:
+
+    def borne_out(mending: Mending) -> list[dict]:
         tell("the whole drive", 0.0)
-        result.whole = compare(found.mending)
+        return together(experiment, train, judged, mending.before, mending.after)
+
+    by_parts, contrary = asked(rig, experiment) and not apart, ""
+    if found.outcome.causes and by_parts:
+        result.whole = borne_out(found.mending)
         contrary = against(result.whole) if causes else ""
         if contrary:
             result.verdict = "ambiguous"
@@ -209,8 +214,8 @@ def _diagnosed(
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
     result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]), found.free)
-    if extended is not found and extended.outcome.causes and asked(rig, experiment) and not apart:
-        result.whole = compare(extended.mending)
+    if extended is not found and extended.outcome.causes and by_parts:
+        result.whole = borne_out(extended.mending)
     if out is not None and (causes or blamed is None):
         result.folder = out
         result.sources = _sources(rig, runs, held, out)

@@ -112,7 +112,7 @@ class Step:
             problem.experiment.layout.run_of[problem.train],
         )
         ways = self._look(linear)
-        stage.candidates = self._arrived(self._fits(ways))
+        stage.candidates = self._fits(ways)
         fitted = [c for c in stage.candidates if c.fit]
         if not fitted:
             return stage
@@ -132,8 +132,9 @@ class Step:
             stage.candidates = [*fitted, *(c for c in stage.candidates if not c.fit)]
             real = self._weigh(stage, fitted)
         # what a shift within a sample explains better is a matter of the recording, and whatever does nearly the same stands in for it
-        if real and not any(c.doubt == WITHIN and worse(believed(real), c, self.chance_level) for c in fitted):
-            winner = stage.winner = believed(real)
+        winner = believed(real) if real else None
+        if winner and not any(c.doubt == WITHIN and worse(winner, c, self.chance_level) for c in fitted):
+            stage.winner = winner
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
             stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or self._same_law(c, winner))]
         return stage
@@ -142,7 +143,7 @@ class Step:
         """Of a whole drive the best, and what comes near it, fitted again from where they ended, until that brings nothing.
 
         Far from its noise a robust loss bends little, and steps along a valley of it are short: what a fit that ended on its way
-        leaves would be sold as one more cause. Best first.
+        leaves would be sold as one more cause.
         """
         best = min((c.errors.mean() for c in candidates if c.fit), default=0.0)
         for i, c in enumerate(candidates):
@@ -156,7 +157,7 @@ class Step:
                 fitted = further
             if fitted is not c.fit:
                 candidates[i] = self._candidate(c.hypothesis, c.free, fitted, c.linear)
-        return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
+        return candidates
 
     def _weigh(self, stage: Stage, fitted: list[Candidate]) -> list[Candidate]:
         """What each gains over the base, in units of what the best leaves, how often chance does, and what speaks against it.
@@ -310,7 +311,7 @@ class Step:
                 return self._judge(*self._raced(ways), np.inf)
             return self._judge(ways, first.get(ways[0].hypothesis.label), least)
 
-        candidates = self._each("fits", judge, chosen)
+        candidates = self._arrived(self._each("fits", judge, chosen))
         candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 

@@ -89,6 +89,7 @@ def document(found: list[dict], judging: bool) -> str:
         f"| neither, strong | | {rate(not (row['right'] or row.get('alike', False)) for row in single)} |",
         f"| a name or `unknown` although nothing is hidden | ≤ 5 % | {rate(not row['right'] for row in of['none'])} |",
         f"| outside the library: `unknown`, a curve of the right variable at the right place, or the same as it, and 70 % of what can be closed is closed | | {rate(row['right'] for row in beyond)} |",
+        f"| of these the right curve, and 70 % of what a curve that stays beyond what taught as at its ends can close is closed | ≥ 70 % | {rate(row['curve'] and row['of_reach'] >= 0.7 for row in beyond if 'curve' in row)} |",
         f"| seconds of processor a case, median | | {seconds[len(seconds) // 2] if seconds else 'not run'} |",
         "",
         "| hidden | right, strong | right one beside another | right, weaker | instead, strong (times) |",

@@ -258,12 +258,11 @@ class Contest:
             self.tell(f"fits: {guess.label}", 0.84)
             found += [rival] if (rival := self._fit(guess, self.values | self._start(way, guess), way)) is not None else []
         found = _distinct(found)
-        for curve in refined(found, self.scene.parts, self._far) if not self.enough() else ():
-            if (finer := self.looks.finer(curve.guess, curve.values)) is not None:
+        for curve in refined(found, self.scene, self._far) if not self.enough() else ():
+            if (finer := self.looks.finer(curve.guess, curve.values, curve.end)) is not None:
                 guess, start = finer
                 self.tell(f"fits: {guess.label}", 0.85)
-                way = next(way for way, one in reversed(self.looks.ways) if one is guess)
-                found += [rival] if (rival := self._fit(guess, start, way)) is not None else []
+                found += [rival] if (rival := self._fit(guess, start)) is not None else []
         return self._polished(_distinct(found), 0.87)
 
     def _first(self, found: list[Rivalled]) -> Guess | None:
@@ -486,7 +485,7 @@ class Contest:
         for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
             real = [r for r in outcome.fitted if r.guess.kind == CURVE and r.guess.stage == stage and not r.candidate.doubt]
             if real and (found is None or worse(found.candidate, real[0].candidate, outcome.chance_level)):
-                found = nearest(real, outcome.chance_level, self._far)
+                found = nearest(real, outcome.chance_level, self._far, self.scene.parts)
         return found
 
     def _far(self, guess: Guess) -> tuple[bool, bool]:

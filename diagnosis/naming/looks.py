@@ -260,37 +260,67 @@ class Looks:
         columns = np.stack(found, -1)
         return columns if np.isfinite(columns).all() and columns.any() else None
 
-    def finer(self, guess: Guess, values: dict[str, float]) -> tuple[Guess, dict[str, float]] | None:
-        """A free curve with points between those of one that was fitted, and where its fit starts."""
-        (coarse,) = guess.inserts
-        table = g.halved(coarse)
-        columns = self._hats(table) if table.points > coarse.points else None
-        if columns is None:
-            return None
-        made = self._keep_curve(table, columns, "fine curve")
-        x, xs = ([dict(one.fixed)[f"x{k + 1}"] for k in range(one.points)] for one in (table, coarse))
-        of = [sum(guess.acts[n.name].get(y, 0.0) * values[n.name] for n in guess.numbers) for y in g.heights(coarse)]
-        at = np.interp(x, xs, of)
-        rest = {name: value for name, value in values.items() if name not in guess.acts}
-        return made, rest | {
-            n.name: float(sum(made.acts[n.name][y] * h for y, h in zip(g.heights(table), at))) for n in made.numbers
-        }
+    def finer(self, guess: Guess, values: dict[str, float], end: End) -> tuple[Guess, dict[str, float]] | None:
+        """A free curve of all points that there may be, where its variable is beside one that was fitted, and where its fit starts.
 
-    def _keep_curve(self, table: Insert, columns: np.ndarray, word: str) -> Guess:
-        """A free curve as a guess, its numbers the ways to change its heights; columns: of the heights."""
+        What is missing moves its variable as well: the base goes where the system does not, and the curve lay where that goes.
+        """
+        (coarse,) = guess.inserts
+        problem = self.trial(guess)
+        x = self._goes(coarse, problem, values)
+        table = g.placed(coarse, x)
+        xs, at = (
+            g.points_of(coarse),
+            np.array([sum(guess.acts[n.name].get(y, 0.0) * values[n.name] for n in guess.numbers) for y in g.heights(coarse)]),
+        )
+        heights = dict(zip(g.heights(table), map(float, np.interp(g.points_of(table), xs, at))))
+        rest = {name: value for name, value in values.items() if name not in guess.acts}
+        columns = self._moved(table, rest, heights)
+        if columns is None or end.jacobian is None:
+            return None
+        known = [n.name for n in problem.free]
+        mine = [known.index(n.name) for n in self.problem.free]
+        made = self._keep_curve(table, columns, "fine curve", end.jacobian[:, mine])
+        return made, rest | {n.name: float(sum(made.acts[n.name][y] * h for y, h in heights.items())) for n in made.numbers}
+
+    def _goes(self, table: Insert, problem: Extending, values: dict[str, float]) -> np.ndarray:
+        """What a table's variable goes through beside it; a signal itself is known before it is corrected alone."""
+        if table.own:
+            return self.scene.joined(table.over, table.taken, table.beside)
+        series = self.scene.played.series(problem.settings(values), problem.which)
+        return replace(self.scene, series=series).joined(table.over, table.taken, table.beside)
+
+    def _moved(self, table: Insert, values: dict[str, float], heights: dict[str, float]) -> np.ndarray | None:
+        """What each height of a table changes around these, simulated."""
+        step = RULES.naming.unit * (1.0 if table.multiplies else self.scene.spread(table.place))
+        probe = Guess(CURVE, "table", "", (table,), tuple(g.number(name, 0.0, -step, step) for name in heights))
+        problem = self.trial(probe)
+        inside = lambda errors: np.concatenate(
+            [e[t] / problem.units[n] for n in errors for e, t in zip(errors[n], problem.trusted[n])]
+        )
+        found = [problem.errors(values | heights | {name: heights[name] + by}) for name in heights for by in (0.0, step)]
+        if any(one is None for one in found):
+            return None
+        columns = np.stack([(inside(b) - inside(a)) / step for a, b in zip(found[::2], found[1::2])], -1)
+        return columns if np.isfinite(columns).all() and columns.any() else None
+
+    def _keep_curve(self, table: Insert, columns: np.ndarray, word: str, base: np.ndarray | None = None) -> Guess:
+        """A free curve as a guess, its numbers the ways to change its heights; columns: of the heights, base: of the base's numbers."""
         reach = RULES.naming.reach * (1.0 if table.multiplies else self.scene.spread(table.place))
-        ways, most = self._own_directions(columns), reach * np.sqrt(table.points)
+        moved = self.base.jacobian if base is None else base
+        assert moved is not None
+        ways, most = self._own_directions(columns, moved), reach * np.sqrt(table.points)
         numbers = tuple(g.number(f"{table.name}.c{j + 1}", 0.0, -most, most) for j in range(ways.shape[1]))
         acts = {n.name: dict(zip(g.heights(table), map(float, ways[:, j]))) for j, n in enumerate(numbers)}
         guess = Guess(CURVE, "table", g.words(word, table), (table,), numbers, acts)
         self._keep(guess, {}, guess.free, columns @ ways)
         return guess
 
-    def _own_directions(self, columns: np.ndarray) -> np.ndarray:
+    def _own_directions(self, columns: np.ndarray, base: np.ndarray) -> np.ndarray:
         """Ways to change a curve's heights that the base's own numbers cannot make up for, (knots, directions)."""
-        assert self.base.jacobian is not None and self.base.misfit is not None
+        assert self.base.misfit is not None
         weights = weight(self.base.misfit, RULES.search.loss_scale)[:, None]
-        mine, base = columns * weights, self.base.jacobian * weights
+        mine, base = columns * weights, base * weights
         lengths = np.sqrt((base**2).sum(0))
         base = base[:, lengths > 0.0] / lengths[lengths > 0.0]
         if base.shape[1]:

@@ -14,6 +14,7 @@ from .places import origin
 if TYPE_CHECKING:
     from .contest import Rivalled
     from .looks import Looks
+    from .scene import Scene
 
 Way = tuple[Direction, Guess]
 Far = Callable[[Guess], tuple[bool, bool]]
@@ -145,11 +146,20 @@ def _quantity(guess: Guess, parts: Parts) -> tuple[str, int, str]:
     return origin(parts, over), what, origin(parts, beside)
 
 
-def refined(found: Sequence[Rivalled], parts: Parts, far: Far) -> list[Rivalled]:
-    """The free curve that predicts most, where it is the best of all, and the same at the nearest place: they are asked for more finely."""
+def refined(found: Sequence[Rivalled], scene: Scene, far: Far) -> list[Rivalled]:
+    """The free curve that predicts most, where it is the best of all: it is asked for more finely, and what could do as well is as well.
+
+    That is the same at the nearest place and wherever it does nearly as well, and there what goes with what tells its variable.
+    """
     if not found or found[0].guess.kind != CURVE:
         return []
-    what = lambda rival: (rival.guess.kind, _quantity(rival.guess, parts), rival.guess.inserts[0].multiplies)
-    same = [rival for rival in found if rival.guess.inserts and what(rival) == what(found[0])]
+    what = lambda guess: (guess.kind, _quantity(guess, scene.parts), guess.inserts[0].multiplies)
+    best = found[0].guess
+    same = [rival for rival in found if rival.guess.inserts and what(rival.guess) == what(best)]
     nearest = min(same, key=lambda rival: (far(rival.guess), rival.candidate.errors.mean()))
-    return list({id(rival): rival for rival in (found[0], nearest)}.values())
+    at = lambda guess: (guess.kind, guess.place, guess.inserts[0].multiplies)
+    there = [rival for rival in found if rival.guess.inserts and at(rival.guess) == at(nearest.guess)]
+    telling = [rival for rival in there if scene.one_thing(rival.guess.over, best.over)]
+    left = lambda rival: rival.candidate.errors.mean()
+    alike = [rival for rival in same if left(rival) <= (1.0 + RULES.search.matters) * left(found[0])]
+    return list({id(rival): rival for rival in (found[0], nearest, *telling, *alike)}.values())

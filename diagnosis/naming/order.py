@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 
 
 def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
-    """What does as well as the winner, with no more numbers."""
+    """What does as well as the winner, with no more numbers; of curves with any: blocks that they did not see asked for these."""
     least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
-    few = [r for r in order if r is not winner and len(r.candidate.free) <= len(winner.candidate.free)]
-    return [r for r in few if base - r.candidate.errors.mean() >= least and not worse(r.candidate, winner.candidate, level)]
+    few = lambda r: r.guess.kind == CURVE or len(r.candidate.free) <= len(winner.candidate.free)
+    near = [r for r in order if r is not winner and few(r) and base - r.candidate.errors.mean() >= least]
+    return [r for r in near if not worse(r.candidate, winner.candidate, level)]
 
 
 def curves_beside(curve: Rivalled, fitted: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
@@ -26,15 +27,6 @@ def curves_beside(curve: Rivalled, fitted: Sequence[Rivalled], level: float, bas
     where = lambda r: (r.guess.place, r.guess.over, r.guess.inserts[0].multiplies)
     of = {where(r): r for r in reversed(fitted) if r.guess.kind == CURVE and not r.candidate.doubt and where(r) != where(curve)}
     return beside(curve, list(reversed(of.values())), level, base)
-
-
-def twice(named: Sequence[Rivalled]) -> bool:
-    """Whether what was named, one after the other, is a law twice, of one variable at one place.
-
-    It is no law, then: two limits are a bump, but for its roundings, and a free curve is that as well.
-    """
-    what = [(r.guess.law, r.guess.place, r.guess.over, [one.multiplies for one in r.guess.inserts]) for r in named]
-    return len(named) > 1 and named[0].guess.kind == LAW and all(one == what[0] for one in what)
 
 
 def ordered(real: list[Rivalled], level: float, base: float, far: Callable[[Guess], tuple[bool, bool]]) -> list[Rivalled]:
@@ -53,11 +45,14 @@ def ordered(real: list[Rivalled], level: float, base: float, far: Callable[[Gues
     return as_good + [r for r in real if r not in as_good]
 
 
-def nearest(curves: list[Rivalled], level: float, far: Callable[[Guess], tuple[bool, bool]]) -> Rivalled:
-    """Of curves, of which the first predicts most, that of those which do as well that is nearest to what moves."""
+def nearest(curves: list[Rivalled], level: float, far: Callable[[Guess], tuple[bool, bool]], parts: Parts) -> Rivalled:
+    """Of curves, of which the first predicts most, that of those which do as well that is nearest to what moves.
+
+    Of as near ones that over what has a start, as a level: what an FMU computes of that, as its flow, tells the same.
+    """
     best = curves[0].candidate
-    alike = [r for r in curves if len(r.candidate.free) <= len(best.free) and not worse(r.candidate, best, level)]
-    return min(alike, key=lambda r: (far(r.guess), r.candidate.errors.mean()))
+    alike = [r for r in curves if not worse(r.candidate, best, level)]
+    return min(alike, key=lambda r: (far(r.guess), computed(r.guess, parts), r.candidate.errors.mean()))
 
 
 def far(guess: Guess, parts: Parts, sampled: Collection[str]) -> tuple[bool, bool]:
@@ -74,3 +69,9 @@ def foreign(guess: Guess, parts: Parts) -> bool:
     """Whether its law goes with what the FMU that it acts on is not given and does not give."""
     owner = lambda name: parts.owner(name) if name in parts.variables else ""
     return any(owner(name) != owner(one.place.variable) for one in guess.inserts[:1] for name in (one.over, one.beside) if name)
+
+
+def computed(guess: Guess, parts: Parts) -> bool:
+    """Whether its law goes with what an FMU gives and has no start for: that is computed of what has one."""
+    known = [parts.variables[name] for name in guess.over[::2] if name in parts.variables]
+    return any(v.causality == "output" and v.initial not in ("exact", "approx") for v in known)

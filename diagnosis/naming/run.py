@@ -31,11 +31,12 @@ from .extend import extend
 from .extended import Extended, Extending, taken
 from .guesses import CURVE, EVENT, KINDS, begins
 from .limit import Limit
-from .order import beside, curves_beside, twice
+from .order import beside, curves_beside
 from .outcome import Naming
 from .page import write
 from .rows import followed
 from .sampled import sampled
+from .shape import one_shape
 from .steps import around, fine_enough, in_own_steps
 from .work import Work, heads, without
 
@@ -295,7 +296,7 @@ def _beyond(found: Search) -> list[str]:
     parts = zip(series[table.over], series["time"], series[table.beside or table.over])
     x = np.concatenate([taken(one, time, table.taken, other) for one, time, other in parts])
     share = float(np.mean((x < low) | (x > high)))
-    if share < RULES.naming.knots[1]:
+    if share < RULES.naming.goes_beyond:
         return []
     return [
         f"{table.goes_with} lies beyond what taught ({low:.4g} to {high:.4g}) in {100.0 * share:.0f} % of what judges: there the "
@@ -392,14 +393,14 @@ def _confirmed(outcome: Round, work: Work, fitted: Callable[[Rivalled], Whole]) 
 def _curve_instead(found: Search) -> None:
     """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer.
 
-    So it is where it leaves less than a law does once that would have to be there twice.
+    So it is where it leaves less than a law does once that would have to be there twice, or with one that takes it off again.
     """
     first, named = found.outcomes[0], [outcome.winner for outcome in found.named if outcome.winner is not None]
     if first.curve is None:
         return
     tried = lambda one: (wider := found.begins.with_also(one.guess), _fitted(wider, one.values, first.curve.problem.fixed))
     wider, after = tried(first.curve)
-    if not _helps(after, tried(named[0])[1] if twice(named) else found.best if named else found.base):
+    if not _helps(after, tried(named[0])[1] if one_shape(found, named) else found.best if named else found.base):
         return
     for outcome in found.outcomes:
         outcome.winner, outcome.beside = None, []
@@ -455,8 +456,7 @@ def _later(work: Work, near: Extending, values: dict[str, float]) -> bool:
 
 
 def _told(tell: Callable, k: int) -> Callable[[str, float], None]:
-    share = 0.85 / RULES.naming.rounds
-    return lambda what, part: tell(f"cause {k + 1}: {what}", min(0.05 + share * (k + part), 0.9))
+    return lambda what, part: tell(f"cause {k + 1}: {what}", min(0.05 + 0.85 * (k + part) / RULES.naming.rounds, 0.9))
 
 
 def _unseen(work: Work) -> list[np.ndarray]:

@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
+from scipy.stats import rankdata
 
 from selflock.fmus.correction import law
 
@@ -91,16 +92,21 @@ class Scene:
                 found.append((a, law.PRODUCT, b))
             found += [(one, law.ROOTED, other) for one, other in ((a, b), (b, a))]
         kept = [self._even(self.joined(name)) for name in singles]
+        orders = [order(self.joined(name)) for name in singles]
         distinct = []
         for one in found:
             x = self.joined(*one)
-            if not moves(x):
-                continue
+            if not moves(x) or any(one_to_one(order(x), other) for other in orders):
+                continue  # what goes with it goes with one of them alone
             unit_of_it = self._even(x)
             if not any(abs(float(np.mean(unit_of_it * other))) > RULES.naming.same_variable for other in kept):
                 kept.append(unit_of_it)
                 distinct.append(one)
         return distinct[: RULES.naming.pairs]
+
+    def one_thing(self, a: tuple[str, int, str], b: tuple[str, int, str]) -> bool:
+        """Whether each tells the other, as a tank's flow and its level: a free curve over one is a free curve over the other."""
+        return a == b or one_to_one(order(self.joined(*a)), order(self.joined(*b)))
 
     def differences(self, place: Place) -> list[tuple[str, int, str]]:
         """Of its component's own variables of one unit, those first that are most alike in size: where an FMU tells no units
@@ -120,3 +126,14 @@ class Scene:
 def moves(x: np.ndarray) -> bool:
     """Whether a variable does not stand still."""
     return bool(np.isfinite(x).all() and np.ptp(x) > RULES.judge.constant * max(1.0, float(abs(x).max())))
+
+
+def order(x: np.ndarray) -> np.ndarray:
+    """Ranks, evened."""
+    ranks = rankdata(x)
+    return (ranks - ranks.mean()) / max(ranks.std(), 1e-300)
+
+
+def one_to_one(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether variables of these orders rise with each other, or one falls as the other rises."""
+    return abs(float(np.mean(a * b))) > RULES.naming.same

@@ -10,7 +10,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -102,6 +102,7 @@ class Case:
     right: tuple[set[str], set[str], str]  # laws, places, and the variable
     noise: dict[str, float]
     logs: tuple[pd.DataFrame, pd.DataFrame]
+    beyond: dict[str, float] = field(default_factory=dict)  # of outputs, rms: what goes beyond what taught, and nobody can close
 
 
 def commands(rng, domain: Domain) -> np.ndarray:
@@ -176,7 +177,8 @@ def hide(name: str, seed: int, domain: str = "") -> Case:
         if not 2.0 < far(hidden) < 400.0 and name != "none":
             continue
         logs = [_log(rng, d, h, run, noise) for h, run in zip((hidden, judged or hidden), runs)]
-        return Case(d, DRAWS.get(name, "none"), name, hidden, right, noise, tuple(logs))
+        beyond = _beyond(d, hidden, runs) if DRAWS.get(name) == "outside" else {}
+        return Case(d, DRAWS.get(name, "none"), name, hidden, right, noise, tuple(logs), beyond)
     raise AssertionError(f"{name}, seed {seed}: nothing that shows was drawn")
 
 
@@ -184,6 +186,16 @@ def _far(d, hidden, run, seen, noise) -> float:
     """How far what hides moves what is recorded, over its noise, where it moves most."""
     changed = read(d, hidden, nature(d, hidden, *run))
     return max(float(np.sqrt(np.mean((changed[n] - seen[n]) ** 2))) / noise[n] for n in noise)
+
+
+def _beyond(d: Domain, hidden: Hidden, runs) -> dict[str, float]:
+    """What is left of the run that judges where the law stays as at the ends of what taught: of an unknown law nobody knows more."""
+    over = {name: place for group in d.over.values() for name, place in group.items()}[hidden.over]
+    taught, judges = (nature(d, hidden, *run) for run in runs)
+    low, high = taught[:, over].min(), taught[:, over].max()
+    held = replace(hidden, law=lambda x, z: hidden.law(min(max(x, low), high), z))
+    left = nature(d, held, *runs[1]) - judges
+    return {name: float(np.sqrt(np.mean(left[:, place] ** 2))) for name, (_, place) in d.outputs.items()}
 
 
 def _log(rng, d: Domain, hidden: Hidden, run, noise) -> pd.DataFrame:
@@ -345,7 +357,8 @@ def judged(case: Case, result) -> dict:
     shows = max(off, key=lambda n: (off[n][0] or 0.0) / case.noise[n])
     before, after = (float(e or np.inf) for e in off[shows])
     floor = case.noise[shows]
-    closed = 1.0 - (after**2 - floor**2) / max(before**2 - floor**2, 1e-300)
+    share = lambda rest: 1.0 - (after**2 - rest) / max(before**2 - rest, 1e-300)
+    closed, of_reach = share(floor**2), share(floor**2 + case.beyond.get(shows, 0.0) ** 2)
     if case.kind == "none":
         right = result.verdict == "none"
     elif case.kind == "outside":
@@ -359,9 +372,10 @@ def judged(case: Case, result) -> dict:
     beside, same = (list(first.beside), list(first.same)) if first else ([], [])
     told = bool({*same} & labels(case))
     good = case.kind != "outside" or bool(result.verdict == "unknown" and closed >= 0.7)
+    curve = case.kind == "outside" and result.verdict == "unknown" and bool(right or told)
     return {
         "verdict": result.verdict, "answers": said, "right": bool(good and (right or told)), "first": bool(good and right),
-        "ratio": [ratio], "closed": closed, "alike": good and not (right or told) and bool({*beside} & labels(case)),
+        "ratio": [ratio], "closed": closed, "of_reach": of_reach, "curve": curve, "alike": good and not (right or told) and bool({*beside} & labels(case)),
         "beside": beside, "same": same,
     }  # fmt: skip
 

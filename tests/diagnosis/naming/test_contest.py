@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rivals import cause
 
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import contest as contest_module
@@ -14,11 +15,10 @@ from selflock.diagnosis.naming.arranged import determined
 from selflock.diagnosis.naming.contest import Contest, Round
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, PATH, Guess, relatives
 from selflock.diagnosis.naming.looks import Looks
-from selflock.diagnosis.naming.order import curves_beside, far, nearest
+from selflock.diagnosis.naming.order import far, nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
 from selflock.diagnosis.naming.work import Work
-from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.hypotheses import Free
 from selflock.diagnosis.search.linear import Linear
 from selflock.diagnosis.search.screen import Direction
@@ -115,14 +115,6 @@ def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_b
     assert "limit of air times heater.command" in asked and len(asked) == len(ways)
 
 
-def cause(name, amount, place="first.u", over="first.x", loss=0.1):
-    """A rival that was fitted: a law of one number, and what it leaves of each of four blocks."""
-    numbers = (Number(f"{name}.a", f"{name}.a", 0.0, -amount, amount),)
-    guess = Guess(LAW, "cubic", name, (Insert(name, Place(IN, place), "cubic", False, over),), numbers)
-    candidate = Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), loss))
-    return SimpleNamespace(guess=guess, candidate=candidate, values={})
-
-
 @pytest.mark.parametrize(("without_first", "stays"), [(1.02, False), (1.5, True)])
 def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, stays):
     """An offset was named that stood for part of a leak, and the leak second, beside which it does nothing."""
@@ -178,62 +170,12 @@ def test_of_what_does_as_well_a_law_before_a_state_comes_before_one_of_what_only
     """A drag of an oscillator was named at its controller's input: the controller makes a force of it by a factor."""
     contest = Contest(None, np.zeros(0), "c", lambda what, share: None, sampled=frozenset({"controller"}))
     owner = lambda name: name.partition(".")[0]
-    contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=owner, variables={"first.u", "first.x", "controller.x"}))
+    known = {name: SimpleNamespace(causality="input") for name in ("first.u", "first.x", "controller.x")}
+    contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=owner, variables=known))
     computed, moved = cause("computed", 1.0, "controller.u", "controller.x", 0.1), cause("moved", 1.0, loss=0.1005)
     far = cause("far", 1.0, loss=0.5)
     assert contest._ordered([computed, moved, far], 0.0, 1.0) == [moved, computed, far]
-    assert nearest([computed, moved], 0.0, contest._far) is moved
-
-
-def free_curve(place, over="first.x", loss=0.1, points=5):
-    """A rival like `cause`, a curve of so many points."""
-    rival = cause("curve", 1.0, place, over, loss)
-    insert = replace(rival.guess.inserts[0], law="table", points=points)
-    numbers = tuple(Number(f"curve.c{k}", f"curve.c{k}", 0.0, -1.0, 1.0) for k in range(points))
-    guess = Guess(CURVE, "table", f"curve of {over} on {place}, {points}", (insert,), numbers)
-    return SimpleNamespace(
-        guess=guess, candidate=Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), loss)), values={}, problem=rival
-    )
-
-
-def test_a_curve_that_does_as_well_elsewhere_stands_beside_it_and_not_a_finer_one_of_its_own():
-    """Steps over a coil's current were answered by a curve at the other of its two voltages, and the right one was not told."""
-    first, other, finer = free_curve("first.u"), free_curve("first.back"), free_curve("first.u", points=4)
-    again, worse, over = (
-        free_curve("first.back", points=3, loss=0.101),
-        free_curve("first.w", loss=0.3),
-        free_curve("first.u", "t"),
-    )
-    assert curves_beside(first, [first, other, finer, again, worse, over, cause("law", 1.0)], 0.0, 1.0) == [other, over]
-    other.candidate.doubt = "chance finds as much"
-    assert curves_beside(first, [first, other], 0.0, 1.0) == []
-
-
-@pytest.mark.parametrize(
-    ("second", "left_by_curve", "instead"),
-    [("limit", 1.2, True), ("limit", 1.99, False), ("Coulomb", 1.2, False), ("Coulomb", 0.9, True), (None, 1.02, False)],
-)
-def test_a_law_that_must_be_there_twice_is_none_where_a_curve_leaves_less_than_it_does_once(
-    monkeypatch, second, left_by_curve, instead
-):
-    """A bump over a level was `explained`, by two limits of that level at one place."""
-    named = []
-    for law in ("limit", second) if second else ("limit",):
-        rival = cause("law", 1.0)
-        rival.guess = replace(rival.guess, law=law)
-        named.append(rival)
-    curve = free_curve("first.u")
-    curve.problem = SimpleNamespace(fixed={})
-    whole = lambda left: Whole(None, None, {}, None, {"x": left}, {})
-    of_law = lambda work: work.inserts[0].law != "table"
-    monkeypatch.setattr(run, "_fitted", lambda work, *_: whole(2.0 if of_law(work) else left_by_curve))
-    work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
-    base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))
-    rounds = [Round(base, [curve, rival], rival, curve=curve) for rival in named]
-    found = Search(work, None, whole(9.0), whole(1.0), rounds, [], work, lambda: False)
-    run._curve_instead(found)
-    assert [outcome.winner for outcome in found.named] == ([curve] if instead else named)
-    assert found.best.held == {"x": left_by_curve if instead else 1.0}
+    assert nearest([computed, moved], 0.0, contest._far, contest.scene.parts) is moved
 
 
 def looks(ways, parts=None):
@@ -284,7 +226,19 @@ def test_the_best_law_and_the_best_curve_are_also_fitted_where_the_look_sees_as_
     assert "table of body.x on body.force" in told and "table of body.x on far.u" not in told
     away = lambda guess: ("controller" in str(guess.place), False)
     both = fits(curves[0], curves[1])
-    assert near.refined(both, parts, away) == both and near.refined(fits(best), parts, away) == []
+    scene = SimpleNamespace(parts=parts, one_thing=lambda a, b: a == b)
+    assert near.refined(both, scene, away) == both and near.refined(fits(best), scene, away) == []
+    told = [*both, *fits(a_law("table", "body.force", "body.v", kind=CURVE), a_law("table", "far.u", "body.v", kind=CURVE))]
+    scene.one_thing = lambda a, b: True
+    assert near.refined(told, scene, away) == told[:3]
+    elsewhere, worse = fits(
+        *(
+            replace(curves[1], label=name, inserts=(Insert("c", Place(IN, name), "table", over="body.x"),))
+            for name in ("far.u", "far.v")
+        )
+    )
+    worse.candidate.errors = np.full(2, 1.1)
+    assert near.refined([*both, elsewhere, worse], scene, away) == [*both, elsewhere]
 
 
 def test_the_best_law_is_also_fitted_of_what_its_fmu_has():

@@ -17,11 +17,12 @@ from selflock.diagnosis.calibration.slopes import Learnt
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import Extended, Extending
-from selflock.diagnosis.naming.guesses import LAW, PATH, Guess, number
+from selflock.diagnosis.naming.guesses import CURVE, LAW, PATH, Guess, heights, number, points_of
 from selflock.diagnosis.naming.limit import Limit
 from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place
 from selflock.diagnosis.naming.response import Responses
+from selflock.diagnosis.naming.scene import Scene
 from selflock.diagnosis.naming.steps import in_own_steps
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.residuals.blocks import Blocks
@@ -322,3 +323,30 @@ def test_all_that_a_path_does_is_simulated_where_answers_change(problem):
     assert as_it_is.columns[0, :, 0] == pytest.approx(slope[as_it_is.part], rel=1e-3, abs=1e-3 * abs(slope).max())
     read = replace(leak, inserts=(replace(law, place=recorded),))
     assert looks.simulated(Direction(None, {}, (), np.zeros((1, 1, 0))), read) is None
+
+
+def test_a_finer_curve_lies_where_its_variable_goes_beside_it_and_not_where_the_base_has_it(problem):
+    """What comes in beside a pump fills a tank higher: beyond what the base reaches a curve stayed as at its last point."""
+    xs, added = (0.5, 1.5, 2.5, 3.5, 4.5), (0.0, 0.2, 0.5, 0.7, 0.8)
+    fixed = (("ahead", 0.5), ("ahead_beside", 0.0), *((f"x{k + 1}", x) for k, x in enumerate(xs)))
+    table = Insert("c", Place(IN, "upper.inflow"), "table", over=LEVEL, points=5, fixed=fixed)
+    numbers = tuple(number(f"c.c{k + 1}", 0.0, -9.0, 9.0) for k in range(5))
+    curve = Guess(CURVE, "table", "", (table,), numbers, {n.name: {y: 1.0} for n, y in zip(numbers, heights(table))})
+    looks = Looks.__new__(Looks)
+    looks.problem, looks.values, looks.inserts, looks.ways, looks.drawn = problem, {}, (), [], None
+    base = problem.misfit(np.zeros(0))
+    looks.base = SimpleNamespace(misfit=base, jacobian=np.zeros((len(base), 0)))
+    looks.scene = Scene(problem.played.parts, problem.played, problem.played.series([{}], [0]), "c")
+    looks.arranged = SimpleNamespace(put=lambda x: x[None])
+    looks.linear = SimpleNamespace(look=lambda way, _: setattr(way, "gain", 1.0))
+    values = dict(zip((n.name for n in numbers), added))
+    before = looks.trial(curve).errors(values)
+    made, start = looks.finer(curve, values, SimpleNamespace(jacobian=np.zeros((len(base), 5))))
+    points, beside = points_of(made.inserts[0]), looks.trial(curve).settings(values)
+    levels = problem.played.series(beside, [0])[LEVEL][0]
+    assert (points[0], points[-1], len(points)) == (levels.min(), levels.max(), 17)
+    assert points[-1] > looks.scene.joined(LEVEL).max()
+    after = looks.trial(made).errors(start)
+    left = max(abs(after[name][0] - before[name][0]).max() for name in before)
+    assert left < 0.02 * max(np.std(before[name][0]) for name in before)
+    assert [guess for _, guess in looks.ways] == [made]

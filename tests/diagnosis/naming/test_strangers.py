@@ -33,7 +33,7 @@ def test_what_hides_is_drawn_anew_for_each_seed_and_moves_what_is_recorded(monke
 
 def test_the_right_name_beside_another_is_no_right_name_and_a_class_of_its_own():
     case = SimpleNamespace(
-        kind="law", name="law: drag", right=({"drag", "quadratic"}, {"body.force"}, "body.v"), noise={"body.x": 0.1}
+        kind="law", name="law: drag", right=({"drag", "quadratic"}, {"body.force"}, "body.v"), noise={"body.x": 0.1}, beyond={}
     )
     error = SimpleNamespace(name="body.x", before=1.0, after=0.1)
     first = lambda place, over, *beside, same=(): SimpleNamespace(
@@ -56,12 +56,15 @@ def test_outside_the_library_a_curve_that_is_the_same_as_the_right_one_is_right(
     case = SimpleNamespace(
         kind="outside", name="outside: bump", right=({"table"}, {"coil.voltage"}, "coil.current"), noise={"coil.current": 0.1}
     )
+    case.beyond = {"coil.current": 0.15}
     error = SimpleNamespace(name="coil.current", before=1.0, after=after)
     curve = lambda place, *same: SimpleNamespace(
         kind="curve", law="table", place=place, over="coil.current", where="in", label="", beside=[], same=same
     )
     for first in (curve("coil.voltage"), curve("coil.back", "curve of coil.current on coil.voltage")):
-        assert strangers.judged(case, SimpleNamespace(verdict=verdict, causes=[first], errors=[error]))["right"] == right
+        row = strangers.judged(case, SimpleNamespace(verdict=verdict, causes=[first], errors=[error]))
+        assert [row["right"], row["curve"]] == [right, verdict == "unknown"]
+        assert row["of_reach"] == pytest.approx(1.0 - (after**2 - 0.1**2 - 0.15**2) / (1.0 - 0.1**2 - 0.15**2))
     assert not strangers.judged(case, SimpleNamespace(verdict=verdict, causes=[curve("coil.back")], errors=[error]))["right"]
 
 
@@ -167,3 +170,13 @@ def test_what_an_fmu_has_not_computed_before_its_first_step_is_no_error(tmp_path
     assert (result.verdict, result.causes) == ("none", []), result.summary()
     flow = {e.name: e for e in result.errors}["Vessel.flow"]
     assert flow.after == pytest.approx(0.015, rel=0.15)  # the sensor's noise; four standard errors of 500 samples
+
+
+def test_what_a_law_does_beyond_what_taught_can_not_be_closed(monkeypatch):
+    monkeypatch.setattr(strangers, "ROWS", 120)
+    farther, within = (strangers.hide("outside: ripple", seed, "electrical") for seed in (10_011, 10_012))
+    goes = lambda case, column: [(log[column].min(), log[column].max()) for log in case.logs]
+    (low, high), (least, most) = goes(farther, "current")
+    assert least < low and most > high and all(farther.beyond[n] > 3.0 * size for n, size in farther.noise.items())
+    (low, high), (least, most) = goes(within, "voltage")
+    assert low < least and most < high and set(within.beyond.values()) == {0.0}

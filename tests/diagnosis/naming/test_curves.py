@@ -1,0 +1,89 @@
+"""Free curves beside each other, and where one is the answer instead of laws that were named."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rivals import cause, free_curve
+
+from selflock.diagnosis.naming import run
+from selflock.diagnosis.naming.contest import Round
+from selflock.diagnosis.naming.order import curves_beside, nearest
+from selflock.diagnosis.naming.places import IN, Place
+from selflock.diagnosis.naming.run import Search, Whole
+from selflock.diagnosis.naming.work import Work
+from selflock.diagnosis.search.candidate import Candidate
+
+
+def test_of_curves_over_what_tells_the_same_that_over_a_state_comes_first():
+    """A ripple of a tank's level was a curve over its flow, which is computed of that; finer ones differ by where their points lie."""
+    known = {
+        "a.level": SimpleNamespace(causality="output", initial="exact"),
+        "a.flow": SimpleNamespace(causality="output", initial=""),
+    }
+    parts = SimpleNamespace(variables=known, owner=lambda name: "a")
+    flow, level = free_curve("a.u", "a.flow", 0.1), free_curve("a.u", "a.level", 0.1005, points=6)
+    assert nearest([flow, level], 0.0, lambda guess: (False, False), parts) is level
+    assert curves_beside(level, [flow, level], 0.0, 1.0) == [flow]
+
+
+def test_a_curve_that_does_as_well_elsewhere_stands_beside_it_and_not_a_finer_one_of_its_own():
+    """Steps over a coil's current were answered by a curve at the other of its two voltages, and the right one was not told."""
+    first, other, finer = free_curve("first.u"), free_curve("first.back", points=6), free_curve("first.u", points=4)
+    again, worse, over = (
+        free_curve("first.back", points=3, loss=0.101),
+        free_curve("first.w", loss=0.3),
+        free_curve("first.u", "t"),
+    )
+    assert curves_beside(first, [first, other, finer, again, worse, over, cause("law", 1.0)], 0.0, 1.0) == [other, over]
+    other.candidate.doubt = "chance finds as much"
+    assert curves_beside(first, [first, other], 0.0, 1.0) == []
+
+
+@pytest.mark.parametrize(
+    ("second", "left_by_curve", "instead"),
+    [
+        ("limit", 1.2, True),
+        ("limit", 1.99, False),
+        ("Coulomb", 1.2, False),
+        ("Coulomb", 0.9, True),
+        (None, 1.02, False),
+        ("cubic", 1.2, True),
+        ("cubic", 1.99, False),
+        ("Dahl", 1.2, False),
+        ("elsewhere", 1.2, False),
+        ("of another", 1.2, False),
+    ],
+)
+def test_a_law_that_must_be_there_twice_is_none_where_a_curve_leaves_less_than_it_does_once(
+    monkeypatch, second, left_by_curve, instead
+):
+    """A bump over a level was `explained`, by two limits of that level at one place, or by a limit and a cubic that takes it off."""
+    named, amounts = [], {"limit": 2.0, "cubic": -1.0, "Coulomb": 1.0}
+    for law in ("limit", second) if second else ("limit",):
+        rival = cause(law, 1.0)
+        known = law if law in amounts or law == "Dahl" else "cubic"
+        place = Place(IN, "first.w") if law == "elsewhere" else rival.guess.place
+        over = "first.y" if law == "of another" else "first.x"
+        one = replace(rival.guess.inserts[0], name=law, law=known, place=place, over=over)
+        rival.guess = replace(rival.guess, law=known, inserts=(one,))
+        named.append(rival)
+    curve = free_curve("first.u")
+    curve.problem = SimpleNamespace(fixed={})
+    whole = lambda left: Whole(None, None, {}, None, {"x": left}, {})
+    of_law = lambda work: work.inserts[0].law != "table"
+    x = np.linspace(0.0, 2.0, 50)
+    series = {"time": [x], "first.x": [x], "first.y": [np.sin(9.0 * x)]}
+    played = SimpleNamespace(extend=lambda inserts: None, series=lambda settings, which: series)
+    values = {f"{law}.a": amount for law, amount in amounts.items()} | {"Coulomb.w": 0.1, "limit.l": 1.0, "of another.a": -1.0}
+    monkeypatch.setattr(run, "_fitted", lambda work, *_: whole(2.0 if of_law(work) else left_by_curve))
+    work = Work(None, None, [], (), {1}, [], "", None, played, 1.0)
+    monkeypatch.setattr(Work, "which", [0])
+    base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))
+    rounds = [Round(base, [curve, rival], rival, curve=curve) for rival in named]
+    best = replace(whole(1.0), problem=SimpleNamespace(settings=lambda values: [values]), values=values)
+    found = Search(work, None, whole(9.0), best, rounds, [], work, lambda: False)
+    run._curve_instead(found)
+    assert [outcome.winner for outcome in found.named] == ([curve] if instead else named)
+    assert found.best.held == {"x": left_by_curve if instead else 1.0}

@@ -77,6 +77,11 @@ class Round:
     ratios: dict[str, float] = field(default_factory=dict)  # error over noise of each output
     still: list[str] = field(default_factory=list)  # variables that no law was asked of
 
+    @property
+    def quiet(self) -> bool:
+        """Whether its base left no more than noise, so that nothing was held against it."""
+        return bool(len(self.off)) and not self.off.any()
+
 
 @dataclass
 class Contest:

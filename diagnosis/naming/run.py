@@ -28,9 +28,10 @@ from ..systems.system import prepare
 from .answer import told_of
 from .contest import Contest, Rivalled, Round
 from .extend import extend
-from .extended import Extended, Extending, taken
+from .extended import Extended, Extending
 from .guesses import CURVE, EVENT, KINDS, begins
 from .limit import Limit
+from .notes import at_once, beyond
 from .order import beside, curves_beside
 from .outcome import Naming
 from .page import write
@@ -126,14 +127,17 @@ class Search:
         return [outcome for outcome in self.outcomes if outcome.winner is not None]
 
     def explains(self) -> bool:
-        """Whether nothing more than noise is left, and that by one cause that has a name, or by none."""
+        """Whether nothing more than noise is left, and that by one cause that has a name, or by none.
+
+        What steps that are too long still leave beside the last of these is no more than noise where its round saw no more.
+        """
         named, best = self.named, self.best
-        if (
-            len(named) > 1
-            or any(one.winner is not None and one.winner.guess.kind == CURVE for one in named)
-            or best.taught is None
-        ):
+        if len(named) > 1 or any(one.winner is not None and one.winner.guess.kind == CURVE for one in named):
             return False
+        if best.taught is None:
+            return False
+        if self.outcomes and self.outcomes[-1].quiet:
+            return True
         self.work.played.extend(self.work.inserts)
         noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
         return all(size <= RULES.search.left * noise[name] for name, size in best.taught.items())
@@ -152,7 +156,7 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     if found.outcomes and (still := found.outcomes[0].still):
         notes.append(f"no law that goes with {', '.join(still)} was asked for: it stands still in what was recorded")
     found.work.played.extend(found.work.inserts)
-    notes += _beyond(found) + _at_once(found)
+    notes += beyond(found) + at_once(found)
     if enough.cut:
         found.stopped = True
         count = sum(len(outcome.fitted) for outcome in found.outcomes)
@@ -168,20 +172,22 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
 
 
 def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
-    """The base, and what is found beside it: in the rig's own steps first where an FMU acts once a step."""
+    """The base, and what is found beside it: where an FMU acts once a step first in the steps that leave less, else in the rig's own."""
     work, near, places = _fitted_base(asked, work, starts, seed)
     asked.given = _as_given(work)
     work = replace(work, sampled=sampled(near, near.values(places)))
     asked.base = work, near, places
-    if not work.sampled:
-        return _rounds(asked, *fine_enough(work, near, places))
-    found = _rounds(asked, work, near, places)
+    own, finer = (work, near, places), fine_enough(work, near, places)
+    if not work.sampled or finer[0] is work:
+        return _rounds(asked, *finer)
+    left, less = (problem.loss(problem.misfit(at)) for _, problem, at in (own, finer))
+    ways = [finer, own] if less < (1.0 - RULES.judge.help) ** 2 * left else [own, finer]
+    found = _rounds(asked, *ways[0])
     if asked.enough() or found.explains():
         return found
-    assert isinstance(near.played, Extended)
-    near.played.extend(())
-    finer = fine_enough(work, near, places)
-    return found if finer[0] is work else _better(found, _rounds(asked, *finer))
+    vars(ways[1][1])["played"].extend(())
+    other = _rounds(asked, *ways[1])
+    return _better(found, other) if ways[0] is own else _better(other, found)
 
 
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:
@@ -283,36 +289,6 @@ def _better(own: Search, finer: Search) -> Search:
     more, less = _helps(finer.best, own.best), _helps(own.best, finer.best)
     count = lambda found: sum(not begins(n) for numbers in found.work.found for n in numbers)
     return finer if (more and not less) or (more == less and count(finer) < count(own)) else own
-
-
-def _beyond(found: Search) -> list[str]:
-    """What is to be told of a curve whose variable goes beyond what taught in what judges: nothing can be closed there."""
-    winner, work = found.outcomes[0].winner if found.outcomes else None, found.work
-    if winner is None or winner.guess.kind != CURVE or not work.judges:
-        return []
-    table = winner.guess.inserts[0]
-    low, high = (dict(table.fixed)[f"x{k}"] for k in (1, table.points))
-    series = work.played.series(found.best.problem.settings(found.best.values), sorted(work.judges))
-    parts = zip(series[table.over], series["time"], series[table.beside or table.over])
-    x = np.concatenate([taken(one, time, table.taken, other) for one, time, other in parts])
-    share = float(np.mean((x < low) | (x > high)))
-    if share < RULES.naming.goes_beyond:
-        return []
-    return [
-        f"{table.goes_with} lies beyond what taught ({low:.4g} to {high:.4g}) in {100.0 * share:.0f} % of what judges: there the "
-        "curve stays as at its last point, and says nothing. Let a log that teaches go as far"
-    ]
-
-
-def _at_once(found: Search) -> list[str]:
-    """What is to be told of outputs that were recorded in the row of what they follow at once, where something else hid it before."""
-    told = followed(found.best.problem, found.best.values)
-    return [
-        f"{name} fits what the model computes for the next row better ({now:.3g} -> {then:.3g}), as where an FMU follows an input "
-        "at once and both were read in one row: what is held from a row on acts in the row behind it. Move such a column down by "
-        "a row, and name again"
-        for name, (now, then) in told.items()
-    ]
 
 
 def _widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Four domains that only the tests know: the balances of nature, and the FMUs that stand for them.
+"""Five domains that only the tests know: the balances of nature, and the FMUs that stand for them.
 
 | domain | FMUs | what is recorded |
 |---|---|---|
@@ -6,6 +6,7 @@
 | hydraulic | two tanks | the pump, both levels |
 | electrical | coil and capacitor, each acting on the other | voltage, current, voltage of the capacitor |
 | mechanical | oscillator in the loop of a sampled controller (pythonfmu) | what is wanted, position, speed |
+| house | six: thermostat (pythonfmu), burner, radiator, room, its wall, and the thermometer that the thermostat feels | what is wanted, radiator, room, wall |
 """
 
 from __future__ import annotations
@@ -33,6 +34,28 @@ class Controller(Fmi2Slave):
         self.force = self.stiff * (self.wanted - self.position) - self.soft * self.speed
         return True
 '''
+
+THERMOSTAT = '''
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Thermostat(Fmi2Slave):
+    """How warm a burner is to be: gain (wanted - felt)."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.gain, self.wanted, self.felt, self.heat = 3.0, 0.0, 0.0, 0.0
+        self.register_variable(Real("gain", causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable))
+        for name in ("wanted", "felt"):
+            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        self.register_variable(Real("heat", causality=Fmi2Causality.output))
+
+    def do_step(self, t, h):
+        self.heat = self.gain * (self.wanted - self.felt)
+        return True
+'''
+PYTHON = {"controller": CONTROLLER, "thermostat": THERMOSTAT}
+"""FMUs of pythonfmu, by file."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +111,15 @@ def _mass(y, u, p, add):
     """Newton, with the force that the controller holds."""
     force = u + add("oscillator.force")
     return [y[1], (force - p["oscillator.damping"] * y[1] - p["oscillator.stiffness"] * y[0]) / p["oscillator.mass"]]
+
+
+def _house(y, u, p, add):
+    """Heat on its way from a burner through a radiator into a room and its wall; W over J/K. A thermostat acts at once."""
+    burner, radiator, room, wall, felt = y[:5]
+    warm = p["thermostat.gain"] * (u - felt)
+    into = (warm - burner, burner + add("radiator.u") - radiator, radiator + add("room.u") - room)
+    into += (room + add("wall.u") - wall, room - felt)
+    return [p[f"{n}.rate"] * d for n, d in zip(("burner", "radiator", "room", "wall", "thermometer"), into)]
 
 
 DOMAINS = {
@@ -172,6 +204,34 @@ oscillator = "oscillator.fmu"
             _mass,
             {"oscillator.mass": 1.0, "controller.stiff": 60.0, "controller.soft": 6.0},
             sampled=lambda y, u, p: p["controller.stiff"] * (u - y[0]) - p["controller.soft"] * y[1],
+        ),
+        Domain(
+            "house", ("relaxation", "thermostat"), 0.2, 4,
+            """
+[components]
+thermostat = "Thermostat.fmu"
+burner = "relaxation.fmu"
+radiator = "relaxation.fmu"
+room = "relaxation.fmu"
+wall = "relaxation.fmu"
+thermometer = "relaxation.fmu"
+
+[connections]
+"burner.u" = "thermostat.heat"
+"radiator.u" = "burner.x"
+"room.u" = "radiator.x"
+"wall.u" = "room.x"
+"thermometer.u" = "room.x"
+"thermostat.felt" = "thermometer.x"
+""",
+            ("thermostat.wanted", "wanted", -2.0, 2.0),
+            {"radiator.x": ("radiator", 1), "room.x": ("room", 2), "wall.x": ("wall", 3)},
+            {"burner.rate": 1.0, "room.rate": 0.4, "wall.rate": 0.3},
+            {"burner.x": 0.1, "radiator.x": 0.2, "room.x": -0.1, "wall.x": 0.1, "thermometer.x": 0.1},
+            {"radiator.u": {"radiator.x": 1}, "room.u": {"room.x": 2}, "wall.u": {"wall.x": 3}},
+            _house,
+            {"radiator.rate": 0.7, "thermometer.rate": 2.0, "thermostat.gain": 3.0},
+            alike=(frozenset({"wall.u", "wall.x", "recorded wall.x"}),),
         ),
     )
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Plants of four domains (domains.py) that only the tests know, beside FMUs that lack something of them; what hides is drawn at random.
+"""Plants of five domains (domains.py) that only the tests know, beside FMUs that lack something of them; what hides is drawn at random.
 
 Nature is integrated by scipy's odeint (LSODA) row by row, in the units of its own balances (W, m3/s, V, N); what hides
 acts there, between the FMUs' inputs and the states. The FMUs are native (tests/native), one is of pythonfmu; they know
@@ -20,7 +20,7 @@ from scipy.integrate import odeint
 # benchmarks read this file, too: by another name, and without the folder of its neighbour
 sys.path += [str(Path(__file__).parent), str(Path(__file__).parents[2] / "native")]
 
-from domains import CONTROLLER, DOMAINS, Domain
+from domains import DOMAINS, PYTHON, Domain
 
 ROWS = 500
 NOISE = 0.005  # of a sensor, over its spread; the command as it is recorded has a fifth of it
@@ -308,9 +308,9 @@ def built(fmus, folder: Path) -> None:
     from pack import pack
 
     for name in fmus:
-        if name == "controller":
-            (folder / "controller.py").write_text(CONTROLLER)
-            command = [sys.executable, "-m", "pythonfmu", "build", "-f", "controller.py", "-d", "."]
+        if name in PYTHON:
+            (folder / f"{name}.py").write_text(PYTHON[name])
+            command = [sys.executable, "-m", "pythonfmu", "build", "-f", f"{name}.py", "-d", "."]
             subprocess.run(command, cwd=folder, check=True, capture_output=True)
         else:
             pack(name, folder)

@@ -275,9 +275,9 @@ def test_time_that_is_up_when_all_was_looked_at_has_stopped_nothing(tmp_path, na
     for k, log in enumerate(("log.csv", "test.csv")):
         hidden.body(np.random.default_rng(k), 200).to_csv(tmp_path / log, index=False)
     late = []
-    monkeypatch.setattr(run, "_at_once", lambda found: late)
+    monkeypatch.setattr(run, "at_once", lambda found: late)
     limit = Limit(lambda: bool(late))
-    monkeypatch.setattr(run, "_beyond", lambda found: late.append("time is up now") or [])
+    monkeypatch.setattr(run, "beyond", lambda found: late.append("time is up now") or [])
     logs = [tmp_path / "log.csv"], [tmp_path / "test.csv"]
     result = run.name_system(load(rig), *logs, None, lambda what, share: None, 1, 0, ("path",), None, limit)
     assert late and not result.stopped and limit() and limit.cut

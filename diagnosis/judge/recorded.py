@@ -74,11 +74,11 @@ def _at_end(p: Free, final: Fit) -> bool:
 
 
 def _controller(rig: Rig, ch: Channels, numbers: dict[str, dict]) -> dict:
-    """When the controller acts: as the rig says, or the delay that was fitted."""
+    """When the controller acts: as the rig says, or the delay that was fitted; and the filter of the speed that it makes."""
+    known: dict = {"filter": numbers[whole.FILTER]} if whole.FILTER in numbers else {}
     if hold := numbers.get(whole.HOLD):
         read = "acts later than its row by half of an unknown period, taken for a delay"
-        return {"read": read, "numbers": {"hold": hold}}
-    known: dict = {}
+        return {"read": read, "numbers": {"hold": hold, **known}}
     told = {"period": "controller.sample_period", "delay": "controller.command_delay"}
     for word, name in told.items():
         if name in rig.parameters:

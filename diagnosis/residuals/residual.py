@@ -71,7 +71,7 @@ class Residual:
         name = phase.parameter(name)
         owner = name.rpartition(".")[0]
         what, _, channel = owner.partition(".")
-        if name == whole.HOLD:
+        if name in whole.MOVING:
             return self.kind == "whole"
         if name.startswith(free_law.PREFIX):
             of = free_law.channel(name)

@@ -10,6 +10,7 @@ voltage that drives it does (driven), whose noise inertia and inductance smooth.
     recorder.<channel>.zero      rad, an encoder's zero lies anywhere within a count, which it rounds down or to the nearest
     recorder.<channel>.ripple…   relative, cosine and sine of so many waves in a turn (a tacho's)
     recorder.controller.hold     s, the command acts so much later: half the period of a controller faster than the log
+    recorder.controller.filter   s, time constant of the speed that a controller makes of its angle
 
 The loop closes over the load's sensors, or over the encoder on the motor's shaft where the load has none, or where rig or log
 say so (closing).
@@ -69,6 +70,9 @@ LATE = "lateness"
 """Where a run's channels keep how late they are, while something else is looked for that would go with it."""
 
 HOLD = "recorder.controller.hold"
+FILTER = "recorder.controller.filter"
+MOVING = (HOLD, FILTER)
+"""Numbers of recorders that move the drive itself."""
 
 PARTS = laws.COMPONENTS
 
@@ -104,6 +108,14 @@ def seen_by_controller(ch: Channels) -> tuple[str, ...]:
     at = lambda side: ch.has(f"{side}{way}")
     at_motor = at("reducer.input_") and (ch.setting.rig.loop == MOTOR or not at("load."))
     return ("reducer.input_angle", "reducer.input_speed") if at_motor else ("load.angle", "load.speed")
+
+
+def makes_its_speed(ch: Channels) -> bool:
+    """Whether a controller's speed may be its own work, as late as its differences and filters make it: no other is in the log."""
+    if driven.of(ch) != driven.ANGLE or ch.setting.value(ch.prefix + "controller.speed_gain", {}) <= 0.0:
+        return False
+    speed = seen_by_controller(ch)[1]
+    return not ch.has(speed) or counts(speed, ch)[1] > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +189,7 @@ def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
 def matters(name: str, ch: Channels) -> bool:
     """Whether a value changes the motion itself: a component's, or a sensor's that the controller sees."""
     if name.startswith("recorder."):
-        return name in (HOLD, driven.NOISE)
+        return name in (*MOVING, driven.NOISE)
     if of := free_law.channel(name) if name.startswith(free_law.PREFIX) else "":
         return of in seen_by_controller(ch)[:1]
     if name.startswith("sensor."):
@@ -222,6 +234,9 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
         pc = pc._replace(angle_gain=0.0)
     seen, (at, starts) = seen_by_controller(ch), begins(values, ch, here)
     sensors = [ch.sensor(name, values) for name in seen] or [None, None]
+    if slow := values.get(FILTER, 0.0):
+        speed = sensors[1] or laws.no_sensor()
+        sensors[1] = speed._replace(lag_time=speed.lag_time + slow)
     out = np.empty((len(ROWS), len(here.time)))
     place, over, knots, heights, of = free_law.of(values)
     if of in seen[:1]:

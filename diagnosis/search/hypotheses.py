@@ -282,6 +282,9 @@ def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
     way = driven.of(experiment.channels[0, ""]) if experiment.rig.simulate == whole.WHOLE else ""
     if way in driven.SETPOINT and not told:
         found.append(Free(whole.HOLD, rules.window_start * step, 0.0, step, "s"))
+    if way and whole.makes_its_speed(experiment.channels[0, ""]):  # of a difference over its period half of that is late
+        period = max(step, experiment.rig.parameters.get("controller.sample_period", 0.0))
+        found.append(Free(whole.FILTER, rules.filter_start, 0.0, rules.slowest_filter + 0.5 * period, "s"))
     for residual in experiment.residuals if experiment.rig.simulate == whole.WHOLE else ():
         latest = rules.latest + step  # what drives an open loop was measured, and may be as late as any channel
         channel, numbers = residual.output, {"shift": (0.0, -latest if way == driven.VOLTAGE else -step, latest)}

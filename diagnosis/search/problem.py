@@ -15,7 +15,7 @@ from ..residuals.mending import excess
 from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding
 from ..residuals.phase import name, parameter
 from ..residuals.propagated import of_inputs
-from ..residuals.whole import HOLD
+from ..residuals.whole import HOLD, MOVING
 from ..rules import RULES
 from .candidate import Candidate
 from .fit import Fit, fit, held_out, rho
@@ -322,4 +322,4 @@ class Problem:
 
 def of_drive(free: Sequence[Free]) -> tuple[Free, ...]:
     """Of what a fit frees, what moves the drive; the rest is what recorders make of it."""
-    return tuple(p for p in free if p.name == HOLD or not p.of_recorder)
+    return tuple(p for p in free if p.name in MOVING or not p.of_recorder)

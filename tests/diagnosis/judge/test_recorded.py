@@ -60,10 +60,10 @@ def test_of_a_whole_drive_each_channel_is_told_with_units_and_intervals(counted)
     assert waves[2]["value"] == pytest.approx(0.01, rel=0.2) and waves[2]["low"] > waves[1]["high"]
     fitted = of["reducer.input_speed"]["numbers"]
     assert waves[2]["value"] == pytest.approx(np.hypot(fitted["ripple_cos_2"]["value"], fitted["ripple_sin_2"]["value"]))
-    assert told["controller"]["numbers"]["hold"]["unit"] == "s"
+    assert {name: number["unit"] for name, number in told["controller"]["numbers"].items()} == {"hold": "s", "filter": "s"}
     names = {p.name for p in problem.base_free}
     told_names = {f"recorder.{channel}.{name}" for channel, one in of.items() for name in one["numbers"]}
-    assert told_names | {"recorder.controller.hold"} == names
+    assert told_names | {"recorder.controller.hold", "recorder.controller.filter"} == names
 
 
 @pytest.mark.slow

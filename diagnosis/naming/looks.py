@@ -5,7 +5,7 @@ Each place is moved for each variable once for each point of a free curve; laws 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -24,7 +24,7 @@ from . import guesses as g
 from .arranged import Arranged
 from .extended import Extending
 from .guesses import CURVE, Guess, Trial
-from .places import Insert, Place
+from .places import IN, Insert, Place, ahead
 from .response import Responses
 from .scene import Scene
 
@@ -59,7 +59,14 @@ class Looks:
         self.responses = Responses(self.problem, self.values, self.inserts, overs, spreads)
 
     def _overs(self, place: Place) -> list[str]:
-        return list(dict.fromkeys(over for over, _ in self.scene.variables(place) if over != place.variable))
+        """What a law at a place may go with: also what goes nearly along with it, of others that hand on a surplus to it."""
+        members, known = self.scene.played.group.members, self.scene.parts.variables
+        given = [
+            n for n, v in known.items() if v.causality == "output" and v.type == "Real" and self.scene.parts.owner(n) in members
+        ]
+        others = given if place.where == IN and g.LAW in self.kinds else []
+        names = dict.fromkeys([*(over for over, _ in self.scene.variables(place)), *others])
+        return [name for name in names if name != place.variable]
 
     def trial(self, guess: Guess) -> Extending:
         """The problem of a guess: what was found before, and its corrections and numbers."""
@@ -188,11 +195,26 @@ class Looks:
                     if what == law.VALUE:
                         self._laws(place, over, what, False)
         for one, knots, columns in self.tables:
-            for other, _, more in self.tables:
-                if g.overflows(scene, one, other):
-                    for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
-                        frees = [f for f in guess.free if f.name in amplitudes]
-                        self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
+            for other, more in self._elsewhere(one):
+                for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
+                    frees = [f for f in guess.free if f.name in amplitudes]
+                    self._keep(guess, shape, frees, np.stack([columns @ heights, more @ heights], -1))
+
+    def _elsewhere(self, one: Insert) -> Iterator[tuple[Insert, np.ndarray]]:
+        """Where what a table takes away may go on, and what the same table changes there.
+
+        Also where its variable is asked for by another name: what comes out of a tank may go nearly along with its level.
+        """
+        known = {(table.place, table.over, table.taken): columns for table, _, columns in self.tables}
+        for place in self.scene.places:
+            other = replace(
+                one, place=place, fixed=(("ahead", ahead(self.scene.parts, place, one.over, self.scene.smooth)), *one.fixed[1:])
+            )
+            if g.overflows(self.scene, one, other):
+                found = known.get((place, one.over, one.taken))
+                columns = self._hats(other) if found is None else found
+                if columns is not None:
+                    yield other, columns
 
     def further(self) -> None:
         """What multiplies, goes with rates, integrals and times since a turn, and events in proportion to something."""

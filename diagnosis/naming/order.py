@@ -29,6 +29,13 @@ def curves_beside(curve: Rivalled, fitted: Sequence[Rivalled], level: float, bas
     return beside(curve, list(reversed(of.values())), level, base)
 
 
+def names_of(curve: Rivalled, order: Sequence[Rivalled], level: float) -> list[Rivalled]:
+    """Laws of a curve's variable at its place that predict as well as it does, those of fewest numbers first."""
+    what = lambda r: (r.guess.place, r.guess.over, [one.multiplies for one in r.guess.inserts])
+    mine = [r for r in order if r.guess.kind == LAW and what(r) == what(curve) and not worse(r.candidate, curve.candidate, level)]
+    return sorted(mine, key=lambda r: (len(r.candidate.free), r.candidate.errors.mean()))
+
+
 def ordered(real: list[Rivalled], level: float, base: float, far: Callable[[Guess], tuple[bool, bool]]) -> list[Rivalled]:
     """The real ones in the order in which they are believed: the fewest numbers of those that are no worse than the best.
 

@@ -32,7 +32,7 @@ from .extended import Extended, Extending
 from .guesses import CURVE, EVENT, KINDS, begins
 from .limit import Limit
 from .notes import at_once, beyond
-from .order import beside, curves_beside
+from .order import beside, curves_beside, names_of
 from .outcome import Naming
 from .page import write
 from .rows import followed
@@ -369,7 +369,9 @@ def _confirmed(outcome: Round, work: Work, fitted: Callable[[Rivalled], Whole]) 
 def _curve_instead(found: Search) -> None:
     """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer.
 
-    So it is where it leaves less than a law does once that would have to be there twice, or with one that takes it off again.
+    So it is where it leaves less than a law does once that would have to be there twice, or with one that takes it off again. But
+    what has a name, goes with what the curve does and leaves no more of either data is its name: one of fewer numbers, which unseen
+    blocks could not tell from it, had gone before it.
     """
     first, named = found.outcomes[0], [outcome.winner for outcome in found.named if outcome.winner is not None]
     if first.curve is None:
@@ -378,10 +380,17 @@ def _curve_instead(found: Search) -> None:
     wider, after = tried(first.curve)
     if not _helps(after, tried(named[0])[1] if one_shape(found, named) else found.best if named else found.base):
         return
+    level, base = first.chance_level, first.base.errors.mean()
+    instead, around = first.curve, curves_beside(first.curve, first.fitted, level, base)
+    for law in [r for r in names_of(first.curve, first.order, level) if r not in named][: RULES.naming.vetoed]:
+        other = tried(law)
+        if not _helps(after, other[1]):
+            instead, (wider, after) = law, other
+            around = beside(law, [r for r in first.order if r not in named], level, base)
+            break
     for outcome in found.outcomes:
         outcome.winner, outcome.beside = None, []
-    first.winner, found.outcomes = first.curve, [first]
-    first.beside = curves_beside(first.curve, first.fitted, first.chance_level, first.base.errors.mean())
+    first.winner, first.beside, found.outcomes = instead, around, [first]
     found.work, found.best = wider, after
 
 

@@ -87,3 +87,21 @@ def test_a_law_that_must_be_there_twice_is_none_where_a_curve_leaves_less_than_i
     run._curve_instead(found)
     assert [outcome.winner for outcome in found.named] == ([curve] if instead else named)
     assert found.best.held == {"x": left_by_curve if instead else 1.0}
+
+
+@pytest.mark.parametrize(("left", "blocks", "named"), [(1.02, 0.1, True), (1.2, 0.1, False), (1.02, 0.2, False)])
+def test_a_law_of_more_numbers_that_does_as_well_as_the_curve_is_its_name(monkeypatch, left, blocks, named):
+    """Stribeck was `unknown`: Coulomb went before it, of fewer numbers and no worse on unseen blocks, and the curve left less than that."""
+    first, name, elsewhere = cause("Coulomb", 1.0), cause("Stribeck", 1.0, loss=blocks), cause("far", 1.0, "first.w")
+    curve = free_curve("first.u")
+    curve.problem = SimpleNamespace(fixed={})
+    whole = lambda of: Whole(None, None, {}, None, {"x": {"Coulomb": 2.0, "Stribeck": left, "far": 0.5, "curve": 1.0}[of]}, {})
+    monkeypatch.setattr(run, "_fitted", lambda work, *_: whole(work.inserts[0].name))
+    work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
+    base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))
+    round_of = Round(base, [curve, first], first, order=[first, name, elsewhere], curve=curve)
+    found = Search(work, None, whole("Coulomb"), whole("Coulomb"), [round_of], [], work, lambda: False)
+    run._curve_instead(found)
+    assert [outcome.winner for outcome in found.named] == [name if named else curve]
+    assert found.best.held == whole("Stribeck" if named else "curve").held
+    assert found.work.inserts == (name if named else curve).guess.inserts

@@ -17,7 +17,7 @@ from selflock.diagnosis.calibration.slopes import Learnt
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import Extended, Extending
-from selflock.diagnosis.naming.guesses import CURVE, LAW, PATH, Guess, heights, number, points_of
+from selflock.diagnosis.naming.guesses import CURVE, LAW, PATH, Guess, curve, heights, number, points_of
 from selflock.diagnosis.naming.limit import Limit
 from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place
@@ -350,3 +350,21 @@ def test_a_finer_curve_lies_where_its_variable_goes_beside_it_and_not_where_the_
     left = max(abs(after[name][0] - before[name][0]).max() for name in before)
     assert left < 0.02 * max(np.std(before[name][0]) for name in before)
     assert [guess for _, guess in looks.ways] == [made]
+
+
+def test_what_a_tank_takes_away_may_go_on_where_its_level_is_asked_for_by_what_comes_out(problem, monkeypatch):
+    """An overflow was a cubic of the lower level: what comes out went along with the level by 0.995, and for no law there was one of it."""
+    series = problem.played.series([{}], [0])
+    series["lower.inflow"] = series["upper.flow"] = [0.1 * series[LEVEL][0]]
+    looks = Looks.__new__(Looks)
+    looks.problem, looks.values, looks.inserts, looks.kinds = problem, {}, (), (LAW,)
+    looks.base = SimpleNamespace(misfit=problem.misfit(np.zeros(0)))
+    looks.scene = Scene(problem.played.parts, problem.played, series, "c")
+    upper, lower = (Place(IN, f"{name}.inflow") for name in ("upper", "lower"))
+    assert LEVEL not in [over for over, _ in looks.scene.variables(lower)]
+    looks.responses = Responses(problem, {}, (), {p: looks._overs(p) for p in (upper, lower)}, {upper: 1.0, lower: 1.0})
+    table, knots = curve(looks.scene, upper, LEVEL, 0, False)
+    looks.tables = [(table, knots, looks._hats(table))]
+    ((other, columns),) = looks._elsewhere(table)
+    assert (other.place, other.over, other.points) == (lower, LEVEL, len(knots))
+    assert columns.any() and columns.shape == looks.tables[0][2].shape

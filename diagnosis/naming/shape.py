@@ -25,15 +25,16 @@ def one_shape(found: Search, named: Sequence[Rivalled]) -> bool:
     Two limits are a bump, but for its roundings, and so are a limit and a cubic that bends back what the limit lifts. Two effects
     at one place, as of dry friction beside a drag, go the same way; and a free curve is any sum of these as well.
     """
-    if len(named) < 2 or any(r.guess.kind != LAW or len(r.guess.inserts) > 1 for r in named):
+    if len(named) < 2 or any(r.guess.kind != LAW for r in named):
         return False
     first, *others = (r.guess.inserts[0] for r in named)
     if any((one.place, one.multiplies) != (first.place, first.multiplies) for one in others):
         return False
-    if all((one.law, one.over, one.taken, one.beside) == (first.law, first.over, first.taken, first.beside) for one in others):
+    if len({(r.guess.law, r.guess.over) for r in named}) == 1:
         return True
     still = all(one.law not in ("Dahl", "LuGre", "Bouc-Wen", "first order") for one in (first, *others))
-    return still and any(_opposed(found, first, one) for one in others)
+    alone = all(len(r.guess.inserts) == 1 for r in named)
+    return still and alone and any(_opposed(found, first, one) for one in others)
 
 
 def _opposed(found: Search, first: Insert, second: Insert) -> bool:

@@ -341,11 +341,13 @@ def _candidates(stills: Stills, name: str) -> list[_Still]:
     """Stretches of one value that others say are too long."""
     rules = RULES.data
     starts, lengths = stills.of(name)
+    prefix, bare = split(name, stills.drives)
     long = (lengths >= rules.frozen_shortest) & ~stills.clipped[name][starts]
+    if bare in VOLTAGES:  # at its limits a voltage stays honestly
+        long &= ~stills.extreme(name)[starts]
     starts, lengths = starts[long], lengths[long]
     if not len(starts):
         return []
-    prefix, bare = split(name, stills.drives)
     if bare in VOLTAGES and not stills.measured(name):
         return []  # what is given may stay
     rests = (bare in ANGLE_OF) & (stills.run.signals[name][starts] == 0.0)  # a difference of counts has no noise there

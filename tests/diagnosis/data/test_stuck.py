@@ -206,6 +206,14 @@ def test_a_voltage_that_is_a_number_may_stay(rig, rng, speed):
     assert check([run], rig) == []
 
 
+def test_a_voltage_with_noise_may_stay_at_its_limits(rig, rng, speed):
+    """A controller makes its command of counts and noise, and what is beyond its limits it cuts off."""
+    run = recorded(rng, speed)
+    voltage = 8.0 * speed + 0.05 * rng.standard_normal(len(speed))
+    run.signals[VOLTAGE] = np.clip(voltage, *np.quantile(voltage, [0.1, 0.9]))
+    assert check([run], rig) == []
+
+
 def test_a_plateau_and_the_end_of_a_travel_are_no_limits(rig, rng, speed):
     """One top speed for all moves, whose difference of counts has two levels; and a rest at the same end after each."""
     top = 0.6 * abs(speed).max()

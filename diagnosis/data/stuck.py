@@ -405,8 +405,24 @@ def _longer_than_chance(stills: Stills, name: str, starts: np.ndarray, lengths: 
     """
     limit = max(RULES.data.frozen_shortest, stills.chance(name))
     odd = (lengths >= limit) & (split(name, stills.drives)[1] not in SPEED_OF)
+    odd[odd] = [not _creeps(stills, name, a, a + n) for a, n in zip(starts[odd], lengths[odd])]
     odd[odd] = [_drive_moves(stills, name, slice(a, a + n), limit) for a, n in zip(starts[odd], lengths[odd])]
     return odd
+
+
+def _creeps(stills: Stills, name: str, start: int, end: int) -> bool:
+    """Whether a stretch is left, or was come to, by single steps for more rows than chance allows.
+
+    So an integrator goes on that a controller's other parts leave alone; what freezes has jumped as its noise does.
+    """
+    x = stills.run.signals[name]
+    change = abs(np.diff(x))
+    single = change < 1.5 * resolution(x[stills.sound[name]])
+    sides = [slice(start - 1, None, -1) if start else slice(0), slice(end - 1, None)]
+    left = [single[side] for side in sides if change[side][:1].any()]  # the same value goes on behind a row that is lost
+    rows = sum(len(side) if side.all() else int(np.argmin(side)) for side in left)
+    usual = 3.0 * max(stills.repeats(name), RULES.data.frozen_shares[0])  # a step up and down are as likely as none
+    return usual < 1.0 and usual**rows < RULES.data.creeps
 
 
 def _noisy_at_rest(stills: Stills, name: str, stretch: slice) -> bool:

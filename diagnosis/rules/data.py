@@ -112,6 +112,11 @@ class DataRules:
         "chance of so long a stretch anywhere in a log, below which it is no chance: ln(chance / samples) / ln(share)",
         CHECKED,
     )
+    creeps: float = rule(
+        1e-4,
+        "chance below which rows that change by one step at most, beside a stretch that seems frozen, are a value that creeps, and no noise",
+        "a level",
+    )
     usual_stills: int = rule(
         3,
         "stretches alike from which on they are the channel's way, as rests of counts or a gear's play are, and no fault",

@@ -196,6 +196,16 @@ def test_a_measured_voltage_that_freezes_is_told_at_rest_and_in_motion(rig, rng,
     assert np.array_equal(np.flatnonzero(rows(faults, "frozen", VOLTAGE, len(speed))), np.arange(first + 1, first + length))
 
 
+def test_a_voltage_that_creeps_by_single_steps_is_none_that_froze(rig, rng, speed):
+    """What an integrator makes of a rest, while the noise of the speed that the controller is told is away."""
+    run = recorded(rng, speed)
+    voltage = np.clip(8.0 * speed, -15.0, 15.0) + 0.05 * rng.standard_normal(len(speed))
+    first, length = longest_rest(speed)
+    voltage[first : first + length] = 0.4 + 0.04 * STEP * np.arange(length)
+    run.signals[VOLTAGE] = 1e-3 * np.round(voltage / 1e-3)
+    assert check([run], rig) == []
+
+
 def test_a_voltage_that_is_a_number_may_stay(rig, rng, speed):
     """Computed anew in each row, held for a while in motion, at rest, and where it is saturated."""
     run, length = recorded(rng, speed), 200

@@ -26,7 +26,8 @@ class Cause:
     separate_by: str = ""
     channel: str = ""  # of a sensor
     doubts: list[str] = field(default_factory=list)  # about its numbers, that make it weak
-    closest: str = ""  # the rival that is least surely worse; none where chance comes closer than any
+    closest: str = ""  # the likeliest of what is not named with it; none where chance is likelier
+    together: float | None = None  # confidence that it, or one of what it cannot be told from, is there; None: its own
 
     @property
     def label(self) -> str:
@@ -39,8 +40,9 @@ class Cause:
         found, level = [], RULES.search.chance_quantile
         if self.indistinguishable_from:
             found.append("this log cannot tell it from another")
-        if self.confidence * (1 + len(self.indistinguishable_from)) < level:  # rivals have shared it
-            found.append(f"its confidence is {self.sure}, below {level:g}: {self.closest or 'chance'} may do as well")
+        if (sure := self.confidence if self.together is None else self.together) < level:
+            whose = "the confidence of all these" if self.indistinguishable_from else "its confidence"
+            found.append(f"{whose} is {probability(sure)}, below {level:g}: {self.closest or 'chance'} may do as well")
         return found + self.doubts
 
     @property
@@ -55,7 +57,9 @@ class Cause:
 
     def row(self) -> dict:
         """As diagnosis.json has it; a channel is a sensor's."""
-        told = {key: value for key, value in asdict(self).items() if key != "doubts" and (key != "channel" or value)}
+        told = {
+            key: value for key, value in asdict(self).items() if key not in ("doubts", "together") and (key != "channel" or value)
+        }
         return told | {"weak": self.weak}
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 from ..rules import RULES
-from ..search.candidate import Candidate, nearest
+from ..search.candidate import Candidate
 from ..search.hypotheses import Free
 from ..search.problem import Problem
 from ..search.selection import Selection
+from .likely import shares
 
 PLAIN = "nothing more"
 
@@ -46,8 +47,8 @@ def models(outcome: Selection, doubted: list[bool]) -> list[OpenModel]:
         mine = {p.name for p in candidate.free}
         rest = {name: value for name, value in final.items() if name not in mine}
         beside = [c.hypothesis.label for c in others]
-        closest = None if stage.tied or not weak else nearest(candidate, stage.candidates, stage.aside)
-        for rival in stage.tied or [c for c in [closest] if c]:
+        likeliest = [rival for rival, _ in shares(candidate, stage, outcome.searched)[1:2]] if weak else []
+        for rival in stage.tied or likeliest:
             own = {p.name: rival.fitted.values[p.name] for p in rival.free}
             found.append(_model(problem, " and ".join([rival.hypothesis.label, *beside]), rest | own, [rival, *others]))
         if weak and not stage.tied:

@@ -17,6 +17,7 @@ from ..search.problem import Problem
 from ..search.selection import Selection
 from ..search.step import Stage
 from .depends import depends, without
+from .likely import density
 
 BASE = "nothing more"
 BENDS = "it is no law: it bends as the log asks"
@@ -83,25 +84,20 @@ def role(outcome: Selection, stage: Stage, candidate: Candidate) -> str:
     return "not to be told from it" if any(candidate is t for t in stage.tied) else "considered"
 
 
-def _density(problem: Problem, losses: np.ndarray) -> np.ndarray:
-    """Log predictive density of each training block, of its losses (blocks, residuals): means over its entries."""
-    return -0.5 * (losses * problem.new).sum(1) * problem.entries.sum(1)
-
-
 def _competed(outcome: Selection, stage: Stage) -> list[Rival]:
     """The base of a step, and all that was fitted over it."""
     problem = outcome.searched
-    rows = [Rival(BASE, _density(problem, stage.base.losses), 0, "base")]
+    rows = [Rival(BASE, density(problem, stage.base.losses).sum(1), 0, "base")]
     for c in stage.candidates:
         if c.fit is not None:
-            density, part = _density(problem, c.losses), role(outcome, stage, c)
-            rows.append(Rival(c.hypothesis.label, density, len(c.free), part, c.chance, c.drop, c.doubt))
+            told, part = density(problem, c.losses).sum(1), role(outcome, stage, c)
+            rows.append(Rival(c.hypothesis.label, told, len(c.free), part, c.chance, c.drop, c.doubt))
     return rows
 
 
 def _of_law(problem: Problem, law: Candidate) -> Rival:
     """A free law as a row."""
-    return Rival(law.hypothesis.effect, _density(problem, law.losses), len(law.free), "curve", doubt=BENDS)
+    return Rival(law.hypothesis.effect, density(problem, law.losses).sum(1), len(law.free), "curve", doubt=BENDS)
 
 
 def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> Rival | None:
@@ -117,6 +113,9 @@ def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> R
         bent = without(experiment, unseen, rows, values, one)
         if bent is not None:
             left, knots = bent
-            density, label = _density(problem, problem.block_loss(left.ravel())), f"free curve of {one.variable} ({one.residual})"
-            found.append(Rival(label, density, knots, "curve", one.chance, doubt=BENDS))
+            told, label = (
+                density(problem, problem.block_loss(left.ravel())).sum(1),
+                f"free curve of {one.variable} ({one.residual})",
+            )
+            found.append(Rival(label, told, knots, "curve", one.chance, doubt=BENDS))
     return max(found, key=lambda rival: rival.density.sum(), default=None)

@@ -13,16 +13,17 @@ from ..residuals.mending import Mending, excess, most_mended, sizes
 from ..residuals.phase import name, parameter
 from ..residuals.residual import Residual
 from ..rules import RULES
-from ..search.candidate import Candidate, nearest, surer, worse
+from ..search.candidate import Candidate, worse
 from ..search.fit import Fit
 from ..search.freely import free_laws
 from ..search.problem import Problem
 from ..search.selection import Selection
-from ..search.step import CHANCE, Stage
+from ..search.step import CHANCE
 from . import advice
 from .cause import Cause, doubts, weakening
 from .depends import Dependence, depends
 from .gain import Gain, measure
+from .likely import confidence
 
 
 @dataclass
@@ -302,18 +303,19 @@ def named(outcome: Selection) -> list[Cause]:
                 "doubt": doubted.get(p.name, ""),
             }
         h, rivals = candidate.hypothesis, [c.hypothesis for c in stage.tied]
-        confidence, closest = _confidence(candidate, stage)
+        sure, together, closest = confidence(candidate, stage, outcome.searched)
         found.append(
             Cause(
                 h.component,
                 h.effect,
                 parameters,
-                confidence,
+                sure,
                 [rival.label for rival in rivals],
                 advice.separate(h, rivals),
                 h.channel,
                 weakening(candidate.free, doubted),
                 closest,
+                together,
             )
         )
     return found
@@ -332,18 +334,3 @@ def of_runs(found: Judgement) -> list[dict]:
                 row = {"log": run.log, "run": run.name, "parameter": whose, "value": after[fitted], "low": low, "high": high}
                 rows.append(row)
     return rows
-
-
-def _confidence(winner: Candidate, stage: Stage) -> tuple[float, str]:
-    """That chance is not it, and that no rival but those named with it is better, over training blocks; and which rival is closest.
-
-    Odds of that, times what they have turned out to be worth. With causes that this log cannot tell from it it is shared by the odds
-    between it and each. No name where chance is closer than any rival.
-    """
-    confidence, rival = 1.0 - winner.chance, ""
-    closest = nearest(winner, stage.candidates, [*stage.tied, *stage.aside])
-    if closest and surer(winner, closest) < confidence:
-        confidence, rival = surer(winner, closest), closest.hypothesis.label
-    odds = RULES.judge.odds
-    shared = 1.0 + sum((1.0 - better) / better for better in (surer(winner, tied) for tied in stage.tied))
-    return round(odds * confidence / (1.0 - confidence + odds * confidence) / shared, 4), rival

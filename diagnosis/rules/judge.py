@@ -25,14 +25,8 @@ _TAIL = (0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
 class JudgeRules:
     # --- what the next run is to tell apart: judge.models
     open_models: int = rule(3, "models that came nearest, where none is believed", "a limit of time; not studied")
-    # --- how sure a cause is: judge.verdict
-    odds: float = rule(
-        5.0,
-        "times the odds of a contest that a cause found again is there: rivals were judged on a part of the blocks, and have been refused",
-        "fitted on causes told alone in benchmarks.confidence, seeds from 50 000 and from 60 000 on, before this was here: 118 of 120 were "
-        "there; the likelihood is largest at 18, its 95 % interval goes from 5 to 130, and the lower end is taken, as other drives have "
-        "other formulas. Judged on seeds from 70 000 on (docs/diagnosis.md)",
-    )
+    # --- how sure a cause is: judge.likely
+    draws_of_blocks: int = rule(4000, "draws of how much each block counts", "theory: a share is told to 0.01")
     # --- with what the remainder goes: judge.depends
     quiet: float = rule(
         1.15, "a remainder no more than this many times the noise is none", developed("A remainder that is only noise is none")

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
 
 from selflock.fmus.effect import METAL, SHAPES
 
@@ -67,29 +66,6 @@ def worse(a: Candidate, b: Candidate, chance_level: float) -> bool:
         or (whole and beyond(ratio))
         or difference.mean() > rules.chance_levels * chance_level * b.errors.mean()
     )
-
-
-def surer(winner: Candidate, rival: Candidate) -> float:
-    """Probability that a rival leaves more than the winner on blocks that were not there, by how the difference varies between blocks."""
-    difference = rival.errors - winner.errors
-    spread = difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else 1.0
-    return float(ndtr(difference.mean() / max(spread, 1e-300)))
-
-
-def nearest(winner: Candidate, candidates: Sequence[Candidate], aside: Sequence[Candidate]) -> Candidate | None:
-    """The rival with no more numbers, beside those put aside, of which it is least sure that it does worse.
-
-    The winner may have got further numbers since: it is known by its hypothesis.
-    """
-    rivals = [
-        c
-        for c in candidates
-        if c.fit is not None
-        and c.hypothesis is not winner.hypothesis
-        and not any(c is one for one in aside)
-        and len(c.free) <= len(winner.free)
-    ]
-    return min(rivals, key=lambda c: surer(winner, c), default=None)
 
 
 def equal(a: Candidate, b: Candidate, chance_level: float) -> bool:

@@ -9,9 +9,9 @@ from lxml import html
 
 from selflock.diagnosis.judge.cause import Cause, doubts, weakening
 from selflock.diagnosis.judge.gain import Gain
+from selflock.diagnosis.judge.likely import confidence
 from selflock.diagnosis.judge.result import Diagnosis
-from selflock.diagnosis.judge.verdict import _confidence, named
-from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.judge.verdict import named
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.fit import Fit
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
@@ -56,11 +56,11 @@ def test_a_number_that_makes_nothing_weak_is_doubted_by_itself():
 
 @pytest.mark.parametrize("confidence, rivals, said", [
     (0.995, [], []), (0.94, [], ["its confidence is 0.94, below 0.95"]),
-    (0.497, ["b"], ["cannot tell it from another"]),  # which shares its confidence
-    (0.4, ["b"], ["cannot tell it from another", "its confidence is 0.4"]),
+    (0.497, ["b"], ["cannot tell it from another"]),  # which has as much
+    (0.4, ["b"], ["cannot tell it from another", "the confidence of all these is 0.8"]),
 ])  # fmt: skip
 def test_confidence_makes_a_cause_weak(confidence, rivals, said):
-    cause = Cause("motor", "brush_drop", {}, confidence, rivals)
+    cause = Cause("motor", "brush_drop", {}, confidence, rivals, together=confidence * (1 + len(rivals)))
     assert len(cause.weak) == len(said) and all(word in sentence for word, sentence in zip(said, cause.weak))
     assert cause.mark == ("weak" if said else "certain") and cause.row()["weak"] == cause.weak and "doubts" not in cause.row()
 
@@ -72,29 +72,53 @@ def test_confidence_is_told_without_a_certainty_that_it_has_not(confidence, told
     assert not weak or weak == [f"its confidence is {told}, below 0.95: load tilt may do as well"]
 
 
-def test_confidence_asks_rivals_alone():
-    """Φ of the mean difference over its standard error, as odds times what these are worth.
+def fitted(name, losses, numbers=1):
+    free = tuple(Free(f"load.{name}{k}", 0.0, -1.0, 1.0) for k in range(numbers))
+    return Candidate(Hypothesis("load", name, free), free, Fit(free, {}, *[np.zeros(1)] * 3), np.array(losses), chance=0.005)
 
-    What is put aside, and the winner with more numbers, ask nothing.
-    """
 
-    def fitted(name, losses, numbers=1):
-        free = tuple(Free(f"load.{name}{k}", 0.0, -1.0, 1.0) for k in range(numbers))
-        return Candidate(Hypothesis("load", name, free), free, Fit(free, {}, *[np.zeros(1)] * 3), np.c_[losses], chance=0.005)
+def contest(winner, *rivals, base, tied=(), aside=()):
+    return Stage(fitted("none", base, 0), [*rivals, winner], winner, tied=list(tied), aside=list(aside))
 
-    difference = np.array([0.3, -0.1, 0.2, 0.0])  # mean 0.1, standard error 0.0913
-    winner = fitted("mass", np.ones(4))
-    rival, better, wide = fitted("tilt", 1.0 + difference), fitted("drag", np.full(4, 0.9)), fitted("ripple", np.full(4, 0.9), 2)
-    stage = Stage(winner, [better, wide, winner, rival], winner, aside=[better])
-    grown = replace(winner, free=winner.free + rival.free[:0])
-    worth = lambda p: 1.0 / (1.0 + (1.0 - p) / p / RULES.judge.odds)
-    for one in (winner, grown):
-        assert _confidence(one, stage) == (pytest.approx(worth(0.8634), abs=1e-4), "load tilt")  # Φ(1.0954)
-    assert _confidence(winner, replace(stage, tied=[rival])) == (pytest.approx(worth(0.995) * 0.8634, abs=1e-4), "")
-    same = fitted("twin", np.ones(4))
-    alike = replace(stage, candidates=[better, wide, winner, rival, same, same], tied=[same, same])
-    assert _confidence(winner, alike)[0] == pytest.approx(worth(0.8634) / 3, abs=1e-4)
-    assert _confidence(winner, replace(stage, aside=[])) == (0.0, "load drag")
+
+ENTRIES = SimpleNamespace(
+    entries=np.full((4, 2), 50.0), new=np.array([0.2, 1.0])
+)  # 20 of 100 entries of a block are new in the first
+MENDS = np.c_[[1.0, 1.2, 0.9, 1.1], np.ones(4)]  # of two residuals the first, which the base leaves as
+NOTHING = MENDS + np.c_[np.ones(4), np.zeros(4)]
+
+
+def test_causes_that_predict_the_same_share_equally():
+    """However surely one is a trifle better: every block says so of the first."""
+    winner, trifle, twin = fitted("mass", MENDS), fitted("tilt", MENDS + 1e-9), fitted("drag", MENDS)
+    sure, together, closest = confidence(winner, contest(winner, trifle, twin, base=NOTHING, tied=[trifle, twin]), ENTRIES)
+    assert sure == pytest.approx(0.995 / 3, abs=1e-4) and together == pytest.approx(0.995, abs=1e-4) and closest == ""
+
+
+def test_a_difference_that_all_blocks_share_counts_as_its_likelihood():
+    """By 0.05 of 20 new entries in each of 4 blocks: exp(2) to 1."""
+    winner, rival = fitted("mass", MENDS), fitted("tilt", MENDS + np.array([0.05, 0.0]))
+    sure, together, closest = confidence(winner, contest(winner, rival, base=NOTHING), ENTRIES)
+    assert sure == together == pytest.approx(0.995 / (1.0 + np.exp(-2.0)), abs=1e-4) and closest == "load tilt"
+
+
+def test_a_large_difference_is_as_sure_as_its_blocks(rng):
+    """Two blocks for it and two against it, all by far: as likely as that the draws' sum of the four is above 0."""
+    winner = fitted("mass", MENDS)
+    rival = fitted("tilt", MENDS + np.c_[1e4 * np.array([1.0, -1.0, 3.0, -1.0]), np.zeros(4)])
+    counts = rng.dirichlet(np.ones(4), 20_000)
+    share = np.mean(counts @ [1.0, -1.0, 3.0, -1.0] > 0.0)
+    assert confidence(winner, contest(winner, rival, base=NOTHING), ENTRIES)[0] == pytest.approx(0.995 * share, abs=0.03)
+
+
+def test_what_mends_another_residual_is_no_rival():
+    """It may be there beside the cause. Nor is what the rules refuse for what it is, or what has more numbers."""
+    winner, elsewhere = fitted("mass", MENDS), fitted("delay", NOTHING - np.array([0.0, 0.9]))
+    refused, wide = fitted("lag", 0.1 * MENDS), fitted("ripple", 0.1 * MENDS, 2)
+    beside = contest(winner, elsewhere, refused, wide, base=NOTHING, aside=[refused])
+    assert confidence(winner, beside, ENTRIES) == (0.995, 0.995, "")
+    assert confidence(winner, replace(beside, aside=[]), ENTRIES)[::2] == (0.0, "load lag")
+    assert confidence(replace(winner, free=winner.free + wide.free[:1]), beside, ENTRIES)[0] < 0.01
 
 
 def test_marks_stand_in_the_summary():
@@ -128,7 +152,7 @@ def test_the_interval_of_the_last_fit_decides(size, weak, rng):
     problem = SimpleNamespace(
         rows=np.ones(n, bool), blocks=np.arange(n) // 10, absolute=dict, experiment=SimpleNamespace(step=1e-3)
     )
-    candidate = SimpleNamespace(hypothesis=Hypothesis("load", "tilt", free), free=free, chance=0.005)
-    stage = Stage(candidate, [])
-    (cause,) = named(SimpleNamespace(causes=[candidate], kept=[stage], problem=problem, final=fit))
+    candidate = Candidate(Hypothesis("load", "tilt", free), free, fit, MENDS, chance=0.005)
+    kept = contest(candidate, base=NOTHING)
+    (cause,) = named(SimpleNamespace(causes=[candidate], kept=[kept], problem=problem, final=fit, searched=ENTRIES))
     assert (cause.mark == "weak") == weak and bool(cause.parameters["load.tilt"]["doubt"]) == weak

@@ -8,7 +8,8 @@ import pytest
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.judge import rivals as table
 from selflock.diagnosis.judge.depends import Dependence, _functions, _shares, without
-from selflock.diagnosis.judge.rivals import BASE, _density, rivals
+from selflock.diagnosis.judge.likely import density
+from selflock.diagnosis.judge.rivals import BASE, rivals
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
@@ -44,7 +45,7 @@ def test_the_density_is_that_of_normal_noise_and_what_smoothing_ties_counts_as_w
     ground, r = problem(rng, per_bin, reach), rng.standard_normal((BLOCKS, 2 * BINS))
     squares = (-0.5 * r**2 * ground.present)[ground.train]
     expected = squares[:, :BINS].sum(1) + share * squares[:, BINS:].sum(1)
-    np.testing.assert_allclose(_density(ground, ground.block_loss(r.ravel())), expected, rtol=1e-4)
+    np.testing.assert_allclose(density(ground, ground.block_loss(r.ravel())).sum(1), expected, rtol=1e-4)
     assert ground.entries.sum() == ground.present[ground.train].sum()
 
 
@@ -66,9 +67,9 @@ def test_differences_and_their_errors_are_those_over_blocks(rng, monkeypatch):
     assert [row["role"] for row in told["rows"]] == ["named", "considered", "base"]
     assert [row["doubt"] for row in told["rows"]] == ["", "a reason", ""] and told["looked_at"] == ["load fluid"]
     densities = [(-0.5 * r**2 * ground.present)[ground.train].sum(1) for r in (*left.values(), base)]
-    for row, density in zip(told["rows"], densities):
-        apart = density - densities[0]
-        assert row["elpd"] == pytest.approx(density.sum(), rel=1e-4)
+    for row, one in zip(told["rows"], densities):
+        apart = one - densities[0]
+        assert row["elpd"] == pytest.approx(one.sum(), rel=1e-4)
         assert row["elpd_diff"] == pytest.approx(apart.sum(), rel=1e-4)
         assert row["dse"] == pytest.approx(np.sqrt(len(apart)) * apart.std(ddof=1), rel=1e-4)
 

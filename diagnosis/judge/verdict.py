@@ -91,6 +91,8 @@ class Judge:
                 found = replace(
                     self._gained(nothing, before), left=missing or found.left, free=found.free, dropped=found, why=why
                 )
+        if found.dropped is None and not outcome.causes and not (self.experiment.by_channel or self.experiment.steady):
+            found.left = _beyond_noise(found.left, problem, base)
         if not found.outcome.causes:
             found.left = [*_goes_with(found.free, outcome), *found.left]
         return found
@@ -253,6 +255,15 @@ def _goes_with(free: list[Candidate], outcome: Selection) -> list[Dependence]:
     if share < RULES.judge.half:
         return []
     return [Dependence(best.hypothesis.shown_over, problem.experiment.residuals[int(drop.argmax())].name, share, 0.0)]
+
+
+def _beyond_noise(left: list[Dependence], problem: Problem, base: Fit) -> list[Dependence]:
+    """Where no cause beat chance: what is left of residuals that are more than their noise, that of their inputs too.
+
+    What the inputs are uncertain by, and by how little one is read after another, goes with what is computed of them.
+    """
+    off = _sizes(problem, base)
+    return [d for d in left if off[d.residual] > RULES.judge.quiet]
 
 
 def _guesses(outcome: Selection) -> bool:

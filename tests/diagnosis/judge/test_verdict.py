@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.judge.depends import Dependence
-from selflock.diagnosis.judge.verdict import Judge, _ahead
+from selflock.diagnosis.judge.verdict import Judge, _ahead, _beyond_noise
 from selflock.diagnosis.residuals.mending import Mending
 from selflock.diagnosis.search.selection import Selection
 from selflock.diagnosis.search.step import Step
@@ -20,6 +20,19 @@ BINS = 50
 ])  # fmt: skip
 def test_the_error_is_that_of_the_comparison_that_is_off_most(sizes, shares, told, rng):
     """However few of its bins have samples; the gear's where none is off."""
+    judge, outcome = left_alone(sizes, shares, rng)
+    assert judge._most_off(outcome).name == told
+
+
+def test_where_nothing_beat_chance_what_is_left_of_the_noise_is_noise(rng):
+    """That of what a comparison reads is part of it."""
+    _, outcome = left_alone((1.0, 1.1, 1.3), (1.0, 1.0, 1.0), rng)
+    left = [Dependence("acceleration", name, 0.1, 0.01) for name in ("gear", "controller", "motor")]
+    assert [d.residual for d in _beyond_noise(left, outcome.problem, outcome.base)] == ["motor"]
+
+
+def left_alone(sizes, shares, rng):
+    """A judge, and an outcome without causes whose residuals are off by so many times their noise, in a share of their bins."""
     residuals = [SimpleNamespace(name=name, kind=name) for name in ("gear", "controller", "motor")]
     present = np.concatenate([np.arange(30 * BINS).reshape(30, BINS) % round(1 / share) == 0 for share in shares], axis=1)
     misfit = np.repeat(sizes, BINS) * rng.choice([-1.0, 1.0], (30, 3 * BINS)) * present
@@ -27,8 +40,7 @@ def test_the_error_is_that_of_the_comparison_that_is_off_most(sizes, shares, tol
     experiment = SimpleNamespace(residuals=residuals, slice=place)
     problem = SimpleNamespace(experiment=experiment, present=present, shape=misfit.shape)
     judge = Judge(experiment, None, None, [], rng)
-    outcome = SimpleNamespace(problem=problem, base=SimpleNamespace(misfit=misfit.ravel()))
-    assert judge._most_off(outcome).name == told
+    return judge, SimpleNamespace(problem=problem, base=SimpleNamespace(misfit=misfit.ravel()))
 
 
 @pytest.mark.parametrize("named, free, over, believed", [

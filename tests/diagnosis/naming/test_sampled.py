@@ -100,7 +100,7 @@ def test_of_two_readings_of_what_acts_once_a_step_the_one_that_leaves_less_or_ne
     ],
 )
 def test_the_steps_that_leave_less_are_searched_first_beside_what_only_computes(monkeypatch, left, explains, asked):
-    """A house of six FMUs in a loop: what its own steps miss was ten times the noise, and was searched for a cause, for minutes."""
+    """A house of six FMUs in a loop: what its own steps miss was several times the noise, and was searched for a cause, for minutes."""
     seen = []
     problem = lambda name, loss: SimpleNamespace(
         name=name, loss=lambda misfit: loss, misfit=lambda at: at, values=lambda at: {}, played=SimpleNamespace(extend=list)

@@ -82,6 +82,8 @@ def rho(misfit: np.ndarray, c: float) -> np.ndarray:
 
 def scale(free: Free, value: float) -> float:
     """A length on which this parameter matters."""
+    if free.length:
+        return free.length
     reach = [abs(value), abs(free.nominal)]
     if np.isfinite(free.high - free.low):
         reach.append(RULES.search.range_scale * (free.high - free.low))

@@ -48,6 +48,7 @@ class Free:
     on_request: bool = False  # freed only because the rig lists it as uncertain
     of_run: bool = False  # each run has one of its own: see search.phases
     part: tuple[int, int] | None = None  # entries of the flat misfit, from and to, that alone depend on it; None: all
+    length: float = 0.0  # on which it matters; 0: as its values and its range have it
 
     @property
     def of_recorder(self) -> bool:
@@ -150,13 +151,17 @@ def _even(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, ..
 
 
 def _seen_whole(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
-    """A wave comes back: one that no run goes through once whole is a curve, and bends to anything."""
+    """A wave comes back: one that no run goes through once whole is a curve, and bends to anything.
+
+    How many there are in a turn matters by what shifts its phase by a radian at the other end of the way.
+    """
     free = list(hypothesis.free)
     prefix = split(hypothesis.component, experiment.rig.drives)[0]
     for order in [p for p in free if p.role == ORDER]:
-        low = max(order.low, 1.0 / _turns(experiment, prefix, SIDES[order.shaft]))
+        turns = _turns(experiment, prefix, SIDES[order.shaft])
+        low = max(order.low, 1.0 / turns)
         if low < order.high:
-            free[free.index(order)] = replace(order, low=low)
+            free[free.index(order)] = replace(order, low=low, length=1.0 / (2.0 * np.pi * turns))
         else:
             free = [p for p in free if p.shaft != order.shaft]
     return replace(hypothesis, free=tuple(free))

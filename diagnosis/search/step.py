@@ -171,20 +171,33 @@ class Step:
         return [c for c in fitted if not c.doubt]
 
     def _waves_beside(self, winner: Candidate, fitted: list[Candidate]) -> list[Candidate]:
-        """Other waves of as many in a turn of the same shaft, fitted again from what the winner says of all else, where that is better.
+        """The winner's wave, and others of as many in a turn of the same shaft, fitted again from what the best of them says of all
+        else, where that is better.
 
         Cogging and a ripple of torque at the motor's shaft are one law by two names, and neither is the cause because the
         other's fit ended early.
         """
         turns = lambda c: {p.shaft: round(c.fitted.values[p.name]) for p in c.free if p.role == ORDER}
-        own, found = turns(winner), []
-        for c in fitted if own and self.problem.by_channel else ():
-            if c is not winner and own.items() & turns(c).items():
-                start = {**self.base.values, **c.fitted.values, **{p.name: winner.fitted.values[p.name] for p in self.base.free}}
-                again = self.problem.fit((*self.base.free, *c.free), self._in_phase(start, c.free))
-                better = self._candidate(c.hypothesis, c.free, again, c.linear)
-                found += [better] if better.errors.mean() < c.errors.mean() else []
+        own = turns(winner) if self.problem.by_channel else {}
+        alike = [c for c in fitted if own.items() & turns(c).items()]
+        found: list[Candidate] = []
+        for c in alike if len(alike) > 1 else ():
+            best = min([*alike, *found], key=lambda one: one.errors.mean()).fitted.values
+            start = {**self.base.values, **c.fitted.values, **{p.name: best[p.name] for p in self.base.free}}
+            again = self._to_its_end((*self.base.free, *c.free), self._in_phase(start, c.free))
+            better = self._candidate(c.hypothesis, c.free, again, c.linear)
+            found += [better] if better.errors.mean() < c.errors.mean() else []
         return found
+
+    def _to_its_end(self, free: tuple[Free, ...], start: dict) -> Fit:
+        """A fit, and again from where it ended, until it leaves the same to the last digits: of one law by two names both do."""
+        fitted = self.problem.fit(free, start)
+        for _ in range(RULES.search.again):
+            further = self.problem.fit(free, dict(fitted.values))
+            if self._loss(further.misfit) * RULES.search.alike > self._loss(fitted.misfit):
+                break
+            fitted = further
+        return fitted
 
     def _in_phase(self, start: dict, free: tuple[Free, ...]) -> dict:
         """A start with the phase of its wave where that leaves least of some around a turn."""

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.residuals import phase
-from selflock.diagnosis.search.fit import jacobian
+from selflock.diagnosis.search.fit import fit, jacobian
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.diagnosis.search.linear import Linear
 from selflock.diagnosis.search.phases import best
 from selflock.diagnosis.search.screen import Direction
-from selflock.fmus.effect import PHASE
+from selflock.fmus.effect import ORDER, PHASE
 
 BLOCKS, SAMPLES, RUNS = 20, 50, 4
 OF = np.repeat(np.arange(RUNS), BLOCKS // RUNS)
@@ -110,3 +110,16 @@ def test_who_is_counted_from_anywhere():
     assert not phase.relative(ch("motor.current", "reducer.input_angle", "load.angle"), "reducer", "output")
     assert not phase.relative(ch("motor.current", "load.angle"), "motor", "input")
     assert phase.relative(ch("motor.voltage", "load.angle"), "motor", "input")  # simulated from its voltage it counts from 0
+
+
+def test_waves_of_many_turns_are_fitted_by_what_shifts_their_end(rng):
+    """A thousandth of a wave too few in a turn is far off after 300 turns, where steps as long as a usual number's see nothing."""
+    turns, order, phase = 300.0, 4.0 + rng.uniform(2e-4, 6e-4), rng.uniform(-0.5, 0.5)
+    angle = np.linspace(0.0, 2.0 * np.pi * turns, 20_000)
+    waves = [
+        Free("a.order", 4.0, 1.0, 60.0, role=ORDER, length=1.0 / (2.0 * np.pi * turns)),
+        Free("a.phase", 0.0, -3.0, 3.0, role=PHASE),
+    ]
+    misfit = lambda values: np.sin(order * angle + phase) - np.sin(values["a.order"] * angle + values["a.phase"])
+    found = fit(misfit, {}, waves, {"a.order": 4.0, "a.phase": 0.0}, np.ones(len(angle), bool), np.inf, by_channel=True)
+    assert found.values["a.order"] == pytest.approx(order, abs=1e-6)

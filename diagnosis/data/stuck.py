@@ -128,6 +128,15 @@ class Stills:
         """Whether a channel's noise is coarser than its steps, so that it hardly repeats a value even where nothing changes."""
         return self.repeats(name) <= RULES.data.noisy_repeats
 
+    def jumps(self, name: str) -> np.ndarray:
+        """Rows to which a channel changes by more than a single step; beside these the first, and one behind the last."""
+        return self.once(self._jumps, name)
+
+    def _jumps(self, name: str) -> np.ndarray:
+        x = self.run.signals[name]
+        single = abs(np.diff(x)) < 1.5 * resolution(x[self.sound[name]])
+        return np.concatenate([[0], 1 + np.flatnonzero(~single), [len(x)]])
+
     def chance(self, name: str) -> float:
         """Rows for which a channel's own noise may leave its value as it is, once in a thousand million logs."""
         usual = np.clip(self.repeats(name), *RULES.data.frozen_shares)
@@ -415,12 +424,11 @@ def _creeps(stills: Stills, name: str, start: int, end: int) -> bool:
 
     So an integrator goes on that a controller's other parts leave alone; what freezes has jumped as its noise does.
     """
-    x = stills.run.signals[name]
-    change = abs(np.diff(x))
-    single = change < 1.5 * resolution(x[stills.sound[name]])
-    sides = [slice(start - 1, None, -1) if start else slice(0), slice(end - 1, None)]
-    left = [single[side] for side in sides if change[side][:1].any()]  # the same value goes on behind a row that is lost
-    rows = sum(len(side) if side.all() else int(np.argmin(side)) for side in left)
+    x, jumps = stills.run.signals[name], stills.jumps(name)
+    changes = [edge > 0 and edge < len(x) and x[edge] != x[edge - 1] for edge in (start, end)]  # not over a row that is lost
+    before = start - jumps[np.searchsorted(jumps, start, side="right") - 1]
+    behind = jumps[np.searchsorted(jumps, end)] - end
+    rows = int(changes[0] * before + changes[1] * behind)
     usual = 3.0 * max(stills.repeats(name), RULES.data.frozen_shares[0])  # a step up and down are as likely as none
     return usual < 1.0 and usual**rows < RULES.data.creeps
 

@@ -17,8 +17,8 @@ from ..search.step import Stage
 
 
 def density(problem: Problem, losses: np.ndarray) -> np.ndarray:
-    """Log predictive density of each training block in each residual, both of its losses: means over its entries."""
-    return -0.5 * losses * problem.new * problem.entries.sum(1, keepdims=True)
+    """Log predictive density of each training block, of its losses (blocks, residuals): means over its entries."""
+    return -0.5 * (losses * problem.new).sum(1) * problem.entries.sum(1)
 
 
 def confidence(winner: Candidate, stage: Stage, problem: Problem) -> tuple[float, float, str]:
@@ -28,8 +28,8 @@ def confidence(winner: Candidate, stage: Stage, problem: Problem) -> tuple[float
     """
     (_, own), *rivals = shares(winner, stage, problem)
     real = 1.0 - winner.chance
-    together = own + sum(share for rival, share in rivals if any(rival is one for one in stage.tied))
-    others = [(rival, share) for rival, share in rivals if not any(rival is one for one in stage.tied)]
+    together = own + sum(share for rival, share in rivals if rival in stage.tied)
+    others = [(rival, share) for rival, share in rivals if rival not in stage.tied]
     closest = others[0][0].hypothesis.label if others and others[0][1] > winner.chance else ""
     return round(real * own, 4), round(real * together, 4), closest
 
@@ -47,7 +47,7 @@ def shares(winner: Candidate, stage: Stage, problem: Problem) -> list[tuple[Cand
     mended = (stage.base.losses - winner.losses).mean(0) > RULES.search.matters * winner.losses.mean(0)
     if mended.any():
         losses = losses * mended
-    predicted = np.stack([density(problem, one).sum(1) for one in losses], 1)  # (blocks, models)
+    predicted = np.stack([density(problem, one) for one in losses], 1)  # (blocks, models)
     blocks = len(predicted)
     counts = blocks * np.random.default_rng(0).dirichlet(np.ones(blocks), RULES.judge.draws_of_blocks)  # the same for all logs
     sums = counts @ predicted
@@ -60,5 +60,4 @@ def _may_stand_for(rival: Candidate, winner: Candidate, stage: Stage) -> bool:
     """Whether it could be there instead. The winner may have got further numbers since: it is known by its hypothesis."""
     if rival.fit is None or rival.hypothesis is winner.hypothesis:
         return False
-    aside = any(rival is one for one in stage.aside)
-    return any(rival is one for one in stage.tied) or (len(rival.free) <= len(winner.free) and not aside)
+    return rival in stage.tied or (len(rival.free) <= len(winner.free) and rival not in stage.aside)

@@ -47,11 +47,12 @@ def models(outcome: Selection, doubted: list[bool]) -> list[OpenModel]:
         mine = {p.name for p in candidate.free}
         rest = {name: value for name, value in final.items() if name not in mine}
         beside = [c.hypothesis.label for c in others]
-        likeliest = [rival for rival, _ in shares(candidate, stage, outcome.searched)[1:2]] if weak else []
-        for rival in stage.tied or likeliest:
+        alone = weak and not stage.tied
+        likeliest = shares(candidate, stage, outcome.searched)[1:2] if alone else []
+        for rival in stage.tied or [rival for rival, _ in likeliest]:
             own = {p.name: rival.fitted.values[p.name] for p in rival.free}
             found.append(_model(problem, " and ".join([rival.hypothesis.label, *beside]), rest | own, [rival, *others]))
-        if weak and not stage.tied:
+        if alone:
             found.append(_model(problem, " and ".join(beside) or PLAIN, rest, others))
     return found
 

@@ -81,23 +81,23 @@ def role(outcome: Selection, stage: Stage, candidate: Candidate) -> str:
         return "named"
     if candidate is stage.winner:
         return "best, dropped later"
-    return "not to be told from it" if any(candidate is t for t in stage.tied) else "considered"
+    return "not to be told from it" if candidate in stage.tied else "considered"
 
 
 def _competed(outcome: Selection, stage: Stage) -> list[Rival]:
     """The base of a step, and all that was fitted over it."""
     problem = outcome.searched
-    rows = [Rival(BASE, density(problem, stage.base.losses).sum(1), 0, "base")]
+    rows = [Rival(BASE, density(problem, stage.base.losses), 0, "base")]
     for c in stage.candidates:
         if c.fit is not None:
-            told, part = density(problem, c.losses).sum(1), role(outcome, stage, c)
+            told, part = density(problem, c.losses), role(outcome, stage, c)
             rows.append(Rival(c.hypothesis.label, told, len(c.free), part, c.chance, c.drop, c.doubt))
     return rows
 
 
 def _of_law(problem: Problem, law: Candidate) -> Rival:
     """A free law as a row."""
-    return Rival(law.hypothesis.effect, density(problem, law.losses).sum(1), len(law.free), "curve", doubt=BENDS)
+    return Rival(law.hypothesis.effect, density(problem, law.losses), len(law.free), "curve", doubt=BENDS)
 
 
 def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> Rival | None:
@@ -113,9 +113,6 @@ def _free_curve(outcome: Selection, stage: Stage, rng: np.random.Generator) -> R
         bent = without(experiment, unseen, rows, values, one)
         if bent is not None:
             left, knots = bent
-            told, label = (
-                density(problem, problem.block_loss(left.ravel())).sum(1),
-                f"free curve of {one.variable} ({one.residual})",
-            )
+            label, told = f"free curve of {one.variable} ({one.residual})", density(problem, problem.block_loss(left.ravel()))
             found.append(Rival(label, told, knots, "curve", one.chance, doubt=BENDS))
     return max(found, key=lambda rival: rival.density.sum(), default=None)

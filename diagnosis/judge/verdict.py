@@ -91,7 +91,7 @@ class Judge:
                 found = replace(
                     self._gained(nothing, before), left=missing or found.left, free=found.free, dropped=found, why=why
                 )
-        if found.dropped is None and not outcome.causes and not (self.experiment.by_channel or self.experiment.steady):
+        if not outcome.causes and not (self.experiment.by_channel or self.experiment.steady):
             found.left = _beyond_noise(found.left, problem, base)
         if not found.outcome.causes:
             found.left = [*_goes_with(found.free, outcome), *found.left]

@@ -14,7 +14,7 @@ from ..calibration.fit import remaining
 from ..calibration.slopes import Slopes
 from ..rules import RULES
 from .contest import Round
-from .guesses import CURVE, begins, heights
+from .guesses import CURVE, begins, heights, points_of
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .plan import open_models
 from .same import same
@@ -172,13 +172,12 @@ def _curve(outcome: Round) -> FreeCurve | None:
     covariance = rival.candidate.fitted.covariance(np.ones(len(rival.block), bool), rival.block)
     of_ways = covariance[np.ix_(mine, mine)] * np.outer(spread, spread)
     error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", ways, of_ways, ways), 0.0))
-    fixed = dict(table.fixed)
     return FreeCurve(
         rival.guess.label,
         table.goes_with,
         str(table.place),
         table.multiplies,
-        [fixed[f"x{k + 1}"] for k in range(table.points)],
+        [float(x) for x in points_of(table)],
         [float(y) for y in ways @ np.array([rival.values[name] for name in names])],
         [float(e) for e in error],
         float(rival.candidate.errors.mean()),

@@ -143,6 +143,12 @@ class Extending(Calibrating):
         return found
 
 
+def gone_through(series: dict[str, list[np.ndarray]], name: str, what: int = law.VALUE, beside: str = "") -> np.ndarray:
+    """What of a variable, or of two, a law goes with, at all steps of all runs."""
+    parts = zip(series[name], series["time"], series[beside or name])
+    return np.concatenate([taken(x, time, what, w) for x, time, w in parts])
+
+
 def taken(x: np.ndarray, time: np.ndarray, what: int, w: np.ndarray) -> np.ndarray:
     """What of x, and of w, a law goes with, at all steps: as the law itself takes it, but for where in a step."""
     if what == law.RATE:

@@ -100,8 +100,7 @@ def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool, be
     follows = lambda name: ahead(scene.parts, place, name, scene.smooth)
     carried = 0.5 if what == law.INTEGRAL else 0.0 if what in (law.RATE, law.SINCE_TURN) else follows(over)
     fixed: tuple[tuple[str, float], ...] = (("ahead", carried), ("ahead_beside", follows(beside) if beside else 0.0))
-    fixed += tuple((f"x{k + 1}", float(x)) for k, x in enumerate(knots))
-    return Insert(scene.prefix, place, "table", multiplies, over, what, len(knots), fixed, beside), knots
+    return _with_points(Insert(scene.prefix, place, "table", multiplies, over, what, 0, fixed, beside), knots), knots
 
 
 def points_over(x: np.ndarray) -> np.ndarray:
@@ -133,16 +132,21 @@ def coarser(table: Insert, knots: np.ndarray) -> Iterator[tuple[Insert, np.ndarr
     for apart in (1, 2, 4):
         few = knots[np.unique([*range(0, len(knots), apart), len(knots) - 1])]
         heights = np.stack([np.interp(knots, few, unit) for unit in np.eye(len(few))], -1)
-        fixed = table.fixed[:2] + tuple((f"x{k + 1}", float(x)) for k, x in enumerate(few))
-        yield replace(table, points=len(few), fixed=fixed), heights
+        yield _with_points(table, few), heights
         if len(few) < RULES.naming.coarser:
             return
 
 
 def placed(table: Insert, x: np.ndarray) -> Insert:
     """A table with its points where its variable has these values."""
-    knots = points_over(x)
-    return replace(table, points=len(knots), fixed=table.fixed[:2] + tuple((f"x{k + 1}", float(v)) for k, v in enumerate(knots)))
+    return _with_points(table, points_over(x))
+
+
+def _with_points(table: Insert, points: np.ndarray) -> Insert:
+    """A table with these points for its own."""
+    return replace(
+        table, points=len(points), fixed=table.fixed[:2] + tuple((f"x{k + 1}", float(x)) for k, x in enumerate(points))
+    )
 
 
 def points_of(table: Insert) -> np.ndarray:

@@ -291,11 +291,8 @@ class Looks:
         problem = self.trial(guess)
         x = self._goes(coarse, problem, values)
         table = g.placed(coarse, x)
-        xs, at = (
-            g.points_of(coarse),
-            np.array([sum(guess.acts[n.name].get(y, 0.0) * values[n.name] for n in guess.numbers) for y in g.heights(coarse)]),
-        )
-        heights = dict(zip(g.heights(table), map(float, np.interp(g.points_of(table), xs, at))))
+        at = [sum(guess.acts[n.name].get(y, 0.0) * values[n.name] for n in guess.numbers) for y in g.heights(coarse)]
+        heights = dict(zip(g.heights(table), map(float, np.interp(g.points_of(table), g.points_of(coarse), at))))
         rest = {name: value for name, value in values.items() if name not in guess.acts}
         columns = self._moved(table, rest, heights)
         if columns is None or end.jacobian is None:
@@ -320,10 +317,11 @@ class Looks:
         inside = lambda errors: np.concatenate(
             [e[t] / problem.units[n] for n in errors for e, t in zip(errors[n], problem.trusted[n])]
         )
-        found = [problem.errors(values | heights | {name: heights[name] + by}) for name in heights for by in (0.0, step)]
-        if any(one is None for one in found):
+        errors = [problem.errors(values | heights | moved) for moved in ({}, *({n: at + step} for n, at in heights.items()))]
+        told = [inside(one) for one in errors if one is not None]
+        if len(told) < len(errors):
             return None
-        columns = np.stack([(inside(b) - inside(a)) / step for a, b in zip(found[::2], found[1::2])], -1)
+        columns = np.stack([(one - told[0]) / step for one in told[1:]], -1)
         return columns if np.isfinite(columns).all() and columns.any() else None
 
     def _keep_curve(self, table: Insert, columns: np.ndarray, word: str, base: np.ndarray | None = None) -> Guess:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..rules import RULES
-from .extended import taken
-from .guesses import CURVE
+from .extended import gone_through
+from .guesses import CURVE, points_of
 from .rows import followed
 
 if TYPE_CHECKING:
@@ -21,10 +21,9 @@ def beyond(found: Search) -> list[str]:
     if winner is None or winner.guess.kind != CURVE or not work.judges:
         return []
     table = winner.guess.inserts[0]
-    low, high = (dict(table.fixed)[f"x{k}"] for k in (1, table.points))
+    low, high = points_of(table)[[0, -1]]
     series = work.played.series(found.best.problem.settings(found.best.values), sorted(work.judges))
-    parts = zip(series[table.over], series["time"], series[table.beside or table.over])
-    x = np.concatenate([taken(one, time, table.taken, other) for one, time, other in parts])
+    x = gone_through(series, table.over, table.taken, table.beside)
     share = float(np.mean((x < low) | (x > high)))
     if share < RULES.naming.goes_beyond:
         return []

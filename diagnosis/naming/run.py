@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -181,13 +182,13 @@ def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
     if not work.sampled or finer[0] is work:
         return _rounds(asked, *finer)
     left, less = (problem.loss(problem.misfit(at)) for _, problem, at in (own, finer))
-    ways = [finer, own] if less < (1.0 - RULES.judge.help) ** 2 * left else [own, finer]
-    found = _rounds(asked, *ways[0])
+    first, second = (finer, own) if less < (1.0 - RULES.judge.help) ** 2 * left else (own, finer)
+    found = _rounds(asked, *first)
     if asked.enough() or found.explains():
         return found
-    vars(ways[1][1])["played"].extend(())
-    other = _rounds(asked, *ways[1])
-    return _better(found, other) if ways[0] is own else _better(other, found)
+    cast(Extended, second[1].played).extend(())
+    other = _rounds(asked, *second)
+    return _better(found, other) if first is own else _better(other, found)
 
 
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:

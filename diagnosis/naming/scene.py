@@ -14,7 +14,7 @@ from selflock.fmus.correction import law
 
 from ..rules import RULES
 from ..systems.parts import Parts
-from .extended import Extended, taken
+from .extended import Extended, gone_through
 from .places import Place, of_system, quantities
 
 
@@ -38,8 +38,7 @@ class Scene:
 
     def joined(self, name: str, what: int = law.VALUE, beside: str = "") -> np.ndarray:
         """What of a variable, or of two, a law goes with, at all steps of all runs."""
-        others = self.series[beside or name]
-        return np.concatenate([taken(x, t, what, w) for x, t, w in zip(self.series[name], self.series["time"], others)])
+        return gone_through(self.series, name, what, beside)
 
     def signal(self, place: Place) -> np.ndarray:
         return self.joined(place.variable)

@@ -9,7 +9,7 @@ import numpy as np
 
 from selflock.fmus.correction import law
 
-from .extended import taken
+from .extended import gone_through
 from .guesses import LAW
 from .places import Insert
 from .scene import one_to_one, order
@@ -43,10 +43,7 @@ def _opposed(found: Search, first: Insert, second: Insert) -> bool:
     settings = problem.settings(found.best.values)
     work.played.extend(work.inserts)
     series = work.played.series(settings, work.which)
-    goes = lambda one: np.concatenate(
-        [taken(x, t, one.taken, w) for x, t, w in zip(series[one.over], series["time"], series[one.beside or one.over])]
-    )
-    x, y = goes(first), goes(second)
+    x, y = (gone_through(series, one.over, one.taken, one.beside) for one in (first, second))
     return one_to_one(order(x), order(y)) and against(
         _does(first, settings[work.which[0]], x), _does(second, settings[work.which[0]], y)
     )

@@ -14,7 +14,7 @@ from .fit import Fit
 from .hypotheses import Free, Hypothesis
 
 
-@dataclass
+@dataclass(eq=False)
 class Candidate:
     """A hypothesis in one stage: how it did on training blocks that its fit did not see."""
 

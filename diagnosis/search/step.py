@@ -149,12 +149,7 @@ class Step:
         for i, c in enumerate(candidates):
             if not (self.problem.by_channel and c.fit and c.errors.mean() <= RULES.search.near_best * best):
                 continue
-            fitted = c.fit
-            for _ in range(RULES.search.again):
-                further = self.problem.fit(fitted.free, dict(fitted.values))
-                if self._loss(further.misfit) > (1.0 - RULES.search.matters) * self._loss(fitted.misfit):
-                    break
-                fitted = further
+            fitted = self._to_its_end(c.fit, 1.0 - RULES.search.matters)
             if fitted is not c.fit:
                 candidates[i] = self._candidate(c.hypothesis, c.free, fitted, c.linear)
         return candidates
@@ -184,17 +179,19 @@ class Step:
         for c in alike if len(alike) > 1 else ():
             best = min([*alike, *found], key=lambda one: one.errors.mean()).fitted.values
             start = {**self.base.values, **c.fitted.values, **{p.name: best[p.name] for p in self.base.free}}
-            again = self._to_its_end((*self.base.free, *c.free), self._in_phase(start, c.free))
+            again = self.problem.fit((*self.base.free, *c.free), self._in_phase(start, c.free))
+            again = self._to_its_end(
+                again, 1.0 / RULES.search.alike
+            )  # of one law by two names both leave the same to the last digits
             better = self._candidate(c.hypothesis, c.free, again, c.linear)
             found += [better] if better.errors.mean() < c.errors.mean() else []
         return found
 
-    def _to_its_end(self, free: tuple[Free, ...], start: dict) -> Fit:
-        """A fit, and again from where it ended, until it leaves the same to the last digits: of one law by two names both do."""
-        fitted = self.problem.fit(free, start)
+    def _to_its_end(self, fitted: Fit, share: float) -> Fit:
+        """A fit made again from where it ended, as long as that leaves no more than this share of the loss."""
         for _ in range(RULES.search.again):
-            further = self.problem.fit(free, dict(fitted.values))
-            if self._loss(further.misfit) * RULES.search.alike > self._loss(fitted.misfit):
+            further = self.problem.fit(fitted.free, dict(fitted.values))
+            if self._loss(further.misfit) > share * self._loss(fitted.misfit):
                 break
             fitted = further
         return fitted

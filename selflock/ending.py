@@ -6,6 +6,7 @@ waits for that, and ends the process; but first it keeps what can be kept, and s
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import socket
@@ -92,7 +93,8 @@ class Watched:
 def leave() -> None:
     """The process is at its end, which takes a while: its temporary folders go, and a signal ends it without a word from now on.
 
-    What Python does at its end hears no signal as it should: it would leave the folders, or a traceback.
+    What Python does at its end hears no signal as it should: it would leave the folders, or a traceback. And it would look for
+    what cannot be reached any more among all modules: a fifth of what a replay takes, for memory that goes with the process.
     """
     if threading.current_thread() is not threading.main_thread():
         return
@@ -100,5 +102,6 @@ def leave() -> None:
     for number in numbers:
         signal.signal(number, signal.SIG_IGN)
     temporary.clear()
+    gc.freeze()
     for number in numbers:
         signal.signal(number, signal.SIG_DFL)

@@ -77,6 +77,13 @@ def test_a_signal_as_the_process_ends_leaves_nothing_and_no_traceback(tmp_path, 
     assert len(read(tmp_path / "x.csv")[0]) == 11 and not list((tmp_path / "tmp").iterdir())
 
 
+def test_a_process_that_ends_leaves_no_modules_to_the_collector():
+    told = "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects()), flush=True))\n"
+    done = subprocess.run([sys.executable, "-c", told + COMMAND, "--version"], capture_output=True, text=True)
+    kept, looked_at = map(int, done.stdout.split()[-2:])
+    assert kept > 10_000 and looked_at < 0.1 * kept, done.stderr
+
+
 def test_a_time_limit_is_told_as_one(tmp_path):
     system = tmp_path / "x.toml"
     system.write_text(

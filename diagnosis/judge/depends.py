@@ -52,12 +52,13 @@ def depends(
         shares: dict[str, np.ndarray] = {}
         known = experiment.variables(residual, values)
         free = {label: _functions(experiment.layout, parts, here) for label, parts in known.items()}
+        energies = {label: _energies(r, every[0].any(-1), orders) for label, every in free.items() if every}
         curves: dict[str, tuple[float, tuple[int, int]]] = {}
         for i, along in enumerate(_regressors(experiment.layout, known, here)):
-            mere = 0.0 if along is None else _shares(r, along, folds, orders, signs)
+            mere = 0.0 if along is None else _shares(r, along, _energies(r, along[..., 0] != 0.0, orders), folds, orders, signs)
             for label, j, functions in ((label, j, one) for label, every in free.items() for j, one in enumerate(every)):
                 both = _with(functions, along)
-                predicted = _shares(r, both, folds, orders, signs)
+                predicted = _shares(r, both, energies[label], folds, orders, signs)
                 shares[label] = np.maximum(predicted - mere, shares.get(label, -np.inf))
                 if label not in curves or predicted[0] > curves[label][0]:
                     curves[label] = float(predicted[0]), (i, j)
@@ -226,18 +227,25 @@ def _waves(time: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
     return product.reshape(len(time), -1)[:, : len(frequencies)]
 
 
-def _shares(r: np.ndarray, columns: np.ndarray, folds: np.ndarray, orders: np.ndarray, signs: np.ndarray) -> np.ndarray:
-    """Share of the variance of r (blocks, bins) that columns (blocks, bins, k) predict on unseen blocks.
+def _energies(r: np.ndarray, inside: np.ndarray, orders: np.ndarray) -> np.ndarray:
+    """Energy of r (blocks, bins) in each draw of blocks, where columns that stay in place are not 0: `inside`.
+
+    All functions of a variable are there where it is known, whatever stands beside them: one of them is 1/2 at least.
+    """
+    there = (r**2) @ inside.T.astype(float)  # block c's energy where block b has columns
+    return there[orders, np.arange(len(r))].sum(1)
+
+
+def _shares(
+    r: np.ndarray, columns: np.ndarray, energy: np.ndarray, folds: np.ndarray, orders: np.ndarray, signs: np.ndarray
+) -> np.ndarray:
+    """Share of the variance of r (blocks, bins), `energy`, that columns (blocks, bins, k) predict on unseen blocks.
 
     For each draw of blocks and signs, in which the misfit moves and the columns stay in place.
     """
-    turned = columns.transpose(0, 2, 1)
-    gram = turned @ columns
-    inside = columns.any(-1)
-    pairs = (turned @ r.T).transpose(0, 2, 1)  # of block c's misfit with block b's columns
-    energies = (r**2) @ inside.T.astype(float)  # block c's energy where block b has columns
+    gram = columns.transpose(0, 2, 1) @ columns
+    pairs = r @ columns  # of block c's misfit with block b's columns
     sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
-    energy = energies[orders, np.arange(len(r))].sum(1)
     inside_fold = (folds == np.unique(folds)[:, None]).astype(float)  # (folds, blocks)
     grams, crosses = np.tensordot(inside_fold, gram, 1), (inside_fold @ sums).transpose(1, 0, 2)  # of each fold, of all draws
     others, pull = grams.sum(0) - grams, crosses.sum(0) - crosses  # of all folds but one

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.data.log import MeasuredRun
-from selflock.diagnosis.judge.depends import _functions, _regressors, _shares, _waves
+from selflock.diagnosis.judge.depends import _energies, _functions, _regressors, _shares, _waves
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.residuals.drive_experiment import in_turn
 
@@ -20,7 +20,8 @@ def shares(x, r, beside=None, draws=0, rng=None):
         ways = [np.concatenate([functions, functions * beside[..., None]], -1) for functions in ways]
     orders = np.stack([np.arange(BLOCKS), *(rng.permutation(BLOCKS) for _ in range(draws))])
     signs = np.concatenate([np.ones((1, BLOCKS)), rng.choice([-1.0, 1.0], (draws, BLOCKS))]) if draws else np.ones((1, BLOCKS))
-    return np.max([_shares(r, functions, np.arange(BLOCKS) % 5, orders, signs) for functions in ways], 0)
+    energy = _energies(r, np.ones(r.shape, bool), orders)
+    return np.max([_shares(r, functions, energy, np.arange(BLOCKS) % 5, orders, signs) for functions in ways], 0)
 
 
 def test_of_a_function_of_the_variable_all_but_the_noise_is_predicted(rng):
@@ -38,7 +39,8 @@ def test_a_share_is_learnt_on_some_blocks_and_tried_on_the_others(rng):
         seen, unseen = folds != fold, folds == fold
         amounts = np.linalg.lstsq(columns[seen].reshape(-1, 3), r[seen].ravel(), rcond=None)[0]
         left += ((r[unseen] - columns[unseen] @ amounts) ** 2).sum()
-    found = _shares(r, columns, folds, np.arange(BLOCKS)[None], np.ones((1, BLOCKS)))
+    orders = np.arange(BLOCKS)[None]
+    found = _shares(r, columns, _energies(r, columns.any(-1), orders), folds, orders, np.ones((1, BLOCKS)))
     assert found[0] == pytest.approx(1.0 - left / (r**2).sum(), rel=1e-2)
 
 

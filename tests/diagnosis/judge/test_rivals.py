@@ -7,7 +7,7 @@ import pytest
 
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.judge import rivals as table
-from selflock.diagnosis.judge.depends import Dependence, _functions, _shares, without
+from selflock.diagnosis.judge.depends import Dependence, _energies, _functions, _shares, without
 from selflock.diagnosis.judge.likely import density
 from selflock.diagnosis.judge.rivals import BASE, rivals
 from selflock.diagnosis.residuals.blocks import Blocks
@@ -90,6 +90,7 @@ def test_a_free_curve_leaves_what_its_share_says(rng):
     assert np.mean(left[:, bins:] ** 2) == pytest.approx(1.0, abs=0.1)  # 3600 samples: 0.024 of noise, 0.006 of the knots
     signs, orders, folds = np.ones((1, blocks)), np.arange(blocks)[None], np.arange(blocks) % 5
     held = np.clip(r[:, bins:], *np.quantile(r[:, bins:], (0.005, 0.995)))
-    best = max(_shares(held, f, folds, orders, signs)[0] for f in _functions(layout, [x.ravel()], np.ones(x.shape, bool)))
+    energy, functions = _energies(held, np.ones(x.shape, bool), orders), _functions(layout, [x.ravel()], np.ones(x.shape, bool))
+    best = max(_shares(held, f, energy, folds, orders, signs)[0] for f in functions)
     assert 1.0 - np.mean(left[:, bins:] ** 2) / np.mean(r[:, bins:] ** 2) == pytest.approx(best, abs=0.02)
     assert without(experiment, r, np.ones(r.shape, bool), {}, Dependence("time, period 3 s", "gear", 0.8, 0.01)) is None

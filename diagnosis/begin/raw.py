@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ..data.log import spread_out, stamps_of
+from ..data.log import spread_out
+from ..data.stamps import stamps_of
 from ..data.table import table
 from ..errors import DataError
 from ..rules import RULES

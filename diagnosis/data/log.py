@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from pyarrow import Table, csv
 
 from ..errors import DataError
 from ..rules import RULES
+from .plain import NumberTable, arrow
 from .rig import SHARES, LogColumn, Rig, split, suggest
 from .signals import SIGNALS, canonical, unit
 from .table import table as read_table
 from .units import agree, conversion, is_unit
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 VALID = "rig.valid"
 """The signal of the rig's `valid` column."""
@@ -81,7 +86,7 @@ class MeasuredRun:
 def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
     """The runs of a log. DataError names file, line or column, and what to do."""
     path = Path(path)
-    table = read_table(path)
+    table = read_table(path, plain=not rig.run)
     if table.empty or not len(table.columns):
         raise DataError(
             f"{path}: is empty. Export the log again; it needs a header line and at least {RULES.data.shortest_log} samples."
@@ -110,7 +115,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         for column in columns
         if column.late or (column in named and column.signal.endswith(HELD) and not rig.system)
     ]
-    for name in pd.unique(names):
+    for name in dict.fromkeys(names.tolist()):
         rows = np.flatnonzero(names == name)
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
@@ -158,7 +163,7 @@ def _bare(header: str) -> str:
     return _parts(header)[0]
 
 
-def _named(table: pd.DataFrame, rig: Rig) -> list[LogColumn]:
+def _named(table: pd.DataFrame | NumberTable, rig: Rig) -> list[LogColumn]:
     taken = {column.signal for column in rig.columns}
     found = []
     for name in map(_bare, table.columns):
@@ -172,7 +177,7 @@ def _named(table: pd.DataFrame, rig: Rig) -> list[LogColumn]:
     return found
 
 
-def _find(path: Path, table: pd.DataFrame, name: str, rig: Rig) -> str:
+def _find(path: Path, table: pd.DataFrame | NumberTable, name: str, rig: Rig) -> str:
     """The header of a column, by its whole text or without its unit."""
     headers = [str(header) for header in table.columns]
     if name in headers:
@@ -192,9 +197,9 @@ def _find(path: Path, table: pd.DataFrame, name: str, rig: Rig) -> str:
     raise DataError(f"{path}: there is no column {name!r}, which {rig.path.name} asks for.{suggest(name, headers)}")
 
 
-def _run_names(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
+def _run_names(path: Path, table: pd.DataFrame | NumberTable, rig: Rig) -> np.ndarray:
     """The name of the run that each row is of; "" where there is one run."""
-    if not rig.run:
+    if not rig.run or isinstance(table, NumberTable):
         return np.full(len(table), "")
     if rig.kind == "steady" and _bare(rig.run) not in [_bare(header) for header in table.columns]:
         raise DataError(
@@ -211,15 +216,17 @@ def _run_names(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
     return table[header].astype(str).to_numpy()
 
 
-def _line(table: pd.DataFrame, row: int) -> int:
+def _line(table: pd.DataFrame | NumberTable, row: int) -> int:
     """The line of the file that a row was, below a header of one line where nothing else is known."""
     return table.attrs.get("first line", 2) + row
 
 
-def _numbers(path: Path, table: pd.DataFrame, header: str) -> np.ndarray:
+def _numbers(path: Path, table: pd.DataFrame | NumberTable, header: str) -> np.ndarray:
     values = table[header]
-    if values.dtype.kind in "fiub":
-        return values.to_numpy(float)
+    if isinstance(values, np.ndarray) or values.dtype.kind in "fiub":
+        return np.asarray(values, float)
+    import pandas as pd
+
     if values.dtype.kind in "mM":
         raise DataError(f"{path}: column {header!r} holds dates or times ({values.dtype}), not numbers.")
     try:
@@ -293,7 +300,7 @@ def _conversion(path: Path, header: str, column: LogColumn, wanted: str, rig: Ri
     return factor, offset
 
 
-def _time(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
+def _time(path: Path, table: pd.DataFrame | NumberTable, rig: Rig) -> np.ndarray:
     clock, headers = rig.time, [_bare(header) for header in table.columns]
     if rig.rows.step and (not clock.column or _bare(clock.column) not in headers):
         return rig.rows.step * np.arange(len(table))
@@ -305,63 +312,25 @@ def _time(path: Path, table: pd.DataFrame, rig: Rig) -> np.ndarray:
             f"[time] step = 0.001 (s), in {rig.path.name}.{suggest('time', [str(h) for h in table.columns])}"
         )
     header = _find(path, table, clock.column, rig)
-    stamps = stamps_of(table[header])
-    if stamps is not None:
-        return stamps
+    values = table[header]
+    if not isinstance(values, np.ndarray):
+        from .stamps import stamps_of
+
+        stamps = stamps_of(values)
+        if stamps is not None:
+            return stamps
     factor, _ = _conversion(path, header, clock, "s", rig)
     return factor * clock.factor * _numbers(path, table, header)
 
 
-def stamps_of(values: pd.Series) -> np.ndarray | None:
-    """Seconds since the first, of a clock, of a stopwatch, or of such written as texts; None where it is none of these."""
-    if values.dtype.kind != "m":
-        dates = dates_of(values)
-        if dates is None:
-            return _times_of_day(values)
-        values = dates
-    return (values - values.iloc[0]).dt.total_seconds().to_numpy(float)
-
-
-def dates_of(values: pd.Series) -> pd.Series | None:
-    """Time stamps with a date, of a clock or written as texts; None where there is none."""
-    if values.dtype.kind == "M":
-        return values
-    texts = _clocks(values)
-    if texts is None or _without_date(texts):
-        return None
-    dotted = bool(re.match(r"\d{1,2}\.\d{1,2}\.\d", texts.iloc[0]))
-    return pd.to_datetime(texts, format="mixed", dayfirst=dotted, errors="coerce", utc=True)
-
-
-def _times_of_day(values: pd.Series) -> np.ndarray | None:
-    texts = _clocks(values)
-    if texts is None:
-        return None
-    found = pd.to_timedelta(texts.where(texts.str.count(":") > 1, "00:" + texts), errors="coerce")
-    past = found.dt.total_seconds().to_numpy(float)
-    return past - past[0] + 86400.0 * np.cumsum(np.append(0.0, np.diff(past) < -43200.0))  # past midnight
-
-
-def _clocks(values: pd.Series) -> pd.Series | None:
-    """Texts of which most are times with hours or minutes, with a decimal point."""
-    if values.dtype.kind in "fiubmM" or not len(values):
-        return None
-    texts = values.astype(str).str.strip().str.replace(r"(?<=:\d\d),", ".", regex=True)
-    return texts if texts.iloc[:1000].str.contains(r"\d:\d\d", regex=True).mean() > 0.5 else None
-
-
-def _without_date(texts: pd.Series) -> bool:
-    hours = texts.iloc[0].split(":")[0]
-    return not hours.strip().rpartition(" ")[0] and not re.search(r"[-./T]", hours)
-
-
-def _began(table: pd.DataFrame, rig: Rig) -> str:
+def _began(table: pd.DataFrame | NumberTable, rig: Rig) -> str:
     """When the first row was recorded, where the column of time tells a date."""
     header = next((header for header in table.columns if rig.time.column in (str(header), _bare(header))), None)
-    dates = None if header is None else dates_of(table[header])
-    if dates is None or pd.isna(dates.iloc[0]):
+    if header is None or isinstance(table, NumberTable):
         return ""
-    return dates.iloc[0].tz_localize(None).isoformat(timespec="seconds")
+    from .stamps import began
+
+    return began(table[header])
 
 
 def _ordered(path: Path, run: MeasuredRun, rig: Rig, first: int) -> MeasuredRun:
@@ -442,6 +411,6 @@ def _trimmed(path: Path, run: MeasuredRun, rig: Rig) -> MeasuredRun:
     return _of_rows(run, keep)
 
 
-def write_csv(table: pd.DataFrame, path: Path) -> None:
-    """A table as text, in full precision; an hour of samples takes pandas a minute."""
-    csv.write_csv(Table.from_pandas(table, preserve_index=False), path)
+def write_csv(table: pd.DataFrame | Mapping[str, np.ndarray], path: Path) -> None:
+    """A table, or columns by their names, as text, in full precision, NaN as nothing; an hour of samples takes pandas a minute."""
+    csv.write_csv(arrow(table) if isinstance(table, Mapping) else Table.from_pandas(table, preserve_index=False), path)

@@ -2,6 +2,8 @@
 
 attrs["first line"]: the line of a text file that the first row was. attrs["left out"]: vectors of another length, with it.
 attrs["scalars"]: single numbers beside the columns, such as a sampling time.
+
+pandas is loaded by what needs it, which a text of numbers alone does not.
 """
 
 from __future__ import annotations
@@ -13,16 +15,19 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
-import pandas as pd
 
 from selflock.fmus.place import named
 
 from ..errors import DataError
+from .plain import NumberTable
 from .structures import DEEPEST, LONGEST, MOST_NAMES, WIDEST, fields, of_hdf, of_matlab
 from .text import LOGS, form_of, read_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LARGEST = 4 << 30  # bytes of a file, and of what is unpacked of it
 LARGEST_JSON = 512 << 20  # which is in memory several times over
@@ -37,8 +42,12 @@ ENDINGS = TEXTS | BOOKS | {".parquet", ".pq", ".mat", ".h5", ".hdf5", ".json", "
 """Of files that are read as logs."""
 
 
-def table(path: str | Path) -> pd.DataFrame:
-    """The table in a file. DataError says what is wrong with it, and what to do."""
+@overload
+def table(path: str | Path, plain: Literal[False] = False) -> pd.DataFrame: ...
+@overload
+def table(path: str | Path, plain: bool) -> pd.DataFrame | NumberTable: ...
+def table(path: str | Path, plain: bool = False) -> pd.DataFrame | NumberTable:
+    """The table in a file; `plain`: where it is numbers alone, without pandas. DataError says what is wrong, and what to do."""
     path = named(Path(path))
     if not path.exists():
         raise DataError(f"{path}: there is no such log.")
@@ -52,7 +61,7 @@ def table(path: str | Path) -> pd.DataFrame:
     if size > most:
         raise DataError(f"{path}: has {size / 2**20:.0f} MiB; {most >> 20} at most are read. Cut the log into parts.")
     try:
-        found = _read(path, ending)
+        found = _read(path, ending, plain)
         if long := [name for name in map(str, found.columns) if len(name) > LONGEST]:
             raise DataError(f"{path}: a column's name has {len(long[0])} characters, {LONGEST} at most are read: {long[0][:40]}…")
         return _stamped(found)
@@ -60,19 +69,15 @@ def table(path: str | Path) -> pd.DataFrame:
         raise
     except UnicodeDecodeError:
         raise DataError(f"{path}: is not UTF-8 text. Save it as CSV in UTF-8.") from None
-    except pd.errors.ParserError as error:
-        raise DataError(f"{path}: {str(error).strip()}. Is the file cut off, or is that line damaged?") from None
-    except pd.errors.EmptyDataError:
-        raise DataError(f"{path}: has no columns. Export the log again, with a header line.") from None
     except ModuleNotFoundError:
         raise  # an extra is missing: the command line says which
     except Exception as error:
         raise DataError(f"{path}: cannot be read as {ending}: {error}. The file may be cut off; export it again.") from None
 
 
-def _read(path: Path, ending: str) -> pd.DataFrame:
+def _read(path: Path, ending: str, plain: bool) -> pd.DataFrame | NumberTable:
     if ending in TEXTS or not ending.strip("."):  # a program that writes numbers seldom cares for an ending
-        return read_text(path)
+        return read_text(path, plain)
     if ending in {".parquet", ".pq"}:
         return _parquet(path)
     if ending == ".mat":
@@ -90,7 +95,7 @@ def _read(path: Path, ending: str) -> pd.DataFrame:
     raise DataError(f"{path}: logs are {LOGS}, not {ending}.")
 
 
-def _stamped(found: pd.DataFrame) -> pd.DataFrame:
+def _stamped(found: pd.DataFrame | NumberTable) -> pd.DataFrame | NumberTable:
     """Seconds and nanoseconds in two columns, as of ROS, as one column in s."""
     for name in [str(name) for name in found.columns]:
         if (parts := SECONDS.fullmatch(name)) is None:
@@ -98,6 +103,7 @@ def _stamped(found: pd.DataFrame) -> pd.DataFrame:
         rest = next((f"{parts[1]}{word}" for word in NANOSECONDS if f"{parts[1]}{word}" in found.columns), "")
         stamp = parts[1].rstrip("._/ ") or "time"
         if rest and stamp not in found.columns and all(found[one].dtype.kind in "fiu" for one in (name, rest)):
+            found = found.pandas() if isinstance(found, NumberTable) else found
             below = found[rest].to_numpy(float)
             if np.all((below >= 0.0) & (below < 1e9)):
                 found[name] = found[name].to_numpy(float) + 1e-9 * below
@@ -114,6 +120,7 @@ def _bounded(path: Path, size: int, most: int) -> None:
 
 
 def _parquet(path: Path) -> pd.DataFrame:
+    import pandas as pd
     from pyarrow.parquet import read_metadata, read_schema
 
     size, schema = read_metadata(path), read_schema(path)
@@ -284,6 +291,7 @@ def _column(values: list) -> np.ndarray:
 
 def _book(path: Path) -> pd.DataFrame:
     """The longest sheet of a workbook, by its values; formulas and macros are not run."""
+    import pandas as pd
     from openpyxl import load_workbook
 
     with zipfile.ZipFile(path) as archive:
@@ -315,6 +323,8 @@ def _book(path: Path) -> pd.DataFrame:
 
 def together(path: Path, held: Mapping[str, Any], holds: str = "") -> pd.DataFrame:
     """Arrays as one table: vectors of the most common great length, and matrices that have it as one of their sides."""
+    import pandas as pd
+
     arrays = {name: np.squeeze(np.asarray(value)) for name, value in held.items()}
     arrays = {name: value for name, value in arrays.items() if value.dtype.kind in "fiubUSO"}
     numbers = {name: value for name, value in arrays.items() if value.dtype.kind in "fiub"}

@@ -10,11 +10,14 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from ..errors import DataError
+from .plain import NumberTable, numbers
 from .units import is_unit
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SEPARATORS = (",", ";", "\t", "|", " ")  # " " stands for any white space
 LOOKED_AT = 1 << 20  # bytes of a file's begin by which its form is told
@@ -41,8 +44,11 @@ class Form:
     width: int  # cells of its lines
 
 
-def read_text(path: Path) -> pd.DataFrame:
-    """A text file as a table. attrs["first line"]: the line of the file that its first row was; "preamble": lines before it."""
+def read_text(path: Path, plain: bool = False) -> pd.DataFrame | NumberTable:
+    """A text file as a table. attrs["first line"]: the line of the file that its first row was; "preamble": lines before it.
+
+    plain: where all of it is numbers, it may be a table of these alone.
+    """
     encoding, lines = _begin(path)
     if _PAGE.match("\n".join(lines[:20])):
         raise DataError(f"{path}: holds a page or XML, and no table. Save the log itself: {LOGS}.")
@@ -53,11 +59,25 @@ def read_text(path: Path) -> pd.DataFrame:
     if width > MOST_COLUMNS:
         raise DataError(f"{path}: has {width} columns; {MOST_COLUMNS} at most are read. Export the channels that matter.")
     spare = [f"(unnamed {k + 1})" for k in range(len(names), width)]
-    table = pd.read_csv(
-        path, sep=r"\s+" if separator == " " else separator, decimal="," if comma else ".", skipinitialspace=True,
-        header=None, names=names + spare, skiprows=form.first, encoding=encoding, index_col=False, low_memory=False,
-        true_values=["TRUE", "true", "True"], false_values=["FALSE", "false", "False"],
-    )  # fmt: skip
+    attrs = {
+        "first line": form.first + 1,
+        "preamble": ["; ".join(filter(None, row)) for row in rows[: form.first] if 1 < sum(map(bool, row)) < max(3, width)],
+    }
+    if plain and encoding == "utf-8-sig" and not (comma or spare or separator == " ") and all(map(_told, names)):
+        if (found := numbers(path, names, rows[form.first :], form.first, separator)) is not None:
+            return NumberTable(found, attrs)
+    import pandas as pd
+
+    try:
+        table = pd.read_csv(
+            path, sep=r"\s+" if separator == " " else separator, decimal="," if comma else ".", skipinitialspace=True,
+            header=None, names=names + spare, skiprows=form.first, encoding=encoding, index_col=False, low_memory=False,
+            true_values=["TRUE", "true", "True"], false_values=["FALSE", "false", "False"],
+        )  # fmt: skip
+    except pd.errors.ParserError as error:
+        raise DataError(f"{path}: {str(error).strip()}. Is the file cut off, or is that line damaged?") from None
+    except pd.errors.EmptyDataError:
+        raise DataError(f"{path}: has no columns. Export the log again, with a header line.") from None
     if any(table[name].notna().any() for name in spare):
         raise DataError(
             f"{path}: its lines have more values than the header has names ({len(names)}). "
@@ -67,13 +87,14 @@ def read_text(path: Path) -> pd.DataFrame:
         if table[name].dtype.kind not in "fiub":  # a word among the numbers kept them from being read
             cells = table[name].astype(str)
             table[name] = cells.str.replace(",", ".").where(cells.str.fullmatch(_COMMA.pattern), table[name])
-    empty = [name for name in names if not name or name.startswith("(unnamed")]
-    table = table.drop(columns=[*spare, *(name for name in empty if table[name].isna().all())])
-    table.attrs["first line"] = form.first + 1
-    table.attrs["preamble"] = [
-        "; ".join(filter(None, row)) for row in rows[: form.first] if 1 < sum(map(bool, row)) < max(3, width)
-    ]
+    table = table.drop(columns=[*spare, *(name for name in names if not _told(name) and table[name].isna().all())])
+    table.attrs.update(attrs)
     return table
+
+
+def _told(name: str) -> bool:
+    """Whether a column has a name of its own."""
+    return bool(name) and not name.startswith("(unnamed")
 
 
 def _begin(path: Path) -> tuple[str, list[str]]:

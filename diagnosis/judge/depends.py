@@ -52,10 +52,10 @@ def depends(
         shares: dict[str, np.ndarray] = {}
         known = experiment.variables(residual, values)
         free = {label: _functions(experiment.layout, parts, here) for label, parts in known.items()}
-        energies = {label: _energies(r, every[0].any(-1), orders) for label, every in free.items() if every}
+        energies = {label: _energies(r, np.any(every[0], -1), orders) for label, every in free.items() if every}
         curves: dict[str, tuple[float, tuple[int, int]]] = {}
         for i, along in enumerate(_regressors(experiment.layout, known, here)):
-            mere = 0.0 if along is None else _shares(r, along, _energies(r, along[..., 0] != 0.0, orders), folds, orders, signs)
+            mere = 0.0 if along is None else _shares(r, along, _energies(r, np.any(along, -1), orders), folds, orders, signs)
             for label, j, functions in ((label, j, one) for label, every in free.items() for j, one in enumerate(every)):
                 both = _with(functions, along)
                 predicted = _shares(r, both, energies[label], folds, orders, signs)

@@ -11,9 +11,9 @@ from __future__ import annotations
 import json
 from math import pi, remainder
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from selflock import master
 from selflock.fmus import chain
@@ -31,6 +31,9 @@ from ..residuals.residual import Residual
 from ..residuals.set_points import upright
 from ..rules import RULES
 from .playback import written
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def _column(name: str, ch: Channels) -> str:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from selflock.fmus import chain
 from selflock.master.face import Part, Variable
@@ -29,6 +28,8 @@ class Playback(Part):
     can_roll_back = tells_ahead = True
 
     def __init__(self, name: str, log: str, folder: str = ".", held: Iterable[str] = ()):
+        import pandas as pd  # a third of a second to load, for those who play a log
+
         table = pd.read_csv(Path(folder) / log)
         columns = {column: table[column].to_numpy(float) for column in table.columns if column != "time"}
         self._play(name, table["time"].to_numpy(float), columns, {}, held)
@@ -216,7 +217,7 @@ def written(
     order: Iterable[str] = (),
 ) -> Path:
     """extended.toml of these components and connections, in steps of `step`, s; its inputs are `columns`, one of them "time"."""
-    write_csv(pd.DataFrame(columns), out / "inputs.csv")
+    write_csv(columns, out / "inputs.csv")
     stop = np.floor(columns["time"][-1] / step) * step
     text = [
         "# The extended simulation on the last log: selflock run extended.toml -o result.csv",

@@ -6,7 +6,8 @@ are compared, both.
 The reducer is the FMU itself, in kinematic mode: the measured motion is imposed on its input shaft, and on its output
 shaft the angle at which its spring carries the known load. What it computes is drawn over what was measured, on one page.
 
-What runs FMUs and what draws for a notebook is loaded where it is needed: a replay is to answer while one watches.
+What runs FMUs, what draws for a notebook and pandas, which points are told with, are loaded where they are needed: a replay is
+to answer while one watches.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from selflock.fmus.shown import printed
 
@@ -39,6 +40,9 @@ from ..residuals.whole import WHOLE
 from ..search.instants import place_jumps
 from .in_step import whole_where_described
 from .replay_page import write
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass
@@ -204,13 +208,12 @@ def _points(experiment: DriveExperiment, residual: Residual, compared) -> pd.Dat
     speed = experiment.channels[0, residual.prefix].raw(
         "reducer.input_speed" if experiment.channels[0, residual.prefix].has("reducer.input_speed") else "load.speed"
     )
+    import pandas as pd
+
     table = pd.DataFrame({"speed": speed, "measured": measured, "simulated": simulated, "error": measured - simulated})
     return table[good].sort_values("speed").reset_index(drop=True)
 
 
-def _table(experiment: DriveExperiment, compared) -> pd.DataFrame:
-    parts = [
-        pd.DataFrame({"run": run.name, "time": run.time, "measured": m, "simulated": s, "trusted": good})
-        for run, (s, m, good) in zip(experiment.runs, compared)
-    ]
-    return pd.concat(parts)
+def _table(experiment: DriveExperiment, compared) -> dict[str, np.ndarray]:
+    parts = [(np.full(len(run), run.name, object), run.time, m, s, good) for run, (s, m, good) in zip(experiment.runs, compared)]
+    return dict(zip(("run", "time", "measured", "simulated", "trusted"), map(np.concatenate, zip(*parts))))

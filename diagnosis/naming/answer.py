@@ -13,10 +13,10 @@ from ..calibration import told
 from ..calibration.fit import remaining
 from ..calibration.slopes import Slopes
 from ..rules import RULES
-from .contest import Round
 from .guesses import CURVE, begins, heights, points_of
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .plan import open_models
+from .round import Round
 from .same import same
 
 if TYPE_CHECKING:

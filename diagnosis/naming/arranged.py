@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..calibration.fit import Rows
 from ..residuals.blocks import Blocks
 from ..rules import RULES
 from ..search.fit import rho
@@ -63,6 +64,11 @@ class Arranged:
         count = len(self.problem.played.outputs)
         return np.sqrt(np.bincount(self.output, loss, count) / np.maximum(np.bincount(self.output, minlength=count), 1))
 
+    def deviations(self, misfit: np.ndarray) -> np.ndarray:
+        """Root of the mean square of each output."""
+        count = len(self.problem.played.outputs)
+        return np.sqrt(np.bincount(self.output, misfit**2, count) / np.maximum(np.bincount(self.output, minlength=count), 1))
+
 
 def determined(slopes: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """The directions in which numbers move a misfit, (entries, directions), each as much; not those that only rounding tells.
@@ -76,3 +82,17 @@ def determined(slopes: np.ndarray, weights: np.ndarray) -> np.ndarray:
     _, sizes, ways = np.linalg.svd(flat * weights[:, None], full_matrices=False)
     kept = sizes > RULES.naming.degenerate * sizes.max(initial=0.0)
     return flat @ (ways[kept].T / sizes[kept])
+
+
+def lasting(errors: Rows, layout: Blocks) -> int:
+    """Blocks that errors last for: as long as they go on as they are no block says anything of its own."""
+    longest, shortest = 0, min(int(np.bincount(inside).max()) for inside in layout.inside)
+    for parts in errors.values():
+        for e in parts:
+            e = np.where(np.isfinite(e), e, 0.0) - np.nanmean(e)
+            power = abs(np.fft.rfft(e, 2 * len(e))) ** 2
+            like = np.fft.irfft(power)[: len(e)]
+            below = np.flatnonzero(like < RULES.naming.lasts * like[0]) if like[0] > 0.0 else np.zeros(1, int)
+            longest = max(longest, int(below[0]) if len(below) else len(e))
+    most = max(1, layout.count // RULES.pipeline.fewest_blocks)
+    return int(np.clip(np.ceil(longest / shortest), 1, most))

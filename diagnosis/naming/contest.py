@@ -7,7 +7,7 @@ search.fit.held_out, who is worse than whom search.candidate. What is compared a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,63 +24,18 @@ from ..search.linear import Linear
 from ..search.screen import Direction
 from . import guesses as g
 from .afresh import afresh
-from .arranged import Arranged, determined
+from .arranged import Arranged, determined, lasting
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, carried, refined, starts
-from .order import far, nearest, ordered
+from .order import distinct, far, nearest, ordered
+from .round import Rivalled, Round
 from .scene import Scene
 
-
-@dataclass
-class Rivalled:
-    """A guess that was fitted, with its judgement."""
-
-    guess: Guess
-    problem: Extending
-    end: End
-    candidate: Candidate
-    block: np.ndarray  # of each entry of the misfit
-    rough: bool = False  # fitted without slopes of its own
-
-    @property
-    def values(self) -> dict[str, float]:
-        return self.problem.values(self.end.places)
-
-
-def _distinct(rivals: Sequence[Rivalled]) -> list[Rivalled]:
-    """Of each guess the end that fits best, whatever unseen blocks say of it; those that predict most come first."""
-    best: dict[str, Rivalled] = {}
-    for rival in rivals:
-        label = rival.guess.label
-        if label not in best or rival.end.loss < best[label].end.loss:
-            best[label] = rival
-    return sorted(best.values(), key=lambda r: r.candidate.errors.mean())
-
-
-@dataclass
-class Round:
-    """A round: the base, all that was fitted, best first, and the winner, if any."""
-
-    base: Candidate
-    fitted: list[Rivalled]
-    winner: Rivalled | None = None
-    order: list[Rivalled] = field(default_factory=list)  # named ones that are real, the most believed first
-    beside: list[Rivalled] = field(default_factory=list)  # as good as the winner, with no more numbers
-    curve: Rivalled | None = None  # the free curve that predicts most
-    chance_level: float = 0.0
-    looked: int = 0
-    noise: dict[str, float] = field(default_factory=dict)
-    off: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    ratios: dict[str, float] = field(default_factory=dict)  # error over noise of each output
-    still: list[str] = field(default_factory=list)  # variables that no law was asked of
-
-    @property
-    def quiet(self) -> bool:
-        """Whether its base left no more than noise, so that nothing was held against it."""
-        return bool(len(self.off)) and not self.off.any()
+Told = Callable[[Rivalled, dict[str, float]], Extending | None]
+"""The problem beside a log that is told better for a rival, from the noise of each output (steps.around); None where there is none."""
 
 
 @dataclass
@@ -96,7 +51,9 @@ class Contest:
     kinds: Sequence[str] = g.KINDS  # of guesses that are held against the base
     enough: Limit = field(default_factory=Limit)  # whether time is up: what was fitted by then is judged
     sampled: frozenset[str] = frozenset()  # components that act once a step
+    told: Told | None = None  # where rivals take steps that miss something
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
+    retold: dict[int, Rivalled] = field(default_factory=dict)  # by id, what was fitted on a log that is told better for it
 
     @property
     def played(self) -> Extended:
@@ -109,7 +66,9 @@ class Contest:
 
     @cached_property
     def arranged(self) -> Arranged:
-        return Arranged(self.problem, self.layout, self._lasting())
+        errors = self.problem.errors(self.values)
+        assert errors is not None
+        return Arranged(self.problem, self.layout, lasting(errors, self.layout))
 
     def play(self, rng: np.random.Generator) -> Round:
         """Look, fit, judge, and compare with chance."""
@@ -130,6 +89,7 @@ class Contest:
         )
         outcome = Round(nothing, [])
         outcome.noise, outcome.ratios = self._noise()
+        self.noise = outcome.noise
         limit = RULES.search.left if self.inserts else RULES.search.clean
         outcome.off = self.off = np.array([ratio > limit for ratio in outcome.ratios.values()])
         if not self.off.any() or len(self.arranged.names) < RULES.pipeline.fewest_blocks:
@@ -147,10 +107,11 @@ class Contest:
         self.looks = Looks(*known, self.inserts, self.taken, self.kinds, self.tell, self.enough)
         try:
             self._stages(outcome)
+            self._near_best(outcome)
         except KeyboardInterrupt:
             if not self.enough.ends():
                 raise
-            outcome.fitted = _distinct(self.fitted)
+            outcome.fitted = distinct(self.fitted)
         outcome.looked = len({guess.label for _, guess in self.looks.ways})
         if outcome.fitted:
             self._judge(outcome, rng)
@@ -163,39 +124,70 @@ class Contest:
         outcome.fitted = self._fits(g.PLAIN)
         if g.PATH in self.kinds and not self.inserts and self._wanting(outcome) and not self.enough():
             late = [self._fit(guess, start) for guess, start in afresh(self.looks)]
-            outcome.fitted = _distinct(outcome.fitted + [rival for rival in late if rival is not None])
+            outcome.fitted = distinct(outcome.fitted + [rival for rival in late if rival is not None])
         if self._wanting(outcome) and not self.enough():
             self.looks.further()
-            outcome.fitted = _distinct(outcome.fitted + self._fits(g.DERIVED))
+            outcome.fitted = distinct(outcome.fitted + self._fits(g.DERIVED))
         if g.LAW in self.kinds and self._wanting(outcome) and not self.enough():
             self.looks.pairs()
-            outcome.fitted = _distinct(outcome.fitted + self._fits(g.PAIRS))
+            outcome.fitted = distinct(outcome.fitted + self._fits(g.PAIRS))
 
-    def again(self, told: Callable[[Rivalled], Extending | None], outcome: Round, rng: np.random.Generator) -> None:
-        """What comes near the best of a round fitted and judged once more, each on logs that are told better for it (steps.around)."""
-        own, base = self.problem, outcome.base.errors.mean()
-        least = RULES.naming.as_much * (base - outcome.fitted[0].candidate.errors.mean())
+    def _near_best(self, outcome: Round) -> None:
+        """What comes near the best held against it on logs that are told better for each."""
+        base = outcome.base.errors.mean()
+        least = RULES.naming.as_much * (base - min((r.candidate.errors.mean() for r in outcome.fitted), default=base))
         for k, rival in enumerate(outcome.fitted):
-            if base - rival.candidate.errors.mean() >= least and not self.enough() and (anew := told(rival)) is not None:
-                self.tell(f"fits: {rival.guess.label}", 0.95)
-                self.problem = self.looks.problem = anew
-                self.scene.played = self.played
-                outcome.fitted[k] = self._fit(rival.guess, rival.values) or rival
-        self.problem = self.looks.problem = own
-        self.scene.played = self.played
-        outcome.fitted, outcome.order = _distinct(outcome.fitted), []
-        self._judge(outcome, rng)
+            if base - rival.candidate.errors.mean() >= least and not self.enough():
+                outcome.fitted[k] = self._retold(rival)
+        outcome.fitted = distinct(outcome.fitted)
+
+    def _retold(self, rival: Rivalled) -> Rivalled:
+        """A rival fitted once more where what the steps miss beside it is taken off the log; itself where they miss nothing."""
+        if self.told is None or id(rival) in self.retold:
+            return self.retold.get(id(rival), rival)
+        self.retold[id(rival)] = found = rival
         self.played.extend(self.inserts)
+        if (anew := self.told(rival, self.noise)) is not None:
+            self.tell(f"fits: {rival.guess.label}", 0.88)
+            own, self.problem = self.problem, anew
+            self.looks.problem = anew
+            self.scene.played = self.played
+            try:
+                found = self._fit(rival.guess, rival.values) or rival
+            finally:
+                self.problem = self.looks.problem = own
+                self.scene.played = self.played
+        self.retold[id(rival)] = self.retold[id(found)] = found
+        return found
 
     def _wanting(self, outcome: Round) -> bool:
-        """Whether something is left by the named rival that fits best."""
-        named = [r.end for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
+        """Whether something is left by the named rival that fits best, also where what the steps miss beside it is taken off."""
+        named = [r for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
         if not named:
             return True
-        best = min(named, key=lambda end: end.loss)
-        assert best.misfit is not None
-        left = self.arranged.errors(best.misfit) / np.maximum(self.errors_fit, 1e-300)
+        best = min(named, key=lambda r: r.end.loss)
+        return self._leaves(best, outcome) and (self.told is None or self._leaves(self._retold(best), outcome))
+
+    def _leaves(self, rival: Rivalled, outcome: Round) -> bool:
+        """Whether a rival leaves more than noise of some output, as it was asked of the base: a robust loss makes little of what it left."""
+        assert rival.end.misfit is not None and self.base.misfit is not None
+        left = self.arranged.deviations(rival.end.misfit) / np.maximum(self.arranged.deviations(self.base.misfit), 1e-300)
         return bool((np.array(list(outcome.ratios.values())) * left > RULES.search.clean).any())
+
+    def stands(self, outcome: Round, told: Told, own: Extending) -> bool:
+        """Whether what is believed first still is where what comes near the best is held against it on logs that are told anew.
+
+        own: the problem beside the log as it is told for the base.
+        """
+        self.problem = self.looks.problem = own
+        self.told, self.retold = lambda rival, noise: told(rival, noise) or own, {}
+        self.scene.played = self.played
+        anew = replace(outcome, fitted=[r for r in outcome.fitted if not r.candidate.doubt], order=[])
+        self._near_best(anew)
+        self._believe(anew)
+        self.played.extend(self.inserts)
+        first, winner = anew.order[:1], outcome.winner
+        return bool(first) and winner is not None and first[0].guess.label == winner.guess.label
 
     # --- fits --------------------------------------------------------------------------------------------------------
 
@@ -239,12 +231,12 @@ class Contest:
             self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.45 + 0.3 * k / len(todo))
             if (rival := self._fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
-        found = _distinct(found)
+        found = distinct(found)
         for rival in [rival for rival in found if self._bent(rival) and not self.enough()]:
             self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", 0.7)
             brims = (self.values | start for start in g.brims(self.scene, rival.guess))
             found += [one for start in (rival.values, *brims) if (one := self._fit(rival.guess, start)) is not None]
-        found = self._polished(_distinct(found), 0.72)
+        found = self._polished(distinct(found), 0.72)
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
@@ -258,17 +250,17 @@ class Contest:
                 self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
                 if (rival := self._fit(guess, start, beside_it)) is not None:
                     found.append(rival)
-            found, more = _distinct(found), []
+            found, more = distinct(found), []
         for way, guess in carried(found, self.looks) if not self.enough() else ():
             self.tell(f"fits: {guess.label}", 0.84)
             found += [rival] if (rival := self._fit(guess, self.values | self._start(way, guess), way)) is not None else []
-        found = _distinct(found)
+        found = distinct(found)
         for curve in refined(found, self.scene, self._far) if not self.enough() else ():
             if (finer := self.looks.finer(curve.guess, curve.values, curve.end)) is not None:
                 guess, start = finer
                 self.tell(f"fits: {guess.label}", 0.85)
                 found += [rival] if (rival := self._fit(guess, start)) is not None else []
-        return self._polished(_distinct(found), 0.87)
+        return self._polished(distinct(found), 0.87)
 
     def _first(self, found: list[Rivalled]) -> Guess | None:
         """What would be believed of what was fitted by now, whatever chance says of it."""
@@ -306,7 +298,7 @@ class Contest:
                 self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", done)
                 if (better := self._fit(rival.guess, rival.values)) is not None:
                     found[k] = better
-        return _distinct(found)
+        return distinct(found)
 
     def _bent(self, rival: Rivalled) -> bool:
         """Whether it is a limit that does something: where a law is bent, slopes that were learnt say little."""
@@ -419,21 +411,6 @@ class Contest:
     ) -> Candidate:
         return Candidate(hypothesis, free, self._as_fit(problem, end), self.arranged.losses(unseen))
 
-    def _lasting(self) -> int:
-        """Blocks that the base's errors last for: as long as they go on as they are no block says anything of its own."""
-        errors = self.problem.errors(self.values)
-        assert errors is not None
-        longest, shortest = 0, min(int(np.bincount(inside).max()) for inside in self.layout.inside)
-        for parts in errors.values():
-            for e in parts:
-                e = np.where(np.isfinite(e), e, 0.0) - np.nanmean(e)
-                power = abs(np.fft.rfft(e, 2 * len(e))) ** 2
-                like = np.fft.irfft(power)[: len(e)]
-                below = np.flatnonzero(like < RULES.naming.lasts * like[0]) if like[0] > 0.0 else np.zeros(1, int)
-                longest = max(longest, int(below[0]) if len(below) else len(e))
-        most = max(1, self.layout.count // RULES.pipeline.fewest_blocks)
-        return int(np.clip(np.ceil(longest / shortest), 1, most))
-
     # --- what is believed ----------------------------------------------------------------------------------------------
 
     def _noise(self) -> tuple[dict[str, float], dict[str, float]]:
@@ -472,10 +449,11 @@ class Contest:
             elif c.drop < rules.relevant:
                 c.doubt = f"it lowers the error of no output by {100 * rules.relevant:.0f} %"
         outcome.curve = self._curve_of(outcome)
-        real = [r for r in fitted if not r.candidate.doubt]
-        if not real:
-            return
-        named = [r for r in real if r.guess.kind != CURVE]
+        self._believe(outcome)
+
+    def _believe(self, outcome: Round) -> None:
+        """Put the named ones that are real in the order in which they are believed; what was asked later must be better."""
+        named = [r for r in outcome.fitted if not r.candidate.doubt and r.guess.kind != CURVE]
         base = outcome.base.errors.mean()
         for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
             later = self._ordered([r for r in named if r.guess.stage == stage], outcome.chance_level, base)

@@ -12,8 +12,8 @@ from .guesses import CURVE, LAW, PARAMETER, PATH, Guess, begins, words
 from .places import origin
 
 if TYPE_CHECKING:
-    from .contest import Rivalled
     from .looks import Looks
+    from .round import Rivalled
     from .scene import Scene
 
 Way = tuple[Direction, Guess]

@@ -11,7 +11,7 @@ from ..systems.parts import Parts
 from .guesses import CURVE, LAW, PARAMETER, Guess
 
 if TYPE_CHECKING:
-    from .contest import Rivalled
+    from .round import Rivalled
 
 
 def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
@@ -82,3 +82,13 @@ def computed(guess: Guess, parts: Parts) -> bool:
     """Whether its law goes with what an FMU gives and has no start for: that is computed of what has one."""
     known = [parts.variables[name] for name in guess.over[::2] if name in parts.variables]
     return any(v.causality == "output" and v.initial not in ("exact", "approx") for v in known)
+
+
+def distinct(rivals: Sequence[Rivalled]) -> list[Rivalled]:
+    """Of each guess the end that fits best, whatever unseen blocks say of it; those that predict most come first."""
+    best: dict[str, Rivalled] = {}
+    for rival in rivals:
+        label = rival.guess.label
+        if label not in best or rival.end.loss < best[label].end.loss:
+            best[label] = rival
+    return sorted(best.values(), key=lambda r: r.candidate.errors.mean())

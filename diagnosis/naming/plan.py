@@ -32,7 +32,7 @@ from .guesses import EVENT, begins
 from .places import Insert, Place
 
 if TYPE_CHECKING:
-    from .contest import Rivalled, Round
+    from .round import Rivalled, Round
     from .run import Search
 
 

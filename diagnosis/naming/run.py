@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import partial, reduce
 from pathlib import Path
 from typing import cast
 
@@ -27,7 +27,7 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from .answer import told_of
-from .contest import Contest, Rivalled, Round
+from .contest import Contest
 from .extend import extend
 from .extended import Extended, Extending
 from .guesses import CURVE, EVENT, KINDS, begins
@@ -36,6 +36,7 @@ from .notes import at_once, beyond
 from .order import beside, curves_beside, names_of
 from .outcome import Naming
 from .page import write
+from .round import Rivalled, Round
 from .rows import followed
 from .sampled import sampled
 from .shape import one_shape
@@ -257,19 +258,24 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         own = in_own_steps(work, near, places)
         if found.outcomes and own.errors(own.values(places)) is None:
             break  # what was found breaks off here: nothing can be looked at beside it
-        contest = Contest(own, places, prefix, _told(tell, k), work.rig.inputs == SMOOTH, fitted, kinds, enough, work.sampled)
+        smooth, told = work.rig.inputs == SMOOTH, None if own is near else partial(around, work, near, own)
+        contest = Contest(own, places, prefix, _told(tell, k), smooth, fitted, kinds, enough, work.sampled, told)
         outcome = contest.play(asked.rng)
-        if own is not near and outcome.order and not enough():
-            contest.again(lambda rival: around(work, near, own, rival, outcome.noise), outcome, asked.rng)
         found.outcomes.append(outcome)
         wider = _chosen(found, outcome, near.fixed)
         if wider is None or outcome.winner is None or enough():
             break
-        near, places = _widened(near, outcome.winner, wider)
+        begun, (near, places) = places, _widened(near, outcome.winner, wider)
         work = wider
         if not (work.sampled and found.explains()):
             work, near, places = fine_enough(wider, near, places)
-        if work is not wider and k == 0 and again:  # found in steps that hide or feign something, it is looked for anew
+        anew = work is not wider and k == 0 and again
+        if anew and told is not None:
+            plain = replace(work, inserts=(), found=[], acts={}), without(near, numbers)
+            logs = in_own_steps(*plain, begun)
+            anew = logs is plain[1] or not contest.stands(outcome, partial(around, *plain, logs), logs)
+            cast(Extended, near.played).extend(work.inserts)
+        if anew:  # found in steps that hide or feign something, it is looked for anew
             work, again = replace(work, inserts=(), found=[], acts={}), again - 1
             near = without(near, numbers)
             places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
@@ -278,6 +284,8 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         if work is not wider:
             found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
             found.begins = replace(work, inserts=(), found=[], acts={})
+            found.base = _fitted(found.begins, found.base.values, near.fixed)
+            work.played.extend(work.inserts)
         near, places = _needed(found, near, places)
         work = found.work
     if not enough():
@@ -375,7 +383,7 @@ def _curve_instead(found: Search) -> None:
     blocks could not tell from it, had gone before it.
     """
     first, named = found.outcomes[0], [outcome.winner for outcome in found.named if outcome.winner is not None]
-    if first.curve is None:
+    if first.curve is None or (named and _noise_alone(found)):
         return
     tried = lambda one: (wider := found.begins.with_also(one.guess), _fitted(wider, one.values, first.curve.problem.fixed))
     wider, after = tried(first.curve)
@@ -393,6 +401,12 @@ def _curve_instead(found: Search) -> None:
         outcome.winner, outcome.beside = None, []
     first.winner, first.beside, found.outcomes = instead, around, [first]
     found.work, found.best = wider, after
+
+
+def _noise_alone(found: Search) -> bool:
+    """Whether what judges is left so near its noise that nothing could leave enough less of it."""
+    noise, held = found.outcomes[-1].noise, found.best.held
+    return held is not None and all(size * (1.0 - RULES.judge.help) <= noise.get(name, 0.0) for name, size in held.items())
 
 
 def _trust(work: Work) -> list[str]:

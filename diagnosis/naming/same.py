@@ -22,7 +22,7 @@ from ..systems.parts import Parts
 from .plan import Open, compared, drawn, of_round, ranged
 
 if TYPE_CHECKING:
-    from .contest import Round
+    from .round import Round
     from .run import Search
 
 

@@ -15,7 +15,7 @@ from .places import Insert
 from .scene import one_to_one, order
 
 if TYPE_CHECKING:
-    from .contest import Rivalled
+    from .round import Rivalled
     from .run import Search
 
 
@@ -32,7 +32,7 @@ def one_shape(found: Search, named: Sequence[Rivalled]) -> bool:
         return False
     if len({(r.guess.law, r.guess.over) for r in named}) == 1:
         return True
-    still = all(one.law not in ("Dahl", "LuGre", "Bouc-Wen", "first order") for one in (first, *others))
+    still = not any(law.BY_NAME[one.law].remembers for one in (first, *others))
     alone = all(len(r.guess.inserts) == 1 for r in named)
     return still and alone and any(_opposed(found, first, one) for one in others)
 

@@ -16,9 +16,9 @@ from ..calibration.fit import Rows, fit_from
 from ..calibration.slopes import Forward
 from ..residuals.noise import of_samples
 from ..rules import RULES
-from .contest import Rivalled
 from .extended import Extended, Extending
 from .places import Insert
+from .round import Rivalled
 from .work import Work
 
 

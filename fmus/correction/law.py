@@ -80,6 +80,11 @@ class KnownLaw(NamedTuple):
         """Whether it makes y of the signal alone."""
         return self.code >= SCALE
 
+    @property
+    def remembers(self):
+        """Whether it has a state of its own, so that x alone does not say f."""
+        return self.code in (DAHL, LUGRE, BOUC_WEN, FIRST_ORDER)
+
 
 LAWS = tuple(
     KnownLaw(code, name, tuple(numbers.split()), formula)

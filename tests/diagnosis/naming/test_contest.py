@@ -12,11 +12,12 @@ from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming.arranged import determined
-from selflock.diagnosis.naming.contest import Contest, Round
+from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, PATH, Guess, relatives
 from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.order import far, nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
+from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.search.hypotheses import Free
@@ -398,18 +399,57 @@ def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of
     best, held, far = (cause(name, 1.0, loss=loss) for name, loss in (("best", 0.1), ("held", 0.11), ("far", 0.5)))
     own, its = (SimpleNamespace(played=name) for name in ("own", "its"))
     own.played, its.played = (SimpleNamespace(extend=lambda inserts: None) for _ in range(2))
-    contest = Contest(own, np.zeros(0), "c", lambda what, share: None)
+    contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=lambda rival, noise: its if rival is held else None)
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
-    contest.looks, contest.scene, contest.inserts = SimpleNamespace(problem=own), SimpleNamespace(played=own.played), ()
-    fitted, asked = [], []
+    contest.looks, contest.scene, contest.noise = SimpleNamespace(problem=own), SimpleNamespace(played=own.played), {}
+    contest.inserts = ()
+    fitted = []
     anew = cause("held", 1.0, loss=0.09)
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew)
-    monkeypatch.setattr(Contest, "_judge", lambda self, outcome, rng: asked.append(self.problem))
-    monkeypatch.setattr(contest_module, "_distinct", lambda rivals: sorted(rivals, key=lambda r: r.candidate.errors.mean()))
+    monkeypatch.setattr(contest_module, "distinct", lambda rivals: sorted(rivals, key=lambda r: r.candidate.errors.mean()))
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [best, held, far])
-    contest.again(lambda rival: its if rival is held else None, outcome, None)
+    contest._near_best(outcome)
     assert fitted == [("held", its)] and outcome.fitted == [anew, best, far]
-    assert asked == [own] and contest.problem is contest.looks.problem is own and contest.scene.played is own.played
+    assert contest.problem is contest.looks.problem is own and contest.scene.played is own.played
+
+
+@pytest.mark.parametrize(("told", "wanting"), [(None, True), (2.0, True), (1.0, False)])
+def test_nothing_more_is_wanted_where_the_best_leaves_no_more_than_what_the_steps_miss(monkeypatch, told, wanting):
+    """A cubic in a house of six FMUs had its rates, integrals and pairs of variables asked for what its steps had left."""
+    own = SimpleNamespace(played=SimpleNamespace(extend=lambda inserts: None))
+    contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=told and (lambda rival, noise: own))
+    monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
+    contest.looks, contest.scene, contest.noise = SimpleNamespace(), SimpleNamespace(), {}
+    contest.arranged, contest.base = SimpleNamespace(deviations=lambda misfit: misfit), SimpleNamespace(misfit=np.ones(1))
+    contest.inserts = ()
+    ends = lambda left: SimpleNamespace(
+        guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=left, misfit=np.array([left])), values={}
+    )
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: ends(told))
+    outcome = Round(None, [ends(1.5)], ratios={"x": 1.0})
+    assert contest._wanting(outcome) == wanting
+
+
+@pytest.mark.parametrize(("retold", "stands"), [(0.08, False), (0.3, True)])
+def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monkeypatch, retold, stands):
+    """All was looked for anew where its cause had other steps taken; what had not come near it, or was refused, stays where it was."""
+    losses = (("won", 0.1), ("held", 0.11), ("far", 0.5), ("refused", 0.05))
+    won, held, far, refused = (cause(name, 1.0, loss=loss) for name, loss in losses)
+    refused.candidate.doubt = "it does not lower the error of what judges"
+    own = SimpleNamespace(played=SimpleNamespace(extend=lambda inserts: None))
+    contest = Contest(None, np.zeros(0), "c", lambda what, share: None)
+    monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
+    contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
+    fitted = []
+    anew = lambda guess: cause(guess.label, 1.0, loss={"won": 0.12, "held": retold}[guess.label])
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew(guess))
+    monkeypatch.setattr(
+        Contest, "_ordered", lambda self, real, level, base: sorted(real, key=lambda r: r.candidate.errors.mean())
+    )
+    outcome = Round(SimpleNamespace(errors=np.ones(4)), [refused, won, held, far], won, [refused, won, held, far])
+    assert contest.stands(outcome, lambda rival, noise: None, own) == stands
+    assert fitted == [("won", own), ("held", own)] and contest.problem is own
+    assert outcome.winner is won and outcome.fitted == [refused, won, held, far]
 
 
 def test_a_law_of_a_shape_is_fitted_with_that_which_it_has_where_it_fitted_better():

@@ -8,9 +8,9 @@ import pytest
 from rivals import cause, free_curve
 
 from selflock.diagnosis.naming import run
-from selflock.diagnosis.naming.contest import Round
 from selflock.diagnosis.naming.order import curves_beside, nearest
 from selflock.diagnosis.naming.places import IN, Place
+from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search, Whole
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.search.candidate import Candidate

@@ -9,7 +9,7 @@ import strangers
 
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import run, sampled
-from selflock.diagnosis.naming.contest import Round
+from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search, Whole, _better
 from selflock.diagnosis.naming.work import Work
 

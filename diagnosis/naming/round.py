@@ -1,0 +1,51 @@
+"""A round of a contest: what was fitted beside a base, and what of it is believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..calibration.fit import End
+from ..search.candidate import Candidate
+from .extended import Extending
+from .guesses import Guess
+
+
+@dataclass
+class Rivalled:
+    """A guess that was fitted, with its judgement."""
+
+    guess: Guess
+    problem: Extending
+    end: End
+    candidate: Candidate
+    block: np.ndarray  # of each entry of the misfit
+    rough: bool = False  # fitted without slopes of its own
+
+    @property
+    def values(self) -> dict[str, float]:
+        return self.problem.values(self.end.places)
+
+
+@dataclass
+class Round:
+    """A round: the base, all that was fitted, best first, and the winner, if any."""
+
+    base: Candidate
+    fitted: list[Rivalled]
+    winner: Rivalled | None = None
+    order: list[Rivalled] = field(default_factory=list)  # named ones that are real, the most believed first
+    beside: list[Rivalled] = field(default_factory=list)  # as good as the winner, with no more numbers
+    curve: Rivalled | None = None  # the free curve that predicts most
+    chance_level: float = 0.0
+    looked: int = 0
+    noise: dict[str, float] = field(default_factory=dict)
+    off: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    ratios: dict[str, float] = field(default_factory=dict)  # error over noise of each output
+    still: list[str] = field(default_factory=list)  # variables that no law was asked of
+
+    @property
+    def quiet(self) -> bool:
+        """Whether its base left no more than noise, so that nothing was held against it."""
+        return bool(len(self.off)) and not self.off.any()

@@ -40,6 +40,7 @@ def depends(
     if blocks < rules.blocks:
         return []
     folds = np.arange(blocks) % rules.folds
+    inside = _inside(folds)
     orders = np.stack([np.arange(blocks), *(rng.permutation(blocks) for _ in range(rules.draws))])
     signs = np.concatenate([np.ones((1, blocks)), rng.choice([-1.0, 1.0], (rules.draws, blocks))])
     lines = {} if experiment.steady else _lines(experiment, misfit, present, folds, signs)
@@ -54,11 +55,15 @@ def depends(
         free = {label: _functions(experiment.layout, parts, here) for label, parts in known.items()}
         energies = {label: _energies(r, np.any(every[0], -1), orders) for label, every in free.items() if every}
         curves: dict[str, tuple[float, tuple[int, int]]] = {}
+        alone: dict[tuple[str, int], _Products] = {}
         for i, along in enumerate(_regressors(experiment.layout, known, here)):
             mere = 0.0 if along is None else _shares(r, along, _energies(r, np.any(along, -1), orders), folds, orders, signs)
             for label, j, functions in ((label, j, one) for label, every in free.items() for j, one in enumerate(every)):
-                both = _with(functions, along)
-                predicted = _shares(r, both, energies[label], folds, orders, signs)
+                if along is None:
+                    alone[label, j] = both = _Products.of(r, functions, inside, orders, signs)
+                else:
+                    both = alone[label, j].beside(r, functions, functions * along, inside, orders, signs)
+                predicted = both.share(energies[label])
                 shares[label] = np.maximum(predicted - mere, shares.get(label, -np.inf))
                 if label not in curves or predicted[0] > curves[label][0]:
                     curves[label] = float(predicted[0]), (i, j)
@@ -243,13 +248,44 @@ def _shares(
 
     For each draw of blocks and signs, in which the misfit moves and the columns stay in place.
     """
-    gram = columns.transpose(0, 2, 1) @ columns
-    pairs = r @ columns  # of block c's misfit with block b's columns
-    sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
-    inside_fold = (folds == np.unique(folds)[:, None]).astype(float)  # (folds, blocks)
-    grams, crosses = np.tensordot(inside_fold, gram, 1), (inside_fold @ sums).transpose(1, 0, 2)  # of each fold, of all draws
-    others, pull = grams.sum(0) - grams, crosses.sum(0) - crosses  # of all folds but one
-    held_back = others + (1.0 + RULES.judge.ridge * np.diagonal(others, axis1=1, axis2=2))[..., None] * np.eye(grams.shape[-1])
-    amount = np.linalg.solve(held_back, pull.transpose(0, 2, 1)).transpose(0, 2, 1)
-    left = ((amount @ grams - 2.0 * crosses) * amount).sum(2).sum(0)
-    return -left / np.maximum(energy, 1e-300)
+    return _Products.of(r, columns, _inside(folds), orders, signs).share(energy)
+
+
+def _inside(folds: np.ndarray) -> np.ndarray:
+    """Which blocks are in each fold, (folds, blocks), as 0 and 1."""
+    return (folds == np.unique(folds)[:, None]).astype(float)
+
+
+@dataclass
+class _Products:
+    """Of each fold: of columns with each other, (folds, k, k), and with the misfit of each draw, (folds, draws, k)."""
+
+    grams: np.ndarray
+    crosses: np.ndarray
+
+    @classmethod
+    def of(cls, r: np.ndarray, columns: np.ndarray, inside: np.ndarray, orders: np.ndarray, signs: np.ndarray) -> _Products:
+        """Of these columns (blocks, bins, k) and the misfit r (blocks, bins); inside: which blocks are in each fold."""
+        pairs = r @ columns  # of block c's misfit with block b's columns
+        sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
+        return cls(_folded(columns, columns, inside), (inside @ sums).transpose(1, 0, 2))
+
+    def beside(self, r: np.ndarray, columns: np.ndarray, more: np.ndarray, inside: np.ndarray, *drawn: np.ndarray) -> _Products:
+        """Of these `columns`, whose products these are, with more columns beside them."""
+        own, mixed = _Products.of(r, more, inside, *drawn), _folded(columns, more, inside)
+        above, below = np.concatenate([self.grams, mixed], 2), np.concatenate([mixed.transpose(0, 2, 1), own.grams], 2)
+        return _Products(np.concatenate([above, below], 1), np.concatenate([self.crosses, own.crosses], 2))
+
+    def share(self, energy: np.ndarray) -> np.ndarray:
+        """What is predicted of the misfit's `energy` in each draw, of each fold by the others."""
+        grams, crosses = self.grams, self.crosses
+        others, pull = grams.sum(0) - grams, crosses.sum(0) - crosses  # of all folds but one
+        ridge = (1.0 + RULES.judge.ridge * np.diagonal(others, axis1=1, axis2=2))[..., None] * np.eye(grams.shape[-1])
+        amount = np.linalg.solve(others + ridge, pull.transpose(0, 2, 1)).transpose(0, 2, 1)
+        left = ((amount @ grams - 2.0 * crosses) * amount).sum(2).sum(0)
+        return -left / np.maximum(energy, 1e-300)
+
+
+def _folded(columns: np.ndarray, others: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Products of columns with others, of each fold."""
+    return np.tensordot(inside, columns.transpose(0, 2, 1) @ others, 1)

@@ -47,6 +47,7 @@ class Blocks:
             self.place.append((first + block) * self.bins + inside // per_bin)
             first += block[-1] + 1
         self.count = len(run_of)
+        self._counts: list[tuple[np.ndarray, np.ndarray]] = []
         self.run_of = np.array(run_of)
         self.owner = self.run_of if owner is None else owner
 
@@ -57,6 +58,7 @@ class Blocks:
     def picked(self, samples: list[np.ndarray]) -> Blocks:
         """The same blocks for runs that are made of these samples of the runs."""
         other = copy(self)
+        other._counts = []
         other.place, other.inside = ([x[pick] for x, pick in zip(of, samples)] for of in (self.place, self.inside))
         return other
 
@@ -68,10 +70,21 @@ class Blocks:
 
     def bin(self, place: np.ndarray, samples: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums and counts of the good samples in all bins; `place`: the bin of each."""
-        if not good.all():
-            place, samples = place[good], samples[good]
         size = self.count * self.bins
+        if good.all():
+            return np.bincount(place, samples, size), self._all(place)
+        place, samples = place[good], samples[good]
         return np.bincount(place, samples, size), np.bincount(place, minlength=size)
+
+    def _all(self, place: np.ndarray) -> np.ndarray:
+        """Counts of all samples of a run in all bins, which are asked for again and again."""
+        found = next((counts for known, counts in self._counts if known is place), None)
+        if found is None:
+            found = np.bincount(place, minlength=self.count * self.bins)
+            found.flags.writeable = False
+            if any(place is one for one in self.place[: RULES.residuals.derived_remembered]):
+                self._counts.append((place, found))
+        return found
 
 
 def compared(x: np.ndarray, take: np.ndarray | None, n: int) -> np.ndarray:

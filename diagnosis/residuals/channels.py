@@ -184,9 +184,9 @@ def _evened(time: np.ndarray, samples: int) -> np.ndarray:
     return time[0] + np.concatenate([[0.0], np.cumsum(smooth(np.diff(time), samples))])
 
 
-def _quantile(x: np.ndarray, share: float) -> float:
+def _quantiles(x: np.ndarray, *shares: float) -> np.ndarray:
     """Of the absolute values; x is left in disorder, for want of memory in an hour's log."""
-    return float(np.quantile(np.abs(x, out=x), share, overwrite_input=True))
+    return np.quantile(np.abs(x, out=x), shares, overwrite_input=True)
 
 
 def motion(
@@ -216,12 +216,10 @@ def motion(
     if still is None:
         noise, still = _still(plain, fine, samples)
     moving = abs(fine) > still
-    same = np.sign(fine).astype(np.int8) * moving
-    reach = samples // 2 + 1
-    sliding = moving.copy()
-    for shift in range(1, reach + 1):
-        sliding[shift:] &= same[shift:] == same[:-shift]
-        sliding[:-shift] &= same[:-shift] == same[shift:]
+    same, reach = np.sign(fine).astype(np.int8) * moving, samples // 2 + 1
+    turns = np.pad(np.cumsum(same[1:] != same[:-1], dtype=np.int32), (reach + 1, reach), "edge" if len(same) > 1 else "constant")
+    turns[: reach + 1] = 0  # how often the direction has changed up to each sample, and beyond both ends
+    sliding = moving & (turns[2 * reach :] == turns[: -2 * reach])
     if samples:  # the average has no neighbours at the ends
         sliding[:reach] = sliding[-reach:] = False
     return ShaftMotion(angle, fine, acceleration, sliding, noise, still)
@@ -232,9 +230,9 @@ def _still(plain: np.ndarray, fine: np.ndarray, samples: int) -> tuple[float, fl
     rules = RULES.residuals
     calm = fine if samples >= rules.windows[0] else smooth(plain, rules.windows[0])  # what is not smoothed has noise, too
     rough = plain - calm  # half of it may be at rest, where a coarse sensor shows no noise
-    noise = max(_quantile(rough, 0.5) / rules.normal_median, _quantile(rough, 0.9) / rules.normal_tenth)
+    noise = float(max(_quantiles(rough, 0.5, 0.9) / (rules.normal_median, rules.normal_tenth)))
     noise /= np.sqrt(max(1, samples) / rules.smoothed_noise)
-    return noise, max(rules.still_noise * noise, rules.still_speed * _quantile(fine.copy(), rules.high_speed), 1e-12)
+    return noise, max(rules.still_noise * noise, rules.still_speed * float(_quantiles(fine.copy(), rules.high_speed)[0]), 1e-12)
 
 
 def rest(n: int) -> ShaftMotion:

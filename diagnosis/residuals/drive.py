@@ -22,12 +22,13 @@ def law(component: str, values: dict, ch: Channels):
     if key not in ch.memory:
         rig, name = ch.setting.rig, ch.prefix + component
         alone = rig.of_log(ch.run.log)
-        free = [(field, full, phase.name(ch.run, full)) for field, full in laws.names(component, name) if full not in alone]
-        ch.memory[key] = laws.parameters(component, name, {**rig.parameters, **alone}), free
-    nominal, free = ch.memory[key]
-    given = {field: values[full] for field, full, _ in free if full in values}
-    given |= {field: values[own] for field, _, own in free if own in values}
-    return nominal._replace(**{field: float(value) for field, value in given.items()}) if given else nominal
+        free = {full: field for field, full in laws.names(component, name) if full not in alone}
+        own = {phase.name(ch.run, full): field for full, field in free.items()}
+        ch.memory[key] = laws.parameters(component, name, {**rig.parameters, **alone}), free, own
+    nominal, free, own = ch.memory[key]
+    given = {free[name]: float(values[name]) for name in values if name in free}
+    given |= {own[name]: float(values[name]) for name in values if name in own}
+    return nominal._replace(**given) if given else nominal
 
 
 def kept(what: str, key: Hashable, ch: Channels, make: Callable[[], Any]) -> Any:

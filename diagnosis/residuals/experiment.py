@@ -128,8 +128,8 @@ class Experiment:
         total, count = np.zeros(layout.count * layout.bins), np.zeros(layout.count * layout.bins, int)
         for i, (simulated, measured, good) in enumerate(self.compare(residual, values)):
             error = measured - simulated
-            wild = ~np.isfinite(error) & good  # a simulation that breaks down is wrong, not absent
-            if wild.any():
+            if not (finite := np.isfinite(error)).all():
+                wild = ~finite & good  # a simulation that breaks down is wrong, not absent
                 known = measured[np.isfinite(measured)]
                 error = np.where(wild, RULES.residuals.broken * np.std(known) if len(known) else np.inf, error)
             place = compared(layout.place[i], self.channels[i, residual.prefix].take, len(error))

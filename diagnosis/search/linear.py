@@ -10,6 +10,7 @@ hypotheses in each draw is the distribution that a real gain must beat; so the n
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -150,15 +151,34 @@ class Linear:
 
     def look(self, direction: Direction, draws: Draws) -> None:
         """Set the direction's gain on the misfit itself, over the base alone, and its amounts."""
-        asked = self._equations(direction, draws)
-        direction.gain = float(-self._energy(asked)[0] - draws.without[0])
-        direction.amounts = np.array([direction.jump]) if direction.jump else self._amounts(asked)
+        self.looks([direction], draws)
+
+    def looks(self, directions: Sequence[Direction], draws: Draws) -> None:
+        """The same of several, which takes less than of each by itself."""
+        for some, asked in self._alike(directions, draws):
+            gains, amounts = np.atleast_2d(-self._energy(asked) - draws.without), self._amounts(asked)
+            for direction, gain, amount in zip(some, gains[:, 0], amounts):
+                direction.gain = float(gain)
+                direction.amounts = np.array([direction.jump]) if direction.jump else amount
+
+    def _alike(self, directions: Sequence[Direction], draws: Draws) -> Iterator[tuple[list[Direction], Equations]]:
+        """Directions whose equations are of one form, with these, a number of them at a time."""
+        together = RULES.search.together
+        for some in (directions[i : i + together] for i in range(0, len(directions), together)):
+            alike: dict[tuple, list[tuple[Direction, Equations]]] = {}
+            for direction in some:
+                asked = self._equations(direction, draws)
+                alike.setdefault(asked.form, []).append((direction, asked))
+            for group in alike.values():
+                whose, equations = zip(*group)
+                yield list(whose), _stacked(equations)
 
     def _amounts(self, asked: Equations) -> np.ndarray:
-        """A direction's coefficients by all blocks, of the first draw."""
+        """Coefficients by all blocks, of the first draw: of each of some directions."""
         solved = self._one_amplitude if asked.pairs else _solved
-        full = solved(asked.gram.sum(0)[None], asked.cross[:1].sum(1)[:, None])[0, 0] / asked.lengths
-        return full[self.base.shape[-1] :]
+        gram, cross = asked.gram.sum(-3)[..., None, :, :], asked.cross[..., :1, :, :].sum(-2)[..., None, :]
+        full = solved(gram, cross)[..., 0, 0, :] / asked.lengths
+        return np.atleast_2d(full)[:, self.base.shape[-1] :]
 
     def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
         """Largest gain over all directions, in each draw from misfits without an effect."""
@@ -166,13 +186,8 @@ class Linear:
         order = np.stack([rng.permutation(blocks) for _ in range(draws)])
         mixed = self.draws(errors, order, rng.choice([-1.0, 1.0], (draws, blocks)))
         largest = np.zeros(draws)
-        together = RULES.search.together
-        for some in (found[i : i + together] for i in range(0, len(found), together)):
-            alike: dict[tuple, list[Equations]] = {}
-            for asked in (self._equations(direction, mixed) for direction in some):
-                alike.setdefault(asked.form, []).append(asked)
-            for group in alike.values():
-                largest = np.maximum(largest, np.atleast_2d(-self._energy(_stacked(group)) - mixed.without).max(0))
+        for _, asked in self._alike(found, mixed):
+            largest = np.maximum(largest, np.atleast_2d(-self._energy(asked) - mixed.without).max(0))
         return largest
 
 
@@ -211,7 +226,7 @@ class Draws:
         return pairs[np.arange(len(columns))[None, :], self.order] * self.signs[..., None]
 
 
-def _stacked(group: list[Equations]) -> Equations:
+def _stacked(group: Sequence[Equations]) -> Equations:
     """Equations of one form, together; one alone as it is."""
     if len(group) == 1:
         return group[0]

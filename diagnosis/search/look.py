@@ -50,8 +50,7 @@ class Look:
         part = Touched(view, hypothesis)
         ways = self._once((hypothesis.label, view.name), part.depends, lambda: self._directions(hypothesis, part))
         found = [copy(way) for way in ways]  # what each gains is another over each base
-        for way in found:
-            self.linear.look(way, self.errors)
+        self.linear.looks(found, self.errors)
         return [way for way in found if np.isfinite(way.gain)]
 
     def _directions(self, hypothesis: Hypothesis, part: Touched) -> list[Direction]:

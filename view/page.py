@@ -5,14 +5,19 @@ A page's template begins with `{% extends "page.html.j2" %}` and has the blocks 
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
+from contextlib import suppress
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Undefined
+from jinja2 import BytecodeCache, ChoiceLoader, Environment, PackageLoader, StrictUndefined, Undefined
+from jinja2.bccache import Bucket
 from markupsafe import Markup, escape
 
+from selflock.fmus import cache
 from selflock.fmus.place import whole
 from selflock.fmus.shown import policy
 
@@ -30,18 +35,46 @@ SCRIPT = {  # of a page, in this order, by what of its data it draws
 }
 
 
+HOW: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}  # templates are read
+
+
 def environment(package: str, strict: bool = True) -> Environment:
-    """Templates of a package of ours, with the page that they extend. What they are given is escaped; not strict: may be missing."""
+    """Templates of a package of ours, with the page that they extend. What they are given is escaped; not strict: may be missing.
+
+    What Jinja makes of them is kept in the user's cache: making it takes longer than filling a page.
+    """
     loader = ChoiceLoader([PackageLoader(package, "."), PackageLoader("selflock.view", ".")])
-    made = Environment(
-        loader=loader, undefined=StrictUndefined if strict else Undefined, autoescape=True, trim_blocks=True, lstrip_blocks=True
-    )
+    made = Environment(loader=loader, undefined=StrictUndefined if strict else Undefined, bytecode_cache=Compiled(), **HOW)
     made.filters["number"] = number
     made.filters["percent"] = lambda v: "–" if v is None else f"{number(100 * v, 3)} %"
     made.filters["probability"] = probability
     made.filters["unit"] = pretty
     made.filters["breaks"] = breaks
     return made
+
+
+class Compiled(BytecodeCache):
+    """What Jinja makes of a template, which takes longer than to fill it, in the user's cache, under its SHA-256.
+
+    Of another template, of what another Jinja makes of it, or in another way, it is another file.
+    """
+
+    def _place(self, bucket: Bucket) -> Path:
+        told = f"{bucket.key} {bucket.checksum} {version('jinja2')} {HOW}"
+        return cache.folder() / "pages" / hashlib.sha256(told.encode()).hexdigest()[:32]
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        """Nothing where it is not there, or not as it was written: Jinja then makes it."""
+        path = self._place(bucket)
+        with suppress(OSError, ValueError):
+            seal, _, content = path.read_bytes().partition(b"\n")
+            if hashlib.sha256(content).hexdigest().encode() == seal:
+                bucket.bytecode_from_string(content)
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        """Keep it."""
+        content = bucket.bytecode_to_string()
+        cache.write(self._place(bucket), hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
 
 
 def pretty(unit: str) -> str:

@@ -100,24 +100,31 @@ def slope(moved: np.ndarray, at: np.ndarray, step: float) -> np.ndarray:
     return change(moved, at) / step
 
 
-def jacobian(misfit: Misfit, fixed: dict, free: Sequence[Free], values: dict, at: np.ndarray) -> np.ndarray:
-    """Forward differences, inside the bounds."""
-    columns = []
+def jacobian(
+    misfit: Misfit,
+    fixed: dict,
+    free: Sequence[Free],
+    values: dict,
+    at: np.ndarray,
+    rows: np.ndarray | slice = slice(None),
+    lengths: np.ndarray | None = None,
+) -> np.ndarray:
+    """Forward differences, inside the bounds; of these `rows`, over these lengths of the values (1)."""
+    found = np.zeros((len(at[rows]), len(free)))
     beside = _beside(misfit, fixed, [p for p in free if p.part], values)
-    for parameter in free:
+    for number, parameter in enumerate(free):
         value = values[parameter.name]
         if value in parameter.trials:  # what acts in steps has no slope that is worth following
-            columns.append(np.zeros(len(at)))
             continue
         step = _difference(parameter, value)
         if parameter.part:
             first, last = parameter.part
             column = np.zeros(len(at))
             column[first:last] = slope(beside[parameter.name][first:last], at[first:last], step)
-            columns.append(column)
-            continue
-        columns.append(slope(misfit({**fixed, **values, parameter.name: value + step}), at, step))
-    return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
+        else:
+            column = slope(misfit({**fixed, **values, parameter.name: value + step}), at, step)
+        found[:, number] = column[rows] if lengths is None else column[rows] * lengths[number]
+    return found
 
 
 def _difference(parameter: Free, value: float) -> float:
@@ -185,7 +192,7 @@ def fit(
     found = least_squares(
         lambda x: value(x)[rows],
         np.clip((origin - zero) / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
-        jac=lambda x: jacobian(misfit, fixed, free, named(x), value(x))[rows] * lengths,
+        jac=lambda x: jacobian(misfit, fixed, free, named(x), value(x), rows, lengths),
         bounds=(least, most),
         loss="soft_l1" if np.isfinite(c) else "linear",
         f_scale=c if np.isfinite(c) else 1.0,

@@ -8,12 +8,14 @@ import sys
 
 import numpy as np
 import pytest
+from jinja2 import Environment
 from lxml import html
 
 from selflock import master
 from selflock.master import Part, Variable, about, read
 from selflock.master.errors import ResultError
 from selflock.master.files import told
+from selflock.view import page as pages
 from selflock.view import shown, thin, view
 
 
@@ -35,6 +37,19 @@ def test_a_page_carries_time_and_columns_as_they_are(write, drive, tmp_path):
     of = {one["name"]: one for one in run["columns"]}
     assert set(of) == set(drive()) - {"time"} and of["motor.torque"]["unit"] == "N.m"
     assert numbers(of["motor.torque"], 401) == pytest.approx(3.0 * np.sin(t), abs=1e-6)
+
+
+def test_templates_are_read_once_on_a_machine(tmp_path, monkeypatch):
+    monkeypatch.setenv("SELFLOCK_CACHE", str(tmp_path / "cache"))
+    read_by_jinja = []
+    compile_one = Environment.compile
+    monkeypatch.setattr(Environment, "compile", lambda self, *given: read_by_jinja.append(given[1]) or compile_one(self, *given))
+    first, again = (pages.environment("selflock.view").get_template("view.html.j2") for _ in range(2))
+    assert read_by_jinja == ["view.html.j2"] and first.root_render_func.__code__ == again.root_render_func.__code__
+    (kept,) = (tmp_path / "cache" / "pages").iterdir()
+    kept.write_bytes(kept.read_bytes()[:-9] + b"torn here")
+    pages.environment("selflock.view").get_template("view.html.j2")
+    assert read_by_jinja == ["view.html.j2"] * 2
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..calibration.fit import Rows
 from ..residuals.blocks import Blocks
+from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.fit import rho
 from .extended import Extending
@@ -96,3 +97,17 @@ def lasting(errors: Rows, layout: Blocks) -> int:
             longest = max(longest, int(below[0]) if len(below) else len(e))
     most = max(1, layout.count // RULES.pipeline.fewest_blocks)
     return int(np.clip(np.ceil(longest / shortest), 1, most))
+
+
+def over_noise(problem: Extending, values: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Of each output the noise of single samples, and its error over that."""
+    errors = problem.errors(values)
+    assert errors is not None
+    noise, ratios = {}, {}
+    for name, parts in errors.items():
+        trusted = problem.trusted[name]
+        noise[name] = float(of_samples(parts, trusted))
+        size = float(np.sqrt(np.mean(np.concatenate([e[t] for e, t in zip(parts, trusted)]) ** 2)))
+        least = max(noise[name], RULES.pipeline.fine * problem.played.spread(name))
+        ratios[name] = size / least if least else 0.0
+    return noise, ratios

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..calibration.fit import Calibrating, End, fit_from, in_units
 from ..calibration.slopes import Forward
 from ..residuals.blocks import Blocks
-from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.candidate import Candidate, worse
 from ..search.fit import Fit, held_out, rho, weight
@@ -24,13 +24,13 @@ from ..search.linear import Linear
 from ..search.screen import Direction
 from . import guesses as g
 from .afresh import afresh
-from .arranged import Arranged, determined, lasting
+from .arranged import Arranged, determined, lasting, over_noise
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, carried, refined, starts
-from .order import distinct, far, nearest, ordered
+from .order import curve_of, distinct, far, ordered
 from .round import Rivalled, Round
 from .scene import Scene
 
@@ -52,6 +52,10 @@ class Contest:
     enough: Limit = field(default_factory=Limit)  # whether time is up: what was fitted by then is judged
     sampled: frozenset[str] = frozenset()  # components that act once a step
     told: Told | None = None  # where rivals take steps that miss something
+    steps: Callable[[Rivalled], Any] | None = (
+        None  # the search in the steps that a rival asks for (steps.stepped); None where in these
+    )
+    other: Any = None  # such a search, with which to begin anew
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
     retold: dict[int, Rivalled] = field(default_factory=dict)  # by id, what was fitted on a log that is told better for it
 
@@ -88,8 +92,7 @@ class Contest:
             self.arranged.errors(base.misfit),
         )
         outcome = Round(nothing, [])
-        outcome.noise, outcome.ratios = self._noise()
-        self.noise = outcome.noise
+        self.noise, self.ratios = outcome.noise, outcome.ratios = over_noise(self.problem, self.values)
         limit = RULES.search.left if self.inserts else RULES.search.clean
         outcome.off = self.off = np.array([ratio > limit for ratio in outcome.ratios.values()])
         if not self.off.any() or len(self.arranged.names) < RULES.pipeline.fewest_blocks:
@@ -107,6 +110,8 @@ class Contest:
         self.looks = Looks(*known, self.inserts, self.taken, self.kinds, self.tell, self.enough)
         try:
             self._stages(outcome)
+            if self.other is not None:
+                return outcome
             self._near_best(outcome)
         except KeyboardInterrupt:
             if not self.enough.ends():
@@ -121,7 +126,11 @@ class Contest:
     def _stages(self, outcome: Round) -> None:
         """Look and fit: what is simple first, and what is not where something is left."""
         self.looks.first()
+        if self._elsewhere(self._looks_best(), RULES.naming.as_much):
+            return
         outcome.fitted = self._fits(g.PLAIN)
+        if self._elsewhere(self._best(outcome), 0.0):
+            return
         if g.PATH in self.kinds and not self.inserts and self._wanting(outcome) and not self.enough():
             late = [self._fit(guess, start) for guess, start in afresh(self.looks)]
             outcome.fitted = distinct(outcome.fitted + [rival for rival in late if rival is not None])
@@ -131,6 +140,26 @@ class Contest:
         if g.LAW in self.kinds and self._wanting(outcome) and not self.enough():
             self.looks.pairs()
             outcome.fitted = distinct(outcome.fitted + self._fits(g.PAIRS))
+
+    def _looks_best(self) -> Rivalled | None:
+        """What looks best of what has a name, fitted; None where it is not asked for."""
+        named = [(way, guess) for way, guess in self.looks.ways if guess.kind != CURVE and guess.plain]
+        if self.steps is None or not named or self.enough():
+            return None
+        way, guess = max(named, key=lambda pair: pair[0].gain)
+        return self._fit(guess, self.values | self._start(way, guess), way)
+
+    def _elsewhere(self, best: Rivalled | None, least: float) -> bool:
+        """Whether a rival that takes off at least this share of the loss, and leaves something, asks for other steps: then all begins there."""
+        base = self.problem.loss(self.base.misfit)
+        if self.steps is None or best is None or best.end.loss > (1.0 - least) * base or self.enough():
+            return False
+        if not self._leaves(best) or not self._leaves(self._retold(best)):
+            return False
+        self.tell(f"steps beside {best.guess.label}", 0.5)
+        self.other = self.steps(best)
+        self.scene.played = self.played
+        return self.other is not None
 
     def _near_best(self, outcome: Round) -> None:
         """What comes near the best held against it on logs that are told better for each."""
@@ -162,17 +191,19 @@ class Contest:
 
     def _wanting(self, outcome: Round) -> bool:
         """Whether something is left by the named rival that fits best, also where what the steps miss beside it is taken off."""
-        named = [r for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
-        if not named:
-            return True
-        best = min(named, key=lambda r: r.end.loss)
-        return self._leaves(best, outcome) and (self.told is None or self._leaves(self._retold(best), outcome))
+        return (best := self._best(outcome)) is None or (self._leaves(best) and self._leaves(self._retold(best)))
 
-    def _leaves(self, rival: Rivalled, outcome: Round) -> bool:
+    @staticmethod
+    def _best(outcome: Round) -> Rivalled | None:
+        """The named rival that fits best."""
+        named = [r for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
+        return min(named, key=lambda r: r.end.loss, default=None)
+
+    def _leaves(self, rival: Rivalled) -> bool:
         """Whether a rival leaves more than noise of some output, as it was asked of the base: a robust loss makes little of what it left."""
         assert rival.end.misfit is not None and self.base.misfit is not None
         left = self.arranged.deviations(rival.end.misfit) / np.maximum(self.arranged.deviations(self.base.misfit), 1e-300)
-        return bool((np.array(list(outcome.ratios.values())) * left > RULES.search.clean).any())
+        return bool((np.array(list(self.ratios.values())) * left > RULES.search.clean).any())
 
     def stands(self, outcome: Round, told: Told, own: Extending) -> bool:
         """Whether what is believed first still is where what comes near the best is held against it on logs that are told anew.
@@ -232,7 +263,7 @@ class Contest:
             if (rival := self._fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
         found = distinct(found)
-        for rival in [rival for rival in found if self._bent(rival) and not self.enough()]:
+        for rival in self._bent(found):
             self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", 0.7)
             brims = (self.values | start for start in g.brims(self.scene, rival.guess))
             found += [one for start in (rival.values, *brims) if (one := self._fit(rival.guess, start)) is not None]
@@ -300,10 +331,23 @@ class Contest:
                     found[k] = better
         return distinct(found)
 
-    def _bent(self, rival: Rivalled) -> bool:
-        """Whether it is a limit that does something: where a law is bent, slopes that were learnt say little."""
-        base = self.problem.loss(self.base.misfit)
-        return rival.rough and rival.guess.law in ("limit", "overflow") and rival.end.loss <= (1.0 - RULES.naming.bent) * base
+    def _bent(self, found: list[Rivalled]) -> list[Rivalled]:
+        """Limits that do something: where a law is bent, slopes that were learnt say little.
+
+        Not where fewer numbers, with slopes of their own, leave no more than noise: in their place no limit would be believed.
+        """
+        most, fewest = (1.0 - RULES.naming.bent) * self.problem.loss(self.base.misfit), np.inf
+        bent = [r for r in found if r.rough and r.guess.law in ("limit", "overflow") and r.end.loss <= most]
+        for count in sorted({r.guess.count for r in found if r.guess.count < max((b.guess.count for b in bent), default=0)}):
+            named = [k for k, r in enumerate(found) if r.guess.count == count and r.guess.kind != CURVE and r not in bent]
+            if not named or fewest < np.inf or self.enough():
+                continue
+            k = min(named, key=lambda k: found[k].end.loss)
+            if found[k].rough:
+                found[k] = self._fit(found[k].guess, found[k].values) or found[k]
+            if not self._leaves(found[k]) or not self._leaves(self._retold(found[k])):
+                fewest = count
+        return [r for r in bent if r.guess.count <= fewest and not self.enough()]
 
     def _so_far(self, found: list[Rivalled]) -> str:
         """What fits best by now, for those who wait."""
@@ -413,19 +457,6 @@ class Contest:
 
     # --- what is believed ----------------------------------------------------------------------------------------------
 
-    def _noise(self) -> tuple[dict[str, float], dict[str, float]]:
-        """Of each output the noise of single samples, and its error over that."""
-        errors = self.problem.errors(self.values)
-        assert errors is not None
-        noise, ratios = {}, {}
-        for name, parts in errors.items():
-            trusted = self.problem.trusted[name]
-            noise[name] = float(of_samples(parts, trusted))
-            size = float(np.sqrt(np.mean(np.concatenate([e[t] for e, t in zip(parts, trusted)]) ** 2)))
-            least = max(noise[name], RULES.pipeline.fine * self.played.spread(name))
-            ratios[name] = size / least if least else 0.0
-        return noise, ratios
-
     def _judge(self, outcome: Round, rng: np.random.Generator) -> None:
         """Which are real, and which of these is the cause: the fewest numbers of those that predict as well as the best."""
         rules, fitted = RULES.search, outcome.fitted
@@ -448,7 +479,7 @@ class Contest:
                 c.doubt = "chance finds as much"
             elif c.drop < rules.relevant:
                 c.doubt = f"it lowers the error of no output by {100 * rules.relevant:.0f} %"
-        outcome.curve = self._curve_of(outcome)
+        outcome.curve = curve_of(fitted, outcome.chance_level, self._far, self.scene.parts)
         self._believe(outcome)
 
     def _believe(self, outcome: Round) -> None:
@@ -461,15 +492,6 @@ class Contest:
                 outcome.order = later + outcome.order
         if outcome.order:
             outcome.winner = outcome.order[0]
-
-    def _curve_of(self, outcome: Round) -> Rivalled | None:
-        """The free curve that predicts most, of variables as they are unless others are better beyond what varies."""
-        found: Rivalled | None = None
-        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
-            real = [r for r in outcome.fitted if r.guess.kind == CURVE and r.guess.stage == stage and not r.candidate.doubt]
-            if real and (found is None or worse(found.candidate, real[0].candidate, outcome.chance_level)):
-                found = nearest(real, outcome.chance_level, self._far, self.scene.parts)
-        return found
 
     def _far(self, guess: Guess) -> tuple[bool, bool]:
         return far(guess, self.scene.parts, self.sampled)

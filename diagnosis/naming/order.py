@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ..rules import RULES
 from ..search.candidate import worse
 from ..systems.parts import Parts
-from .guesses import CURVE, LAW, PARAMETER, Guess
+from .guesses import CURVE, DERIVED, LAW, PAIRS, PARAMETER, PLAIN, Guess
 
 if TYPE_CHECKING:
     from .round import Rivalled
@@ -50,6 +50,18 @@ def ordered(real: list[Rivalled], level: float, base: float, far: Callable[[Gues
     as_good = [r for r in real if base - r.candidate.errors.mean() >= least and not worse(r.candidate, best, level)]
     as_good.sort(key=lambda r: (len(r.candidate.free), r.guess.kind != PARAMETER, far(r.guess), r.candidate.errors.mean()))
     return as_good + [r for r in real if r not in as_good]
+
+
+def curve_of(
+    fitted: Sequence[Rivalled], level: float, far: Callable[[Guess], tuple[bool, bool]], parts: Parts
+) -> Rivalled | None:
+    """The free curve that predicts most, of variables as they are unless others are better beyond what varies."""
+    found: Rivalled | None = None
+    for stage in (PLAIN, DERIVED, PAIRS):
+        real = [r for r in fitted if r.guess.kind == CURVE and r.guess.stage == stage and not r.candidate.doubt]
+        if real and (found is None or worse(found.candidate, real[0].candidate, level)):
+            found = nearest(real, level, far, parts)
+    return found
 
 
 def nearest(curves: list[Rivalled], level: float, far: Callable[[Guess], tuple[bool, bool]], parts: Parts) -> Rivalled:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..calibration import told
 from ..calibration.fit import End, fit, fit_from, in_units, remaining
-from ..calibration.numbers import of_rig
+from ..calibration.numbers import Number, of_rig
 from ..calibration.run import division, here, own, reached, sizes
 from ..calibration.slopes import Forward
 from ..data.rig import SMOOTH, Rig
@@ -40,7 +40,7 @@ from .round import Rivalled, Round
 from .rows import followed
 from .sampled import sampled
 from .shape import one_shape
-from .steps import around, fine_enough, in_own_steps
+from .steps import Model, around, fine_enough, in_own_steps, stepped, widened
 from .work import Work, heads, without
 
 PREFIX = "correction"
@@ -259,13 +259,18 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         if found.outcomes and own.errors(own.values(places)) is None:
             break  # what was found breaks off here: nothing can be looked at beside it
         smooth, told = work.rig.inputs == SMOOTH, None if own is near else partial(around, work, near, own)
-        contest = Contest(own, places, prefix, _told(tell, k), smooth, fitted, kinds, enough, work.sampled, told)
+        steps = partial(stepped, work, near) if k == 0 and again else None
+        contest = Contest(own, places, prefix, _told(tell, k), smooth, fitted, kinds, enough, work.sampled, told, steps)
         outcome = contest.play(asked.rng)
+        if contest.other is not None:
+            found, work, near, places = _anew(asked, contest.other, numbers)
+            again -= 1
+            continue
         found.outcomes.append(outcome)
         wider = _chosen(found, outcome, near.fixed)
         if wider is None or outcome.winner is None or enough():
             break
-        begun, (near, places) = places, _widened(near, outcome.winner, wider)
+        begun, (near, places) = places, widened(near, outcome.winner, wider)
         work = wider
         if not (work.sampled and found.explains()):
             work, near, places = fine_enough(wider, near, places)
@@ -276,10 +281,8 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
             anew = logs is plain[1] or not contest.stands(outcome, partial(around, *plain, logs), logs)
             cast(Extended, near.played).extend(work.inserts)
         if anew:  # found in steps that hide or feign something, it is looked for anew
-            work, again = replace(work, inserts=(), found=[], acts={}), again - 1
-            near = without(near, numbers)
-            places = np.array([np.clip(n.place(found.best.values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
-            found = _begun(work, near, places, asked)
+            found, work, near, places = _anew(asked, (work, near, found.best.values), numbers)
+            again -= 1
             continue
         if work is not wider:
             found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
@@ -293,23 +296,19 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
     return found
 
 
+def _anew(asked: Asked, model: Model, numbers: Sequence[Number]) -> tuple[Search, Work, Extending, np.ndarray]:
+    """A search begun anew in the steps of a model with a cause, of which the base's numbers alone are taken, from its values on."""
+    wider, near, values = model
+    work, near = replace(wider, inserts=(), found=[], acts={}), without(near, numbers)
+    places = np.array([np.clip(n.place(values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
+    return _begun(work, near, places, asked), work, near, places
+
+
 def _better(own: Search, finer: Search) -> Search:
     """Of a search in the rig's own steps and one in finer ones that which leaves less of what judges; else of fewer numbers."""
     more, less = _helps(finer.best, own.best), _helps(own.best, finer.best)
     count = lambda found: sum(not begins(n) for numbers in found.work.found for n in numbers)
     return finer if (more and not less) or (more == less and count(finer) < count(own)) else own
-
-
-def _widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, np.ndarray]:
-    """The problem in the work's own steps with what won beside it, fitted there."""
-    assert isinstance(near.played, Extended)
-    found = replace(near, numbers=winner.problem.numbers, acts=winner.problem.acts, units=winner.problem.units)
-    vars(found)["played"] = near.played
-    near.played.extend(work.inserts)
-    if winner.problem.played is near.played:
-        return found, winner.end.places
-    winner.problem.played.close()
-    return found, fit_from(found, winner.end.places, RULES.naming.effort, RULES.naming.ended, Forward).places
 
 
 def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extending, np.ndarray]:

@@ -73,6 +73,34 @@ def _moved(one: Extending, values: dict[str, float], other: Extending, others: d
     return most
 
 
+def widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, np.ndarray]:
+    """The problem in the work's own steps with what won beside it, fitted there."""
+    assert isinstance(near.played, Extended)
+    found = replace(near, numbers=winner.problem.numbers, acts=winner.problem.acts, units=winner.problem.units)
+    vars(found)["played"] = near.played
+    near.played.extend(work.inserts)
+    if winner.problem.played is near.played:
+        return found, winner.end.places
+    winner.problem.played.close()
+    return found, fit_from(found, winner.end.places, RULES.naming.effort, RULES.naming.ended, Forward).places
+
+
+Model = tuple[Work, Extending, dict[str, float]]
+"""A work with a cause, the problem in its steps, and the values of that."""
+
+
+def stepped(work: Work, near: Extending, rival: Rivalled) -> Model | None:
+    """The model with a rival in the steps that it asks for; None where the work is in these.
+
+    Beside something strong that is missing, what finer steps leave less of goes under.
+    """
+    assert isinstance(near.played, Extended)
+    before, wider = near.played.inserts, work.with_also(rival.guess)
+    other, model, places = fine_enough(wider, *widened(near, rival, wider))
+    near.played.extend(before)
+    return None if other is wider else (other, model, model.values(places))
+
+
 def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:
     """The problem in the rig's own steps, beside a log without what finer ones change of this model; itself where they are its own."""
     if work.step > 0.75 * work.given_step:

@@ -426,8 +426,51 @@ def test_nothing_more_is_wanted_where_the_best_leaves_no_more_than_what_the_step
         guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=left, misfit=np.array([left])), values={}
     )
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: ends(told))
-    outcome = Round(None, [ends(1.5)], ratios={"x": 1.0})
+    contest.ratios = {"x": 1.0}
+    outcome = Round(None, [ends(1.5)])
     assert contest._wanting(outcome) == wanting
+
+
+@pytest.mark.parametrize(
+    ("loss", "leaves", "asks", "anew"),
+    [(0.05, 2.0, True, True), (0.05, 1.0, True, False), (0.3, 2.0, True, False), (0.05, 2.0, False, False)],
+)
+def test_what_takes_off_most_and_leaves_something_is_asked_for_other_steps_before_all_is_fitted(
+    monkeypatch, loss, leaves, asks, anew
+):
+    """Beside a strong power law finer steps left no less of a house, and all was looked for and fitted before they were asked again."""
+    own = SimpleNamespace(loss=lambda misfit: 1.0)
+    contest = Contest(own, np.zeros(0), "c", lambda what, share: None, steps=lambda rival: "finer" if asks else None)
+    monkeypatch.setattr(Contest, "played", property(lambda self: None))
+    contest.arranged, contest.base = SimpleNamespace(deviations=lambda misfit: misfit), SimpleNamespace(misfit=np.ones(1))
+    contest.scene, contest.ratios = SimpleNamespace(), {"x": 1.0}
+    best = SimpleNamespace(guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=loss, misfit=np.array([leaves])))
+    assert contest._elsewhere(best, 0.9) == anew
+    assert contest.other == ("finer" if anew else None)
+    assert not contest._elsewhere(None, 0.9)
+
+
+@pytest.mark.parametrize(("left", "fitted"), [(1.0, []), (2.0, ["limit", "overflow"])])
+def test_limits_are_fitted_from_all_heights_but_where_fewer_numbers_leave_no_more_than_noise(monkeypatch, left, fitted):
+    """Six overflows were fitted from four heights each beside a cubic that left nothing, a seventh of the time."""
+    ends = lambda name, count, loss: SimpleNamespace(
+        guess=SimpleNamespace(law=name, kind=LAW, count=count), values={}, rough=True, end=SimpleNamespace(loss=loss, misfit=np.array([3.0]))
+    )  # fmt: skip
+    contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
+    contest.arranged, contest.base = SimpleNamespace(deviations=lambda misfit: misfit), SimpleNamespace(misfit=np.ones(1))
+    contest.ratios = {"x": 1.0}
+    own = SimpleNamespace(
+        guess=SimpleNamespace(law="cubic", kind=LAW, count=1), rough=False, end=SimpleNamespace(loss=0.1, misfit=np.array([left]))
+    )
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: own if guess.count == 1 else None)
+    found = [
+        ends("cubic", 1, 0.1),
+        ends("limit", 2, 0.4),
+        ends("power", 2, 0.2),
+        ends("overflow", 3, 0.5),
+        ends("overflow", 3, 0.99),
+    ]
+    assert [rival.guess.law for rival in contest._bent(found)] == fitted and found[0] is own
 
 
 @pytest.mark.parametrize(("retold", "stands"), [(0.08, False), (0.3, True)])

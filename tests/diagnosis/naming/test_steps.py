@@ -9,7 +9,7 @@ from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.naming import steps
 from selflock.diagnosis.naming.extended import Extended, Extending
 from selflock.diagnosis.naming.places import IN, Insert, Place
-from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps
+from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps, stepped
 
 GIVEN = 0.1  # s, the rig's step
 LAW = Insert("law", Place(IN, "b.drawn"), "proportional", over="b.v")
@@ -104,3 +104,21 @@ def test_finer_steps_are_taken_where_they_move_the_model_whatever_is_missing(mon
     monkeypatch.setattr(steps, "_moved", lambda *_: moved)
     found, _, _ = fine_enough(work, near, np.zeros(0))
     assert found.step == pytest.approx(GIVEN / taken)
+
+
+@pytest.mark.parametrize("finer", [True, False])
+def test_steps_are_asked_of_a_model_with_a_rival_and_the_system_is_as_it_was(monkeypatch, finer):
+    """What finer steps leave less of goes under beside something strong that is missing."""
+    near, work = problem(GIVEN), Work(GIVEN)
+    work.with_also, wider = lambda guess: wider, SimpleNamespace(inserts=(LAW,))
+    other, model = SimpleNamespace(), SimpleNamespace(values=lambda places: {"a": float(places[0])})
+    asked = []
+
+    def fine(work, near, places):
+        asked.append((work, near.played.inserts))
+        return (other, model, np.array([0.7])) if finer else (work, near, places)
+
+    monkeypatch.setattr(steps, "fine_enough", fine)
+    rival = SimpleNamespace(guess=None, problem=near, end=SimpleNamespace(places=np.array([0.2])))
+    assert stepped(work, near, rival) == ((other, model, {"a": 0.7}) if finer else None)
+    assert asked == [(wider, (LAW,))] and near.played.inserts == ()

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyarrow import Array, ArrowInvalid, Table, bool_, csv, float64, large_string, py_buffer
+from pyarrow import Array, ArrowInvalid, Table, bool_, csv, default_memory_pool, float64, large_string, py_buffer
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,6 +57,7 @@ def numbers(path: Path, names: list[str], rows: list[list[str]], skipped: int, s
     """
     told = lambda k: {row[k].lower() for row in rows if k < len(row)}
     types = {name: bool_() if told(k) and told(k) <= {"true", "false"} else float64() for k, name in enumerate(names)}
+    table: Table | None = None
     yes, no = (["TRUE", "true", "True"], ["FALSE", "false", "False"])
     try:
         table = csv.read_csv(
@@ -65,11 +66,14 @@ def numbers(path: Path, names: list[str], rows: list[list[str]], skipped: int, s
             csv.ParseOptions(delimiter=separator),
             csv.ConvertOptions(column_types=types, true_values=yes, false_values=no),
         )
+        if any(types[name] == bool_() and table.column(name).null_count for name in names):
+            return None
+        return {name: np.concatenate([_values(part) for part in table.column(name).chunks] or [np.zeros(0)]) for name in names}
     except ArrowInvalid:
         return None
-    if any(types[name] == bool_() and table.column(name).null_count for name in names):
-        return None
-    return {name: np.concatenate([_values(chunk) for chunk in table.column(name).chunks] or [np.zeros(0)]) for name in names}
+    finally:
+        table = None
+        default_memory_pool().release_unused()  # else what a log took to be read stays taken
 
 
 def _values(chunk: Array) -> np.ndarray:

@@ -119,7 +119,8 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         rows = np.flatnonzero(names == name)
         for signal in late:
             data[signal][rows] = np.append(data[signal][rows[1:]], data[signal][rows[-1]])
-        signals = _in_one_turn({k: v[rows] for k, v in data.items()}, turns, rig)
+        mine = data if len(rows) == len(time) else {k: v[rows] for k, v in data.items()}  # an hour is not copied
+        signals = _in_one_turn(mine, turns, rig)
         run = MeasuredRun(path.name, str(name), rows, time[rows], signals, source=str(path.resolve()), began=began)
         runs.append(_trimmed(path, _ordered(path, run, rig, _line(table, 0)), rig))
     points = rig.kind == "steady" and not rig.run

@@ -149,7 +149,7 @@ def _read(run: MeasuredRun, finer: MeasuredRun, values: dict) -> MeasuredRun:
     """The finer run with voltages as `values` have them read between rows, in the middle of each of its steps."""
     middle = finer.time + 0.5 * np.append(np.diff(finer.time), 0.0)
     of = lambda name: f"recorder.{name}.shift"
-    known = {name: between(x, run.time, values[of(name)], middle) for name, x in run.signals.items() if of(name) in values}
+    known = {name: between(x, run.time, values[of(name)])(middle) for name, x in run.signals.items() if of(name) in values}
     return replace(finer, signals=finer.signals | known)
 
 

@@ -144,7 +144,8 @@ def with_fmus(
         "controller": lambda p, *a: _play(path, own(p), CONTROL, a[:-2], _from_start(a[-2]), a[-1:]),
         "drive": lambda *a: _chain({c: fmus.get(prefix + c) for c in COMPONENTS}, of_log, *a),
     }[kind]
-    kernels = SimpleNamespace(**{**vars(experiment.setting.kernels), "whole" if kind == "drive" else kind: loop})
+    known = {**vars(experiment.setting.kernels), "motor_further": None}  # an FMU is run from a log's start to its end
+    kernels = SimpleNamespace(**{**known, "whole" if kind == "drive" else kind: loop})
     return experiment.but_with(replace(experiment.setting, kernels=kernels))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from selflock.fmus.motor.effects.supply_sag import supplied
@@ -57,6 +59,9 @@ def _driven(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tu
     key, law = (first, values.get(drive.shift(electric, ch)), *sensors), drive.law("motor", values, ch)
 
     def driven() -> tuple[np.ndarray, np.ndarray]:
+        further = getattr(ch.setting.kernels, "motor_further", None)
+        if further and len(ch.dt) > RULES.residuals.motions_remembered and drive.shift(electric, ch) in values:
+            return _in_pieces(law, electric, values, ch, first)
         voltage, speed, dt, parts = drive.kept("given", key, ch, lambda: _given(electric, values, ch, first))
         current, torque = np.empty(len(dt)), np.empty(len(dt))
         ch.setting.kernels.motor(law, voltage, speed, dt, current, torque)
@@ -74,12 +79,34 @@ def _given(electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tup
     voltage, late = drive.voltage(electric, values, ch), values.get(drive.shift(electric, ch))
     if late is None:
         return voltage, first.speed, ch.dt, 1
-    time, parts = ch.run.time, RULES.residuals.motor_parts
-    rows = np.arange((len(time) - 1) * parts + 1) / parts
-    fine = np.interp(rows, np.arange(len(time)), time)
-    dt = np.diff(fine, prepend=fine[0] - ch.dt[0] / parts)
-    between = drive.between(voltage, time, late, fine + 0.5 * np.append(dt[1:], dt[-1]))
-    return between, np.interp(fine, time, first.speed), dt, parts
+    return *_between(drive.between(voltage, ch.run.time, late), ch, first, 0, len(ch.dt)), RULES.residuals.motor_parts
+
+
+def _between(
+    voltage: Callable[[np.ndarray], np.ndarray], ch: Channels, first: ShaftMotion, begin: int, end: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Voltage and speed in parts of the steps of the rows from `begin` to `end`, and these parts, s."""
+    time, parts = ch.run.time[begin:end], RULES.residuals.motor_parts
+    rows = np.arange(begin * parts, (end - 1) * parts + 1) / parts
+    fine = np.interp(rows, np.arange(begin, end), time)
+    dt = np.diff(fine, prepend=fine[0] - ch.dt[begin] / parts)
+    return voltage(fine + 0.5 * np.append(dt[1:], dt[-1])), np.interp(fine, time, first.speed[begin:end]), dt
+
+
+def _in_pieces(law, electric: str, values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Current and torque, as of `_given` at once: the parts of an hour's steps would take a gigabyte."""
+    n, size, parts = len(ch.dt), RULES.residuals.piece, RULES.residuals.motor_parts
+    read = drive.between(drive.voltage(electric, values, ch), ch.run.time, values[drive.shift(electric, ch)])
+    current, torque, state = np.empty(n), np.empty(n), np.full(4, np.nan)
+    for begin in range(0, n - 1, size):
+        end = min(begin + size + 1, n)
+        voltage, speed, dt = _between(read, ch, first, begin, end)
+        made = np.empty(len(dt)), np.empty(len(dt))
+        ch.setting.kernels.motor_further(law, state, voltage, speed, dt, *made)
+        if begin == 0:
+            current[0], torque[0] = made[0][1], made[1][1]
+        current[begin + 1 : end], torque[begin + 1 : end] = (x[parts::parts] for x in made)
+    return current, torque
 
 
 def supply(values: dict, ch: Channels) -> Compared:

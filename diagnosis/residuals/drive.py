@@ -141,8 +141,8 @@ def shift(electric: str, ch: Channels) -> str:
     return f"recorder.{ch.prefix}{electric}.shift"
 
 
-def between(rows: np.ndarray, time: np.ndarray, late: float, when: np.ndarray) -> np.ndarray:
-    """A voltage of these rows, V, `late` s after its own time, at these instants.
+def between(rows: np.ndarray, time: np.ndarray, late: float) -> Callable[[np.ndarray], np.ndarray]:
+    """A voltage of these rows, V, `late` s after its own time, at any instants.
 
     The mean of the voltage held from row to row, over 2 |late|, a step at most, about the instant `late` s on: at 0 it is
     held, half a step late it goes straight from row to row, and beyond that it is this straight line that was read late.
@@ -150,12 +150,16 @@ def between(rows: np.ndarray, time: np.ndarray, late: float, when: np.ndarray) -
     step = float(np.median(np.diff(time)))
     width = min(2.0 * abs(late), step)
     if width < 1e-6 * step:
-        return rows[np.clip(np.searchsorted(time, when + late, side="right") - 1, 0, len(rows) - 1)]
+        return lambda when: rows[np.clip(np.searchsorted(time, when + late, side="right") - 1, 0, len(rows) - 1)]
     margin = 2.0 * (abs(late) + step)
     edges = np.concatenate([[time[0] - margin], time, [time[-1] + margin]])
     area = np.concatenate([[0.0], np.cumsum(np.concatenate([rows[:1], rows]) * np.diff(edges))])
-    first, last = when + late - 0.5 * width, when + late + 0.5 * width
-    return (np.interp(last, edges, area) - np.interp(first, edges, area)) / width
+
+    def mean(when: np.ndarray) -> np.ndarray:
+        first, last = when + late - 0.5 * width, when + late + 0.5 * width
+        return (np.interp(last, edges, area) - np.interp(first, edges, area)) / width
+
+    return mean
 
 
 def level(out: np.ndarray, measured: np.ndarray, good: np.ndarray, time: np.ndarray) -> np.ndarray:

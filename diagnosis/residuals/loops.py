@@ -65,6 +65,16 @@ def motor(p, voltage, speed, dt, current, torque):
     torque[0] = torque[1]
 
 
+def motor_further(p, state, voltage, speed, dt, current, torque):
+    """The same of a piece of a log, from `state` on, which is that of its first sample, and is put to that of the last; NaN: at rest."""
+    s = dc.start(p) if state[0] != state[0] else dc.State(state[0], state[1], state[2], state[3])
+    for i in range(1, len(dt)):
+        s, out = dc.advance(p, s, voltage[i - 1], 0.5 * (speed[i - 1] + speed[i]), dt[i])
+        current[i] = out.current
+        torque[i] = out.torque
+    state[0], state[1], state[2], state[3] = s.current, s.angle, s.heat, s.effects
+
+
 def shaft_torque(p, current, speed, angle, dt, constant, beside):
     """Torque per current, and beside it, at a measured current of a motor that is cold at first."""
     s = dc.State(current[0], angle[0], 0.0, 1.0)

@@ -17,6 +17,7 @@ from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.laws import effects, parameters
 from selflock.diagnosis.residuals.mending import Mending
+from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.hypotheses import vocabulary
 from selflock.diagnosis.search.problem import Problem
 
@@ -164,9 +165,33 @@ def test_a_torque_is_looked_for_up_to_a_share_of_what_the_motor_gives_at_rest(tm
     assert found["reducer.input_ripple_torque"].low == -found["reducer.input_ripple_torque"].high
 
 
+def test_the_motor_of_an_hour_is_simulated_piece_by_piece_to_the_same_bits(tmp_path, rng, monkeypatch):
+    n, rules = int(rng.integers(900, 1100)), RULES.residuals
+    time = np.cumsum(rng.uniform(0.9e-3, 1.1e-3, n))
+    columns = {"speed": 60.0 * np.sin(9.0 * time), "u": rng.uniform(-24.0, 24.0, n), "i": rng.uniform(-9.0, 9.0, n)}
+    (tmp_path / "rig.toml").write_text(
+        '[rig]\nkind = "inverse"\n[columns]\n"reducer.input_speed" = "speed"\n"motor.voltage" = "u"\n"motor.current" = "i"\n'
+    )
+    pd.DataFrame({"time": time} | columns).to_csv(tmp_path / "log.csv", index=False)
+    rig = rigs.load(tmp_path / "rig.toml")
+    bench = DriveExperiment(rig, read(tmp_path / "log.csv", rig))
+    (motor,) = (one for one in bench.residuals if one.kind == "motor")
+    heat = {"motor.weakening_per_loss": 1e-3, "motor.thermal_time": 0.2}
+    for late in (0.0, 0.2e-3, -1.7e-3):
+        values = heat | {"recorder.motor.voltage.shift": late}
+        monkeypatch.setitem(vars(rules), "motions_remembered", 10 * n)
+        at_once = bench.but().compare(motor, values)[0][0]
+        bench.channels[0, ""].memory.clear()
+        monkeypatch.setitem(vars(rules), "motions_remembered", n - 1)
+        monkeypatch.setitem(vars(rules), "piece", int(rng.integers(2, n + 9)))
+        np.testing.assert_array_equal(bench.but().compare(motor, values)[0][0], at_once)
+        bench.channels[0, ""].memory.clear()
+    assert np.ptp(at_once) > 1.0
+
+
 LAWS_OF = {
     "averaged": (), "read": (loops.sensor,), "read_anew": (loops.sensor,), "undo": (loops.sensor,), "motor": (loops.dc,),
-    "shaft_torque": (loops.dc,),
+    "motor_further": (loops.dc,), "shaft_torque": (loops.dc,),
     "load_torque": (loops.load,), "gear": (loops.shaft,), "windup": (loops.shaft,), "controller": (loops.pd,),
     "whole": (loops.pd, loops.dc, loops.shaft, loops.load),
     "closed": (loops.pd, loops.dc, loops.shaft, loops.load, loops.sensor, loops.sensor),

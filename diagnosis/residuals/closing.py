@@ -140,19 +140,29 @@ def _misses(ch: Channels) -> tuple[np.ndarray, np.ndarray] | None:
     if ch.steady or not command or not ch.has("controller.angle_setpoint", "load.angle", "reducer.input_angle"):
         return None
     (asked, good), (other, sound) = (_asked(ch, command, side) for side in ("load.", "reducer.input_"))
-    wound, good, time = other - asked, good & sound, np.cumsum(ch.dt)
-    wanted = ch.raw("controller.angle_setpoint")
+    good, time, wanted = good & sound, np.cumsum(ch.dt), ch.raw("controller.angle_setpoint")
     rate = drive.speed_setpoint(wanted, {}, ch)
-    told = np.stack([np.sin(wanted), np.cos(wanted), wanted, rate, np.sign(rate), derivative(rate, time)])[:, good]
-    if good.sum() <= RULES.residuals.noise_samples * len(told):
+    bend = derivative(rate, time)
+
+    def told(rows: slice) -> np.ndarray:
+        w, r, known = wanted[rows], rate[rows], good[rows]
+        return np.stack([np.sin(w), np.cos(w), w, r, np.sign(r), bend[rows]])[:, known]
+
+    if good.sum() <= RULES.residuals.noise_samples * (count := len(told(slice(0)))):
         return None
-    told = told - told.mean(1, keepdims=True)  # encoders' zeros are nobody's fault
-    basis, sizes, _ = np.linalg.svd(
-        (told / np.maximum(np.linalg.norm(told, axis=1, keepdims=True), 1e-300)).T, full_matrices=False
-    )
-    basis = basis[:, sizes > 1e-6]
-    misses, wound, late = (
-        basis.T @ (x[good] - x[good].mean()) for x in (ch.raw(command) - asked, wound, derivative(asked, time))
-    )
-    late /= max(np.linalg.norm(late), 1e-300)  # which a recorder may be: nothing is made of it
+    centred = lambda x: x - x[good].mean()
+    parts = centred(ch.raw(command) - asked), centred(other - asked), centred(derivative(asked, time))
+    del asked, other, time
+    pieces = [slice(i, i + RULES.residuals.piece) for i in range(0, len(good), RULES.residuals.piece)]
+    mean = sum(told(rows).sum(1, keepdims=True) for rows in pieces) / good.sum()  # encoders' zeros are nobody's fault
+    sizes = np.sqrt(sum(((told(rows) - mean) ** 2).sum(1, keepdims=True) for rows in pieces))
+    triangles, shares = [], np.zeros((count, len(parts)))
+    for rows in pieces:  # an hour of it at once would take a gigabyte
+        some = (told(rows) - mean) / np.maximum(sizes, 1e-300)
+        triangles.append(np.linalg.qr(some.T, mode="r"))
+        shares += some @ np.stack([x[rows][good[rows]] for x in parts], axis=1)
+    _, lengths, ways = np.linalg.svd(np.concatenate(triangles))
+    felt = lengths > 1e-6
+    misses, wound, late = (ways[: len(lengths)][felt] @ shares / lengths[felt, None]).T  # by an orthonormal basis of what is told
+    late = late / max(np.linalg.norm(late), 1e-300)  # which a recorder may be: nothing is made of it
     return misses - (late @ misses) * late, wound - (late @ wound) * late

@@ -270,10 +270,15 @@ class Step:
         return not late or max(late) >= step
 
     def _each(self, what: str, do: Callable, items: Sequence) -> list:
-        """do(item) of all items, in their order; as many at a time as numba is allowed threads, a few at most."""
+        """do(item) of all items, in their order; as many at a time as numba is allowed threads, a few at most.
+
+        Of a log whose motions are too long to be remembered one: those of each thread take a quarter of a gigabyte an hour.
+        """
         done: list = []
         self.tell(what, 0.0)
         threads = min(RULES.search.threads, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # made as numba is imported
+        if self.problem.experiment.setting.samples > RULES.residuals.motions_remembered:
+            threads = 1
         with ThreadPoolExecutor(threads) as pool:
             try:
                 for result in pool.map(do, items):

@@ -150,12 +150,16 @@ def _diagnosed(
         problem.experiment.forget()
     tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
     found = Judge(experiment, train, judged, names, rng).judge(outcome)
+    if experiment.long:  # what comes now asks for an hour's motions anew
+        experiment.forget()
     step, coarse, by_step = None, [], ""
     if rig.simulate != WHOLE:  # whose inputs are numbers, and whose steps are its own
         step = finest(experiment, found.mending.before, found.mending.after, judged)
     if step and step.explains and all(d.residual == step.residual for d in found.left):
         found, cause = to_blame(step, experiment, found, judged, names, rng)
         coarse, by_step = [cause], step.residual
+    if experiment.long:
+        experiment.forget()
     left, problem = found.left, outcome.problem
     causes = named(found.outcome) + coarse
     if found.reserve:

@@ -12,7 +12,7 @@ from ..data.rig import Rig, split
 from ..data.signals import ANGLE_OF, MOVES, SIGNALS
 from ..errors import DataError
 from ..rules import RULES
-from . import drive
+from . import drive, memory
 from .blocks import Blocks
 from .channels import Channels, derivative
 from .closing import shaft
@@ -184,11 +184,18 @@ class DriveExperiment(Experiment):
         """Samples over which the motions that a residual is computed from are smoothed."""
         return 1 if self.steady else self.setting.smoothing[residual.prefix]
 
+    @property
+    def long(self) -> bool:
+        """Whether its motions are too long for more than the first of them to be remembered, as of half an hour and more."""
+        return self.setting.samples > RULES.residuals.motions_remembered
+
     def forget(self) -> None:
         """Let go of all motions and simulations: those that are asked for next are remembered in their place."""
         for ch in self.channels.values():
             for key in [key for key in ch.memory if key[0] == "motion" or key == WHOLE]:
                 del ch.memory[key]
+        if self.long:
+            memory.give_back()
 
     def moves(self, residual: Residual, values: dict) -> list[tuple[np.ndarray, np.ndarray]]:
         """Speed of the input shaft and output torque of a residual's drive, for each run; empty where no motion is measured."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import sys
 from collections.abc import Callable, Hashable
 from typing import Any
 
@@ -19,3 +21,10 @@ def kept(found: dict, key: Hashable, make: Callable[[], Any], most: int) -> Any:
             found.pop(old, None)
         found[key] = known
     return known
+
+
+def give_back() -> None:
+    """What is free goes back to the system: the C library of Linux keeps arrays of an hour, in holes among those that are held."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None  # not every one has it
+    if trim is not None:
+        trim(0)

@@ -277,7 +277,7 @@ class Step:
         done: list = []
         self.tell(what, 0.0)
         threads = min(RULES.search.threads, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # made as numba is imported
-        if self.problem.experiment.setting.samples > RULES.residuals.motions_remembered:
+        if self.problem.experiment.long:
             threads = 1
         with ThreadPoolExecutor(threads) as pool:
             try:

@@ -76,22 +76,15 @@ def test_columns_are_written_as_a_table_of_pandas_is(rng, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_replay_loads_no_pandas_and_nothing_that_draws(tmp_path, rng):
+@pytest.mark.parametrize("command", ["replay", "diagnose"])
+def test_no_pandas_is_loaded_and_nothing_that_draws(tmp_path, rng, command):
     inverse(tmp_path, rng, friction=0.04, noise=2e-3, n=300)
     told = "import atexit, gc, json, sys; atexit.register(lambda: print(json.dumps([[*sys.modules], gc.get_stats()])))\n"
-    command = "from selflock.cli import main; sys.argv[0] = 'selflock'; main()"
-    words = ["replay", tmp_path / "rig.toml", tmp_path / "log.csv", "-o", tmp_path / "out"]
-    done = subprocess.run([sys.executable, "-c", told + command, *words], capture_output=True, text=True, check=True)
+    entry = "from selflock.cli import main; sys.argv[0] = 'selflock'; main()"
+    words = [command, tmp_path / "rig.toml", tmp_path / "log.csv", "-o", tmp_path / "out"]
+    done = subprocess.run([sys.executable, "-c", told + entry, *words], capture_output=True, text=True)
     modules, passes = json.loads(done.stdout.splitlines()[-1])
-    heavy = {
-        "pandas",
-        "matplotlib",
-        "scipy.signal",
-        "scipy.stats",
-        "scipy.interpolate",
-        "plotly",
-        "dask",
-        "selflock.diagnosis.output.report",
-    }
+    heavy = {"pandas", "matplotlib", "scipy.signal", "scipy.stats", "scipy.interpolate", "plotly", "dask"}
+    heavy |= {"selflock.diagnosis.output.report"} if command == "replay" else set()
     assert "numba" in modules and sorted(heavy & set(modules)) == []
     assert passes[2]["collections"] == 0  # of the collector through all that is loaded

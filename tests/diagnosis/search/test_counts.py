@@ -4,11 +4,14 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from numba.core import config
 
 from selflock.diagnosis import diagnose
 from selflock.diagnosis.residuals import kernels
 from selflock.diagnosis.residuals.experiment import Experiment
+from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search import problem as ground
+from selflock.diagnosis.search import step
 from selflock.diagnosis.search.problem import Problem
 
 from ..residuals.test_experiment import inverse
@@ -40,3 +43,20 @@ def test_simulations_of_a_small_diagnosis(tmp_path, monkeypatch):
     assert hypotheses < made["asked"] < 52 * hypotheses  # 35 for each
     assert made["gear"] < 52 * hypotheses  # 35 of these
     assert made["windup"] < 0.35 * made["gear"]  # it changes with few hypotheses, and is kept while it does not
+
+
+@pytest.mark.slow
+def test_a_log_too_long_to_be_remembered_is_looked_at_by_one_thread_and_answered_alike(tmp_path, rng, monkeypatch):
+    """An hour's motions do not stand in the memory twice, nor longer than they are asked for."""
+    threads: list[int] = []
+    pool = step.ThreadPoolExecutor
+    monkeypatch.setattr(step, "ThreadPoolExecutor", lambda most: threads.append(most) or pool(most))
+    inverse(tmp_path, rng, friction=0.04, noise=2e-3, n=300)
+    answers = []
+    for most in (10**6, 200):
+        monkeypatch.setitem(vars(RULES.residuals), "motions_remembered", most)
+        found = diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=None, seed=3).data()
+        answers.append({what: told for what, told in found.items() if what != "rules"})
+        assert set(threads) == {min(RULES.search.threads, config.NUMBA_NUM_THREADS) if most > 300 else 1}
+        threads.clear()
+    assert answers[0] == answers[1]

@@ -38,7 +38,7 @@ from ..rules import RULES
 from ..search.instants import place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
-from ..search.selection import ForwardSelection
+from ..search.selection import ForwardSelection, Selection
 from ..search.starts import correlated, told
 from ..search.step import so_far
 from . import hold_out as division
@@ -150,16 +150,14 @@ def _diagnosed(
         problem.experiment.forget()
     tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
     found = Judge(experiment, train, judged, names, rng).judge(outcome)
-    if experiment.long:  # what comes now asks for an hour's motions anew
-        experiment.forget()
+    _let_go(experiment, outcome)
     step, coarse, by_step = None, [], ""
     if rig.simulate != WHOLE:  # whose inputs are numbers, and whose steps are its own
         step = finest(experiment, found.mending.before, found.mending.after, judged)
     if step and step.explains and all(d.residual == step.residual for d in found.left):
         found, cause = to_blame(step, experiment, found, judged, names, rng)
         coarse, by_step = [cause], step.residual
-    if experiment.long:
-        experiment.forget()
+    _let_go(experiment, outcome)
     left, problem = found.left, outcome.problem
     causes = named(found.outcome) + coarse
     if found.reserve:
@@ -215,6 +213,7 @@ def _diagnosed(
         result.best = Best(named(extended.outcome), extended.gain, doubt)
     result.models = models(found.outcome, [bool(cause.weak) for cause in causes])
     mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
+    _let_go(experiment, outcome)
     result.comparisons = comparisons(mending, found.gain)
     result.runs = of_runs(extended)
     result.rivals = rivals(found.outcome, np.random.default_rng([seed, 2]), found.free)
@@ -225,6 +224,7 @@ def _diagnosed(
         result.sources = _sources(rig, runs, held, out)
         if extended.outcome.causes:
             tell("extended FMUs", 0.0)
+            _let_go(experiment, outcome)
             whole = replace(extended.mending, experiment=experiment)
             try:
                 result.extension |= extend(whole, out, [c.hypothesis for c in extended.outcome.causes])
@@ -251,6 +251,13 @@ def _asked(
             experiment = DriveExperiment(rig, runs)
             problem = problem_of(experiment, runs, held, train, kept)
     return experiment, train, names, problem
+
+
+def _let_go(experiment: DriveExperiment, outcome: Selection) -> None:
+    """Of an hour's motions, which are in the memory for each experiment: who comes next asks for those that are needed."""
+    if experiment.long:
+        for one in (experiment, outcome.problem.experiment, outcome.searched.experiment):
+            one.forget()
 
 
 def _voltage_told(problem: Problem, values: dict, caused: bool = False) -> bool:

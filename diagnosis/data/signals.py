@@ -58,8 +58,8 @@ RELATIVE = {"reducer.input_angle"}
 GIVEN = COMMANDS | {"motor.voltage"}
 """Signals that follow from what is given: they may rest, jump and saturate without being faulty."""
 
-VOLTAGES = ("controller.voltage", "motor.voltage")
-"""What a converter may average over its step."""
+VOLTAGES = ("controller.voltage", "motor.voltage", "motor.duty")
+"""What drives a motor, and a converter may average over its step: a voltage, or a duty of its supply."""
 
 
 def canonical(name: str) -> str:

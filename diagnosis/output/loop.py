@@ -30,7 +30,7 @@ from ..residuals.phase import own
 from ..residuals.residual import Residual
 from ..residuals.set_points import upright
 from ..rules import RULES
-from .playback import written
+from .playback import staged, written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,14 +85,20 @@ def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path],
         connections = [line for line in connections if not line.startswith(f'"controller.{target}" ')]
         connections.append(f'"controller.{target}" = {source}')
     time = run.time - run.time[0]
-    new, given = upright(time, driven.instants(time, ch), driven.asked(time, values, ch))
+    volts = driven.asked(time, values, ch)
     names = ("controller.angle_setpoint", "controller.speed_setpoint") if seen else ("motor.voltage",)
+    if seen and driven.inputs(ch):
+        asked, names = volts, (*names, "stage.supply_voltage")
+        volts = lambda when: np.vstack([asked(when), driven.supply(when, time, values, ch)])
+        connections = [line for line in connections if not line.startswith('"motor.voltage" ')] + staged(str, components)
+    new, given = upright(time, driven.instants(time, ch), volts)
     columns = {"time": new, **{name.rpartition(".")[2]: x for name, x in zip(names, given)}}
     connections += [f'"{name}" = {{ from = "log.{name.rpartition(".")[2]}", convert = false }}' for name in names]
     step = float(f"{whole.grid(ch).dt[1:].max() / parts:.6g}")
     order += [
         part for part in simulated if part == "controller"
     ]  # what it makes of the start of a step holds over it, as in the fit
+    order += ["stage"] if "stage.supply_voltage" in names else []
     order += chain.ORDER[:-1]
     return written(experiment.rig.name, out, columns, [], step, components, connections, order)
 

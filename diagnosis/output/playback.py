@@ -123,9 +123,14 @@ def _command(name, ch, components: list[str], play, values: dict) -> list[str]:
     """The connection from the controller to the motor: a voltage, or a duty of the measured supply."""
     if not ch.has("motor.duty", "motor.supply_voltage"):
         return [f'"{name("motor")}.voltage" = "{name("controller")}.voltage"']
+    play("supply_voltage", ch.true("motor.supply_voltage", values), f"{name('stage')}.supply_voltage")
+    return staged(name, components)
+
+
+def staged(name, components: list[str]) -> list[str]:
+    """The connections from a controller to its motor through a power stage, which joins the components; name: of each in its drive."""
     stage = name("stage")
     components.append(f'[components.{stage}]\npart = "selflock.diagnosis.output.playback:PowerStage"\n')
-    play("supply_voltage", ch.true("motor.supply_voltage", values), f"{stage}.supply_voltage")
     return [
         f'"{stage}.duty" = {{ from = "{name("controller")}.voltage", convert = false }}',
         f'"{name("motor")}.voltage" = {{ from = "{stage}.voltage", convert = false }}',

@@ -35,7 +35,7 @@ from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import Mending
 from ..residuals.whole import PARTED, WHOLE, undescribed
 from ..rules import RULES
-from ..search.instants import place_jumps, place_ticks
+from ..search.instants import place_acts, place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
 from ..search.selection import ForwardSelection, Selection
@@ -246,10 +246,11 @@ def _asked(
     train, names = division.split(experiment, runs, held)
     experiment.forget()  # an hour's motions, which the search makes for itself
     problem = problem_of(experiment, runs, held, train, kept)
-    for place in (place_jumps, place_ticks) if experiment.by_channel else ():
-        if place(experiment, problem):
-            experiment = DriveExperiment(rig, runs)
-            problem = problem_of(experiment, runs, held, train, kept)
+    anew = lambda: problem_of(DriveExperiment(rig, runs), runs, held, train, kept)
+    for place in (place_jumps, place_acts, place_ticks) if experiment.by_channel else ():
+        if place(experiment, problem, anew):
+            problem = anew()
+            experiment = problem.experiment
     return experiment, train, names, problem
 
 

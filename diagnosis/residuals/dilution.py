@@ -49,7 +49,7 @@ def of_driving(experiment: Experiment, residual: Residual, values: dict[str, flo
     """
     ch = experiment.channels[0, residual.prefix]
     current = next((r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + CURRENT), None)
-    if residual.kind != "whole" or current is None or not driven.inputs(ch):
+    if residual.kind != "whole" or current is None or driven.of(ch) != driven.VOLTAGE:
         return 0.0, 0.0
     # each channel asks for it with the same values
     asked, key = experiment.remembered("current not measured"), frozenset(values.items())
@@ -80,7 +80,7 @@ def _volts(experiment: Experiment, current: Residual, values: dict[str, float], 
     """Noise of the voltage, V, that makes about that much of the fast current, and how much, A."""
     volts = size * experiment.channels[0, current.prefix].setting.value(current.prefix + "motor.resistance", values)
     for _ in range(2):  # a winding lets through a part of it
-        moved, trusted = _moved(experiment, current, values, volts)
+        moved, trusted = moved_by(experiment, current, values, {driven.NOISE: volts})
         made = fast(moved, trusted)
         if made <= 0.0:
             return volts, np.inf
@@ -90,15 +90,15 @@ def _volts(experiment: Experiment, current: Residual, values: dict[str, float], 
 
 def _made(experiment: Experiment, residual: Residual, values: dict[str, float], volts: float) -> tuple[float, float]:
     """What so much noise of the voltage makes of a channel: of rows, beyond what is fast, and of bins."""
-    moved, trusted = _moved(experiment, residual, values, volts)
+    moved, trusted = moved_by(experiment, residual, values, {driven.NOISE: volts})
     joined = np.concatenate([x[t] for x, t in zip(moved, trusted)])
     slow = max(float(np.mean(joined**2)) - fast(moved, trusted) ** 2, 0.0) if len(joined) else 0.0
     return float(np.sqrt(slow)), of_means(experiment, residual, moved, trusted)
 
 
-def _moved(
-    experiment: Experiment, residual: Residual, values: dict[str, float], volts: float
+def moved_by(
+    experiment: Experiment, residual: Residual, values: dict[str, float], more: dict[str, float]
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """By how much each run of a comparison is another with so much noise on the voltage, and where that can be trusted."""
-    moved, trusted = changes(*(experiment.compare(residual, v) for v in (values, values | {driven.NOISE: volts})))
+    """By how much each run of a comparison is another with more values, and where that can be trusted."""
+    moved, trusted = changes(*(experiment.compare(residual, v) for v in (values, values | more)))
     return [np.where(t, x, 0.0) for x, t in zip(moved, trusted)], trusted

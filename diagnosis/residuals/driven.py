@@ -26,11 +26,19 @@ ANGLE, SPEED, VOLTAGE = "angle", "speed", "voltage"
 
 SETPOINT = {ANGLE: "controller.angle_setpoint", SPEED: "controller.speed_setpoint"}
 
-GIVEN = (("controller.voltage",), ("motor.voltage",), ("motor.duty", "motor.supply_voltage"))
+DUTY, SUPPLY = "motor.duty", "motor.supply_voltage"
+
+GIVEN = (("controller.voltage",), ("motor.voltage",), (DUTY, SUPPLY))
 """Channels that say the voltage in open loop, the first that a log has: a command is a number, a voltage was measured."""
 
 NOISE = "recorder.driving.noise"
 """V: with this value a drive in open loop is simulated with so much white noise on the voltage, the same each time."""
+
+ACTS, BY_ROWS, OWN_SPEED = "acts", "by rows", "own speed"
+"""Where a run keeps how what drives its motor acts: at its rows alone, and of its controller that it makes its speed of its angle."""
+
+STEPS = "recorder.controller.steps"
+"""Counts: with this value a loop is simulated with the counts that its controller sees, their zero so far away, and its command's steps."""
 
 
 def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
@@ -47,7 +55,8 @@ def lacking(rig: Rig, signals: set[str], way: str = ANGLE) -> str:
     if way != VOLTAGE:
         asked |= {
             f"a column of {SETPOINT[way]}": SETPOINT[way] in signals,
-            "a motor driven by its controller's voltage, not by a column of motor.duty": "motor.duty" not in signals,
+            f"a column of {SUPPLY} beside {DUTY}, and none of a voltage": DUTY not in signals
+            or {*source(signals)} == {DUTY, SUPPLY},
             **motion,
             f"the controller's {way}_gain in [parameters]": f"controller.{way}_gain" in rig.parameters,
         }
@@ -90,8 +99,10 @@ def of(ch: Channels) -> str:
 
 
 def inputs(ch: Channels) -> tuple[str, ...]:
-    """Channels that were measured and drive the simulation: of an open loop what says the voltage."""
-    return source({*ch.run.signals}) if of(ch) == VOLTAGE else ()
+    """Channels that were measured and drive the simulation: of an open loop what says the voltage, of a duty in a closed one the supply."""
+    if of(ch) == VOLTAGE:
+        return source({*ch.run.signals})
+    return (SUPPLY,) if ch.has(DUTY) else ()
 
 
 def wanted(ch: Channels) -> np.ndarray:
@@ -105,7 +116,7 @@ def usual(ch: Channels) -> float:
     if of(ch) == VOLTAGE or not electric:
         return float(np.sqrt(np.mean((x if of(ch) == VOLTAGE else x - x.mean()) ** 2)))
     gain = ch.setting.value(f"controller.{of(ch)}_gain", {})
-    return float(np.sqrt(np.mean((drive.voltage(electric, {}, ch) / gain) ** 2)))
+    return float(np.sqrt(np.mean((ch.true(electric, {}) / gain) ** 2)))
 
 
 def jumped(ch: Channels) -> np.ndarray:
@@ -125,10 +136,10 @@ def jumped(ch: Channels) -> np.ndarray:
 def sooner(ch: Channels) -> dict[int, float]:
     """Of rows behind a jump: the share of the rows before by which it came sooner, once that is found.
 
-    Until then one that was measured is half-way through the rows that show it: at their end all channels would seem early for it.
+    Until then it is half-way through the rows that show it: at their end all channels would seem early for it.
     """
     if "jumped sooner" not in ch.run.memory:
-        pairs = jumped(ch) if of(ch) == VOLTAGE else np.zeros((0, 2), int)
+        pairs = jumped(ch)
         shown = lambda first, last: max(last - first - RULES.residuals.leap_held, 1)
         ch.run.memory["jumped sooner"] = {int(last): 0.5 * float(shown(first, last) / (last - first)) for first, last in pairs}
     return ch.run.memory["jumped sooner"]
@@ -136,13 +147,13 @@ def sooner(ch: Channels) -> dict[int, float]:
 
 def instants(time: np.ndarray, ch: Channels) -> np.ndarray:
     """When it jumps, s from the first row on; time: of the rows asked about."""
-    time = sent(time, ch)
+    time = sent(time, ch) if of(ch) == VOLTAGE else time
     return np.array([jump(pair, time, sooner(ch)) for pair in jumped(ch) if pair[1] < len(time)])
 
 
 def sent(time: np.ndarray, ch: Channels) -> np.ndarray:
     """When that was which stands in rows of these times, s: what was measured may be as old as a message."""
-    return time - age(inputs(ch)[0], ch)[: len(time)] if inputs(ch) else time
+    return time - age(inputs(ch)[0], ch)[: len(time)]
 
 
 def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray], np.ndarray]:
@@ -158,13 +169,28 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
         times = [time - age(name, ch)[:n] for name in inputs(ch)]
 
         def volts(when: np.ndarray) -> np.ndarray:
-            told = between(when, times[0], first, known, pairs)
+            if row_by_row(ch):
+                told = first[np.clip(np.searchsorted(times[0], when + 1e-9, side="right") - 1, 0, n - 1)]
+            else:
+                told = between(when, times[0], first, known, pairs)
             return np.stack([told * np.interp(when, times[1], supply[0]) if supply else told, np.zeros(len(when))])
 
         return volts
     angle = wanted(ch) if of(ch) == ANGLE else np.zeros(len(ch.run))
     both = angle[:n], drive.speed_setpoint(angle, {}, ch)[:n]
     return lambda when: np.stack([between(when, time, x, known) for x in both])
+
+
+def supply(when: np.ndarray, time: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
+    """Voltage at these instants of the supply of which a controller commands a duty, V; 0 where it commands a voltage."""
+    if of(ch) == VOLTAGE or not inputs(ch):
+        return np.zeros(len(when))
+    return np.interp(when, time - age(SUPPLY, ch)[: len(time)], ch.true(SUPPLY, values)[: len(time)])
+
+
+def row_by_row(ch: Channels) -> bool:
+    """Whether what drives the motor acts at the instants of the rows alone, and is held between them: a small controller wrote the log."""
+    return BY_ROWS in ch.run.memory.get(ACTS, ())
 
 
 def places(when: np.ndarray, time: np.ndarray, ch: Channels) -> np.ndarray:

@@ -221,9 +221,20 @@ def _met(over, g, l, delivered, time, current):
     return current
 
 
+def _counted(stepped, angle):
+    """An angle of the load as an encoder counts it."""
+    count, zero = stepped[0], stepped[1]
+    return count * (floor(angle / count + zero) + 0.5 - zero) if count > 0.0 else angle
+
+
+def _in_steps(command, least):
+    """A command in steps."""
+    return least * floor(command / least + 0.5) if least > 0.0 else command
+
+
 def closed(
-    pc, pm, pr, pl, pa, ps, sensed, at_motor, looped, powered, asked, ahead, turned, dt, parts, ticked, at, starts, place, over, knots,
-    heights, out,
+    pc, pm, pr, pl, pa, ps, sensed, at_motor, looped, powered, supply, asked, ahead, turned, acts, dt, parts, ticked, stepped, at,
+    starts, place, over, knots, heights, out,
 ):  # fmt: skip
     """A drive from its set-points with the loop closed; the controller acts as its period says, or all the time.
 
@@ -235,11 +246,14 @@ def closed(
     as speeds and accelerations foretell it. asked, ahead: set-points of angle and speed at the samples, and in the middle of the
     step behind each.
     pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor > 0: these are the
-    input shaft's, seen through the gear's ratio. ticked: s since it acted last, of one with a period. at: samples at which
+    input shaft's, seen through the gear's ratio. supply: V; where it is above 0 the controller commands a duty of it. ticked: s since it acted last, of one with a period. at: samples at which
     the shafts are put where they were measured, 0 first, each with its row of starts, as `start` in `whole`; heat and wear
-    go on. place, over, knots, heights: of a free law (free_law), with place 0 none. powered and rows of out as in `whole`.
+    go on. acts: 0 at samples at which the controller is not told anything new; where there are any it acts at the others alone.
+    stepped: the count in which the controller is told the angle, rad of the load, where the zero of these lies, s over which
+    it makes its speed of them, and the step of its command; 0 for none. place, over, knots, heights: of a free law (free_law), with place 0 none. powered and rows of out as in `whole`.
     """
     ratio, since, push = pr.gear_ratio, 0.0, 0.0
+    count, made, least = stepped[0], stepped[2], stepped[3]
     start, put = starts[0], 1
     m, g = dc.start(pm), shaft.start(pr, start[0], start[1], start[2], start[3])
     m = dc.State(m.current, start[0], m.heat, m.effects)  # waves over the rotor go with the angle that is measured
@@ -256,10 +270,12 @@ def closed(
     c = pd.after(
         pd.start(pc, asked[0, 0], asked[1, 0], angle, speed, start[1], 0.0), ticked - dt[0]
     )  # at the first sample it is so long ago
-    held = pd.sample_period(pc, pd.Condition(0.0)) > 0.0 and pd.command_delay(pc, pd.Condition(0.0)) == 0.0
+    held = pd.sample_period(pc, pd.Condition(0.0)) > 0.0 and pd.command_delay(pc, pd.Condition(0.0)) == 0.0 or acts.min() == 0.0
+    told = asked[0, 0], asked[1, 0], angle, speed, g.speed, 0.0
     u = c.command
     delivered, pull = _rests(pr, pl, g, l)
     current = torque = rise = strayed = 0.0
+    last, made_of, aged = speed, _counted(stepped, angle), ticked - dt[0]
     for i in range(len(dt)):
         if i > 0:
             h = dt[i] / parts
@@ -299,6 +315,15 @@ def closed(
                 angle += push / ratio if at_motor > 0.0 else push
             half = 0.5 * dt[i + 1] if i + 1 < len(dt) else 0.0
             later, faster = angle + half * (speed + 0.5 * half * gained), speed + half * gained
+            if count > 0.0:
+                angle, later = _counted(stepped, angle), _counted(stepped, later)
+            if made > 0.0:
+                aged += dt[i]
+                if anew:
+                    last, made_of, aged = speed, angle, 0.0
+                elif acts[i] > 0.0 and aged >= made * (1.0 - 1e-9):
+                    last, made_of, aged = (angle - made_of) / aged, angle, 0.0
+                speed = faster = last
             if anew and sensed > 0.0:
                 sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
             if sensed > 0.0:
@@ -310,11 +335,17 @@ def closed(
                 later = seen.reading
                 _, seen = sensor.advance(ps, ss, faster, half)
                 faster = seen.reading
-            c, co = pd.advance(pc, c, asked[0, i], asked[1, i], angle, speed, g.speed, delivered, dt[i])
-            out[0, i] = u = co.voltage
+            if acts[i] > 0.0:
+                told = asked[0, i], asked[1, i], angle, speed, g.speed, delivered
+            c, co = pd.advance(pc, c, told[0], told[1], told[2], told[3], told[4], told[5], dt[i])
+            volts, later_volts = 1.0, 1.0
+            if supply[i] > 0.0:
+                volts = supply[i]
+                later_volts = 0.5 * (volts + supply[min(i + 1, len(dt) - 1)])
+            out[0, i] = _in_steps(co.voltage, least) * volts
             if not held:
                 _, co = pd.advance(pc, c, ahead[0, i], ahead[1, i], later, faster, g.speed + half * rise, delivered, half)
-                u = co.voltage
+            u = _in_steps(co.voltage, least) * later_volts
         if powered[i] == 0.0:
             out[0, i] = u = pm.voltage_constant * g.speed  # no current flows
         out[1, i] = current

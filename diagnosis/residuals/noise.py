@@ -22,6 +22,7 @@ from .experiment import Experiment
 from .propagated import of_inputs
 from .residual import Residual
 from .rounding import rounding
+from .stepping import of_steps
 
 
 def floor(experiment: Experiment, residual: Residual, values: dict, errors: list[np.ndarray], trusted: list[np.ndarray]) -> float:
@@ -29,9 +30,10 @@ def floor(experiment: Experiment, residual: Residual, values: dict, errors: list
     if experiment.steady:
         return of_points(experiment, residual, values)
     if residual.kind == "whole":
-        own = max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0])
-        slow = of_formulas(experiment, residual), of_driving(experiment, residual, values)[0]  # which neither is part of
-        return float(np.sqrt(own**2 + slow[0] ** 2 + slow[1] ** 2))
+        slow, fast, _ = of_steps(experiment, residual, values)
+        own = max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0], fast)
+        slow = of_driving(experiment, residual, values)[0], slow  # which neither is part of
+        return float(np.sqrt(own**2 + of_formulas(experiment, residual) ** 2 + slow[0] ** 2 + slow[1] ** 2))
     reach = experiment.reach(residual)
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
     of_neighbours = of_samples(errors, trusted, reach, resolution(measured) if reach == 1 else 0.0)
@@ -114,7 +116,7 @@ def of_formulas(experiment: Experiment, residual: Residual) -> float:
         if not electric or gain <= 0.0:
             return 0.0
         gears = ch.setting.value("reducer.gear_ratio", {}) if residual.reading == "input_angle" else 1.0
-        return RULES.residuals.formulas * float(np.sqrt(np.mean(drive.voltage(electric, {}, ch) ** 2))) / gain * gears
+        return RULES.residuals.formulas * float(np.sqrt(np.mean(ch.true(electric, {}) ** 2))) / gain * gears
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
     if residual.reading == "supply_voltage":  # of which only what it falls by is told
         measured = measured - np.mean(measured)

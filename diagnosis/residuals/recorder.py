@@ -54,7 +54,7 @@ def over_lost_rows(name: str, ch: Channels) -> np.ndarray:
 
 def commanded(ch: Channels) -> str:
     """The channel in which a controller's acts are seen: its command, or the voltage that it makes; "" where there is none."""
-    return next((name for name in (COMMAND, "motor.voltage") if ch.has(name)), "")
+    return next((name for name in (COMMAND, "motor.duty", "motor.voltage") if ch.has(name)), "")
 
 
 def ticks(period: float, ch: Channels) -> float:

@@ -13,7 +13,7 @@ from ..rules import RULES
 from . import driven
 from .channels import Channels
 from .recorder import commanded, counts
-from .whole import SHOWN, TURNS, differences, earlier, grid, read, seen_by_controller, simulate
+from .whole import DUTY, SHOWN, TURNS, differences, earlier, grid, read, seen_by_controller, simulate
 
 
 def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:
@@ -26,7 +26,7 @@ def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.nda
         return sum(both[1:], both[0]) if both else None
     if name == "load.angle":
         return _of_angle(name, values, ch, zeros)
-    if SHOWN[name] in ("voltage", "current"):
+    if SHOWN[name] in ("voltage", DUTY, "current"):
         return _through_loop(SHOWN[name], values, ch, zeros) if sees_counts(ch) else None
     count, rows = counts(name, ch)
     if not rows:
@@ -92,12 +92,13 @@ def _through_loop(shown: str, values: dict, ch: Channels, zeros: np.ndarray) -> 
     of = lambda name: ch.setting.value(name, values)
     gain, ratio = of("controller.angle_gain"), of("reducer.gear_ratio")
     step = float(np.median(ch.taken_steps()[1:]))
-    follows = (of("controller.speed_gain") + of("motor.voltage_constant") * ratio) / gain
+    follows = (of("controller.speed_gain") + of("motor.voltage_constant") * ratio / (np.mean(grid(ch).supply) or 1.0)) / gain
     voltage = -gain * error / (ratio if angle.startswith("reducer") else 1.0)
     stays = np.exp(-step / follows)
     voltage = lfilter([1.0, -1.0], [1.0, -stays], voltage, zi=-voltage[:, :1])[0]
-    if shown == "voltage":
+    if shown in ("voltage", DUTY):
         return voltage
+    voltage = voltage * (np.mean(grid(ch).supply) or 1.0)
     stays = np.exp(-step * of("motor.resistance") / max(of("motor.inductance"), 1e-12))
     return lfilter([1.0 - stays], [1.0, -stays], voltage) / of("motor.resistance")
 

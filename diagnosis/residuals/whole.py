@@ -27,6 +27,7 @@ from selflock.fmus.motor.effects.supply_sag import supplied
 from ..data.log import VALID
 from ..data.rig import MOTOR, Rig
 from ..data.signals import ANGLE_OF
+from ..data.values import resolution
 from ..errors import DataError
 from ..rules import RULES
 from . import drive, driven, free_law, laws, memory
@@ -35,14 +36,15 @@ from .closing import zero
 from .compare import Compared
 from .forward import ROWS, stable
 from .messages import age, period, told
-from .recorder import counts, over_lost_rows, ticks
+from .recorder import commanded, counts, over_lost_rows, ticks
 from .set_points import about
 
-SUPPLY = "supply"
+SUPPLY, DUTY = "supply", "duty"
 
 SHOWN = {
     "controller.voltage": "voltage",
     "motor.voltage": "voltage",
+    "motor.duty": DUTY,
     "motor.current": "current",
     "motor.torque": "torque",
     "reducer.output_torque": "output_torque",
@@ -112,10 +114,15 @@ def seen_by_controller(ch: Channels) -> tuple[str, ...]:
 
 def makes_its_speed(ch: Channels) -> bool:
     """Whether a controller's speed may be its own work, as late as its differences and filters make it: no other is in the log."""
-    if driven.of(ch) != driven.ANGLE or ch.setting.value(ch.prefix + "controller.speed_gain", {}) <= 0.0:
+    if not needs_speed(ch):
         return False
     speed = seen_by_controller(ch)[1]
-    return not ch.has(speed) or counts(speed, ch)[1] > 0
+    return not ch.has(speed) or counts(speed, ch)[1] > 0 or driven.OWN_SPEED in ch.run.memory.get(driven.ACTS, ())
+
+
+def needs_speed(ch: Channels) -> bool:
+    """Whether a controller of angle acts on a speed, too."""
+    return driven.of(ch) == driven.ANGLE and ch.setting.value(ch.prefix + "controller.speed_gain", {}) > 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +134,8 @@ class Grid:
     asked: np.ndarray  # set-points of angle and speed, (2, instants)
     ahead: np.ndarray  # and in the middle of the step behind each
     powered: np.ndarray
+    supply: np.ndarray  # V, of which a duty is commanded, else 0
+    acts: np.ndarray  # 0 between the acts of a controller that acts row by row, else 1
     places: np.ndarray  # rad, of the load as measured, where no controller holds its angle
 
 
@@ -152,7 +161,24 @@ def _grid(ch: Channels, period: float) -> Grid:
     asked = driven.asked(time, {}, ch)
     powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.searchsorted(time, fine + 1e-9, side="right") - 1]
     dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
-    return Grid(fine, dt, asked(fine), asked(_ahead(fine, dt)), powered, driven.places(fine, time, ch))
+    volts = driven.supply(fine, time, {}, ch)
+    return Grid(
+        fine, dt, asked(fine), asked(_ahead(fine, dt)), powered, volts, _acts(fine, time, ch), driven.places(fine, time, ch)
+    )
+
+
+def _acts(fine: np.ndarray, time: np.ndarray, ch: Channels) -> np.ndarray:
+    """At which instants of a grid a controller acts: at all, or at the rows alone, and as often where rows are lost."""
+    if not driven.row_by_row(ch) or driven.of(ch) == driven.VOLTAGE:
+        return np.ones(len(fine))
+    steps, usual = np.diff(time), float(np.median(np.diff(time)))
+    missing = [
+        np.arange(time[n] + usual, time[n + 1] - 0.5 * usual, usual)
+        for n in np.flatnonzero(steps > (1.0 + RULES.data.uneven) * usual)
+    ]
+    found = np.zeros(len(fine))
+    found[np.minimum(np.searchsorted(fine, np.concatenate([time, *missing]) - 1e-9), len(fine) - 1)] = 1.0
+    return found
 
 
 def _rows(ch: Channels) -> np.ndarray:
@@ -189,7 +215,7 @@ def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
 def matters(name: str, ch: Channels) -> bool:
     """Whether a value changes the motion itself: a component's, or a sensor's that the controller sees."""
     if name.startswith("recorder."):
-        return name in (*MOVING, driven.NOISE)
+        return name in (*MOVING, driven.NOISE, driven.STEPS)
     if of := free_law.channel(name) if name.startswith(free_law.PREFIX) else "":
         return of in seen_by_controller(ch)[:1]
     if name.startswith("sensor."):
@@ -222,36 +248,58 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
     pc, pm, pr, pl = (drive.law(part, values, ch) for part in PARTS)
     stiffness, damping, parts = carried_in(values, ch)
     late, period = values.get(HOLD, 0.0), pc.sample_period
+    if driven.row_by_row(ch):
+        late = period = 0.0
     if 0.0 < period <= np.median(here.dt):
         late, period = late + 0.5 * period, 0.0
     if ticked is None:
         ticked = ticks(period, ch) if period > 0.0 else 0.0
         if period > 0.0 and period != ch.setting.value(ch.prefix + "controller.sample_period", {}):
             here = _grid(ch, period)
+    by_rows = here.acts.min() == 0.0
+    stepped = _stepped(values, period or max(2.0 * late, float(np.median(here.dt))), ch, by_rows)
     pc = pc._replace(command_delay=pc.command_delay + late, sample_period=period)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     if driven.of(ch) == driven.SPEED:
         pc = pc._replace(angle_gain=0.0)
     seen, (at, starts) = seen_by_controller(ch), begins(values, ch, here)
     sensors = [ch.sensor(name, values) for name in seen] or [None, None]
-    if slow := values.get(FILTER, 0.0):
+    slow = values.get(FILTER, 0.0) - (0.0 if by_rows else 0.5 * stepped[2])  # of which a difference is half of itself late
+    if slow > 0.0:
         speed = sensors[1] or laws.no_sensor()
         sensors[1] = speed._replace(lag_time=speed.lag_time + slow)
     out = np.empty((len(ROWS), len(here.time)))
     place, over, knots, heights, of = free_law.of(values)
     if of in seen[:1]:
         place = free_law.IN_LOOP
-    asked, ahead = here.asked, here.ahead
+    asked, ahead, supply = here.asked, here.ahead, here.supply
     if driven.NOISE in values or any(ch.sensor(name, values) is not None for name in driven.inputs(ch)):
-        volts = driven.asked(_rows(ch), values, ch)
+        volts, supply = driven.asked(_rows(ch), values, ch), driven.supply(here.time, _rows(ch), values, ch)
         asked, ahead = volts(here.time), volts(_ahead(here.time, here.dt))
     ch.setting.kernels.closed(
         pc, pm, pr, pl, *(laws.no_sensor() if p is None else p for p in sensors), float(any(p is not None for p in sensors)),
-        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, asked, ahead, here.places, here.dt, parts, ticked,
-        at, starts, place, over, knots, heights, out,
+        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, supply, asked, ahead, here.places, here.acts, here.dt, parts,
+        ticked, stepped, at, starts, place, over, knots, heights, out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out if here is told else (np.interp(told.time, here.time, x) for x in out)))
+    if supply.any():
+        rows[DUTY] = rows["voltage"] / np.interp(told.time, here.time, supply)
     return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}
+
+
+def _stepped(values: dict, period: float, ch: Channels, by_rows: bool) -> np.ndarray:
+    """What a controller is told in counts, and gives in steps; see loops.closed. period: over which it makes its own speed, s."""
+    found = np.zeros(4)
+    if by_rows and makes_its_speed(ch):  # the difference from row to row
+        found[2] = 1e-9
+    if (zero := values.get(driven.STEPS)) is None:
+        return found
+    angle, command = seen_by_controller(ch)[0], commanded(ch)
+    gears = ch.setting.value("reducer.gear_ratio", values) if angle.startswith("reducer") else 1.0
+    found[:2] = counts(angle, ch)[0] / gears if ch.has(angle) else 0.0, zero
+    found[2] = found[2] or (period if makes_its_speed(ch) else 0.0)
+    found[3] = resolution(ch.raw(command)[ch.good(command)]) if command else 0.0
+    return found
 
 
 def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:

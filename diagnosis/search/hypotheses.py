@@ -191,13 +191,15 @@ def stall(rig: Rig, component: str, channels: set[str], experiment: DriveExperim
         return rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in base(of) if p.name == name))
 
     limits = [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
+    of_supply = {prefix + "motor.duty", prefix + "motor.supply_voltage"} <= channels  # the limits of a duty are no voltage
+    supply = spread(experiment, prefix + "motor.supply_voltage") if of_supply else 1.0
     seen = [spread(experiment, prefix + name) for name in VOLTAGES if prefix + name in channels]
     if not any(name in rig.parameters for name in limits) and seen:
         voltage = max(seen)
     else:
         voltage = max(abs(value("controller", name)) for name in ("voltage_min", "voltage_max"))
     resistance = value("motor", "resistance")
-    return value("motor", "torque_constant") * voltage / resistance if resistance > 0.0 else inf
+    return value("motor", "torque_constant") * voltage * supply / resistance if resistance > 0.0 else inf
 
 
 def _effect(rig: Rig, name: str, component: str, effect: Effect, most: float) -> Hypothesis:
@@ -285,7 +287,8 @@ def recorder(experiment: DriveExperiment) -> tuple[Free, ...]:
         return tuple(Free(f"recorder.{channel}.shift", *late, "s") for channel in between_rows(experiment))
     told = {"controller.sample_period", "controller.command_delay"} & {*experiment.rig.parameters, *experiment.rig.uncertain}
     way = driven.of(experiment.channels[0, ""]) if experiment.rig.simulate == whole.WHOLE else ""
-    if way in driven.SETPOINT and not told:
+    by_rows = bool(way) and driven.row_by_row(experiment.channels[0, ""])
+    if way in driven.SETPOINT and not told and not by_rows:
         found.append(Free(whole.HOLD, rules.window_start * step, 0.0, step, "s"))
     if way and whole.makes_its_speed(experiment.channels[0, ""]):  # of a difference over its period half of that is late
         period = max(step, experiment.rig.parameters.get("controller.sample_period", 0.0))

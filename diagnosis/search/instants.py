@@ -6,23 +6,30 @@ simulated with its jumps at several places of their rows; each is left where its
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from ..residuals import driven, whole
+from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import samples
 from ..residuals.noise import floor
 from ..residuals.recorder import commanded, ticks
 from ..rules import RULES
+from .fit import rho
 from .problem import Problem
 
 
-def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
+def place_jumps(experiment: DriveExperiment, problem: Problem, anew: Callable[[], Problem] | None = None) -> bool:
     """Find when each jump of a whole drive's set-points came, and keep it with its run; whether there is any."""
     channels = list(experiment.channels.values())
     if not any(len(driven.jumped(ch)) for ch in channels):
         return False
-    rounds = 2 if driven.inputs(channels[0]) else 1  # what is measured jumps in more than a row, and shifts tell where of it
+    rounds = (
+        2 if driven.of(channels[0]) == driven.VOLTAGE else 1
+    )  # what is measured jumps in more than a row, and shifts tell where of it
     for _ in range(rounds):
         problem = problem.with_noise()
         values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
@@ -34,7 +41,47 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     return True
 
 
-def place_ticks(experiment: DriveExperiment, problem: Problem) -> bool:
+def place_acts(experiment: DriveExperiment, problem: Problem, anew: Callable[[], Problem]) -> bool:
+    """Find whether what drives the motor acts row by row and is held between, and whether its controller makes its speed itself.
+
+    So a small controller does that writes its own log. Of these ways the one that fits best is kept with the runs. It is asked where
+    the first, which acts between rows on the speed that was logged, leaves more than noise. anew: the problem, in the way that is kept.
+    """
+    channels = list(experiment.channels.values())
+    ch = channels[0]
+    if not commanded(ch):
+        return False
+    problem, sound = problem.with_noise(), RULES.search.sound
+    fitted = problem.fit(problem.base_free, problem.nominal)
+    if problem.excess(fitted.values).max() <= sound:
+        return False
+    period = ch.setting.value("controller.sample_period", {}) if driven.of(ch) != driven.VOLTAGE else 0.0
+    rows = period <= 0.0 or abs(period - experiment.step) <= RULES.data.uneven * experiment.step
+    own = whole.needs_speed(ch) and not whole.makes_its_speed(ch)
+    able = {name for name, there in {driven.BY_ROWS: rows, driven.OWN_SPEED: own}.items() if there}
+    ways = [way for way in ({driven.BY_ROWS}, {driven.OWN_SPEED}, {driven.BY_ROWS, driven.OWN_SPEED}) if way <= able]
+    loss = lambda fit: float(rho(fit.misfit[problem.rows], problem.loss_scale).sum())
+    best, least = set(), loss(fitted)
+    for way in ways:
+        _act(channels, way)
+        other = anew().with_noise()
+        other = replace(other, noise=problem.noise, quiet=problem.quiet, loss_scale=problem.loss_scale)
+        fitted = other.fit(other.base_free, other.nominal)
+        if loss(fitted) < least:
+            best, least = way, loss(fitted)
+            if other.excess(fitted.values).max() <= sound:
+                break
+    _act(channels, best)
+    return bool(best)
+
+
+def _act(channels: list[Channels], way: set[str]) -> None:
+    """Keep with the runs how what drives the motor acts."""
+    for ch in channels:
+        ch.run.memory[driven.ACTS] = frozenset(way)
+
+
+def place_ticks(experiment: DriveExperiment, problem: Problem, anew: Callable[[], Problem] | None = None) -> bool:
     """Find when within its period a controller acts whose period the rig gives, in each run; whether there is any to be found.
 
     The steps of its voltage tell it to a row, and to what a message takes; what current and voltage are between two acts tells the
@@ -46,6 +93,7 @@ def place_ticks(experiment: DriveExperiment, problem: Problem) -> bool:
         period <= experiment.step * (1.0 - RULES.data.uneven)
         or driven.of(channels[0]) == driven.VOLTAGE
         or not commanded(channels[0])
+        or driven.row_by_row(channels[0])
     ):
         return False
     problem = problem.with_noise()

@@ -15,6 +15,7 @@ from ..residuals.mending import excess
 from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding
 from ..residuals.phase import name, parameter
 from ..residuals.propagated import of_inputs
+from ..residuals.stepping import of_steps
 from ..residuals.whole import HOLD, MOVING
 from ..rules import RULES
 from .candidate import Candidate
@@ -142,7 +143,8 @@ class Problem:
             if residual.kind == "whole":
                 rounding = of_rounding(experiment, residual, self.absolute(values))[1]
                 driving = of_driving(experiment, residual, self.absolute(values))[1]
-                noise[number] = max(noise[number], rounding, of_formulas(experiment, residual), driving)
+                stepping = of_steps(experiment, residual, self.absolute(values))[2]
+                noise[number] = max(noise[number], rounding, of_formulas(experiment, residual), driving, stepping)
             if not experiment.steady:
                 quiet[number] = min(1.0, max(of_quiet_bins(r, told, lag), recorded) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)

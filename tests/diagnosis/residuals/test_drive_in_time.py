@@ -43,12 +43,14 @@ def wanted(t):
     return np.stack([0.4 * np.sin(5.0 * t) ** 3, 6.0 * np.sin(5.0 * t) ** 2 * np.cos(5.0 * t)])
 
 
-def simulated(step, last, p, ticked=0.0, looped=1.0, given=wanted, turned=lambda t: np.full(len(t), np.nan)):
+def simulated(
+    step, last, p, ticked=0.0, looped=1.0, given=wanted, turned=lambda t: np.full(len(t), np.nan), supply=np.zeros_like
+):
     """Rows of the compiled simulation, from rest at 0, its steps in one part."""
     time = step * np.arange(round(last / step) + 1)
     dt, out, off, nothing = np.full(len(time), step), np.empty((8, len(time))), laws.no_sensor(), free_law.none()
     kernels().closed(
-        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), given(time), given(time + 0.5 * step), turned(time), dt, 1, ticked,
+        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), supply(time), given(time), given(time + 0.5 * step), turned(time), np.ones(len(time)), dt, 1, ticked, np.zeros(4),
         np.zeros(1, int),
         np.zeros((1, 4)), nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
@@ -60,14 +62,19 @@ def volts(t):
     return np.stack([8.0 * np.sin(7.0 * t) ** 3, 0.0 * t])
 
 
-def solved(last, period=0.0, driven=None):
+def sagging(t):
+    """A supply that falls and swings, V."""
+    return 12.0 - 3.0 * t + np.sin(20.0 * t)
+
+
+def solved(last, period=0.0, driven=None, supply=np.ones_like):
     """Current, input speed, output angle and speed by an integrator; the command from act to act of a controller with a period."""
 
     def rates(t, x, held):
         i, angle, speed, out, turned = x
         asked, rate = wanted(t)
         command = ANGLE_GAIN * (asked - out) + SPEED_GAIN * (rate - turned) if held is None else held
-        command = command if driven is None else driven(t)[0]
+        command = supply(t) * (command if driven is None else driven(t)[0])
         torque = STIFF * (angle / RATIO - out) + DAMP * (speed / RATIO - turned)
         return [
             (command - R * i - K * speed) / L,
@@ -91,13 +98,16 @@ def solved(last, period=0.0, driven=None):
     return np.array(rows).T
 
 
+@pytest.mark.parametrize("duty", [False, True], ids=["voltage", "duty"])
 @pytest.mark.parametrize("period", [0.0, 0.008], ids=["continuous", "sampled"])
-def test_a_loop_is_of_second_order_in_its_step(period):
-    """Half the step leaves a quarter of the error, of every signal: of a first order it would be half."""
-    last, p, off = 0.4, parameters(controller__sample_period=period), []
-    truth = solved(last, period)
+def test_a_loop_is_of_second_order_in_its_step(period, duty):
+    """Half the step leaves a quarter of the error, of every signal: of a first order it would be half. A duty counts times its supply."""
+    share = 1.0 / 12.0 if duty else 1.0
+    gains = {"controller__angle_gain": share * ANGLE_GAIN, "controller__speed_gain": share * SPEED_GAIN}
+    last, p, off = 0.4, parameters(controller__sample_period=period, **gains), []
+    truth = solved(last, period, supply=lambda t: share * sagging(t) if duty else np.ones_like(t))
     for step in (1e-3, 5e-4, 2.5e-4):
-        time, out = simulated(step, last, p)
+        time, out = simulated(step, last, p, supply=sagging if duty else np.zeros_like)
         at = np.searchsorted(time, np.arange(1, truth.shape[1] + 1) * last / truth.shape[1] - 1e-9)
         off.append(np.sqrt(np.mean((out[[1, 3, 4, 6, 7]][:, at] - truth) ** 2, axis=1)))
     size = np.sqrt(np.mean(truth**2, axis=1))
@@ -152,7 +162,7 @@ def test_a_shaft_that_swings_undamped_neither_grows_nor_fades():
     share = LOAD / (LOAD + behind)  # of the wind-up at the input
     start = np.array([share * wound * RATIO, 0.0, -(1.0 - share) * wound, 0.0])
     kernels().closed(
-        *p, off, off, 0.0, 0.0, 1.0, np.ones(len(time)), zero, zero, np.full(len(time), np.nan), np.full(len(time), step), parts, 0.0,
+        *p, off, off, 0.0, 0.0, 1.0, np.ones(len(time)), zero[0], zero, zero, np.full(len(time), np.nan), np.ones(len(time)), np.full(len(time), step), parts, 0.0, np.zeros(4),
         np.zeros(1, int), start[None], nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
     twist = out[3] / RATIO - out[6]

@@ -368,7 +368,13 @@ def test_of_less_than_a_wave_no_tachos_ripple_is_asked(seed, tmp_path):
         ({}, ["controller.angle_setpoint", "motor.duty", "motor.supply_voltage"], driven.VOLTAGE),
         ({}, ["controller.speed_setpoint", "motor.voltage"], driven.VOLTAGE),
         ({}, ["controller.angle_setpoint"], ""),
-        ({"controller.angle_gain": 9.0}, ["controller.angle_setpoint", "motor.duty", "motor.supply_voltage"], ""),
+        ({"controller.angle_gain": 9.0}, ["controller.angle_setpoint", "motor.duty", "motor.supply_voltage"], driven.ANGLE),
+        ({"controller.angle_gain": 9.0}, ["controller.angle_setpoint", "motor.duty"], ""),
+        (
+            {"controller.angle_gain": 9.0},
+            ["controller.angle_setpoint", "motor.duty", "motor.supply_voltage", "motor.voltage"],
+            "",
+        ),
     ],
 )
 def test_a_controller_that_nobody_describes_leaves_the_voltage_to_say_what_drove_the_motor(more, channels, way, tmp_path):

@@ -1,0 +1,58 @@
+"""What the counts that a controller sees, and the steps of its command, make of each channel of a whole drive.
+
+Both are in the drive itself: a speed made of counts jumps from one to the next, a converter of 8 bits gives some volts or the next,
+and where a gear that locks itself comes to rest depends on either. The simulation knows neither where an encoder's zero lies nor what
+a controller does with its counts between rows, so that to it this is noise, which is slow where the drive is. How much there is of it the
+command tells: what it has from row to row beside the simulated one is all that such steps can have made (as `dilution` has it of
+an open loop's voltage). So the drive is simulated once more with counts and steps, and what that changes counts for as much.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import driven, memory
+from .dilution import fast, moved_by
+from .propagated import of_means
+from .recorder import commanded
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+    from .residual import Residual
+
+ZERO = 0.35
+"""Counts from the simulated zero at which the encoder's lies, anywhere: the recorder's own is nobody's to know."""
+
+
+def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float, float]:
+    """Noise (root mean square) that a whole drive's channel has of counts and steps in its loop: of rows what is slow and fast, of bins.
+
+    0 in open loop, and where no command tells.
+    """
+    ch = experiment.channels[0, residual.prefix]
+    if residual.kind != "whole" or driven.of(ch) == driven.VOLTAGE or not (command := commanded(ch)):
+        return 0.0, 0.0, 0.0
+    told = next(r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + command)
+    known = experiment.remembered("noise of steps")
+    if residual.name not in known:
+        moved, trusted = moved_by(experiment, residual, values, {driven.STEPS: ZERO})
+        joined = np.concatenate([x[t] for x, t in zip(moved, trusted)])
+        slow = max(float(np.mean(joined**2)) - fast(moved, trusted) ** 2, 0.0) if len(joined) else 0.0
+        known[residual.name] = float(np.sqrt(slow)), fast(moved, trusted), of_means(experiment, residual, moved, trusted)
+    if told.name not in known:
+        of_steps(experiment, told, values)
+    made, left = known[told.name][1], experiment.remembered("fast command")
+    if made <= 0.0:
+        return 0.0, 0.0, 0.0
+    share = min(1.0, memory.kept(left, frozenset(values.items()), lambda: _left(experiment, told, values), 1) / made)
+    slow, quick, bins = known[residual.name]
+    return slow * share, quick * share, bins * share
+
+
+def _left(experiment: Experiment, command: Residual, values: dict[str, float]) -> float:
+    """The fast part of what a simulated command misses of the logged one."""
+    simulated, measured, good = zip(*experiment.compare(command, values))
+    trusted = [g & np.isfinite(s) for g, s in zip(good, simulated)]
+    return fast([np.where(t, m - s, 0.0) for s, m, t in zip(simulated, measured, trusted)], trusted)

@@ -246,11 +246,11 @@ def _asked(
     train, names = division.split(experiment, runs, held)
     experiment.forget()  # an hour's motions, which the search makes for itself
     problem = problem_of(experiment, runs, held, train, kept)
-    anew = lambda: problem_of(DriveExperiment(rig, runs), runs, held, train, kept)
+    anew = lambda: problem_of(experiment, runs, held, train, kept)
     for place in (place_jumps, place_acts, place_ticks) if experiment.by_channel else ():
         if place(experiment, problem, anew):
+            experiment = DriveExperiment(rig, runs)
             problem = anew()
-            experiment = problem.experiment
     return experiment, train, names, problem
 
 

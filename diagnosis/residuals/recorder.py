@@ -43,7 +43,13 @@ def _together(name: str, ch: Channels) -> tuple[float, int] | None:
 def _difference(name: str, runs: list[Channels]) -> tuple[float, int]:
     angle = ANGLE_OF[name]
     own = [resolution(ch.raw(angle)[ch.good(angle)]) for ch in runs if ch.has(angle)]
-    return difference([SpeedRows(ch.raw(name), ch.good(name), ch.run.time) for ch in runs], float(np.median(own)) if own else 0.0)
+    told = [
+        SpeedRows(ch.raw(name), ch.good(name) & ch.good(angle), ch.run.time, ch.raw(angle))
+        if ch.has(angle)
+        else SpeedRows(ch.raw(name), ch.good(name), ch.run.time)
+        for ch in runs
+    ]
+    return difference(told, float(np.median(own)) if own else 0.0)
 
 
 def over_lost_rows(name: str, ch: Channels) -> np.ndarray:

@@ -200,6 +200,9 @@ class ResidualRules:
     on_a_count: float = rule(
         0.02, "counts by which a difference of counts may miss a whole number", "theory: digits of a log; " + CLOSED
     )
+    few_counts: float = rule(
+        4.5, "counts up to which a difference is held against its angle's", "theory: a clock a twentieth off"
+    )
     mostly: float = rule(0.9, "share of the rows in which it must not", CLOSED)
     missing: float = rule(
         0.3,

@@ -41,6 +41,23 @@ def test_the_rows_of_a_difference_are_read_from_a_faulty_log(rng, rows, own):
     assert difference([SpeedRows(x, good, time)], own)[1] == rows
 
 
+@pytest.mark.parametrize("rows", [0, 1, 4])
+def test_a_difference_is_told_by_its_angle_whatever_the_clock_says(rng, rows):
+    """A small controller's: rows of some 20 ms in whole ms, a speed of its own clock; of a speed that is none (0) nothing is told."""
+    step, count = 0.02, 2.0 * np.pi / 4096.0
+    true = 0.05 + step * np.arange(1500) + rng.uniform(0.0, 1e-3, 1500)
+    where = np.arange(true[0] - 0.1, true[-1] + 0.1, 1e-4)
+    waves = [(rng.uniform(0.02, 0.2), rng.uniform(0.1, 0.5), rng.uniform(0.0, 6.0)) for _ in range(3)]
+    angle = sum(size * np.sin(2.0 * np.pi * often * where + phase) for size, often, phase in waves)
+    told = count * np.floor(np.interp(true, where, angle) / count)
+    if rows:
+        x = np.append(np.zeros(rows), (told[rows:] - told[:-rows]) / (true[rows:] - true[:-rows]))
+    else:
+        x = np.interp(true, where, np.gradient(angle, where)) + 0.02 * rng.standard_normal(1500)
+    run = SpeedRows(np.round(x, 3), np.ones(1500, bool), np.floor(1e3 * true) * 1e-3, told)
+    assert difference([run], count)[1] == rows
+
+
 def test_what_is_no_difference_is_told_as_none(rng):
     time, x = speed(rng, 0)
     assert difference([SpeedRows(x + 0.1 * rng.standard_normal(LENGTH), np.ones(LENGTH, bool), time)]) == (0.0, 0)

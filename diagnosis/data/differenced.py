@@ -28,7 +28,7 @@ def difference(runs: list[SpeedRows], own: float = 0.0) -> tuple[float, int]:
     that holds for every n, and what is missing in the spectrum tells it, of all runs together; or the own count does. Where its
     angle is logged the two are held against each other first, which a clock in whole ms leaves certain.
     """
-    if own > 0.0 and all(run.angle is not None for run in runs) and (rows := _of_angle(runs, own)):
+    if own > 0.0 and (rows := _of_angle(runs, own)):
         return own, rows
     for rows in range(1, RULES.search.differenced + 1):
         count, levels = _on_counts(runs, rows)
@@ -53,6 +53,8 @@ def _of_angle(runs: list[SpeedRows], own: float) -> int:
     for rows in range(1, RULES.search.differenced + 1):
         left = [np.zeros(0)]
         for run in runs:
+            if run.angle is None:
+                return 0
             took = run.time[rows:] - run.time[:-rows]
             turned, said = run.angle[rows:] - run.angle[:-rows], run.x[rows:] * took
             few = (abs(turned) > 0.5 * own) & (abs(turned) < rules.few_counts * own)
@@ -60,8 +62,8 @@ def _of_angle(runs: list[SpeedRows], own: float) -> int:
         off = np.concatenate(left)
         if len(off) > rules.noise_samples:
             found.append((float(np.median(abs(off))) / rules.normal_median, rows))
-    off, rows = min(found, default=(np.inf, 0))
-    return rows if off < 0.5 * own / np.sqrt(6.0) else 0
+    least, rows = min(found, default=(np.inf, 0))
+    return rows if least < 0.5 * own / np.sqrt(6.0) else 0
 
 
 def over_losses(time: np.ndarray, rows: int) -> np.ndarray:

@@ -84,6 +84,9 @@ def _controller(rig: Rig, ch: Channels, numbers: dict[str, dict]) -> dict:
         if name in rig.parameters:
             known[word] = {"value": rig.parameters[name], "unit": "s"}
     period = rig.parameters.get(told["period"], 0.0)
+    own = ", on a speed that it makes of its angle" if whole.makes_its_speed(ch) else ""
+    if driven.row_by_row(ch):
+        return {"read": f"acts at each row and holds what it gives until the next{own}", "numbers": known}
     if period > 0.0:
         known["ticked"] = {"value": ticks(period, ch), "unit": "s"}
         return {"read": "acts once in its period, which the rig says; when, the steps of its command tell", "numbers": known}
@@ -145,14 +148,16 @@ def _assumed_of_whole(ch: Channels) -> list[str]:
     settling = min(rules.settling, rules.settling_share * float(time[-1] - time[0]))
     if way == driven.VOLTAGE:
         how = [
-            f"the drive is in open loop: {' times '.join(driven.inputs(ch))} drives it, straight between rows but where it jumps, as "
-            "late as the channels say"
+            f"the drive is in open loop: {' times '.join(driven.inputs(ch))} drives it, "
+            f"{'held from its row to the next' if driven.row_by_row(ch) else 'straight between rows but where it jumps'}, as late as "
+            "the channels say"
         ]
     else:
         over = [name for name in whole.seen_by_controller(ch) if way == driven.ANGLE or name.endswith("speed")]
         how = [
             "set-points are numbers, valid at the instant of their row and straight between rows",
             f"the loop closes over {' and '.join(over)}, as the drive has them, not as they were recorded"
+            + (f"; {driven.DUTY} counts times {driven.SUPPLY}, which was measured" if driven.inputs(ch) else "")
             + ("; the voltage steps with the angle's counts, which are taken for noise" if sees_counts(ch) else ""),
         ]
     changes = [name for name in ("load.angle", "reducer.input_angle") if ch.has(name) and driven.by_change(name, ch)]

@@ -66,6 +66,8 @@ def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path],
     seen = whole.seen_by_controller(ch)
     if driven.of(ch) == driven.SPEED:
         starts["controller"]["angle_gain"] = 0.0
+    if seen and driven.row_by_row(ch):
+        starts["controller"]["sample_period"] = float(np.median(np.diff(run.time)))
     simulated = chain.ORDER if seen else chain.ORDER[:-1]
     components = [_component(part, fmus[part], starts[part]) for part in simulated]
     joined = {

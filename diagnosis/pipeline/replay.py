@@ -37,7 +37,7 @@ from ..residuals.mending import Mending, rms
 from ..residuals.noise import floor
 from ..residuals.residual import RUNS, Residual
 from ..residuals.whole import WHOLE
-from ..search.instants import place_jumps
+from ..search.instants import place_acts, place_jumps
 from .in_step import whole_where_described
 from .replay_page import write
 
@@ -182,8 +182,9 @@ def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExper
         return
     everything = np.ones(experiment.layout.count, bool)
     closed, problem = closed_loop(experiment, everything, {})
-    if place_jumps(closed, problem):
-        closed, problem = closed_loop(experiment, everything, {})
+    for place in (place_jumps, place_acts):
+        if place(closed, problem, lambda: closed_loop(experiment, everything, {})[1]):
+            closed, problem = closed_loop(experiment, everything, {})
     yield closed.whole(), recorded(problem, {}, {})
 
 

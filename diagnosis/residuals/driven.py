@@ -146,8 +146,10 @@ def sooner(ch: Channels) -> dict[int, float]:
 
 
 def instants(time: np.ndarray, ch: Channels) -> np.ndarray:
-    """When it jumps, s from the first row on; time: of the rows asked about."""
+    """When it jumps, s from the first row on, which of a voltage that is held is at each row; time: of the rows asked about."""
     time = sent(time, ch) if of(ch) == VOLTAGE else time
+    if of(ch) == VOLTAGE and row_by_row(ch):
+        return time[1:]
     return np.array([jump(pair, time, sooner(ch)) for pair in jumped(ch) if pair[1] < len(time)])
 
 

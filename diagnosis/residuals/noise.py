@@ -30,10 +30,10 @@ def floor(experiment: Experiment, residual: Residual, values: dict, errors: list
     if experiment.steady:
         return of_points(experiment, residual, values)
     if residual.kind == "whole":
-        slow, fast, _ = of_steps(experiment, residual, values)
+        of_loop, fast, _ = of_steps(experiment, residual, values)
         own = max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0], fast)
-        slow = of_driving(experiment, residual, values)[0], slow  # which neither is part of
-        return float(np.sqrt(own**2 + of_formulas(experiment, residual) ** 2 + slow[0] ** 2 + slow[1] ** 2))
+        slow = of_formulas(experiment, residual), of_driving(experiment, residual, values)[0], of_loop  # of which it has nothing
+        return float(np.sqrt(own**2 + sum(x**2 for x in slow)))
     reach = experiment.reach(residual)
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
     of_neighbours = of_samples(errors, trusted, reach, resolution(measured) if reach == 1 else 0.0)

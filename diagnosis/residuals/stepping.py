@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..rules import RULES
 from . import driven, memory
 from .dilution import fast, moved_by
 from .propagated import of_means
@@ -21,9 +22,6 @@ from .recorder import commanded
 if TYPE_CHECKING:
     from .experiment import Experiment
     from .residual import Residual
-
-ZERO = 0.35
-"""Counts from the simulated zero at which the encoder's lies, anywhere: the recorder's own is nobody's to know."""
 
 
 def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float, float]:
@@ -37,7 +35,7 @@ def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float
     told = next(r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + command)
     known = experiment.remembered("noise of steps")
     if residual.name not in known:
-        moved, trusted = moved_by(experiment, residual, values, {driven.STEPS: ZERO})
+        moved, trusted = moved_by(experiment, residual, values, {driven.STEPS: RULES.residuals.zeros[1]})
         joined = np.concatenate([x[t] for x, t in zip(moved, trusted)])
         slow = max(float(np.mean(joined**2)) - fast(moved, trusted) ** 2, 0.0) if len(joined) else 0.0
         known[residual.name] = float(np.sqrt(slow)), fast(moved, trusted), of_means(experiment, residual, moved, trusted)

@@ -229,7 +229,8 @@ def plain(values: dict, ch: Channels) -> dict[str, np.ndarray]:
     As FMUs that take turns make them: a controller's acts hold from the beginning of the step in which they fall, and a drive is
     where it went, wherever that was measured.
     """
-    here = replace(grid(ch), places=np.full(len(grid(ch).time), np.nan))
+    count = len(grid(ch).time)
+    here = replace(grid(ch), places=np.full(count, np.nan), acts=np.ones(count))
     return _simulated({n: v for n, v in values.items() if not n.startswith("recorder.")}, ch, here, float(here.dt[0]))
 
 
@@ -248,15 +249,15 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
     pc, pm, pr, pl = (drive.law(part, values, ch) for part in PARTS)
     stiffness, damping, parts = carried_in(values, ch)
     late, period = values.get(HOLD, 0.0), pc.sample_period
-    if driven.row_by_row(ch):
-        late = period = 0.0
+    by_rows = here.acts.min() == 0.0
+    if driven.row_by_row(ch):  # where a grid does not say which rows these are, it acts as often
+        late, period = 0.0, 0.0 if by_rows else float(np.median(np.diff(ch.run.time)))
     if 0.0 < period <= np.median(here.dt):
         late, period = late + 0.5 * period, 0.0
     if ticked is None:
         ticked = ticks(period, ch) if period > 0.0 else 0.0
         if period > 0.0 and period != ch.setting.value(ch.prefix + "controller.sample_period", {}):
             here = _grid(ch, period)
-    by_rows = here.acts.min() == 0.0
     stepped = _stepped(values, period or max(2.0 * late, float(np.median(here.dt))), ch, by_rows)
     pc = pc._replace(command_delay=pc.command_delay + late, sample_period=period)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)

@@ -1,0 +1,145 @@
+"""A small controller that acts once a row: what it sets is held, its speed is a difference, its command perhaps a duty of a battery."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.data.rig import LogColumn, Rig
+from selflock.diagnosis.residuals import driven, whole
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.residuals.stepping import of_steps
+from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.search.instants import place_acts
+from selflock.diagnosis.search.problem import Problem
+
+R, K, RATIO, ROTOR, INERTIA = 2.0, 0.02, 20.0, 2e-6, 4e-4
+ROW, STEP, GAIN, DAMPS, SUPPLY, LEAST = 0.02, 5e-4, 6.0, 0.15, 12.0, 12.0 / 1023
+LASTS = 4.0  # s
+COUNT = 2.0 * np.pi / 4096
+PARAMETERS = {
+    "motor.resistance": R,
+    "motor.inductance": 0.0,
+    "motor.voltage_constant": K,
+    "motor.torque_constant": K,
+    "reducer.gear_ratio": RATIO,
+    "reducer.friction_kinetic": 0.0,
+    "reducer.shaft_inertia": ROTOR,
+    "load.inertia": INERTIA,
+}
+
+
+def loop(duty):
+    """What a rig says of the controller: gains in V, or of a duty."""
+    one = SUPPLY if duty else 1.0
+    limits = {"controller.voltage_max": SUPPLY / one, "controller.voltage_min": -SUPPLY / one}
+    return limits | {"controller.angle_gain": GAIN / one, "controller.speed_gain": DAMPS / one, "controller.release_time": 1e6}
+
+
+def battery(t):
+    """V; it falls by a third of its voltage."""
+    return SUPPLY * (1.0 - 0.08 * t)
+
+
+def simulated(wanted, closed=True, row=ROW, duty=False, counted=True):
+    """Rows of a stiff drive without friction: command, current, angle of the load, its set-point, supply, at each act.
+
+    wanted: of the time, s; a set-point, or a voltage that is held from row to row. row: s between two acts; rows are ROW apart.
+    """
+    acts, parts = round(LASTS / row), round(row / STEP)
+    inertia = ROTOR + INERTIA / RATIO**2
+    rate = K * K / R / inertia
+    angle = speed = before = u = 0.0
+    table = np.zeros((acts, 5))
+    for act in range(acts):
+        now, supply = act * row, battery(act * row) if duty else SUPPLY
+        asked = wanted(now)
+        seen = COUNT * np.floor(angle / COUNT) if counted else angle
+        if closed:
+            u = GAIN * (asked - seen) - DAMPS * (seen - before) / row
+            u = LEAST * np.round(min(max(u, -SUPPLY), SUPPLY) / LEAST)
+            before = seen
+        else:
+            u = asked
+        command = u / SUPPLY if duty else u
+        table[act] = command, (command * (supply if duty else 1.0) - K * speed * RATIO) / R, angle, asked, supply
+        for _ in range(parts):
+            volts = command * (supply if duty else 1.0)
+            last, fastest = speed, volts / K / RATIO
+            speed = fastest + (speed - fastest) * np.exp(-rate * STEP)
+            angle += STEP * fastest - (speed - last) / rate
+    return table[:: round(ROW / row)].T
+
+
+def asked_of(rng, table, closed, duty=False):
+    """The problem of such a log."""
+    u, current, angle, wanted, supply = table
+    time = ROW * np.arange(len(u)) + rng.uniform(0.0, 2e-4, len(u))
+    signals = {
+        "motor.duty" if duty else "controller.voltage": u,
+        "motor.current": np.append(0.0, current[1:]) + 0.02 * rng.standard_normal(len(u)),
+        "load.angle": COUNT * np.floor(angle / COUNT),
+    }
+    if closed:
+        signals |= {"controller.angle_setpoint": wanted, "controller.speed_setpoint": np.zeros(len(u))}
+    if duty:
+        signals["motor.supply_voltage"] = supply + 0.01 * rng.standard_normal(len(u))
+    columns = tuple(LogColumn(name, name) for name in signals)
+    given = PARAMETERS | (loop(duty) if closed else {})
+    rig = Rig(Path("rig.toml"), "bot", "forward", columns, given, time=LogColumn("time", "time"), simulate=whole.WHOLE)
+    run = MeasuredRun("log.csv", "", np.arange(len(u)), time, signals)
+    check([run], rig)
+
+    def anew():
+        bench = DriveExperiment(rig, [run])
+        return Problem.of(bench, np.ones(bench.layout.count, bool))
+
+    return anew
+
+
+def steps(rng, size):
+    """Levels of half a second, which small drives are asked for."""
+    heights = rng.uniform(-size, size, 20)
+    return lambda t: float(heights[int(t / 0.47)])
+
+
+@pytest.mark.in_turn
+@pytest.mark.parametrize("duty", [False, True], ids=["voltage", "duty"])
+def test_a_controller_that_acts_row_by_row_is_found(rng, duty):
+    """And the drive is then right to its noise, on a battery that falls by a third; that between rows nothing acts is no fault of it."""
+    anew = asked_of(rng, simulated(steps(rng, 1.5), duty=duty), True, duty)
+    first = anew().with_noise()
+    assert first.excess(first.fit(first.base_free, first.nominal).values).max() > RULES.search.sound
+    assert place_acts(first.experiment, anew(), anew)
+    found = anew().with_noise()
+    assert driven.row_by_row(found.experiment.channels[0, ""])
+    values = found.fit(found.base_free, found.nominal).values
+    assert found.excess(values).max() < RULES.search.sound, found.excess(values)
+
+
+def test_what_a_table_gives_an_open_loop_is_held(rng):
+    anew = asked_of(rng, simulated(steps(rng, 9.0), closed=False), False)
+    problem = anew()
+    assert place_acts(problem.experiment, problem, anew) or problem.with_noise().excess({}).max() <= RULES.search.sound
+    found = anew().with_noise()
+    values = found.fit(found.base_free, found.nominal).values
+    assert found.excess(values).max() < RULES.search.sound
+
+
+@pytest.mark.in_turn
+def test_counts_in_a_loop_are_noise_of_what_follows_them(rng):
+    """A controller of a coarse encoder moves its drive by what it makes of counts: what that is the command tells, and nothing where it saw none."""
+    wave = rng.uniform(2.0, 4.0)
+    of = {}
+    for counted in (True, False):
+        anew = asked_of(rng, simulated(lambda t: 1.5 * np.sin(wave * t), counted=counted), True)
+        place_acts(anew().experiment, anew(), anew)
+        found = anew().with_noise()
+        values = found.absolute(found.fit(found.base_free, found.nominal).values)
+        command = next(r for r in found.experiment.residuals if r.output == "controller.voltage")
+        of[counted] = of_steps(found.experiment, command, values)[1]
+    assert of[True] > 1.3 * of[False] > 0.0, of

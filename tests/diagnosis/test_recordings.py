@@ -113,10 +113,10 @@ def test_a_command_that_is_a_number_is_held_as_it_is(tmp_path):
 
 def test_a_voltage_between_rows_is_held_straight_or_late():
     time, rows, when = np.arange(5) * 0.1, np.array([0.0, 1.0, -1.0, 2.0, 2.0]), np.array([0.13, 0.17, 0.25])
-    assert between(rows, time, 0.0, when) == pytest.approx([1.0, 1.0, -1.0])
-    assert between(rows, time, 0.05, when) == pytest.approx(np.interp(when, time, rows))
-    assert between(rows, time, 0.1, when) == pytest.approx(np.interp(when + 0.05, time, rows))
-    assert between(rows, time, -0.05, when) == pytest.approx(np.interp(when - 0.1, time, rows))
+    assert between(rows, time, 0.0)(when) == pytest.approx([1.0, 1.0, -1.0])
+    assert between(rows, time, 0.05)(when) == pytest.approx(np.interp(when, time, rows))
+    assert between(rows, time, 0.1)(when) == pytest.approx(np.interp(when + 0.05, time, rows))
+    assert between(rows, time, -0.05)(when) == pytest.approx(np.interp(when - 0.1, time, rows))
 
 
 @pytest.mark.slow

@@ -78,7 +78,7 @@ def test_a_limit_that_a_reader_meets_is_told_as_one(tmp_path, oscillator, rng, m
     log = oscillators.log(tmp_path / "log.csv", oscillator, rng, count=20)
     rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", {"oscillator.gain": oscillators.RANGES["gain"]})
 
-    def met(path, ending):
+    def met(*_):
         try:
             threading.Event().wait(60.0)
         except KeyboardInterrupt:

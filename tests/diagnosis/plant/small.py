@@ -191,7 +191,7 @@ LOOP, CURRENT = lambda of: of.loop == "pd", lambda of: of.current != "none"
 ALL = lambda of: True
 CAUSES: dict[str, tuple[Callable[[dict[str, float], float], dict[str, float]], Callable[[Make], bool]]] = {
     "reducer.viscous": (lambda s, g: {"viscous": 0.1 * g * s["constant"] ** 2 / s["resistance"]}, ALL),
-    "reducer.parameter reducer.preload": (lambda s, g: {"least": (1.0 + g) * s["least"]}, ALL),
+    "reducer.preload": (lambda s, g: {"least": (1.0 + g) * s["least"]}, ALL),
     "reducer.stribeck": (lambda s, g: {"static": 0.7 * g}, ALL),
     "reducer.asymmetric": (lambda s, g: {"asymmetry": min(0.35 * g, 0.8)}, ALL),
     "reducer.backlash": (lambda s, g: {"play": 0.03 * g}, ALL),

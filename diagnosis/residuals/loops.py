@@ -246,11 +246,12 @@ def closed(
     as speeds and accelerations foretell it. asked, ahead: set-points of angle and speed at the samples, and in the middle of the
     step behind each.
     pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor > 0: these are the
-    input shaft's, seen through the gear's ratio. supply: V; where it is above 0 the controller commands a duty of it. ticked: s since it acted last, of one with a period. at: samples at which
-    the shafts are put where they were measured, 0 first, each with its row of starts, as `start` in `whole`; heat and wear
-    go on. acts: 0 at samples at which the controller is not told anything new; where there are any it acts at the others alone.
-    stepped: the count in which the controller is told the angle, rad of the load, where the zero of these lies, s over which
-    it makes its speed of them, and the step of its command; 0 for none. place, over, knots, heights: of a free law (free_law), with place 0 none. powered and rows of out as in `whole`.
+    input shaft's, seen through the gear's ratio. supply: V; where it is above 0 the controller commands a duty of it. ticked: s
+    since it acted last, of one with a period. at: samples at which the shafts are put where they were measured, 0 first, each with
+    its row of starts, as `start` in `whole`; heat and wear go on. acts: 0 at samples at which the controller is told nothing new;
+    where there are any it acts at the others alone. stepped: the count in which the controller is told the angle, rad of the load,
+    where the zero of these lies, s over which it makes its speed of them, and the step of its command; 0 for none. place, over,
+    knots, heights: of a free law (free_law), with place 0 none. powered and rows of out as in `whole`.
     """
     ratio, since, push = pr.gear_ratio, 0.0, 0.0
     count, made, least = stepped[0], stepped[2], stepped[3]

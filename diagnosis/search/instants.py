@@ -27,9 +27,8 @@ def place_jumps(experiment: DriveExperiment, problem: Problem, anew: Callable[[]
     channels = list(experiment.channels.values())
     if not any(len(driven.jumped(ch)) for ch in channels):
         return False
-    rounds = (
-        2 if driven.of(channels[0]) == driven.VOLTAGE else 1
-    )  # what is measured jumps in more than a row, and shifts tell where of it
+    # what is measured jumps in more than a row, and shifts tell where of it
+    rounds = 2 if driven.of(channels[0]) == driven.VOLTAGE else 1
     for _ in range(rounds):
         problem = problem.with_noise()
         values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)

@@ -16,6 +16,7 @@ import base64
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -182,8 +183,9 @@ def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExper
         return
     everything = np.ones(experiment.layout.count, bool)
     closed, problem = closed_loop(experiment, everything, {})
-    for place in (place_jumps, place_acts):
-        if place(closed, problem, lambda: closed_loop(experiment, everything, {})[1]):
+    anew = lambda: closed_loop(experiment, everything, {})[1]
+    for place in (place_jumps, partial(place_acts, anew=anew)):
+        if place(closed, problem):
             closed, problem = closed_loop(experiment, everything, {})
     yield closed.whole(), recorded(problem, {}, {})
 

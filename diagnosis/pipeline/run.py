@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -247,8 +248,8 @@ def _asked(
     experiment.forget()  # an hour's motions, which the search makes for itself
     problem = problem_of(experiment, runs, held, train, kept)
     anew = lambda: problem_of(experiment, runs, held, train, kept)
-    for place in (place_jumps, place_acts, place_ticks) if experiment.by_channel else ():
-        if place(experiment, problem, anew):
+    for place in (place_jumps, partial(place_acts, anew=anew), place_ticks) if experiment.by_channel else ():
+        if place(experiment, problem):
             experiment = DriveExperiment(rig, runs)
             problem = anew()
     return experiment, train, names, problem

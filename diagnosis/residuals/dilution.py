@@ -61,8 +61,8 @@ def of_driving(experiment: Experiment, residual: Residual, values: dict[str, flo
         known["volts"] = _volts(experiment, current, values, size)
     volts, made = known["volts"]
     if residual.name not in known:
-        known[residual.name] = _made(experiment, residual, values, volts)
-    rows, bins = known[residual.name]
+        known[residual.name] = made_by(experiment, residual, values, {driven.NOISE: volts})
+    rows, _, bins = known[residual.name]
     return rows * size / made, bins * size / made
 
 
@@ -80,7 +80,7 @@ def _volts(experiment: Experiment, current: Residual, values: dict[str, float], 
     """Noise of the voltage, V, that makes about that much of the fast current, and how much, A."""
     volts = size * experiment.channels[0, current.prefix].setting.value(current.prefix + "motor.resistance", values)
     for _ in range(2):  # a winding lets through a part of it
-        moved, trusted = moved_by(experiment, current, values, {driven.NOISE: volts})
+        moved, trusted = _moved(experiment, current, values, {driven.NOISE: volts})
         made = fast(moved, trusted)
         if made <= 0.0:
             return volts, np.inf
@@ -88,15 +88,17 @@ def _volts(experiment: Experiment, current: Residual, values: dict[str, float], 
     return last, made
 
 
-def _made(experiment: Experiment, residual: Residual, values: dict[str, float], volts: float) -> tuple[float, float]:
-    """What so much noise of the voltage makes of a channel: of rows, beyond what is fast, and of bins."""
-    moved, trusted = moved_by(experiment, residual, values, {driven.NOISE: volts})
-    joined = np.concatenate([x[t] for x, t in zip(moved, trusted)])
-    slow = max(float(np.mean(joined**2)) - fast(moved, trusted) ** 2, 0.0) if len(joined) else 0.0
-    return float(np.sqrt(slow)), of_means(experiment, residual, moved, trusted)
+def made_by(
+    experiment: Experiment, residual: Residual, values: dict[str, float], more: dict[str, float]
+) -> tuple[float, float, float]:
+    """What more values make of a channel: of rows, beyond what is fast and what is fast, and of bins."""
+    moved, trusted = _moved(experiment, residual, values, more)
+    joined, quick = np.concatenate([x[t] for x, t in zip(moved, trusted)]), fast(moved, trusted)
+    slow = max(float(np.mean(joined**2)) - quick**2, 0.0) if len(joined) else 0.0
+    return float(np.sqrt(slow)), quick, of_means(experiment, residual, moved, trusted)
 
 
-def moved_by(
+def _moved(
     experiment: Experiment, residual: Residual, values: dict[str, float], more: dict[str, float]
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """By how much each run of a comparison is another with more values, and where that can be trusted."""

@@ -92,13 +92,14 @@ def _through_loop(shown: str, values: dict, ch: Channels, zeros: np.ndarray) -> 
     of = lambda name: ch.setting.value(name, values)
     gain, ratio = of("controller.angle_gain"), of("reducer.gear_ratio")
     step = float(np.median(ch.taken_steps()[1:]))
-    follows = (of("controller.speed_gain") + of("motor.voltage_constant") * ratio / (np.mean(grid(ch).supply) or 1.0)) / gain
+    supply = np.mean(grid(ch).supply) or 1.0  # of which a duty is commanded
+    follows = (of("controller.speed_gain") + of("motor.voltage_constant") * ratio / supply) / gain
     voltage = -gain * error / (ratio if angle.startswith("reducer") else 1.0)
     stays = np.exp(-step / follows)
     voltage = lfilter([1.0, -1.0], [1.0, -stays], voltage, zi=-voltage[:, :1])[0]
     if shown in ("voltage", DUTY):
         return voltage
-    voltage = voltage * (np.mean(grid(ch).supply) or 1.0)
+    voltage = voltage * supply
     stays = np.exp(-step * of("motor.resistance") / max(of("motor.inductance"), 1e-12))
     return lfilter([1.0 - stays], [1.0, -stays], voltage) / of("motor.resistance")
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from ..rules import RULES
 from . import driven, memory
-from .dilution import fast, moved_by
-from .propagated import of_means
+from .dilution import fast, made_by
 from .recorder import commanded
 
 if TYPE_CHECKING:
@@ -35,10 +34,7 @@ def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float
     told = next(r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + command)
     known = experiment.remembered("noise of steps")
     if residual.name not in known:
-        moved, trusted = moved_by(experiment, residual, values, {driven.STEPS: RULES.residuals.zeros[1]})
-        joined = np.concatenate([x[t] for x, t in zip(moved, trusted)])
-        slow = max(float(np.mean(joined**2)) - fast(moved, trusted) ** 2, 0.0) if len(joined) else 0.0
-        known[residual.name] = float(np.sqrt(slow)), fast(moved, trusted), of_means(experiment, residual, moved, trusted)
+        known[residual.name] = made_by(experiment, residual, values, {driven.STEPS: RULES.residuals.zeros[1]})
     if told.name not in known:
         of_steps(experiment, told, values)
     made, left = known[told.name][1], experiment.remembered("fast command")

@@ -24,6 +24,7 @@ import numpy as np
 
 from selflock.fmus.motor.effects.supply_sag import supplied
 
+from ..data.differenced import lost
 from ..data.log import VALID
 from ..data.rig import MOTOR, Rig
 from ..data.signals import ANGLE_OF
@@ -171,11 +172,8 @@ def _acts(fine: np.ndarray, time: np.ndarray, ch: Channels) -> np.ndarray:
     """At which instants of a grid a controller acts: at all, or at the rows alone, and as often where rows are lost."""
     if not driven.row_by_row(ch) or driven.of(ch) == driven.VOLTAGE:
         return np.ones(len(fine))
-    steps, usual = np.diff(time), float(np.median(np.diff(time)))
-    missing = [
-        np.arange(time[n] + usual, time[n + 1] - 0.5 * usual, usual)
-        for n in np.flatnonzero(steps > (1.0 + RULES.data.uneven) * usual)
-    ]
+    usual = float(np.median(np.diff(time)))
+    missing = [np.arange(time[n] + usual, time[n + 1] - 0.5 * usual, usual) for n in np.flatnonzero(lost(time))]
     found = np.zeros(len(fine))
     found[np.minimum(np.searchsorted(fine, np.concatenate([time, *missing]) - 1e-9), len(fine) - 1)] = 1.0
     return found

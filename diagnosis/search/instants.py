@@ -22,7 +22,7 @@ from .fit import rho
 from .problem import Problem
 
 
-def place_jumps(experiment: DriveExperiment, problem: Problem, anew: Callable[[], Problem] | None = None) -> bool:
+def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     """Find when each jump of a whole drive's set-points came, and keep it with its run; whether there is any."""
     channels = list(experiment.channels.values())
     if not any(len(driven.jumped(ch)) for ch in channels):
@@ -80,7 +80,7 @@ def _act(channels: list[Channels], way: set[str]) -> None:
         ch.run.memory[driven.ACTS] = frozenset(way)
 
 
-def place_ticks(experiment: DriveExperiment, problem: Problem, anew: Callable[[], Problem] | None = None) -> bool:
+def place_ticks(experiment: DriveExperiment, problem: Problem) -> bool:
     """Find when within its period a controller acts whose period the rig gives, in each run; whether there is any to be found.
 
     The steps of its voltage tell it to a row, and to what a message takes; what current and voltage are between two acts tells the

@@ -5,8 +5,7 @@ files = case.write(folder)                           rig.toml, the logs that tea
 
 Raw numbers in a table of 50 to 250 rows a second: PWM counts, converter counts, an encoder of 4096 at the output or of 48 at the
 motor, whole ms or us of a loop that is now and then late, lost rows. A PID of counts acts once a row, or by a timer each ms; or duties
-are played from a table. Friction is a bristle (LuGre), its level the gear's efficiency's. Steps of 50 us (Runge-Kutta; the bristle
-exactly). Seeds below 100 are for development, those from 200 on judge.
+are played from a table. Friction is a bristle (LuGre), its level the gear's efficiency's. Seeds below 100 are for development.
 """
 
 from __future__ import annotations

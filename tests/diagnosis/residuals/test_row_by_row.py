@@ -18,7 +18,7 @@ from selflock.diagnosis.search.problem import Problem
 
 R, K, RATIO, ROTOR, INERTIA = 2.0, 0.02, 20.0, 2e-6, 4e-4
 ROW, GAIN, DAMPS, COUNT = 0.01, 6.0, 0.15, 2.0 * np.pi / 4096
-PARAMETERS = {
+DRIVE = {
     "motor.resistance": R,
     "motor.inductance": 0.0,
     "motor.voltage_constant": K,
@@ -27,6 +27,8 @@ PARAMETERS = {
     "reducer.friction_kinetic": 0.0,
     "reducer.shaft_inertia": ROTOR,
     "load.inertia": INERTIA,
+}
+PARAMETERS = DRIVE | {
     "controller.angle_gain": GAIN,
     "controller.speed_gain": DAMPS,
     "controller.release_time": 1e6,

@@ -17,20 +17,10 @@ from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.instants import place_acts
 from selflock.diagnosis.search.problem import Problem
 
-R, K, RATIO, ROTOR, INERTIA = 2.0, 0.02, 20.0, 2e-6, 4e-4
-ROW, STEP, GAIN, DAMPS, SUPPLY, LEAST = 0.02, 5e-4, 6.0, 0.15, 12.0, 12.0 / 4095
+from .test_row_by_row import COUNT, DAMPS, DRIVE, GAIN, INERTIA, RATIO, ROTOR, K, R
+
+ROW, STEP, SUPPLY, LEAST = 0.02, 5e-4, 12.0, 12.0 / 4095
 LASTS = 4.0  # s
-COUNT = 2.0 * np.pi / 4096
-PARAMETERS = {
-    "motor.resistance": R,
-    "motor.inductance": 0.0,
-    "motor.voltage_constant": K,
-    "motor.torque_constant": K,
-    "reducer.gear_ratio": RATIO,
-    "reducer.friction_kinetic": 0.0,
-    "reducer.shaft_inertia": ROTOR,
-    "load.inertia": INERTIA,
-}
 
 
 def loop(duty):
@@ -88,7 +78,7 @@ def asked_of(rng, table, closed, duty=False):
     if duty:
         signals["motor.supply_voltage"] = supply + 0.01 * rng.standard_normal(len(u))
     columns = tuple(LogColumn(name, name) for name in signals)
-    given = PARAMETERS | (loop(duty) if closed else {})
+    given = DRIVE | (loop(duty) if closed else {})
     rig = Rig(Path("rig.toml"), "bot", "forward", columns, given, time=LogColumn("time", "time"), simulate=whole.WHOLE)
     run = MeasuredRun("log.csv", "", np.arange(len(u)), time, signals)
     check([run], rig)

@@ -1,11 +1,14 @@
-"""What is late, looked at from the rig's own values: beside it the base may have found a valley of its own.
+"""What is late or turned round, looked at from the rig's own values: beside it the base may have found a valley of its own.
 
 A sensor that is late is made up for by slower bodies: the base's numbers that fit best without it are far from those beside it, a fit
-from there ends between both, and no linear look can say where they would be. What a rig says its numbers are is nearer.
+from there ends between both, and no linear look can say where they would be. What a rig says its numbers are is nearer. Where a command has the wrong sign
+the base is as slow and weak as it may be, and the fit of a sign from there ended at two fifths of the loss, so that a scale of -1 was
+named instead of it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,8 +24,11 @@ if TYPE_CHECKING:
 LATE = "delay", "lag", "rate limit"
 
 
-def afresh(looks: Looks) -> list[tuple[Guess, dict[str, float]]]:
-    """Paths that are late with where their fits start: those that leave least where the base's numbers make up for them, linearly."""
+def afresh(looks: Looks, laws: Sequence[str], most: float = np.inf) -> list[tuple[Guess, dict[str, float]]]:
+    """Paths of these laws with where their fits start: those that leave least where the base's numbers make up for them, linearly.
+
+    most: what they may leave of the misfit, as its length.
+    """
     problem, scene = looks.problem, looks.scene
     scene.played.extend(looks.inserts)
     places = np.array([n.place(n.start) for n in problem.free])
@@ -32,7 +38,7 @@ def afresh(looks: Looks) -> list[tuple[Guess, dict[str, float]]]:
     slopes = Forward(problem.misfit, problem.free)(places, at)
     back = np.linalg.pinv(slopes, rcond=RULES.naming.degenerate)
     best: dict[str, tuple[float, Guess, dict[str, float]]] = {}
-    for trial in (trial for place in scene.places for trial in g.paths(scene, place) if trial.guess.law in LATE):
+    for trial in (trial for place in scene.places for trial in g.paths(scene, place) if trial.guess.law in laws):
         one = looks.trial(trial.guess)
         known = problem.values(places) | trial.at
         misfit = one.misfit(np.array([n.place(known[n.name]) for n in one.free]))
@@ -41,6 +47,7 @@ def afresh(looks: Looks) -> list[tuple[Guess, dict[str, float]]]:
         step = back @ misfit
         left = float(np.linalg.norm(misfit - slopes @ step))
         if left < best.get(trial.guess.label, (np.inf,))[0]:
-            best[trial.guess.label] = left, trial.guess, problem.values(np.clip(places - step, 0.0, 1.0)) | trial.at
-    least = sorted(best.values(), key=lambda found: found[0])[: RULES.naming.of_path]
+            made_up = step if trial.guess.numbers else 0.0  # of a sign, which turns these slopes round, it is none
+            best[trial.guess.label] = left, trial.guess, problem.values(np.clip(places - made_up, 0.0, 1.0)) | trial.at
+    least = sorted((one for one in best.values() if one[0] < most), key=lambda found: found[0])[: RULES.naming.of_path]
     return [(guess, start) for _, guess, start in least]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..calibration.fit import Rows
+from ..calibration.fit import Calibrating, End, Rows
 from ..residuals.blocks import Blocks
 from ..residuals.noise import of_samples
 from ..rules import RULES
@@ -69,6 +69,24 @@ class Arranged:
         """Root of the mean square of each output."""
         count = len(self.problem.played.outputs)
         return np.sqrt(np.bincount(self.output, misfit**2, count) / np.maximum(np.bincount(self.output, minlength=count), 1))
+
+    def begins(self, problem: Calibrating, end: End) -> set[str]:
+        """Numbers that a single block tells, as where a run begins: no other block could say them."""
+        assert end.jacobian is not None
+        found = set()
+        for j, n in enumerate(problem.free):
+            energy = np.bincount(self.block, end.jacobian[:, j] ** 2)
+            if energy.max(initial=0.0) > RULES.naming.one_block * energy.sum() > 0.0:
+                found.add(n.name)
+        return found
+
+    def of_begins(self, problem: Calibrating, end: End, begins: set[str]) -> np.ndarray:
+        """What these numbers move in the blocks that tell them, (entries, numbers)."""
+        assert end.jacobian is not None
+        columns = end.jacobian[:, [n.name in begins for n in problem.free]].copy()
+        for column in columns.T:
+            column[self.block != np.bincount(self.block, column**2).argmax()] = 0.0
+        return columns
 
 
 def determined(slopes: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -17,20 +17,22 @@ from ..calibration.fit import Calibrating, End, fit_from, in_units
 from ..calibration.slopes import Forward
 from ..residuals.blocks import Blocks
 from ..rules import RULES
-from ..search.candidate import Candidate, worse
+from ..search.candidate import Candidate
 from ..search.fit import Fit, held_out, rho, weight
 from ..search.hypotheses import Free, Hypothesis
 from ..search.linear import Linear
 from ..search.screen import Direction
 from . import guesses as g
-from .afresh import afresh
+from .afresh import LATE, afresh
 from .arranged import Arranged, determined, lasting, over_noise
+from .chosen import chosen
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, carried, refined, starts
-from .order import curve_of, distinct, far, ordered
+from .order import believe, curve_of, distinct, far, ordered
+from .places import Place
 from .round import Rivalled, Round
 from .scene import Scene
 
@@ -55,6 +57,7 @@ class Contest:
     steps: Callable[[Rivalled], Any] | None = (
         None  # the search in the steps that a rival asks for (steps.stepped); None where in these
     )
+    only: Place | None = None  # where something is missing, if that is known
     other: Any = None  # such a search, with which to begin anew
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
     retold: dict[int, Rivalled] = field(default_factory=dict)  # by id, what was fitted on a log that is told better for it
@@ -82,7 +85,7 @@ class Contest:
         base = in_units(problem, self.places, RULES.naming.effort, RULES.naming.ended)
         assert base.misfit is not None and base.jacobian is not None
         self.base, self.values = base, problem.values(base.places)
-        self.begins = self._begins(problem, base)
+        self.begins = self.arranged.begins(problem, base)
         unseen = self._held_out(problem, base)
         self.most = 0.0  # that any rival takes off the loss
         nothing = self._candidate(Hypothesis("", "nothing more", ()), (), problem, base, unseen)
@@ -98,13 +101,13 @@ class Contest:
         if not self.off.any() or len(self.arranged.names) < RULES.pipeline.fewest_blocks:
             return outcome
         series = self.played.series(problem.settings(self.values), problem.which)
-        self.scene = Scene(self.problem.played.parts, self.played, series, self.prefix, self.smooth)
+        self.scene = Scene(self.problem.played.parts, self.played, series, self.prefix, self.smooth, self.only)
         outcome.still = self.scene.still
         weights = self.arranged.put(weight(base.misfit, RULES.search.loss_scale))
         columns = self.arranged.put(
             determined(self._as_fit(problem, base).jacobian, weight(base.misfit, RULES.search.loss_scale))
         )
-        begin = self.arranged.put(self._of_begins(problem, base))
+        begin = self.arranged.put(self.arranged.of_begins(problem, base, self.begins))
         self.linear = Linear(columns, weights, self.arranged.folds, self.arranged.runs, makes_up=True, own=begin)
         known = problem, base, self.values, self.arranged, self.linear, self.scene
         self.looks = Looks(*known, self.inserts, self.taken, self.kinds, self.tell, self.enough)
@@ -120,20 +123,27 @@ class Contest:
         outcome.looked = len({guess.label for _, guess in self.looks.ways})
         if outcome.fitted:
             self._judge(outcome, rng)
+            told = self._told_by_curve([outcome.curve] if outcome.curve else [])
+            outcome.only = outcome.curve.guess.place if told and outcome.curve else None
         self.played.extend(self.inserts)
         return outcome
 
     def _stages(self, outcome: Round) -> None:
         """Look and fit: what is simple first, and what is not where something is left."""
+        assert self.base.misfit is not None
         self.looks.first()
-        if self._elsewhere(self._looks_best(), RULES.naming.as_much):
+        turned = self._afresh(("sign",), float(np.linalg.norm(self.base.misfit)))
+        best = min(turned, key=lambda r: r.end.loss, default=None)
+        outcome.fitted = distinct(turned)
+        if best is not None and not self._more(best):
+            return  # what has no number would be believed before all else
+        if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
-        outcome.fitted = self._fits(g.PLAIN)
-        if self._elsewhere(self._best(outcome), 0.0):
+        outcome.fitted = distinct(turned + self._fits(g.PLAIN))
+        if not self._told_by_curve(outcome.fitted) and self._elsewhere(self._best(outcome), 0.0):
             return
-        if g.PATH in self.kinds and not self.inserts and self._wanting(outcome) and not self.enough():
-            late = [self._fit(guess, start) for guess, start in afresh(self.looks)]
-            outcome.fitted = distinct(outcome.fitted + [rival for rival in late if rival is not None])
+        if self._wanting(outcome):
+            outcome.fitted = distinct(outcome.fitted + self._afresh(LATE))
         if self._wanting(outcome) and not self.enough():
             self.looks.further()
             outcome.fitted = distinct(outcome.fitted + self._fits(g.DERIVED))
@@ -141,20 +151,32 @@ class Contest:
             self.looks.pairs()
             outcome.fitted = distinct(outcome.fitted + self._fits(g.PAIRS))
 
+    def _afresh(self, laws: Sequence[str], most: float = np.inf) -> list[Rivalled]:
+        """Paths beside a base without a cause, fitted from the numbers that the rig has."""
+        asked = g.PATH in self.kinds and not self.inserts and not self.enough()
+        fits = [self._fit(guess, start) for guess, start in (afresh(self.looks, laws, most) if asked else ())]
+        return [rival for rival in fits if rival is not None]
+
     def _looks_best(self) -> Rivalled | None:
-        """What looks best of what has a name, fitted; None where it is not asked for."""
-        named = [(way, guess) for way, guess in self.looks.ways if guess.kind != CURVE and guess.plain]
-        if self.steps is None or not named or self.enough():
-            return None
-        way, guess = max(named, key=lambda pair: pair[0].gain)
-        return self._fit(guess, self.values | self._start(way, guess), way)
+        """What looks best of what has a name, fitted, or, where it leaves much, of curves; None where it is not asked for."""
+        found = None
+        for curve in (False, True):
+            mine = [(way, guess) for way, guess in self.looks.ways if (guess.kind == CURVE) == curve and guess.plain]
+            if self.steps is None or not mine or self.enough() or (found and self._takes(found, RULES.naming.as_much)):
+                break
+            way, guess = max(mine, key=lambda pair: pair[0].gain)
+            found = self._fit(guess, self.values | self._start(way, guess), way)
+        return found
+
+    def _takes(self, rival: Rivalled, least: float) -> bool:
+        """Whether a rival takes off at least this share of the base's loss."""
+        return rival.end.loss <= (1.0 - least) * self.problem.loss(self.base.misfit)
 
     def _elsewhere(self, best: Rivalled | None, least: float) -> bool:
         """Whether a rival that takes off at least this share of the loss, and leaves something, asks for other steps: then all begins there."""
-        base = self.problem.loss(self.base.misfit)
-        if self.steps is None or best is None or best.end.loss > (1.0 - least) * base or self.enough():
+        if self.steps is None or best is None or not self._takes(best, least) or self.enough():
             return False
-        if not self._leaves(best) or not self._leaves(self._retold(best)):
+        if not self._more(best):
             return False
         self.tell(f"steps beside {best.guess.label}", 0.5)
         self.other = self.steps(best)
@@ -190,8 +212,22 @@ class Contest:
         return found
 
     def _wanting(self, outcome: Round) -> bool:
-        """Whether something is left by the named rival that fits best, also where what the steps miss beside it is taken off."""
-        return (best := self._best(outcome)) is None or (self._leaves(best) and self._leaves(self._retold(best)))
+        """Whether something is left by the named rival that fits best, also where what the steps miss beside it is taken off.
+
+        Not where a curve leaves nothing.
+        """
+        best = self._best(outcome)
+        return (best is None or self._more(best)) and not self._told_by_curve(outcome.fitted)
+
+    def _told_by_curve(self, found: list[Rivalled]) -> bool:
+        """Whether a free curve of one variable as it is leaves no more than noise: what is missing acts there, and nowhere else."""
+        curves = [r for r in found if r.guess.kind == CURVE and r.guess.plain]
+        best = min(curves, key=lambda r: r.end.loss, default=None)
+        return best is not None and not self._more(best, RULES.search.left)  # as a round beside it would ask
+
+    def _more(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
+        """Whether a rival leaves more than so many times the noise, also where what the steps miss beside it is taken off."""
+        return self._leaves(rival, times) and self._leaves(self._retold(rival), times)
 
     @staticmethod
     def _best(outcome: Round) -> Rivalled | None:
@@ -199,11 +235,11 @@ class Contest:
         named = [r for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
         return min(named, key=lambda r: r.end.loss, default=None)
 
-    def _leaves(self, rival: Rivalled) -> bool:
-        """Whether a rival leaves more than noise of some output, as it was asked of the base: a robust loss makes little of what it left."""
+    def _leaves(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
+        """Whether a rival leaves more than so many times the noise of some output, as it was asked of the base: a robust loss makes little of what it left."""
         assert rival.end.misfit is not None and self.base.misfit is not None
         left = self.arranged.deviations(rival.end.misfit) / np.maximum(self.arranged.deviations(self.base.misfit), 1e-300)
-        return bool((np.array(list(self.ratios.values())) * left > RULES.search.clean).any())
+        return bool((np.array(list(self.ratios.values())) * left > times).any())
 
     def stands(self, outcome: Round, told: Told, own: Extending) -> bool:
         """Whether what is believed first still is where what comes near the best is held against it on logs that are told anew.
@@ -215,7 +251,7 @@ class Contest:
         self.scene.played = self.played
         anew = replace(outcome, fitted=[r for r in outcome.fitted if not r.candidate.doubt], order=[])
         self._near_best(anew)
-        self._believe(anew)
+        believe(anew, self._far)
         self.played.extend(self.inserts)
         first, winner = anew.order[:1], outcome.winner
         return bool(first) and winner is not None and first[0].guess.label == winner.guess.label
@@ -224,37 +260,9 @@ class Contest:
 
     def _fits(self, stage: int) -> list[Rivalled]:
         """The guesses of a stage that look best, fitted; best first."""
-        of: dict[str, list[tuple[Direction, Guess]]] = {}
-        for way, guess in sorted(self.looks.ways, key=lambda pair: -pair[0].gain):
-            if way.gain > 0.0:
-                of.setdefault(guess.label, []).append((way, guess))
-        ordered = [ways for ways in of.values() if ways[0][1].stage == stage]
-        plain, rules = stage == g.PLAIN, RULES.naming
-        curves = [ways for ways in ordered if ways[0][1].kind == CURVE][: rules.curves]
-        least = rules.promising * max((way.gain for way, _ in self.looks.ways), default=0.0)
-        others = [
-            ways
-            for ways in ordered
-            if ways[0][1].kind != CURVE and (ways[0][0].gain >= least or (plain and ways[0][1].law in ("limit", "overflow")))
-        ]
-        chosen = others[: rules.fits if plain else rules.fits_derived]
-        if curves:
-            best = curves[0][0][1]  # what a curve says may have a name
-            near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over and w[0][1].kind == g.LAW]
-            chosen += [ways for ways in near[: rules.of_place if plain else rules.of_place // 2] if ways not in chosen]
-        if chosen and not plain:
-            best = chosen[0][0][1]  # what has fewer numbers than it, and looks as it does, is no worse a name for it
-            near = [w for w in others if w[0][1].place == best.place and w[0][1].over == best.over]
-            near.sort(key=lambda ways: ways[0][1].count)
-            chosen += [ways for ways in near[: rules.of_place // 2] if ways not in chosen]
-        for name in dict.fromkeys(ways[0][1].law for ways in others if plain):
-            mine = [ways for ways in others if ways[0][1].law == name]
-            most = rules.of_path if mine[0][0][1].kind in (g.PATH, g.PARAMETER) else rules.of_law
-            most = rules.overflows if name == "overflow" else most  # of which the look sees little
-            chosen += [ways for ways in mine[:most] if ways not in chosen]
         found: list[Rivalled] = []
         todo: list[tuple[Guess, dict[str, float], Direction]] = []
-        for ways in (*chosen, *curves):  # where time is up soon, a name says more than a curve
+        for ways in chosen(self.looks.ways, stage):
             todo += [(guess, self._start(way, guess), way) for way, guess in ways[: starts(ways[0][1])]]
         for k, (guess, start, way) in enumerate(todo):
             if found and self.enough():
@@ -262,6 +270,8 @@ class Contest:
             self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.45 + 0.3 * k / len(todo))
             if (rival := self._fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
+        if stage == g.PLAIN:
+            self._as_curve(found)
         found = distinct(found)
         for rival in self._bent(found):
             self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", 0.7)
@@ -272,9 +282,9 @@ class Contest:
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
             more += [(guess, start, None) for guess, start in g.relatives(one.guess, one.values)]
-        for one in [one for one in reached if one.guess.kind == g.EVENT][: rules.shifted]:
+        for one in [one for one in reached if one.guess.kind == g.EVENT][: RULES.naming.shifted]:
             more += [(one.guess, start, None) for start in g.shifted(one.guess, one.values)]
-        for _ in range(rules.beside):  # what comes first then may be another, and is asked as well
+        for _ in range(RULES.naming.beside):  # what comes first then may be another, and is asked as well
             asked = beside_best(found, self._first(found), self.looks, self._far)
             more += [(guess, self.values | self._start(way, guess), way) for way, guess in asked]
             for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
@@ -286,7 +296,10 @@ class Contest:
             self.tell(f"fits: {guess.label}", 0.84)
             found += [rival] if (rival := self._fit(guess, self.values | self._start(way, guess), way)) is not None else []
         found = distinct(found)
+        known = {rival.guess.label for rival in found}
         for curve in refined(found, self.scene, self._far) if not self.enough() else ():
+            if g.words("fine curve", curve.guess.inserts[0]) in known:
+                continue
             if (finer := self.looks.finer(curve.guess, curve.values, curve.end)) is not None:
                 guess, start = finer
                 self.tell(f"fits: {guess.label}", 0.85)
@@ -296,7 +309,7 @@ class Contest:
     def _first(self, found: list[Rivalled]) -> Guess | None:
         """What would be believed of what was fitted by now, whatever chance says of it."""
         named = [rival for rival in found if rival.guess.kind != CURVE]
-        return self._ordered(named, np.inf, float(self.losses.sum(1).mean()))[0].guess if named else None
+        return ordered(named, np.inf, float(self.losses.sum(1).mean()), self._far)[0].guess if named else None
 
     def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
         """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""
@@ -331,13 +344,25 @@ class Contest:
                     found[k] = better
         return distinct(found)
 
+    def _as_curve(self, found: list[Rivalled]) -> None:
+        """Where a curve fits best it has slopes of its own, and all its points where its variable goes: what it leaves is asked first."""
+        best = min(found, key=lambda r: r.end.loss, default=None)
+        if best is None or best.guess.kind != CURVE or self.enough():
+            return
+        self.tell(f"fits: {best.guess.label}{self._so_far(found)}", 0.7)
+        found.append(best := self._fit(best.guess, best.values) or best)
+        finer = self.looks.finer(best.guess, best.values, best.end) if self._more(best) else None
+        found += [rival] if finer and (rival := self._fit(*finer)) else []
+
     def _bent(self, found: list[Rivalled]) -> list[Rivalled]:
         """Limits that do something: where a law is bent, slopes that were learnt say little.
 
         Not where fewer numbers, with slopes of their own, leave no more than noise: in their place no limit would be believed.
+        Where a curve at one place leaves no more nothing goes on to another, as an overflow's surplus.
         """
         most, fewest = (1.0 - RULES.naming.bent) * self.problem.loss(self.base.misfit), np.inf
-        bent = [r for r in found if r.rough and r.guess.law in ("limit", "overflow") and r.end.loss <= most]
+        laws = ("limit",) if self._told_by_curve(found) else ("limit", "overflow")
+        bent = [r for r in found if r.rough and r.guess.law in laws and r.end.loss <= most]
         for count in sorted({r.guess.count for r in found if r.guess.count < max((b.guess.count for b in bent), default=0)}):
             named = [k for k, r in enumerate(found) if r.guess.count == count and r.guess.kind != CURVE and r not in bent]
             if not named or fewest < np.inf or self.enough():
@@ -345,7 +370,7 @@ class Contest:
             k = min(named, key=lambda k: found[k].end.loss)
             if found[k].rough:
                 found[k] = self._fit(found[k].guess, found[k].values) or found[k]
-            if not self._leaves(found[k]) or not self._leaves(self._retold(found[k])):
+            if not self._more(found[k]):
                 fewest = count
         return [r for r in bent if r.guess.count <= fewest and not self.enough()]
 
@@ -417,24 +442,6 @@ class Contest:
         """Which free numbers say where a run begins, of the base or of a law's own state: no other block could say them."""
         return np.array([n.name in self.begins or g.begins(n) for n in problem.free], bool)
 
-    def _begins(self, problem: Calibrating, end: End) -> set[str]:
-        """Numbers of the base that a single block tells, as where a run begins: no other block could say them."""
-        assert end.jacobian is not None
-        found = set()
-        for j, n in enumerate(problem.free):
-            energy = np.bincount(self.arranged.block, end.jacobian[:, j] ** 2)
-            if energy.max(initial=0.0) > RULES.naming.one_block * energy.sum() > 0.0:
-                found.add(n.name)
-        return found
-
-    def _of_begins(self, problem: Calibrating, end: End) -> np.ndarray:
-        """What these numbers move in the blocks that tell them, (entries, numbers)."""
-        assert end.jacobian is not None
-        columns = end.jacobian[:, [n.name in self.begins for n in problem.free]].copy()
-        for column in columns.T:
-            column[self.arranged.block != np.bincount(self.arranged.block, column**2).argmax()] = 0.0
-        return columns
-
     def _held_out(self, problem: Calibrating, end: End) -> np.ndarray:
         """The misfit of each fold of blocks under the fit to the others: linear where that can be believed, else simulated."""
         fitted, folds = self._as_fit(problem, end), self.arranged.folds[self.arranged.block]
@@ -480,21 +487,7 @@ class Contest:
             elif c.drop < rules.relevant:
                 c.doubt = f"it lowers the error of no output by {100 * rules.relevant:.0f} %"
         outcome.curve = curve_of(fitted, outcome.chance_level, self._far, self.scene.parts)
-        self._believe(outcome)
-
-    def _believe(self, outcome: Round) -> None:
-        """Put the named ones that are real in the order in which they are believed; what was asked later must be better."""
-        named = [r for r in outcome.fitted if not r.candidate.doubt and r.guess.kind != CURVE]
-        base = outcome.base.errors.mean()
-        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
-            later = self._ordered([r for r in named if r.guess.stage == stage], outcome.chance_level, base)
-            if later and (not outcome.order or worse(outcome.order[0].candidate, later[0].candidate, outcome.chance_level)):
-                outcome.order = later + outcome.order
-        if outcome.order:
-            outcome.winner = outcome.order[0]
+        believe(outcome, self._far)
 
     def _far(self, guess: Guess) -> tuple[bool, bool]:
         return far(guess, self.scene.parts, self.sampled)
-
-    def _ordered(self, real: list[Rivalled], level: float, base: float) -> list[Rivalled]:
-        return ordered(real, level, base, self._far)

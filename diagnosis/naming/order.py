@@ -11,7 +11,7 @@ from ..systems.parts import Parts
 from .guesses import CURVE, DERIVED, LAW, PAIRS, PARAMETER, PLAIN, Guess
 
 if TYPE_CHECKING:
-    from .round import Rivalled
+    from .round import Rivalled, Round
 
 
 def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
@@ -50,6 +50,18 @@ def ordered(real: list[Rivalled], level: float, base: float, far: Callable[[Gues
     as_good = [r for r in real if base - r.candidate.errors.mean() >= least and not worse(r.candidate, best, level)]
     as_good.sort(key=lambda r: (len(r.candidate.free), r.guess.kind != PARAMETER, far(r.guess), r.candidate.errors.mean()))
     return as_good + [r for r in real if r not in as_good]
+
+
+def believe(outcome: Round, far: Callable[[Guess], tuple[bool, bool]]) -> None:
+    """Put the named ones that are real in the order in which they are believed; what was asked later must be better."""
+    named = [r for r in outcome.fitted if not r.candidate.doubt and r.guess.kind != CURVE]
+    base = outcome.base.errors.mean()
+    for stage in (PLAIN, DERIVED, PAIRS):
+        later = ordered([r for r in named if r.guess.stage == stage], outcome.chance_level, base, far)
+        if later and (not outcome.order or worse(outcome.order[0].candidate, later[0].candidate, outcome.chance_level)):
+            outcome.order = later + outcome.order
+    if outcome.order:
+        outcome.winner = outcome.order[0]
 
 
 def curve_of(

@@ -10,6 +10,7 @@ from ..calibration.fit import End
 from ..search.candidate import Candidate
 from .extended import Extending
 from .guesses import Guess
+from .places import Place
 
 
 @dataclass
@@ -38,6 +39,7 @@ class Round:
     order: list[Rivalled] = field(default_factory=list)  # named ones that are real, the most believed first
     beside: list[Rivalled] = field(default_factory=list)  # as good as the winner, with no more numbers
     curve: Rivalled | None = None  # the free curve that predicts most
+    only: Place | None = None  # where that alone leaves no more than noise: there, and nowhere else, something is missing
     chance_level: float = 0.0
     looked: int = 0
     noise: dict[str, float] = field(default_factory=dict)

@@ -261,6 +261,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         smooth, told = work.rig.inputs == SMOOTH, None if own is near else partial(around, work, near, own)
         steps = partial(stepped, work, near) if k == 0 and again else None
         contest = Contest(own, places, prefix, _told(tell, k), smooth, fitted, kinds, enough, work.sampled, told, steps)
+        contest.only = found.outcomes[-1].only if found.outcomes else None
         outcome = contest.play(asked.rng)
         if contest.other is not None:
             found, work, near, places = _anew(asked, contest.other, numbers)

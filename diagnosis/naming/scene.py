@@ -27,6 +27,7 @@ class Scene:
     series: dict[str, list[np.ndarray]]
     prefix: str  # of the names of new corrections
     smooth: bool = False
+    only: Place | None = None  # where corrections are looked for, if not everywhere
 
     @cached_property
     def span(self) -> float:
@@ -51,6 +52,8 @@ class Scene:
     @cached_property
     def places(self) -> list[Place]:
         """Where corrections may sit; only what varies, or is not zero, is worth one."""
+        if self.only is not None:
+            return [self.only]
         fed = [feed.target for feed in self.played.group.feeds]
         known = self.parts.rig.known
         places = of_system(self.parts, self.played.group.members, fed, self.played.outputs)

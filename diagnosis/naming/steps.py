@@ -79,9 +79,10 @@ def widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, n
     found = replace(near, numbers=winner.problem.numbers, acts=winner.problem.acts, units=winner.problem.units)
     vars(found)["played"] = near.played
     near.played.extend(work.inserts)
-    if winner.problem.played is near.played:
+    if winner.problem.played is not near.played:
+        winner.problem.played.close()
+    elif not winner.rough:  # else what a better fit changes would be taken for what steps do
         return found, winner.end.places
-    winner.problem.played.close()
     return found, fit_from(found, winner.end.places, RULES.naming.effort, RULES.naming.ended, Forward).places
 
 

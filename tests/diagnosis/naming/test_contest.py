@@ -11,6 +11,7 @@ from rivals import cause
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import near, run
+from selflock.diagnosis.naming import order as order_module
 from selflock.diagnosis.naming.arranged import determined
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, PATH, Guess, relatives
@@ -164,7 +165,7 @@ def test_of_what_does_as_well_a_law_of_its_own_fmu_comes_first():
     contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=owner, variables={"first.u", "first.x", "second.x"}))
     there, here = cause("there", 1.0, over="second.x", loss=0.1), cause("here", 1.0, loss=0.1005)
     log, far = cause("log", 1.0, over="a column", loss=0.1004), cause("far", 1.0, loss=0.5)
-    assert contest._ordered([there, log, here, far], 0.0, 1.0) == [here, there, log, far]
+    assert order_module.ordered([there, log, here, far], 0.0, 1.0, contest._far) == [here, there, log, far]
 
 
 def test_of_what_does_as_well_a_law_before_a_state_comes_before_one_of_what_only_computes():
@@ -175,7 +176,7 @@ def test_of_what_does_as_well_a_law_before_a_state_comes_before_one_of_what_only
     contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=owner, variables=known))
     computed, moved = cause("computed", 1.0, "controller.u", "controller.x", 0.1), cause("moved", 1.0, loss=0.1005)
     far = cause("far", 1.0, loss=0.5)
-    assert contest._ordered([computed, moved, far], 0.0, 1.0) == [moved, computed, far]
+    assert order_module.ordered([computed, moved, far], 0.0, 1.0, contest._far) == [moved, computed, far]
     assert nearest([computed, moved], 0.0, contest._far, contest.scene.parts) is moved
 
 
@@ -486,9 +487,7 @@ def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monke
     fitted = []
     anew = lambda guess: cause(guess.label, 1.0, loss={"won": 0.12, "held": retold}[guess.label])
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew(guess))
-    monkeypatch.setattr(
-        Contest, "_ordered", lambda self, real, level, base: sorted(real, key=lambda r: r.candidate.errors.mean())
-    )
+    monkeypatch.setattr(order_module, "ordered", lambda real, *_: sorted(real, key=lambda r: r.candidate.errors.mean()))
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [refused, won, held, far], won, [refused, won, held, far])
     assert contest.stands(outcome, lambda rival, noise: None, own) == stands
     assert fitted == [("won", own), ("held", own)] and contest.problem is own

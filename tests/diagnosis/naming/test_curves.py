@@ -8,10 +8,12 @@ import pytest
 from rivals import cause, free_curve
 
 from selflock.diagnosis.naming import run
+from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.order import curves_beside, nearest
 from selflock.diagnosis.naming.places import IN, Place
 from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search, Whole
+from selflock.diagnosis.naming.scene import Scene
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.search.candidate import Candidate
 
@@ -105,3 +107,46 @@ def test_a_law_of_more_numbers_that_does_as_well_as_the_curve_is_its_name(monkey
     assert [outcome.winner for outcome in found.named] == [name if named else curve]
     assert found.best.held == whole("Stribeck" if named else "curve").held
     assert found.work.inserts == (name if named else curve).guess.inserts
+
+
+def judging(left):
+    """A contest in which a curve leaves so many times the noise, and what it fitted: a limit and an overflow that take much."""
+    contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
+    contest.arranged, contest.base = SimpleNamespace(deviations=lambda misfit: misfit), SimpleNamespace(misfit=np.ones(1))
+    contest.ratios = {"x": 1.0}
+    made = lambda rival, loss, times: SimpleNamespace(
+        guess=rival.guess, values={}, rough=True, end=SimpleNamespace(loss=loss, misfit=np.array([times]))
+    )
+    limit, overflow = (made(cause(name, 1.0), 0.3, 2.0) for name in ("limit", "overflow"))
+    for rival in (limit, overflow):
+        rival.guess = replace(rival.guess, law=rival.guess.label)
+    return contest, [limit, overflow, made(free_curve("first.u"), 0.1, left)]
+
+
+@pytest.mark.parametrize(("left", "more"), [(1.1, False), (1.3, True)])
+def test_where_a_curve_leaves_nothing_nothing_else_is_asked_for(left, more):
+    """A bump in a house of six FMUs was looked for among rates, pairs, and a surplus that goes on to five others, for minutes."""
+    contest, found = judging(left)
+    assert contest._wanting(Round(None, found)) == more
+    assert [rival.guess.law for rival in contest._bent(found)] == (["limit", "overflow"] if more else ["limit"])
+
+
+def test_beside_a_first_cause_only_the_place_of_such_a_curve_is_looked_at():
+    place = Place(IN, "first.u")
+    assert Scene(None, None, {}, "c", only=place).places == [place]
+
+
+@pytest.mark.parametrize(("finer", "curves"), [(True, 2), (False, 1)])
+def test_what_a_curve_leaves_is_asked_of_it_fitted_on_its_own_and_with_all_its_points(monkeypatch, finer, curves):
+    contest, found = judging(1.3)
+    anew = lambda left: SimpleNamespace(
+        guess=found[-1].guess, values={}, rough=False, end=SimpleNamespace(loss=0.1, misfit=np.array([left]))
+    )
+    fits = [anew(1.3 if finer else 1.0), anew(1.0)]
+    contest.looks = SimpleNamespace(finer=lambda guess, values, end: (guess, {}))
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fits.pop(0))
+    before = len(found)
+    contest._as_curve(found)
+    assert len(found) == before + curves and len(fits) == 2 - curves
+    contest._as_curve(found[:2])
+    assert len(fits) == 2 - curves  # of what has a name nothing is asked there

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from selflock.diagnosis import DataError, name
 from selflock.diagnosis.data.rig import load
-from selflock.diagnosis.naming.afresh import afresh
+from selflock.diagnosis.naming.afresh import LATE, afresh
 from selflock.diagnosis.naming.extended import component, taken
 from selflock.diagnosis.naming.guesses import number, paths, points_over
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system, quantities
@@ -198,11 +198,24 @@ def test_what_is_late_is_looked_at_from_the_numbers_that_the_rig_has(rng):
     )  # fmt: skip
     broken = SimpleNamespace(free=(), misfit=lambda places: None)
     trial = lambda guess: model((rate, *guess.numbers), True) if guess.law == "delay" else broken
-    ((guess, start),) = afresh(SimpleNamespace(problem=model((rate,), False), scene=scene, inserts=(), trial=trial))
+    looks = SimpleNamespace(problem=model((rate,), False), scene=scene, inserts=(), trial=trial)
+    ((guess, start),) = afresh(looks, LATE)
     numbers = (rate, *guess.numbers)
     begun = [n.place(start[n.name]) for n in numbers]
     found = least_squares(model(numbers, True).misfit, begun, bounds=(0.0, 1.0), diff_step=1e-4).x
     assert guess.law == "delay" and [n.at(x) for n, x in zip(numbers, found)] == pytest.approx([1.2, 1.0], rel=0.05)
+
+    turned = SimpleNamespace(free=(rate,), misfit=lambda places: -told(rate.at(places[0]), 0.0) + told(1.2, 0.0))
+    looks = SimpleNamespace(
+        problem=SimpleNamespace(
+            free=(rate,), values=model((rate,), False).values, misfit=lambda places: told(rate.at(places[0]), 0.0) + told(1.2, 0.0)
+        ),
+        scene=scene, inserts=(), trial=lambda guess: turned,
+    )  # fmt: skip
+    # a command of the wrong sign: the base is as slow as it may be, and a sign is fitted from where the rig's numbers are
+    ((guess, start),) = afresh(looks, ("sign",), 0.5 * float(np.linalg.norm(told(1.2, 0.0))))
+    assert (guess.law, start) == ("sign", {"rate": 1.0})
+    assert afresh(looks, ("sign",), 1e-9) == []
 
 
 def test_points_of_a_curve_lie_where_straight_lines_between_them_leave_little_whatever_the_curve(rng):

@@ -106,19 +106,23 @@ def test_finer_steps_are_taken_where_they_move_the_model_whatever_is_missing(mon
     assert found.step == pytest.approx(GIVEN / taken)
 
 
-@pytest.mark.parametrize("finer", [True, False])
-def test_steps_are_asked_of_a_model_with_a_rival_and_the_system_is_as_it_was(monkeypatch, finer):
-    """What finer steps leave less of goes under beside something strong that is missing."""
+@pytest.mark.parametrize(("finer", "rough"), [(True, False), (False, False), (True, True)])
+def test_steps_are_asked_of_a_model_with_a_rival_and_the_system_is_as_it_was(monkeypatch, finer, rough):
+    """What finer steps leave less of goes under beside something strong that is missing.
+
+    A rival that was fitted roughly is fitted first: in half the steps it was, and what that changed was taken for what steps do.
+    """
     near, work = problem(GIVEN), Work(GIVEN)
     work.with_also, wider = lambda guess: wider, SimpleNamespace(inserts=(LAW,))
     other, model = SimpleNamespace(), SimpleNamespace(values=lambda places: {"a": float(places[0])})
     asked = []
 
     def fine(work, near, places):
-        asked.append((work, near.played.inserts))
+        asked.append((work, near.played.inserts, float(places[0])))
         return (other, model, np.array([0.7])) if finer else (work, near, places)
 
     monkeypatch.setattr(steps, "fine_enough", fine)
-    rival = SimpleNamespace(guess=None, problem=near, end=SimpleNamespace(places=np.array([0.2])))
+    monkeypatch.setattr(steps, "fit_from", lambda *_: SimpleNamespace(places=np.array([0.3])))
+    rival = SimpleNamespace(guess=None, problem=near, end=SimpleNamespace(places=np.array([0.2])), rough=rough)
     assert stepped(work, near, rival) == ((other, model, {"a": 0.7}) if finer else None)
-    assert asked == [(wider, (LAW,))] and near.played.inserts == ()
+    assert asked == [(wider, (LAW,), 0.3 if rough else 0.2)] and near.played.inserts == ()

@@ -23,7 +23,7 @@ from ..search.hypotheses import Free, Hypothesis
 from ..search.linear import Linear
 from ..search.screen import Direction
 from . import guesses as g
-from .afresh import LATE, afresh
+from .afresh import LATE, afresh, elsewhere
 from .arranged import Arranged, determined, lasting, over_noise
 from .chosen import chosen
 from .extended import Extended, Extending
@@ -34,6 +34,7 @@ from .near import beside_best, carried, refined, starts
 from .order import believe, curve_of, distinct, far, ordered
 from .places import Place
 from .round import Rivalled, Round
+from .rounding import between
 from .scene import Scene
 
 Told = Callable[[Rivalled, dict[str, float]], Extending | None]
@@ -292,6 +293,10 @@ class Contest:
                 if (rival := self._fit(guess, start, beside_it)) is not None:
                     found.append(rival)
             found, more = distinct(found), []
+        first = self._first(found)
+        for one in [one for one in found if first and first.kind == g.EVENT and first.plain and one.guess.label == first.label]:
+            again = elsewhere(self.looks, one, {r.guess.label for r in found if not r.rough})
+            found += [r for guess, start in again if (r := self._fit(guess, start)) is not None]
         for way, guess in carried(found, self.looks) if not self.enough() else ():
             self.tell(f"fits: {guess.label}", 0.84)
             found += [rival] if (rival := self._fit(guess, self.values | self._start(way, guess), way)) is not None else []
@@ -406,6 +411,8 @@ class Contest:
         """
         problem = self.looks.trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
+        if guess.law == "quantisation" and guess.place is not None:
+            values = between(problem, guess, values, float(abs(self.scene.signal(guess.place)).max()))
         best: End | None = None
         for share in (1.0, 0.3):  # far from linear the whole of what the look says may be too much
             scaled = values | {n.name: n.start + share * (values[n.name] - n.start) for n in guess.numbers if n.name in start}

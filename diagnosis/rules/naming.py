@@ -121,6 +121,11 @@ class NamingRules:
         "theory: values are then no more than a twentieth of a step from where they would be told, and a fortieth count otherwise",
     )
     gathered: int = rule(5, "steps that a recorded signal gathers at that are looked at, those where it does so most", TIME)
+    roundings: int = rule(
+        10,
+        "roundings between two that are looked at that are simulated around one that a fit starts from",
+        "theory: of fifty levels that lie evenly a quarter of one counts otherwise from one to the next",
+    )
     waves: tuple[float, ...] = rule((1.0, 2.0, 4.0), "waves in a turn of an angle that are looked at", GRID)
     fastest: float = rule(4.0, "steps that a further state takes, at least", GRID)
     slowest: float = rule(0.3, "share of the longest run that it takes, at most", GRID)

@@ -10,10 +10,11 @@ from scipy.signal import lfilter
 
 from selflock.diagnosis import DataError, name
 from selflock.diagnosis.data.rig import load
-from selflock.diagnosis.naming.afresh import LATE, afresh
+from selflock.diagnosis.naming.afresh import LATE, afresh, elsewhere
 from selflock.diagnosis.naming.extended import component, taken
-from selflock.diagnosis.naming.guesses import number, paths, points_over
+from selflock.diagnosis.naming.guesses import EVENT, PATH, Guess, number, paths, points_over
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system, quantities
+from selflock.diagnosis.naming.rounding import between
 from selflock.diagnosis.naming.scene import Scene, one_to_one, order
 from selflock.diagnosis.systems.parts import Parts
 from selflock.fmus.correction import law
@@ -237,3 +238,57 @@ def test_what_rises_with_one_variable_alone_is_no_pair(rng):
     level = rng.uniform(0.1, 4.0, 300)
     assert one_to_one(order(level), order(level * np.sqrt(level))) and one_to_one(order(level), order(-np.exp(level)))
     assert not one_to_one(order(level), order(level * rng.uniform(0.5, 1.0, 300)))
+
+
+def test_a_rounding_is_fitted_from_one_step_to_the_next(rng):
+    """A command that was rounded to a few steps left a fifth of the loss: a level of it counted otherwise, and no slope leads there."""
+    levels = np.where(np.arange(40) % 5, rng.uniform(-2.0, 2.0, 40), rng.choice([-1.0, 1.0], 40) * 6.495 * 0.3)
+    u = np.repeat(levels, 12)
+    rate, step = number("rate", 1.0, 0.2, 5.0), number("c.q", 0.0, 0.0, 3.0)
+
+    def told(rate, q):
+        keep = np.exp(-0.1 * rate)
+        return lfilter([1.0 - keep], [1.0, -keep], np.round(u / q) * q)
+
+    seen = told(1.2, 0.3) + 0.002 * rng.standard_normal(480)
+    problem = SimpleNamespace(
+        free=(rate, step),
+        misfit=lambda places: told(rate.at(places[0]), max(step.at(places[1]), 0.05)) - seen,
+        loss=lambda misfit: float(np.sum(misfit**2)),
+    )
+    fitted = lambda at: least_squares(
+        problem.misfit, [n.place(at[n.name]) for n in problem.free], bounds=(0.0, 1.0), diff_step=1e-4
+    )
+    begun = {"rate": 1.18, "c.q": 0.2985}
+    first = fitted(begun).cost
+    assert first > 100.0 * 480 * 0.002**2
+    found = fitted(between(problem, Guess(PATH, "quantisation", "", (), (step,)), begun, float(abs(u).max())))
+    assert found.cost < 0.02 * first and step.at(found.x[1]) == pytest.approx(0.3, rel=5e-3)
+    assert between(problem, Guess(PATH, "quantisation", "", (), (step,)), begun | {"c.q": 0.0}, 2.0)["c.q"] == 0.0
+
+
+def test_an_event_is_looked_at_elsewhere_from_the_numbers_that_fit_beside_it(rng):
+    """A heat before a house's radiator was named at its thermostat: where it was the look, at the base's numbers, saw nothing of it."""
+    u, rate, a = rng.standard_normal(300), number("rate", 1.0, 0.2, 5.0), number("c.a", 0.0, -0.1, 0.1)
+    times = number("c.since", 8.0, 0.0, 30.0), number("c.until", 16.0, 0.0, 30.0)
+    acts = np.where((np.arange(300) >= 80) & (np.arange(300) < 160), 1.0, 0.0)
+    at = {"a": acts, "b": lfilter([0.2], [1.0, -0.8], acts), "c": lfilter([0.05], [1.0, -0.95], acts)}
+    seen = 1.2 * u + 0.5 * at["b"] + 0.005 * rng.standard_normal(300)
+    place = lambda name: Place(IN, f"body.{name}")
+
+    def model(numbers, name=""):
+        values = lambda places: {n.name: n.at(p) for n, p in zip(numbers, places)}
+        told = lambda v: v["rate"] * u + (v["c.a"] * at[name] if name else 0.0) - seen
+        return SimpleNamespace(free=numbers, values=values, misfit=lambda places: told(values(places)))
+
+    event = Guess(EVENT, "event", "event on body.a", (Insert("c", place("a"), "constant"),), (a, *times))
+    best = SimpleNamespace(guess=event, values={"rate": 1.25, "c.a": 0.4, "c.since": 8.0, "c.until": 16.0})
+    scene = SimpleNamespace(
+        places=[place(name) for name in "abc"], prefix="c", spread=lambda place: 1.0, played=SimpleNamespace(extend=lambda inserts: None)
+    )  # fmt: skip
+    trial = lambda guess: model((rate, *guess.numbers), guess.place.variable[-1])
+    looks = SimpleNamespace(problem=model((rate,)), scene=scene, inserts=(), trial=trial)
+    (guess, start), (other, _) = elsewhere(looks, best)
+    assert (guess.label, other.label) == ("event on body.b", "event on body.c") and guess.numbers[0].high == 3.0
+    assert [one.label for one, _ in elsewhere(looks, best, {"event on body.b"})] == ["event on body.c"]
+    assert start == {"rate": pytest.approx(1.2, abs=0.01), "c.a": pytest.approx(0.5, abs=0.02), "c.since": 8.0, "c.until": 16.0}

@@ -184,6 +184,8 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
 def _motor_constants(values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
     """Torque per current, N.m/A, as the measured current weakens it, and the motor's torque beside it, N.m."""
     motor = drive.law("motor", values, ch)
+    if laws.in_proportion(motor):
+        return np.broadcast_to(max(motor.torque_constant, 1e-9), len(ch.dt)), np.broadcast_to(0.0, len(ch.dt))
 
     def constants() -> tuple[np.ndarray, np.ndarray]:
         constant, beside = np.empty(len(ch.dt)), np.empty(len(ch.dt))

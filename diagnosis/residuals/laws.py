@@ -54,6 +54,12 @@ def driving() -> tuple[str, ...]:
     return _of_motor(laws.in_force(), ("resistance", "weakening", "torque"), ("inductance", "voltage_constant"))
 
 
+def in_proportion(motor) -> bool:
+    """Whether a motor with these Parameters turns its current into torque by its constant alone: no effect bends that."""
+    bends = [effect.hooks["active"] for effect in effects("motor") if {"weakening", "torque"} & set(effect.hooks)]
+    return not any(active(motor, law("motor").Condition(0.0, 0.0, 0.0, 0.0, 0.0)) > 0.0 for active in bends)
+
+
 @cache
 def _of_motor(package: str, hooks: tuple[str, ...], but: tuple[str, ...]) -> tuple[str, ...]:
     """Parameters of the motor's law, `but` these, of the effects that have one of these hooks, and whatever these name."""

@@ -19,7 +19,7 @@ from ..residuals.stepping import of_steps
 from ..residuals.whole import HOLD, MOVING
 from ..rules import RULES
 from .candidate import Candidate
-from .fit import Fit, fit, held_out, rho
+from .fit import Fit, Misfit, fit, held_out, jacobian, rho, weight
 from .hypotheses import Free, Hypothesis, recorder, uncertain, vocabulary
 from .kept import Kept
 from .phases import beside, best, losses, marked, settled, zeros
@@ -73,7 +73,7 @@ class Problem:
     def glance(self, drifting: bool) -> Problem:
         """The same problem for a first look at a hypothesis; at what drifts it takes longer."""
         if not self.by_channel:
-            return self if drifting or self.whole else replace(self, experiment=self.experiment.excerpt())
+            return self if drifting or self.whole else self._excerpt
         rules = RULES.residuals
         seconds = rules.whole_fits if drifting else rules.whole_glance
         return replace(self, experiment=self.experiment.glance(seconds))
@@ -235,16 +235,47 @@ class Problem:
         return fitted
 
     def _fit(self, free: tuple[Free, ...], start: dict, effort: int) -> Fit:
+        """Of a long log by an excerpt, where what that ends with is the same in all of the log; else by all of it."""
+        if free and self._told_nearby:
+            found = self._fitted(self._nearby, free, start, effort)
+            values = start | found.values
+            r = self.misfit(values)
+            if _same(r, found.misfit) and _same(slopes := jacobian(self.misfit, values, free, found.values, r), found.jacobian):
+                return replace(found, misfit=r, jacobian=slopes, weights=weight(r, self.loss_scale))
+        return self._fitted(self.misfit, free, start, effort)
+
+    def _fitted(self, misfit: Misfit, free: tuple[Free, ...], start: dict, effort: int) -> Fit:
         rules = RULES.search
         tolerances = rules.tolerances_whole if self.whole or self.by_channel else rules.tolerances
         drive = of_drive(free)
         if 0 < len(drive) < len(free):
-            first = fit(self.misfit, start, drive, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+            first = fit(misfit, start, drive, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
             start, effort = start | first.values, min(effort, rules.effort_recorders)
             beside = tuple(p for p in free if p not in drive)  # of which none asks for a simulation
-            read = fit(self.misfit, start, beside, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+            read = fit(misfit, start, beside, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
             start = start | read.values
-        return fit(self.misfit, start, free, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+        return fit(misfit, start, free, start, self.rows, self.loss_scale, effort, tolerances, self.by_channel)
+
+    @cached_property
+    def _excerpt(self) -> Problem:
+        return replace(self, experiment=self.experiment.excerpt())
+
+    @cached_property
+    def _told_nearby(self) -> frozenset[int]:
+        """Places of the residuals of which an excerpt of a long log says the same as all of it, of the nominal drive."""
+        near = self if self.by_channel else self.glance(False)
+        if near.experiment is self.experiment:
+            return frozenset()
+        at = self.absolute(self.nominal)
+        own, others = self.experiment.misfit(at), near.experiment.misfit(at)
+        parts = map(self.experiment.slice, self.experiment.residuals)
+        return frozenset(i for i, part in enumerate(parts) if _same(own[:, part].ravel(), others[:, part].ravel()))
+
+    def _nearby(self, values: dict) -> np.ndarray:
+        """The misfit, of an excerpt where that says the same."""
+        at, near = self.absolute(values), self.glance(False).experiment
+        of = lambda i: (near if i in self._told_nearby else self.experiment).misfit(at, self.noise, [i])
+        return np.concatenate([of(i) for i in range(len(self.noise))], axis=1).ravel() + self.shift
 
     def _with_phases(self, free: tuple[Free, ...], start: dict) -> tuple[tuple[Free, ...], dict]:
         """What a fit frees and where it starts, with the phases of single runs."""
@@ -325,3 +356,9 @@ class Problem:
 def of_drive(free: Sequence[Free]) -> tuple[Free, ...]:
     """Of what a fit frees, what moves the drive; the rest is what recorders make of it."""
     return tuple(p for p in free if p.name in MOVING or not p.of_recorder)
+
+
+def _same(all_of_it: np.ndarray, part: np.ndarray) -> bool:
+    """Whether what an excerpt says (each column of it) misses what all of a log does by no more than ends a fit."""
+    missed = np.sum((all_of_it - part) ** 2, axis=0)
+    return bool(np.all(missed <= RULES.search.tolerances[0] ** 2 * np.sum(all_of_it**2, axis=0)))

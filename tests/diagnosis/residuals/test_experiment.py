@@ -15,7 +15,7 @@ from selflock.diagnosis.residuals import drive, loops
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.kernels import kernels
-from selflock.diagnosis.residuals.laws import effects, parameters
+from selflock.diagnosis.residuals.laws import effects, in_proportion, parameters
 from selflock.diagnosis.residuals.mending import Mending
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.hypotheses import vocabulary
@@ -279,6 +279,16 @@ def test_kernels_agree_with_the_plain_laws(name, rng):
     for key in names:
         assert found[1][key] == pytest.approx(found[0][key], rel=1e-9, abs=1e-9), key
     assert any(np.any(found[0][key] != arrays[key]) for key in names)
+
+
+@pytest.mark.parametrize("bends", ["", "cogging_torque", "weakening_per_loss", "weakening_per_current"])
+def test_a_motor_without_an_effect_on_its_torque_has_one_constant_for_all_rows(bends, rng):
+    """And is known as that: nothing is computed row by row. Brushes lose a voltage, and no torque."""
+    n, given = 30, {"motor.brush_voltage": 0.5, "motor.winding_thermal_resistance": 5.0, "motor.torque_constant": 0.04}
+    p = parameters("motor", "motor", given | ({f"motor.{bends}": 0.01} if bends else {}))
+    constant, beside = np.empty(n), np.empty(n)
+    kernels().shaft_torque(p, *rng.uniform(1.0, 5.0, (3, n)), np.full(n, STEP), constant, beside)
+    assert in_proportion(p) == bool((constant == 0.04).all() and (beside == 0.0).all()) == (not bends)
 
 
 def test_the_head_of_a_bench_compares_the_same_samples(tmp_path, rng):

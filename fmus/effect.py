@@ -46,6 +46,10 @@ LATE = (DELAY, LAG, PERIOD)
 """Roles of what acts late: told from a log to a sample at best."""
 
 
+OF_DRIVE = ("N.m", "N.m.s/rad", "rad/N.m", "kg.m2", "kg", "m")
+"""Units of which a drive has an amount of its own: what its motor gives at rest, how that falls with speed, what it yields and holds."""
+
+
 class Above(NamedTuple):
     """A parameter that never falls below another one: what is searched for is how far it lies above."""
 
@@ -69,7 +73,7 @@ class Parameter(NamedTuple):
     on_request: bool = False  # looked for only where somebody asks for it
     of_value: bool = False  # a sensor's: in the unit of what it measures
     trials: tuple[float, ...] = ()  # where to look first, of a place or a width that matters: all of them are tried
-    of_stall: float = 0.0  # above 0, of a torque: a fit searches up to this share of what the motor gives at rest, not all bounds
+    of_drive: float = 0.0  # above 0, of a unit of OF_DRIVE: a fit searches up to so many times what the drive has, not all bounds
 
 
 VARIABLES = ("speed", "load", "acceleration", "position", "output position", "current", "time", "set-point change")

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from . import units
-from .effect import CONSTANT, METAL, ORDER, ROLES, SWITCH, VALUE, VARIABLES, Effect, Parameter
+from .effect import CONSTANT, METAL, OF_DRIVE, ORDER, ROLES, SWITCH, VALUE, VARIABLES, Effect, Parameter
 from .errors import EffectError
 from .place import ending
 
@@ -168,8 +168,8 @@ def _parameter_gaps(p: Any) -> list[str]:
         demand(p.low <= trial <= p.high, f"{p.name}: trial at {trial}, outside its bounds [{p.low}, {p.high}]")
     demand(len(p.trials) <= MOST_TRIALS, f"{p.name}: {len(p.trials)} trials; {MOST_TRIALS} are the most")
     demand(
-        p.of_stall >= 0.0 and (not p.of_stall or p.unit == "N.m"),
-        f"{p.name}: of_stall = {p.of_stall} is a share, above 0, of a torque",
+        p.of_drive >= 0.0 and (not p.of_drive or p.unit in OF_DRIVE),
+        f"{p.name}: of_drive = {p.of_drive} is a share, above 0, of what a drive has in {', '.join(OF_DRIVE)}",
     )
     demand((p.role == ORDER) <= (p.shaft in ("input", "output")), f"{p.name}: waves of which shaft?")
     try:

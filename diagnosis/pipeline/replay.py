@@ -39,6 +39,7 @@ from ..residuals.noise import floor
 from ..residuals.residual import RUNS, Residual
 from ..residuals.whole import WHOLE
 from ..search.instants import place_acts, place_jumps
+from ..search.swings import place_swings
 from .in_step import whole_where_described
 from .replay_page import write
 
@@ -184,7 +185,7 @@ def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExper
     everything = np.ones(experiment.layout.count, bool)
     closed, problem = closed_loop(experiment, everything, {})
     anew = lambda: closed_loop(experiment, everything, {})[1]
-    for place in (place_jumps, partial(place_acts, anew=anew)):
+    for place in (place_swings, place_jumps, partial(place_acts, anew=anew)):
         if place(closed, problem):
             closed, problem = closed_loop(experiment, everything, {})
     yield closed.whole(), recorded(problem, {}, {})

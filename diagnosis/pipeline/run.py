@@ -42,6 +42,7 @@ from ..search.problem import Problem
 from ..search.selection import ForwardSelection, Selection
 from ..search.starts import correlated, told
 from ..search.step import so_far
+from ..search.swings import place_swings
 from . import hold_out as division
 from .in_step import whole_where_described
 
@@ -248,7 +249,7 @@ def _asked(
     experiment.forget()  # an hour's motions, which the search makes for itself
     problem = problem_of(experiment, runs, held, train, kept)
     anew = lambda: problem_of(experiment, runs, held, train, kept)
-    for place in (place_jumps, partial(place_acts, anew=anew), place_ticks) if experiment.by_channel else ():
+    for place in (place_swings, place_jumps, partial(place_acts, anew=anew), place_ticks) if experiment.by_channel else ():
         if place(experiment, problem):
             experiment = DriveExperiment(rig, runs)
             problem = anew()

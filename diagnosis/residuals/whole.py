@@ -69,6 +69,9 @@ WHOLE = "whole"
 PARTED = "parts"
 """And what it says to ask for each component on its measured inputs."""
 
+FASTEST = "fastest swing"
+"""Where a run keeps the swings of its output shaft, rad/s, beyond which its log shows nothing."""
+
 LATE = "lateness"
 """Where a run's channels keep how late they are, while something else is looked for that would go with it."""
 
@@ -234,7 +237,8 @@ def plain(values: dict, ch: Channels) -> dict[str, np.ndarray]:
 
 def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:
     """Stiffness and damping of the output shaft and parts of a step with which a run is simulated."""
-    return stable(drive.law("reducer", values, ch), drive.law("load", values, ch), float(grid(ch).dt[1:].max(initial=1e-9)))
+    step, fastest = float(grid(ch).dt[1:].max(initial=1e-9)), ch.run.memory.get(FASTEST, np.inf)
+    return stable(drive.law("reducer", values, ch), drive.law("load", values, ch), step, fastest)
 
 
 def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = None) -> dict[str, np.ndarray]:

@@ -127,6 +127,11 @@ class ResidualRules:
     shaft_parts: int = rule(
         12, "parts of a step in a whole drive, at most; a shaft too stiff for them is softened", "a limit of time; " + WHOLE
     )
+    shaft_unseen: float = rule(
+        0.1,
+        "share of its noise by which a shaft that swings no faster than the log is asked to show may change a channel; root of the mean square",
+        "theory: a hundredth of the squared error",
+    )
 
     # --- a whole drive in closed loop against all channels: residuals.whole
     whole_step: float = rule(

@@ -199,6 +199,12 @@ class SearchRules:
         "the same of a whole drive compared in all its channels, beside what a log shows of itself",
         "a limit of time; not studied",
     )
+    begun_by_channel: int = rule(
+        16,
+        "hypotheses of such a drive that are begun, those that look best: what a few steps of a fit leave tells better than a linear "
+        "look which are fitted to their end",
+        "a limit of time; not studied",
+    )
     starts: int = rule(
         4,
         "sets of free numbers that a hypothesis is fitted with, at most",

@@ -20,6 +20,7 @@ from ..residuals.laws import COMPONENTS, effects, law
 from ..residuals.propagated import in_step
 from ..residuals.recorder import counts, period, step_of
 from ..rules import RULES
+from .reach import of_drive, spread
 
 SIDES = {"input": 0, "output": 1}
 """Of a wave's shaft, its place among the motions of a drive."""
@@ -95,7 +96,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
     for name in sorted(used):
         _, component = split(name, rig.drives)
         beside = effects(component)
-        most = stall(rig, name, channels, experiment)
+        most = of_drive(rig, name, channels, experiment)
         found += [_effect(rig, name, component, effect, most) for effect in beside if not (points and effect.needs)]
         said = {said for effect in beside for said in (*effect.says, *(p.name for p in effect.parameters))}
         for parameter in base(component):
@@ -103,7 +104,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
             if parameter.name in said or parameter.role in (CONSTANT, SWITCH):
                 continue
             if rig.questioned(full) and full not in rig.uncertain:
-                free = (_parameter(rig, full, parameter),)
+                free = (_parameter(rig, full, parameter, most),)
                 found.append(Hypothesis(name, "parameter", free, summary=parameter.description, advice=MEASURE_IT))
     for channel in sorted(channels):
         signal = split(channel, rig.drives)[1]
@@ -175,49 +176,21 @@ def _turns(experiment: DriveExperiment, prefix: str, side: int) -> float:
     return max(ways, default=0.0) / (2.0 * np.pi) or np.inf
 
 
-def spread(experiment: DriveExperiment, channel: str) -> float:
-    """How far a channel's values reach."""
-    return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
-
-
-def stall(rig: Rig, component: str, channels: set[str], experiment: DriveExperiment) -> float:
-    """Torque that the motor of a component's drive gives at rest at the highest voltage, N.m: eq 15 to 17, K_m U / R.
-
-    That voltage is the controller's limit where the rig gives it, else the highest of the logs, else the controller's own.
-    """
-    prefix = split(component, rig.drives)[0]
-
-    def value(of: str, name: str) -> float:
-        return rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in base(of) if p.name == name))
-
-    limits = [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
-    of_supply = {prefix + "motor.duty", prefix + "motor.supply_voltage"} <= channels  # the limits of a duty are no voltage
-    supply = spread(experiment, prefix + "motor.supply_voltage") if of_supply else 1.0
-    seen = [spread(experiment, prefix + name) for name in VOLTAGES if prefix + name in channels]
-    if not any(name in rig.parameters for name in limits) and seen:
-        voltage = max(seen)
-    else:
-        voltage = max(abs(value("controller", name)) for name in ("voltage_min", "voltage_max"))
-    resistance = value("motor", "resistance")
-    return value("motor", "torque_constant") * voltage * supply / resistance if resistance > 0.0 else inf
-
-
-def _effect(rig: Rig, name: str, component: str, effect: Effect, most: float) -> Hypothesis:
-    """The hypothesis of a component's effect; most: the torque of its drive at stall, N.m."""
+def _effect(rig: Rig, name: str, component: str, effect: Effect, most: dict[str, float]) -> Hypothesis:
+    """The hypothesis of a component's effect; most: see reach.of_drive."""
     free = []
     for p in effect.parameters:
         full = f"{name}.{p.name}"
         if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
-        reach = p.of_stall * most if p.of_stall else inf
-        low, high = rig.uncertain.get(full, (max(p.low, -reach), min(p.high, reach)))
+        low, high = rig.uncertain.get(full, _within(p, rig.parameters.get(full, p.off), p.low, p.high, most))
         free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high, rig.linear), told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
         if not rig.questioned(full) or full in rig.uncertain:
             continue
-        beside = _parameter(rig, full, parameter)
+        beside = _parameter(rig, full, parameter, most)
         if full not in rig.parameters and beside.nominal > 0.0:  # no data sheet says: a time constant may be anything
             below, above = RULES.search.untold
             low, high = max(parameter.low, beside.nominal / below), min(parameter.high, beside.nominal * above)
@@ -241,8 +214,17 @@ def _free(full: str, p: Parameter, nominal: float, low: float, high: float, line
     )
 
 
-def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:
-    """A nominal value may be off by the rules' `nominal_factor`, within what physics allows."""
+def _within(p: Parameter, nominal: float, low: float, high: float, most: dict[str, float]) -> tuple[float, float]:
+    """Bounds of a parameter's search, no farther than its share of what the drive has of its unit; most: see reach.of_drive.
+
+    Nor nearer than twice what a rig says of it.
+    """
+    reach = max(p.of_drive * most.get(p.unit, inf) if p.of_drive else inf, 2.0 * abs(nominal))
+    return max(low, -reach), min(high, reach)
+
+
+def _parameter(rig: Rig, full: str, parameter: Parameter, most: dict[str, float]) -> Free:
+    """A nominal value may be off by the rules' `nominal_factor`, within what physics allows; most: see reach.of_drive."""
     nominal = rig.parameters.get(full, parameter.off)
     if parameter.above:  # fitted as what lies above the other
         owner, (name, most, description) = full.rpartition(".")[0], parameter.above
@@ -256,6 +238,7 @@ def _parameter(rig: Rig, full: str, parameter: Parameter) -> Free:
         low, high = max(low, nominal * factor), min(high, nominal / factor)
     elif not isfinite(high - low):
         low, high = max(low, -RULES.search.nominal_zero), min(high, RULES.search.nominal_zero)
+        low, high = _within(parameter, nominal, low, high, most)
     return _free(full, parameter, nominal, low, high, rig.linear)
 
 

@@ -313,12 +313,12 @@ class Step:
             and (any(p.trials and p.role in (PERIOD, STEP) for p in ways[0].free) or any(map(self._on_a_line, ways)))
         )
         groups = sorted(of.values(), key=lambda ways: not shown(ways))
-        most = RULES.search.fits_by_channel + sum(map(shown, groups)) if self.problem.by_channel else RULES.search.fits
-        chosen = [ways for ways in groups[:most] if ways[0].gain > 0.0 or shown(ways)]
+        promising = [ways for ways in groups if ways[0].gain > 0.0 or shown(ways)]
         waves = lambda ways: any(p.role == ORDER for p in ways[0].free)  # of which one start says nothing of another
-        raced = [ways for ways in chosen if self.problem.by_channel and not shown(ways) and not waves(ways)]
-        begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
-        first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
+        if self.problem.by_channel:
+            chosen, first = self._entered(promising, sum(map(shown, promising)), waves)
+        else:
+            chosen, first = promising[: RULES.search.fits], {}
         least = min((self._loss(fitted.misfit) for fitted in first.values()), default=np.inf)
 
         def judge(ways: list[Direction]) -> Candidate:
@@ -329,6 +329,23 @@ class Step:
         candidates = self._arrived(self._each("fits", judge, chosen))
         candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
+
+    def _entered(
+        self, promising: list[list[Direction]], lead: int, waves: Callable[[list[Direction]], bool]
+    ) -> tuple[list[list[Direction]], dict[str, Fit]]:
+        """Hypotheses of a whole drive that are fitted to their end, and what those of them that are no waves came to in a few steps.
+
+        Such a drive is far from linear: of those that look best these steps tell which. promising: best first, behind `lead` of them
+        that the log shows of itself, which are fitted anyway; waves are raced by themselves.
+        """
+        rules = RULES.search
+        entered = promising[lead : lead + rules.begun_by_channel]
+        apart = [ways for ways in entered[: rules.fits_by_channel] if waves(ways)]
+        raced = [ways for ways in entered if not waves(ways)]
+        begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
+        first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
+        raced.sort(key=lambda ways: self._loss(first[ways[0].hypothesis.label].misfit))
+        return [*promising[:lead], *apart, *raced[: rules.fits_by_channel - len(apart)]], first
 
     def _raced(self, ways: list[Direction]) -> tuple[list[Direction], Fit | None]:
         """Ways of a wave over an angle, by what a few steps of a fit leave of the best of them; and what the best came to.

@@ -18,7 +18,7 @@ EFFECT = Effect(
     name="cogging",
     summary="M_c = A sin(n angle + phase); angle 0 at the start",
     parameters=(
-        Parameter("cogging_torque", "N.m", 0.0, 0.0, 100.0, "amplitude", AMPLITUDE, "input", of_stall=0.1),
+        Parameter("cogging_torque", "N.m", 0.0, 0.0, 100.0, "amplitude", AMPLITUDE, "input", of_drive=0.1),
         Parameter("cogging_periods", "", 12.0, 1.0, 60.0, "periods per turn of the rotor", ORDER, "input"),
         Parameter("cogging_phase", "rad", 0.0, -2 * pi, 2 * pi, "phase at the start", PHASE, "input"),
     ),

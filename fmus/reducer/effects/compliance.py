@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="reducer",
     name="compliance",
     summary="1/k + C in the place of 1/k",
-    parameters=(Parameter("compliance", "rad/N.m", 0.0, 0.0, 1.0, "C, seen at the output shaft", AMPLITUDE),),
+    parameters=(Parameter("compliance", "rad/N.m", 0.0, 0.0, 1.0, "C, seen at the output shaft", AMPLITUDE, of_drive=1.0),),
     source="Spong, Modeling and control of elastic joint robots, J. Dyn. Sys. Meas. Control 109(4), 1987",
     hooks={"active": active, "compliance": compliance},
     advice="slowly rising load at standstill, both shafts' angles measured",

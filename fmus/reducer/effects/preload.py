@@ -22,7 +22,9 @@ EFFECT = Effect(
         Parameter(
             "preload", "N.m", 0.0, 0.0, 10.0, "N0, between the flanks without load, as torque at the input shaft", AMPLITUDE
         ),
-        Parameter("drag_torque", "N.m", 0.0, 0.0, 1.0, "dry friction of the input shaft that knows no load", AMPLITUDE),
+        Parameter(
+            "drag_torque", "N.m", 0.0, 0.0, 1.0, "dry friction of the input shaft that knows no load", AMPLITUDE, of_drive=1.0
+        ),
     ),
     source="equations 13 and 14 of the published study",
     hooks={"active": active, "drag": drag},

@@ -47,7 +47,7 @@ def numbers(shaft):
             f"B {of}: torque at the input shaft",
             AMPLITUDE,
             shaft,
-            of_stall=0.5,
+            of_drive=0.5,
         ),
         Parameter(f"{shaft}_ripple_order", "", 1.0, 1.0, 200.0, f"n {of}: waves in a turn, at least one", ORDER, shaft),
         Parameter(f"{shaft}_ripple_phase", "rad", 0.0, -turn, turn, f"phase {of}'s wave at angle 0", PHASE, shaft),

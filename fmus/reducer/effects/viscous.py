@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="reducer",
     name="viscous",
     summary="torque on the input shaft proportional to its speed, b w",
-    parameters=(Parameter("viscous_damping", "N.m.s/rad", 0.0, 0.0, 1.0, "b, at the input shaft", AMPLITUDE),),
+    parameters=(Parameter("viscous_damping", "N.m.s/rad", 0.0, 0.0, 1.0, "b, at the input shaft", AMPLITUDE, of_drive=10.0),),
     source="Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994",
     hooks={"active": active, "viscous": viscous},
     advice="constant speeds up to the highest, at one load",

@@ -177,7 +177,7 @@ def test_a_torque_is_looked_for_up_to_a_share_of_what_the_motor_gives_at_rest(tm
     large = {"motor.torque_constant": 0.4, "motor.resistance": 0.5, "controller.voltage_max": 60.0}
     bench = DriveExperiment(replace(bench.rig, parameters={**bench.rig.parameters, **large}), bench.runs)
     found = {p.name: p for h in vocabulary(bench.rig, {"motor", "reducer"}, bench.measured, bench) for p in h.free}
-    share = {p.name: p.of_stall for of in ("motor", "reducer") for effect in effects(of) for p in effect.parameters}
+    share = {p.name: p.of_drive for of in ("motor", "reducer") for effect in effects(of) for p in effect.parameters}
     for name in ("motor.cogging_torque", "reducer.input_ripple_torque"):
         assert found[name].high == pytest.approx(share[name.split(".")[1]] * 0.4 * 60.0 / 0.5)
     assert found["reducer.input_ripple_torque"].low == -found["reducer.input_ripple_torque"].high

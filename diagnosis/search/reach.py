@@ -1,0 +1,73 @@
+"""How large a number of a law can be in a drive: what its motor and its load have of the same unit.
+
+An effect's own bounds hold for any drive, from a toy's to a crane's. A thousandth of them may be more than a small motor can turn,
+and a derivative taken over it says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+
+import numpy as np
+
+from ..data.rig import Rig, split
+from ..data.signals import VOLTAGES
+from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.laws import law
+
+
+def spread(experiment: DriveExperiment, channel: str) -> float:
+    """How far a channel's values reach."""
+    return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
+
+
+def of_drive(rig: Rig, component: str, channels: set[str], experiment: DriveExperiment) -> dict[str, float]:
+    """What the drive of a component has of each of fmus.effect.OF_DRIVE, at the component's shaft; inf where nothing tells it.
+
+    Torque: what the motor gives at rest at the highest voltage, K_m U / R (eq 15 to 17), at the load r times that. Its fall with
+    speed, K_m K_e / R; the yielding by a radian under it; the inertia of load and shaft together; the mass that it holds on
+    the load's arm, and the arm on which it holds the load's mass.
+    """
+    prefix, here = split(component, rig.drives)
+    value = _value(rig, prefix)
+    constant, resistance = value("motor", "torque_constant"), value("motor", "resistance")
+    known = prefix + "motor" in experiment.components or f"{prefix}motor.torque_constant" in rig.parameters
+    if not (known and resistance > 0.0):
+        return {}
+    torque, falls = (
+        constant * _voltage(rig, prefix, channels, experiment) / resistance,
+        constant * value("motor", "voltage_constant") / resistance,
+    )
+    ratio, arm, mass = value("reducer", "gear_ratio"), value("load", "arm"), value("load", "mass")
+    delivered, weight = torque * ratio, value("load", "gravity")
+    inertia = value("load", "inertia") + mass * arm**2 + value("reducer", "shaft_inertia") * ratio**2
+    over = lambda a, b: a / b if b > 0.0 else inf
+    found = {
+        "N.m": delivered if here == "load" else torque,
+        "N.m.s/rad": falls * ratio**2 if here == "load" else falls,
+        "rad/N.m": over(1.0, delivered),
+        "kg.m2": inertia,
+        "kg": over(delivered, weight * arm),
+        "m": over(delivered, weight * mass),
+    }
+    return {unit: most for unit, most in found.items() if 0.0 < most < inf}
+
+
+def _value(rig: Rig, prefix: str) -> Callable[[str, str], float]:
+    """Nominal values of a drive."""
+    return lambda of, name: rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in law(of).BASE if p.name == name))
+
+
+def _voltage(rig: Rig, prefix: str, channels: set[str], experiment: DriveExperiment) -> float:
+    """The highest, V: the controller's limit where the rig gives it, else the highest of the logs, else the controller's own."""
+    limits = [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
+    of_supply = {prefix + "motor.duty", prefix + "motor.supply_voltage"} <= channels  # the limits of a duty are no voltage
+    supply = spread(experiment, prefix + "motor.supply_voltage") if of_supply else 1.0
+    seen = [spread(experiment, prefix + name) for name in VOLTAGES if prefix + name in channels]
+    if not any(name in rig.parameters for name in limits) and seen:
+        voltage = max(seen)
+    else:
+        value = _value(rig, prefix)
+        voltage = max(abs(value("controller", name)) for name in ("voltage_min", "voltage_max"))
+    return voltage * supply

@@ -1,0 +1,92 @@
+"""A shaft is simulated no stiffer than its log shows, and as stiff as it shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.data.faults import check
+from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.data.rig import LogColumn, Rig
+from selflock.diagnosis.residuals import whole
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.residuals.forward import stable, swinging
+from selflock.diagnosis.residuals.laws import law
+from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.search.problem import Problem
+from selflock.diagnosis.search.swings import place_swings
+
+RATIO, ROTOR, INERTIA = 20.0, 2e-6, 4e-4
+TOGETHER = 1.0 / (1.0 / INERTIA + 1.0 / (ROTOR * RATIO**2))  # what swings on the shaft, kg.m2
+
+
+def logged(rng, row, count, noise, swing):
+    """The problem of a log that the product's own drive makes: rows so far apart, s, angles in counts, rad; swing of its shaft, rad/s."""
+    time, wave = np.arange(0.0, 4.0, row), rng.uniform(4.0, 9.0)
+    given = {
+        "motor.resistance": 2.0,
+        "motor.voltage_constant": 0.02,
+        "motor.torque_constant": 0.02,
+        "motor.inductance": 0.0,
+        "reducer.gear_ratio": RATIO,
+        "reducer.friction_kinetic": 0.02,
+        "reducer.shaft_inertia": ROTOR,
+        "reducer.shaft_stiffness": TOGETHER * swing**2,
+        "reducer.shaft_damping": 0.1 * TOGETHER * swing,
+        "load.inertia": INERTIA,
+    }
+    signals = {
+        "motor.voltage": 6.0 * np.sin(wave * time) + 2.0 * np.sign(np.sin(2.6 * wave * time)),
+        "load.angle": np.zeros(len(time)),
+    }
+    signals["motor.current"] = np.zeros(len(time))
+    rig = Rig(
+        Path("rig.toml"), "bot", "forward", tuple(LogColumn(n, n) for n in signals), given, time=LogColumn("time", "time"),
+        simulate=whole.WHOLE,
+    )  # fmt: skip
+    run = MeasuredRun("log.csv", "", np.arange(len(time)), time, signals)
+    made = whole.simulate({}, DriveExperiment(rig, [run]).channels[0, ""])
+    here = whole.grid(DriveExperiment(rig, [run]).channels[0, ""]).time
+    of = lambda name: np.interp(time, here, made[name])
+    read = {
+        "load.angle": count * np.floor(of("angle") / count),
+        "motor.current": of("current") + noise * rng.standard_normal(len(time)),
+    }
+    run = MeasuredRun("log.csv", "", np.arange(len(time)), time, signals | read)
+    check([run], rig)
+    bench = DriveExperiment(rig, [run])
+    return Problem.of(bench, np.ones(bench.layout.count, bool))
+
+
+def test_a_swing_that_is_nowhere_in_a_log_is_not_simulated(rng):
+    """Coarse counts each hundredth of a second say nothing of a thousand radians a second."""
+    problem = logged(rng, 0.01, 0.01, 0.05, 3000.0)
+    ch = problem.experiment.channels[0, ""]
+    before = whole.carried_in({}, ch)[2]
+    assert place_swings(problem.experiment, problem)
+    stiffness, _, parts = whole.carried_in({}, ch)
+    assert parts < before
+    assert np.sqrt(stiffness / TOGETHER) == pytest.approx(ch.run.memory[whole.FASTEST])
+
+
+def test_a_swing_that_a_log_shows_is_simulated(rng):
+    problem = logged(rng, 5e-4, 1e-6, 1e-4, 900.0)
+    ch = problem.experiment.channels[0, ""]
+    before = whole.carried_in({}, ch)
+    place_swings(problem.experiment, problem)
+    assert whole.carried_in({}, ch)[0] == pytest.approx(before[0], rel=0.5)
+
+
+def test_what_is_not_shown_is_softened_alike_in_steps_of_any_length(rng):
+    """A first look takes longer steps than a fit, and sees the same shaft."""
+    reducer = law("reducer").Parameters(**{p.name: p.off for p in law("reducer").BASE})
+    reducer = reducer._replace(gear_ratio=RATIO, shaft_inertia=ROTOR, shaft_stiffness=TOGETHER * 5e3**2, shaft_damping=0.0)
+    load = law("load").Parameters(**{p.name: p.off for p in law("load").BASE})._replace(inertia=INERTIA)
+    fastest = float(rng.uniform(200.0, 900.0))
+    for step in (5e-4, 1e-3):
+        stiffness, _, parts = stable(reducer, load, step, fastest)
+        assert np.sqrt(stiffness / swinging(reducer, load)) == pytest.approx(fastest)
+        assert step * fastest / parts <= RULES.residuals.shaft_step * (1.0 + 1e-9)
+    assert stable(reducer, load, 5e-4) == stable(reducer, load, 5e-4, np.inf)

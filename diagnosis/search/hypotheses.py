@@ -227,10 +227,10 @@ def _parameter(rig: Rig, full: str, parameter: Parameter, most: dict[str, float]
     """A nominal value may be off by the rules' `nominal_factor`, within what physics allows; most: see reach.of_drive."""
     nominal = rig.parameters.get(full, parameter.off)
     if parameter.above:  # fitted as what lies above the other
-        owner, (name, most, description) = full.rpartition(".")[0], parameter.above
+        owner, (name, highest, description) = full.rpartition(".")[0], parameter.above
         usual = next(p.off for p in base(split(owner, rig.drives)[1]) if p.name == name)
         over = max(0.0, nominal - rig.parameters.get(f"{owner}.{name}", usual))
-        return replace(_free(full, parameter, over, 0.0, most, rig.linear), description=description, above=f"{owner}.{name}")
+        return replace(_free(full, parameter, over, 0.0, highest, rig.linear), description=description, above=f"{owner}.{name}")
     low, high, factor = parameter.low, parameter.high, RULES.search.nominal_factor
     if nominal > 0.0:
         low, high = max(low, nominal / factor), min(high, nominal * factor)

@@ -28,6 +28,7 @@ from .addresses import store as _store
 from .addresses import store_int as _store_int
 from .algorithms import Algorithm
 from .energy import Port
+from .garbage import left_alone
 from .native import BEYOND, MORE, Exchange, Native
 from .seat import Seat
 
@@ -298,6 +299,7 @@ def fits(seat: Seat) -> Native | None:
     return seat.part.native() if seat.even and not seat.keep and not any(more) else None
 
 
+@left_alone()
 def form(stepped: list[Seat]) -> list[Seat | Convoy]:
     """The seats in their order, neighbours that fit as one."""
     natives = {seat.name: native for seat in stepped if (native := fits(seat)) is not None}

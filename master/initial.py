@@ -103,9 +103,7 @@ def _solve(wiring: Wiring, unknowns: Unknowns) -> None:
 def feed(wiring: Wiring, component: str, then: Callable[[], None] | None = None) -> None:
     """Give a part its inputs from the outputs as they are; `then` may change them before they go in."""
     part = wiring.parts[component]
-    for link in wiring.links:
-        if link.target != component:
-            continue
+    for link in wiring.into[component]:
         if link.text:
             part.set(link.input, wiring.parts[link.source].get(link.output))
             continue

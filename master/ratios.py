@@ -35,9 +35,7 @@ def contrary(wiring: Wiring) -> list[str]:
                     f"and {link.source}.{RATIO} is {ratio:.6g}: say the ratio once, under [values] (docs/system.md)"
                 )
     for name in wiring.parts:
-        mine = {
-            link.source if link.target == name else link.target for link in wiring.links if name in (link.source, link.target)
-        }
+        mine = {link.source for link in wiring.into[name]} | {link.target for link in wiring.out_of[name]}
         mine &= set(gears)
         own = None if name in gears or len(mine) != 1 else _ratio(wiring, name)
         if own is not None and not isclose(own, gears[gear := mine.pop()], rel_tol=SAME):

@@ -20,6 +20,7 @@ from .errors import DescriptionError, PartFailed, RunInterrupted, TimeUp, warn
 from .face import Part, Variable
 from .faults import Faults
 from .files import sink
+from .garbage import left_alone
 from .initial import initialize, untaken
 from .ratios import contrary
 from .results import Result, Sink
@@ -92,6 +93,7 @@ class Running:
         self.balances: list[energy.Balance] = []
         self.seats: list[Seat] = []
 
+    @left_alone()
     def start(self) -> None:
         """Initialize the parts, and bring all to the first communication point."""
         wiring, start = self.wiring, self.system.run.start

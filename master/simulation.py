@@ -17,6 +17,7 @@ from typing import Any
 from .algorithms import ALGORITHMS
 from .errors import DescriptionError, PartFailed, RunInterrupted, warn
 from .face import Part
+from .garbage import left_alone
 from .opening import system_of
 from .results import Result
 from .running import Observer, Running
@@ -187,6 +188,7 @@ def _go(running: Running) -> None:
         _all(running, steps)
 
 
+@left_alone()
 def _laws(steps: Stepping) -> AbstractContextManager[None]:
     """While it lasts, FMUs of ours are stepped by their compiled laws: from when others took as long as loading these takes."""
     if not isinstance(steps, Fixed) or steps.running.system.run.as_fmu or not find_spec("numba"):

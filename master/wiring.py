@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
@@ -12,6 +13,7 @@ from .code import load_part, named
 from .errors import DescriptionError
 from .face import Part, Variable
 from .folder import packed
+from .garbage import left_alone
 from .manoeuvre import Manoeuvre
 from .slips import checked
 from .system import Component, Connection, System, did_you_mean
@@ -61,6 +63,22 @@ class Wiring:
             return kind(name for names, _ in coupled(self) for name in names)
         return kind(name for name in self.system.order if not self.parts[name].timed)
 
+    @cached_property
+    def into(self) -> dict[str, list[Link]]:
+        """What goes into each component, once all links are there."""
+        return self._by(lambda link: link.target)
+
+    @cached_property
+    def out_of(self) -> dict[str, list[Link]]:
+        """What comes out of each component, once all links are there."""
+        return self._by(lambda link: link.source)
+
+    def _by(self, end: Callable[[Link], str]) -> dict[str, list[Link]]:
+        found: dict[str, list[Link]] = {name: [] for name in self.parts}
+        for link in self.links:
+            found[end(link)].append(link)
+        return found
+
     def variable(self, name: str, where: str) -> tuple[str, Variable]:
         """The component and the variable called component.variable."""
         component, variable = self.system.split(name, where)
@@ -74,6 +92,7 @@ class Wiring:
             part.close()
 
 
+@left_alone()
 def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str, Part] | None = None) -> Wiring:
     """Make the parts of `system` and check all that is said about them. `settings`: component.variable = value.
 
@@ -311,10 +330,10 @@ def _order(wiring: Wiring) -> None:
 def _bind(wiring: Wiring) -> None:
     """Say to each part what travels at every step: connected inputs; recorded and connected outputs."""
     for name, part in wiring.parts.items():
-        inputs = [link.input for link in wiring.links if link.target == name and not link.text]
+        inputs = [link.input for link in wiring.into[name] if not link.text]
         linked = set(inputs)
         numbers = [v for v in wiring.record[name] if part.variables[v].type != "String" and v not in linked]
-        needed = [link.output for link in wiring.links if link.source == name and not link.text]
+        needed = [link.output for link in wiring.out_of[name] if not link.text]
         asked = set(needed)
         needed += [v.name for v in part.variables.values() if v.derivative_of and v.derivative_of in asked]
         faulty = [variable for component, variable in _faulty(wiring) if component == name]

@@ -12,6 +12,7 @@ from selflock import master
 from selflock.master import simulation
 from selflock.master.fmu import FmuPart
 from selflock.master.native import Native
+from selflock.master.wiring import wire
 
 STATUS, PLACE, NUMBER = ctypes.c_int, ctypes.c_void_p, ctypes.c_double
 EXCHANGE = ctypes.CFUNCTYPE(STATUS, PLACE, PLACE, ctypes.c_size_t, PLACE)
@@ -91,3 +92,45 @@ def test_a_step_in_python_costs_the_same_for_each_part(system):
     some, many = each_step(4), each_step(16)
     assert many / 16 < 11  # there are 7
     assert many < 4.4 * some
+
+
+def test_what_wires_a_part_does_not_depend_on_how_many_there_are(system, monkeypatch):
+    """Counted in lines of the master's own code: a loop over all links for each part calls nothing."""
+
+    def lines(count: int) -> int:
+        parts = {f"m{k}": "Integrator" for k in range(count)}
+        made, done = system(parts, {f"m{k}.u": f"m{(k + 1) % count}.y" for k in range(count)}, step=0.01), 0
+        made.run.stop = made.run.step
+
+        def count_lines(frame, event, argument):
+            nonlocal done
+            done += event == "line"
+            return count_lines
+
+        before = sys.gettrace()
+        sys.settrace(lambda frame, event, argument: count_lines if frame.f_code.co_filename.startswith(ROOM) else None)
+        try:
+            master.run(made)
+        finally:
+            sys.settrace(before)
+        return done
+
+    some, many = lines(10), lines(60)
+    assert many < 6.6 * some, (some, many)
+
+
+def test_the_collector_waits_while_parts_are_made_and_not_after(system):
+    """Also where they cannot be made."""
+    made = system({f"m{k}": "Integrator" for k in range(300)}, {f"m{k}.u": f"m{k - 1}.y" for k in range(1, 300)}, step=0.01)
+    made.run.open_inputs, kept, found = True, gc.get_threshold(), []
+    gc.callbacks.append(looked := lambda phase, info: found.append(phase))
+    gc.set_threshold(10, 2, 2)
+    try:
+        wire(made).close()
+        during = len(found)
+        with pytest.raises(master.DescriptionError):
+            wire(replace(made, run=replace(made.run, record=["nothing"])))
+    finally:
+        gc.set_threshold(*kept)
+        gc.callbacks.remove(looked)
+    assert during < 300 and gc.isenabled()  # many times for each part where it does not wait

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import binary_erosion
 
 from ..data.rig import LOAD, MOTOR
+from ..data.values import resolution
 from ..rules import RULES
 from . import drive, driven
 from .channels import Channels, derivative
@@ -86,6 +87,31 @@ def _nothing_of(ch: Channels, command: str, name: str, gain: float) -> bool:
         shares.append(abs(float(x @ y)) / size)
         errors.append(np.sqrt(float((x * x) @ (y * y))) / size)
     return max(s + rules.sees_counts_errors * e for s, e in zip(shares, errors)) < rules.sees_counts
+
+
+def answers_its_rows(ch: Channels) -> bool:
+    """Whether a command is the law of its own row's angle and of that angle's difference from the row before, to its own step.
+
+    So a small controller writes what it saw and what it made of that; where it acts between rows, or sees what the log has not, more
+    is left than the step of its command, which is the variance of a number in steps (Widrow and Kollar 2008), and as much again.
+    Asked where the angle turns and the command is none of its limits.
+    """
+    command = commanded(ch)
+    if ch.steady or not command or driven.of(ch) != driven.ANGLE or not (step := resolution(ch.raw(command)[ch.good(command)])):
+        return False
+    law = drive.law("controller", {}, ch)
+    name = "load.angle" if ch.has("load.angle") and ch.setting.rig.loop != MOTOR else "reducer.input_angle"
+    if not ch.has(name):
+        return False
+    ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {}) if name != "load.angle" else 1.0
+    wanted, angle, given = ch.raw("controller.angle_setpoint"), ch.raw(name) / ratio, ch.raw(command)
+    rate = drive.speed_setpoint(wanted, {}, ch)[1:] - np.diff(angle) / np.diff(ch.run.time)
+    asked = law.angle_gain * (wanted - angle)[1:] + law.speed_gain * rate
+    inside = lambda u: (u > law.voltage_min + step) & (u < law.voltage_max - step)
+    good = ch.good(command) & ch.good(name)
+    good = good[1:] & good[:-1] & inside(asked) & inside(given[1:]) & (abs(np.diff(angle)) > 1.5 * counts(name, ch)[0] / ratio)
+    off = (given[1:] - asked)[good]
+    return len(off) > RULES.residuals.noise_samples and float(np.mean(off**2)) <= 2.0 * step**2 / 12.0
 
 
 def zero(values: dict, ch: Channels) -> float:

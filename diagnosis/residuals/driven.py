@@ -34,8 +34,9 @@ GIVEN = (("controller.voltage",), ("motor.voltage",), (DUTY, SUPPLY))
 NOISE = "recorder.driving.noise"
 """V: with this value a drive in open loop is simulated with so much white noise on the voltage, the same each time."""
 
-ACTS, BY_ROWS, OWN_SPEED = "acts", "by rows", "own speed"
-"""Where a run keeps how what drives its motor acts: at its rows alone, and of its controller that it makes its speed of its angle."""
+ACTS, BY_ROWS, OWN_SPEED, AT_ONCE = "acts", "by rows", "own speed", "at once"
+"""Where a run keeps how what drives its motor acts: at its rows alone, and of its controller that it makes its speed of its angle,
+and that its logged command is what it made in that row, however late it then acts."""
 
 STEPS = "recorder.controller.steps"
 """Counts: with this value a loop is simulated with the counts that its controller sees, their zero so far away, and its command's steps."""

@@ -250,7 +250,8 @@ def closed(
     since it acted last, of one with a period. at: samples at which the shafts are put where they were measured, 0 first, each with
     its row of starts, as `start` in `whole`; heat and wear go on. acts: 0 at samples at which the controller is told nothing new;
     where there are any it acts at the others alone. stepped: the count in which the controller is told the angle, rad of the load,
-    where the zero of these lies, s over which it makes its speed of them, and the step of its command; 0 for none. place, over,
+    where the zero of these lies, s over which it makes its speed of them, and the step of its command; 0 for none; and whether its
+    command is told as it makes it, however late it then acts. place, over,
     knots, heights: of a free law (free_law), with place 0 none. powered and rows of out as in `whole`.
     """
     ratio, since, push = pr.gear_ratio, 0.0, 0.0
@@ -343,7 +344,7 @@ def closed(
             if supply[i] > 0.0:
                 volts = supply[i]
                 later_volts = 0.5 * (volts + supply[min(i + 1, len(dt) - 1)])
-            out[0, i] = _in_steps(co.voltage, least) * volts
+            out[0, i] = _in_steps(c.command if stepped[4] > 0.0 else co.voltage, least) * volts
             if not held:
                 _, co = pd.advance(pc, c, ahead[0, i], ahead[1, i], later, faster, g.speed + half * rise, delivered, half)
             u = _in_steps(co.voltage, least) * later_volts

@@ -291,8 +291,9 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
 
 
 def _stepped(values: dict, period: float, ch: Channels, by_rows: bool) -> np.ndarray:
-    """What a controller is told in counts, and gives in steps; see loops.closed. period: over which it makes its own speed, s."""
-    found = np.zeros(4)
+    """What a controller is told in counts, and gives in steps, and whether its command is logged at once; see loops.closed. period: over which it makes its own speed, s."""
+    found = np.zeros(5)
+    found[4] = float(driven.AT_ONCE in ch.run.memory.get(driven.ACTS, ()))
     if by_rows and makes_its_speed(ch):  # the difference from row to row
         found[2] = 1e-9
     if (zero := values.get(driven.STEPS)) is None:

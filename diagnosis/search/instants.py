@@ -13,6 +13,7 @@ import numpy as np
 
 from ..residuals import driven, whole
 from ..residuals.channels import Channels
+from ..residuals.closing import answers_its_rows
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import samples
 from ..residuals.noise import floor
@@ -44,7 +45,9 @@ def place_acts(experiment: DriveExperiment, problem: Problem, anew: Callable[[],
     """Find whether what drives the motor acts row by row and is held between, and whether its controller makes its speed itself.
 
     So a small controller does that writes its own log. Of these ways the one that fits best is kept with the runs. It is asked where
-    the first, which acts between rows on the speed that was logged, leaves more than noise. anew: the problem, in the way that is kept.
+    the first, which acts between rows on the speed that was logged, leaves more than noise. Where none of them leaves no more, what
+    is wrong with the drive may speak for any: then the command does, if it is the law of its own rows. anew: the problem, in the way
+    that is kept.
     """
     channels = list(experiment.channels.values())
     ch = channels[0]
@@ -70,6 +73,9 @@ def place_acts(experiment: DriveExperiment, problem: Problem, anew: Callable[[],
             best, least = way, loss(fitted)
             if other.excess(fitted.values).max() <= sound:
                 break
+    else:
+        if all(map(answers_its_rows, channels)):
+            best = able & {driven.BY_ROWS, driven.OWN_SPEED} | {driven.AT_ONCE}
     _act(channels, best)
     return bool(best)
 

@@ -220,6 +220,8 @@ class Step:
             return "where its fit ended more or less of it changes nothing: this log does not tell how much there is"
         if self.problem.by_channel and self._reaches_an_end(candidate):
             return "a number of it lies at the end of its range"
+        if self.problem.by_channel and self.found and self._may_be_nothing(candidate):
+            return "beside the causes found the interval of how much there is of it holds nothing, too"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
 
     @staticmethod
@@ -241,6 +243,15 @@ class Step:
             if (low <= p.low or high >= p.high) and (p not in nothing or len(nothing) == len(amounts)):
                 return True
         return False
+
+    def _may_be_nothing(self, candidate: Candidate) -> bool:
+        """Whether the intervals of all that says how much there is of a cause hold what it is without the cause.
+
+        Asked where something else is found already: beside nothing a large error widens all intervals, the right cause's, too.
+        """
+        intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
+        amounts = [p for p in candidate.free if amount(p) and not p.trials]
+        return bool(amounts) and all(intervals[p.name][0] <= p.nominal <= intervals[p.name][1] for p in amounts)
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""

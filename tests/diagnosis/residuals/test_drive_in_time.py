@@ -50,7 +50,7 @@ def simulated(
     time = step * np.arange(round(last / step) + 1)
     dt, out, off, nothing = np.full(len(time), step), np.empty((8, len(time))), laws.no_sensor(), free_law.none()
     kernels().closed(
-        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), supply(time), given(time), given(time + 0.5 * step), turned(time), np.ones(len(time)), dt, 1, ticked, np.zeros(4),
+        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), supply(time), given(time), given(time + 0.5 * step), turned(time), np.ones(len(time)), dt, 1, ticked, np.zeros(5),
         np.zeros(1, int),
         np.zeros((1, 4)), nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
@@ -162,7 +162,7 @@ def test_a_shaft_that_swings_undamped_neither_grows_nor_fades():
     share = LOAD / (LOAD + behind)  # of the wind-up at the input
     start = np.array([share * wound * RATIO, 0.0, -(1.0 - share) * wound, 0.0])
     kernels().closed(
-        *p, off, off, 0.0, 0.0, 1.0, np.ones(len(time)), zero[0], zero, zero, np.full(len(time), np.nan), np.ones(len(time)), np.full(len(time), step), parts, 0.0, np.zeros(4),
+        *p, off, off, 0.0, 0.0, 1.0, np.ones(len(time)), zero[0], zero, zero, np.full(len(time), np.nan), np.ones(len(time)), np.full(len(time), step), parts, 0.0, np.zeros(5),
         np.zeros(1, int), start[None], nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
     twist = out[3] / RATIO - out[6]

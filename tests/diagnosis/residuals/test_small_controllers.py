@@ -11,6 +11,7 @@ from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import LogColumn, Rig
 from selflock.diagnosis.residuals import driven, whole
+from selflock.diagnosis.residuals.closing import answers_its_rows
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.stepping import of_steps
 from selflock.diagnosis.rules import RULES
@@ -35,16 +36,17 @@ def battery(t):
     return SUPPLY * (1.0 - 0.08 * t)
 
 
-def simulated(wanted, closed=True, row=ROW, duty=False, counted=True):
+def simulated(wanted, closed=True, row=ROW, duty=False, counted=True, late=0):
     """Rows of a stiff drive without friction: command, angle of the load, its set-point, supply, at each act.
 
     wanted: of the time, s; a set-point, or a voltage that is held from row to row. row: s between two acts; rows are ROW apart.
+    late: STEPs after which a command reaches the motor.
     """
     acts, parts = round(LASTS / row), round(row / STEP)
     inertia = ROTOR + INERTIA / RATIO**2
     rate = K * K / R / inertia
     angle = speed = before = u = 0.0
-    table = np.zeros((acts, 4))
+    table, waiting = np.zeros((acts, 4)), [0.0] * late
     for act in range(acts):
         now, supply = act * row, battery(act * row) if duty else SUPPLY
         asked = wanted(now)
@@ -58,7 +60,8 @@ def simulated(wanted, closed=True, row=ROW, duty=False, counted=True):
         command = u / SUPPLY if duty else u
         table[act] = command, angle, asked, supply
         for _ in range(parts):
-            volts = command * (supply if duty else 1.0)
+            waiting.append(command)
+            volts = waiting.pop(0) * (supply if duty else 1.0)
             last, fastest = speed, volts / K / RATIO
             speed = fastest + (speed - fastest) * np.exp(-rate * STEP)
             angle += STEP * fastest - (speed - last) / rate
@@ -108,6 +111,33 @@ def test_a_controller_that_acts_row_by_row_is_found(rng, duty):
     assert driven.row_by_row(found.experiment.channels[0, ""])
     values = found.fit(found.base_free, found.nominal).values
     assert found.excess(values).max() < 1.3, found.excess(values)  # some 200 rows tell no noise to a tenth
+
+
+@pytest.mark.parametrize("duty", [False, True], ids=["voltage", "duty"])
+def test_a_command_tells_whether_it_answers_its_own_row(rng, duty):
+    """However late the motor gets it; not where the controller acted since, or saw the angle itself, not its counts."""
+    ask = lambda table: answers_its_rows(asked_of(rng, table, True, duty)().experiment.channels[0, ""])
+    wanted = steps(rng, 1.5)
+    assert ask(simulated(wanted, duty=duty))
+    assert ask(simulated(wanted, duty=duty, late=int(rng.integers(1, 60))))
+    assert not ask(simulated(wanted, duty=duty, row=ROW / 4.0))
+    assert not ask(simulated(wanted, duty=duty, counted=False))
+
+
+@pytest.mark.in_turn
+def test_what_acts_late_behind_the_logged_command_is_a_delay_of_it(rng):
+    """As long as it is, and the command itself is not read late: in no way of acting is such a drive right without it."""
+    late = int(rng.integers(30, 56))
+    anew = asked_of(rng, simulated(steps(rng, 1.5), late=late), True)
+    assert place_acts(anew().experiment, anew(), anew)
+    found = anew().with_noise()
+    values = found.fit(found.base_free, found.nominal).values
+    loss = lambda delay: float((found.misfit(values | {"controller.command_delay": delay})[found.rows] ** 2).sum())
+    delays = STEP * np.arange(10, 80)
+    best = min(delays, key=loss)
+    assert best == pytest.approx(late * STEP, abs=0.5 * ROW)
+    assert loss(best) < loss(0.0)
+    assert driven.AT_ONCE in found.experiment.channels[0, ""].run.memory[driven.ACTS]
 
 
 def test_what_a_table_gives_an_open_loop_is_held(rng):

@@ -10,6 +10,7 @@ there by what it predicts beyond their mere proportion. Last, a line in the spec
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -135,7 +136,7 @@ def _means(layout: Blocks, parts: list[np.ndarray], here: np.ndarray) -> tuple[n
     return (total / np.maximum(count, 1)).reshape(here.shape), here & (count.reshape(here.shape) > 0)
 
 
-def _regressors(layout: Blocks, known: dict[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray | None]:
+def _regressors(layout: Blocks, known: Mapping[str, list[np.ndarray]], here: np.ndarray) -> list[np.ndarray | None]:
     """What the misfit may go with, (blocks, bins, 1): nothing, the direction, direction and load."""
     found: list[np.ndarray | None] = [None]
     if "direction" in known:

@@ -38,10 +38,16 @@ class Channels:
     whole: Channels | None = None  # of an excerpt: what it was taken from
 
     def __post_init__(self):
-        n = len(self.run)
-        step = np.diff(self.run.time)
-        self.dt = np.ones(n) if self.steady else np.concatenate([[step[0] if n > 1 else 1.0], step])
+        self.dt = np.ones(len(self.run)) if self.steady else self._steps()
         self.memory: dict = {}  # what was derived under this setting
+
+    def _steps(self) -> np.ndarray:
+        """Time to each sample from the one before, s; one array for all who look at the run."""
+        if "steps" not in self.run.memory:
+            steps = np.diff(self.run.time, prepend=self.run.time[:1])
+            steps[:1] = steps[1] if len(steps) > 1 else 1.0
+            self.run.memory["steps"] = steps
+        return self.run.memory["steps"]
 
     @property
     def steady(self) -> bool:

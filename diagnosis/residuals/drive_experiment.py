@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -21,6 +23,7 @@ from .kernels import kernels
 from .recorder import counts
 from .residual import Residual, residuals
 from .setting import Setting
+from .variables import Made
 from .whole import WHOLE
 
 
@@ -35,7 +38,7 @@ class DriveExperiment(Experiment):
         total = sum(len(run) for run in self.runs)
         self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, rules.usual_window))
         self.layout = Blocks(self.runs, self.steady, owner)
-        few = sampled and total > rules.sampled_from * rules.samples and not self.steady and rig.simulate != WHOLE
+        few = (sampled or self.long) and total > rules.sampled_from * rules.samples and not self.steady and rig.simulate != WHOLE
         takes: list[np.ndarray | None] = [None] * len(self.runs)
         if few:
             long = max(rules.stretch, rules.stretch_left + self._asked())
@@ -71,9 +74,11 @@ class DriveExperiment(Experiment):
             self.channels = self._channels(takes=[share and self.layout.firsts(i, share) for i in range(len(self.runs))])
         if sampled and rig.simulate == WHOLE:
             self.channels = self._channels(takes=[self._spread(run, rules.whole_fits) for run in self.runs])
-        smoothing = {prefix: self._smoothing(prefix) for prefix in rig.drives}
+        smoothing = {
+            prefix: self._smoothing(prefix) for prefix in rig.drives
+        }  # of an hour's log by the same stretches everywhere
         self.setting = replace(self.setting, smoothing=smoothing)
-        self.channels = self._channels()
+        self.channels = self._channels(takes=None if sampled else [None] * len(self.runs))
 
     def _channels(
         self, setting: Setting | None = None, runs: list[MeasuredRun] | None = None, takes: list | None = None
@@ -213,39 +218,42 @@ class DriveExperiment(Experiment):
         both = [(ch, *drive.both(values, ch)) for ch in channels]
         return [(first.speed, drive.delivered(values, ch, second)) for ch, first, second in both]
 
-    def variables(self, residual: Residual, values: dict) -> dict[str, list[np.ndarray]]:
-        """Variables of a residual's drive, one array for each run: those that all runs have."""
-        found: dict[str, list[np.ndarray]] = {}
-        compared = self.compare(residual, values) if residual.reading == "current" else []  # the one of these that is compared
-        for i, run in enumerate(self.runs):
-            ch = self.channels[i, residual.prefix]
-            here: dict[str, np.ndarray] = {"time": run.time - run.time[0]}
-            if any(ch.has(m) for m in MOVES):
-                first, second = drive.both(values, ch)
-                here |= {"speed": first.speed, "direction": np.sign(first.speed)}
-                here["load"] = drive.delivered(values, ch, second)
-                if not self.steady:
-                    here |= {"acceleration": first.acceleration, "position": first.angle, "output position": second.angle}
-            for name, label in (
-                ("motor.current", "current"),
-                ("motor.temperature", "temperature"),
-                ("motor.supply_voltage", "supply voltage"),
-            ):
-                if label == residual.reading:  # as simulated: what is measured goes with its own noise
-                    here[label] = compared[i][0]
-                elif ch.has(name):
-                    here[label] = ch.raw(name)
-            if ch.has("controller.angle_setpoint") and not self.steady:
-                here["set-point change"] = derivative(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt))
-            for name in run.signals:
-                if split(name, self.rig.drives)[1] not in SIGNALS:
-                    here[name] = run.signals[name]
-            if self.steady:
-                here.pop("time")
-            for label, x in here.items():
-                found.setdefault(label, []).append(x)
-        known = {label: parts for label, parts in found.items() if len(parts) == len(self.runs)}
-        return known | {label: in_turn(known[label]) for label in ("position", "output position") if label in known}
+    def variables(self, residual: Residual, values: dict) -> Mapping[str, list[np.ndarray]]:
+        """Variables of a residual's drive, one array for each run: those that all runs have. Each is made when it is asked for."""
+        channels, made = [self.channels[i, residual.prefix] for i in range(len(self.runs))], Made()
+        if not self.steady:
+            made["time"] = lambda: [run.time - run.time[0] for run in self.runs]
+        if all(any(ch.has(m) for m in MOVES) for ch in channels):
+            both = [drive.both(values, ch) for ch in channels]
+            made["speed"] = lambda: [first.speed for first, _ in both]
+            made["direction"] = lambda: [np.sign(first.speed) for first, _ in both]
+            made["load"] = lambda: [drive.delivered(values, ch, second) for ch, (_, second) in zip(channels, both)]
+            if not self.steady:
+                made["acceleration"] = lambda: [first.acceleration for first, _ in both]
+                made["position"] = lambda: in_turn([first.angle for first, _ in both])
+                made["output position"] = lambda: in_turn([second.angle for _, second in both])
+        measured = {"motor.current": "current", "motor.temperature": "temperature", "motor.supply_voltage": "supply voltage"}
+        for name, label in measured.items():
+            if label == residual.reading:  # as simulated: what is measured goes with its own noise
+                made[label] = lambda: [simulated for simulated, _, _ in self.compare(residual, values)]
+            elif all(ch.has(name) for ch in channels):
+                made[label] = partial(_raw, channels, name)
+        if all(ch.has("controller.angle_setpoint") for ch in channels) and not self.steady:
+            made["set-point change"] = lambda: [
+                derivative(ch.raw("controller.angle_setpoint"), np.cumsum(ch.dt)) for ch in channels
+            ]
+        for name in self.runs[0].signals:
+            if split(name, self.rig.drives)[1] not in SIGNALS and all(name in run.signals for run in self.runs):
+                made[name] = partial(_signals, self.runs, name)
+        return made
+
+
+def _raw(channels: list[Channels], name: str) -> list[np.ndarray]:
+    return [ch.raw(name) for ch in channels]
+
+
+def _signals(runs: list[MeasuredRun], name: str) -> list[np.ndarray]:
+    return [run.signals[name] for run in runs]
 
 
 def in_turn(angles: list[np.ndarray]) -> list[np.ndarray]:

@@ -47,7 +47,7 @@ class Experiment:
         other._memory = {}
         return other
 
-    def variables(self, residual: Residual, values: dict) -> dict[str, list[np.ndarray]]:
+    def variables(self, residual: Residual, values: dict) -> Mapping[str, list[np.ndarray]]:
         """What the error of a residual may depend on, by name: one array for each run."""
         raise NotImplementedError
 

@@ -24,7 +24,7 @@ def counts(name: str, ch: Channels) -> tuple[float, int]:
     key = ("counts", name)
     if key not in ch.memory:
         if name in ANGLE_OF:
-            ch.memory[key] = _together(name, ch) or _difference(name, [ch])
+            ch.memory[key] = _together(name, ch) or _alone(name, ch)
         else:
             ch.memory[key] = resolution(ch.raw(name)[ch.good(name)]), 0
     return ch.memory[key]
@@ -38,6 +38,14 @@ def _together(name: str, ch: Channels) -> tuple[float, int] | None:
     if full not in known:
         known[full] = _difference(name, [replace(ch, run=run, take=None) for run in ch.beside])
     return known[full] if known[full][1] else None
+
+
+def _alone(name: str, ch: Channels) -> tuple[float, int]:
+    """What a run tells by itself."""
+    known, full = ch.run.memory.setdefault("counts alone", {}), ch.prefix + name
+    if full not in known:
+        known[full] = _difference(name, [ch])
+    return known[full]
 
 
 def _difference(name: str, runs: list[Channels]) -> tuple[float, int]:

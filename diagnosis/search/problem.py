@@ -271,6 +271,13 @@ class Problem:
         parts = map(self.experiment.slice, self.experiment.residuals)
         return frozenset(i for i, part in enumerate(parts) if _same(own[:, part].ravel(), others[:, part].ravel()))
 
+    def _seen_nearby(self, fitted: Fit) -> bool:
+        """Whether an excerpt says the same of where a fit ended, and of all ways from there."""
+        at = self._nearby(fitted.values)
+        return _same(fitted.misfit, at) and _same(
+            fitted.jacobian, jacobian(self._nearby, fitted.values, fitted.free, fitted.values, at)
+        )
+
     def _nearby(self, values: dict) -> np.ndarray:
         """The misfit, of an excerpt where that says the same."""
         at, near = self.absolute(values), self.glance(False).experiment
@@ -318,7 +325,8 @@ class Problem:
         linear = held_out(fitted, self.rows, self.folds)
         if not self.whole and self.block_loss(linear).sum() < RULES.search.wild * self.block_loss(fitted.misfit).sum():
             return linear
-        return held_out(fitted, self.rows, self.folds, self.misfit, self.loss_scale)
+        misfit = self._nearby if self._told_nearby and self._seen_nearby(fitted) else self.misfit
+        return held_out(fitted, self.rows, self.folds, misfit, self.loss_scale)
 
     def block_loss(self, misfit: np.ndarray) -> np.ndarray:
         """What each residual adds to the mean loss of each training block, (blocks, residuals)."""

@@ -131,12 +131,9 @@ def test_what_acts_late_behind_the_logged_command_is_a_delay_of_it(rng):
     anew = asked_of(rng, simulated(steps(rng, 1.5), late=late), True)
     assert place_acts(anew().experiment, anew(), anew)
     found = anew().with_noise()
-    values = found.fit(found.base_free, found.nominal).values
-    loss = lambda delay: float((found.misfit(values | {"controller.command_delay": delay})[found.rows] ** 2).sum())
-    delays = STEP * np.arange(10, 80)
-    best = min(delays, key=loss)
-    assert best == pytest.approx(late * STEP, abs=0.5 * ROW)
-    assert loss(best) < loss(0.0)
+    delays = np.array([0.0, late * STEP - 1.5 * ROW, late * STEP, late * STEP + 1.5 * ROW])
+    fits = [found.fit(found.base_free, found.nominal | {"controller.command_delay": max(delay, 0.0)}) for delay in delays]
+    assert np.argmin([(fit.misfit[found.rows] ** 2).sum() for fit in fits]) == 2
     assert driven.AT_ONCE in found.experiment.channels[0, ""].run.memory[driven.ACTS]
 
 

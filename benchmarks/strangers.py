@@ -2,6 +2,7 @@
 
     python -m benchmarks.strangers [--seeds 30] [--none 100] [--only none "law: cubic" ...]
     python -m benchmarks.strangers --judge    on the seeds that judge, 0 ...; without it on those for development, 10 000 ...
+    python -m benchmarks.strangers --domain house    all in one domain, whichever the seed draws
     python -m benchmarks.strangers --draw     only write the document from the rows at hand
 
 A row for each case, kept in out/strangers; what is there is not run again. No rule may be chosen on the seeds that judge:
@@ -42,7 +43,7 @@ def one(_, item: dict) -> dict:
     """Hide, name, judge: a row of the study, as one text."""
     from selflock.diagnosis import name
 
-    case = strangers.hide(item["name"], item["seed"])
+    case = strangers.hide(item["name"], item["seed"], item.get("domain", ""))
     row = {"domain": case.domain.name}
     with tempfile.TemporaryDirectory() as folder:
         rig, train, test = strangers.write(case, Path(folder))
@@ -119,6 +120,9 @@ def main() -> None:
     parser = arguments(__doc__, seeds=30, none=100, pairs=0)
     parser.add_argument("--judge", action="store_true", help="the seeds on which no rule may be chosen")
     parser.add_argument("--first", type=int, default=0, help="number of the first seed")
+    parser.add_argument(
+        "--domain", choices=list(strangers.DOMAINS), help="the domain of all cases; drawn by the seed when not said"
+    )
     chosen = parser.parse_args()
     folder = ROOT / "out" / "strangers" / ("judging" if chosen.judge else "development")
     if chosen.anew:
@@ -127,7 +131,8 @@ def main() -> None:
         from benchmarks.strangers import one  # by the name under which workers find it, not as a part of __main__
 
         listed = cases(chosen.seeds, chosen.none, chosen.only, chosen.first)
-        items = [{"name": name, "seed": number + (0 if chosen.judge else DEVELOPMENT)} for name, number in listed]
+        there = {"domain": chosen.domain} if chosen.domain else {}
+        items = [{"name": name, "seed": number + (0 if chosen.judge else DEVELOPMENT)} | there for name, number in listed]
         options = {"folder": folder, "about": {}, "columns": dict, "sources": SOURCES, "growing": True}
         more = {"workers": chosen.workers, "scheduler": chosen.scheduler, "progress": True, "title": f"{len(items)} cases"}
         map_runs(one, items, **options, **more)

@@ -26,11 +26,8 @@ if TYPE_CHECKING:
 LATE = "delay", "lag", "rate limit"
 
 
-def afresh(looks: Looks, laws: Sequence[str], most: float = np.inf) -> list[tuple[Guess, dict[str, float]]]:
-    """Paths of these laws with where their fits start: those that leave least where the base's numbers make up for them, linearly.
-
-    most: what they may leave of the misfit, as its length.
-    """
+def afresh(looks: Looks, laws: Sequence[str]) -> list[tuple[Guess, dict[str, float]]]:
+    """Paths of these laws with where their fits start: those that leave least where the base's numbers make up for them, linearly."""
     problem, scene = looks.problem, looks.scene
     scene.played.extend(looks.inserts)
     places = np.array([n.place(n.start) for n in problem.free])
@@ -51,7 +48,7 @@ def afresh(looks: Looks, laws: Sequence[str], most: float = np.inf) -> list[tupl
         if left < best.get(trial.guess.label, (np.inf,))[0]:
             made_up = step if trial.guess.numbers else 0.0  # of a sign, which turns these slopes round, it is none
             best[trial.guess.label] = left, trial.guess, problem.values(np.clip(places - made_up, 0.0, 1.0)) | trial.at
-    least = sorted((one for one in best.values() if one[0] < most), key=lambda found: found[0])[: RULES.naming.of_path]
+    least = sorted(best.values(), key=lambda found: found[0])[: RULES.naming.of_path]
     return [(guess, start) for _, guess, start in least]
 
 

@@ -131,9 +131,8 @@ class Contest:
 
     def _stages(self, outcome: Round) -> None:
         """Look and fit: what is simple first, and what is not where something is left."""
-        assert self.base.misfit is not None
         self.looks.first()
-        turned = self._afresh(("sign",), float(np.linalg.norm(self.base.misfit)))
+        turned = self._afresh(("sign",))
         best = min(turned, key=lambda r: r.end.loss, default=None)
         outcome.fitted = distinct(turned)
         if best is not None and not self._more(best):
@@ -152,10 +151,10 @@ class Contest:
             self.looks.pairs()
             outcome.fitted = distinct(outcome.fitted + self._fits(g.PAIRS))
 
-    def _afresh(self, laws: Sequence[str], most: float = np.inf) -> list[Rivalled]:
+    def _afresh(self, laws: Sequence[str]) -> list[Rivalled]:
         """Paths beside a base without a cause, fitted from the numbers that the rig has."""
         asked = g.PATH in self.kinds and not self.inserts and not self.enough()
-        fits = [self._fit(guess, start) for guess, start in (afresh(self.looks, laws, most) if asked else ())]
+        fits = [self._fit(guess, start) for guess, start in (afresh(self.looks, laws) if asked else ())]
         return [rival for rival in fits if rival is not None]
 
     def _looks_best(self) -> Rivalled | None:

@@ -214,9 +214,8 @@ def test_what_is_late_is_looked_at_from_the_numbers_that_the_rig_has(rng):
         scene=scene, inserts=(), trial=lambda guess: turned,
     )  # fmt: skip
     # a command of the wrong sign: the base is as slow as it may be, and a sign is fitted from where the rig's numbers are
-    ((guess, start),) = afresh(looks, ("sign",), 0.5 * float(np.linalg.norm(told(1.2, 0.0))))
+    ((guess, start),) = afresh(looks, ("sign",))
     assert (guess.law, start) == ("sign", {"rate": 1.0})
-    assert afresh(looks, ("sign",), 1e-9) == []
 
 
 def test_points_of_a_curve_lie_where_straight_lines_between_them_leave_little_whatever_the_curve(rng):

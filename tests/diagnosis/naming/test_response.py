@@ -242,9 +242,12 @@ def test_what_stops_looking_answers_with_the_best_so_far(tmp_path, native):
     assert not whole.stopped and whole.effort["simulations"] > result.effort["simulations"]
 
 
-@pytest.mark.parametrize(("at", "fitted"), [("the base", 0), ("first look", 0), ("best so far", 1)])
+@pytest.mark.parametrize(("at", "fitted"), [("the base", 0), ("first look", 0), ("best so far", 3)])
 def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, at, fitted):
-    """Where a step of the search took longer than the rest of its time, all of it ended without a word of what was found."""
+    """Where a step of the search took longer than the rest of its time, all of it ended without a word of what was found.
+
+    A sign at each of two places is fitted before what looks best.
+    """
     from selflock.diagnosis.naming import run
 
     rig = hidden.rig(tmp_path, native("relaxation"))
@@ -265,7 +268,7 @@ def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, a
     result = run.name_system(load(rig), *logs, tmp_path / "out", quiet, 1, 0, ("path",), None, Limit(stops=stops))
     assert result.stopped and not stops.asked and (tmp_path / "out" / "report.html").exists()
     assert any(f"best of {fitted} guesses" in note for note in result.notes), result.notes
-    assert len(result.causes) == fitted
+    assert len(result.causes) == min(fitted, 1)
 
 
 def test_time_that_is_up_when_all_was_looked_at_has_stopped_nothing(tmp_path, native, monkeypatch):

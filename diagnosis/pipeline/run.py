@@ -51,6 +51,7 @@ RECORDED = (
     "makes as the log has it: the log was not taken in step with its controller"
 )
 
+COARSE = "part by part, on measured inputs, the step of the log may be too coarse, and the whole drive is simulated in finer ones"
 HUNTS = (
     "the drive hunts: with these causes it swings by itself, in a phase that no simulation from its set-points shares, "
     "so its parts are compared on what was measured"
@@ -199,13 +200,17 @@ def _diagnosed(
                 cause.doubts.append(contrary)
     if other[0] == WHOLE and not _voltage_told(outcome.problem, found.outcome.final.values, bool(causes)):
         return None
+    too_coarse = any(cause.weak for cause in coarse)  # the whole has steps of its own
     doubted = (
-        answer == "unknown" or result.verdict == "ambiguous" and (contrary or all(c.component != "controller" for c in causes))
+        too_coarse
+        or answer == "unknown"
+        or result.verdict == "ambiguous"
+        and (contrary or all(c.component != "controller" for c in causes))
     )
     if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
-        if not _voltage_told(outcome.searched, outcome.base.values):
+        if too_coarse or not _voltage_told(outcome.searched, outcome.base.values):
             experiment.forget()
-            if recorded_so := again(WHOLE, RECORDED):
+            if recorded_so := again(WHOLE, COARSE if too_coarse else RECORDED):
                 return recorded_so
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))

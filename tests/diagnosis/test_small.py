@@ -58,8 +58,11 @@ def test_a_row_tells_what_its_loop_made_of_the_counts_before_it(rng):
 
 @pytest.mark.in_turn
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [4, 7, 12])
-def test_a_sound_drive_behind_a_small_controller_is_none(tmp_path, seed):
-    """A worm on a battery with a timer of 1 ms and 8 bits; an arm; a loop that acts row by row. Seeds of development."""
-    rig, train, test = small.hide([], seed).write(tmp_path)
+@pytest.mark.parametrize(("seed", "seconds"), [(4, 0.0), (7, 0.0), (12, 0.0), (703, 20.0)])
+def test_a_sound_drive_behind_a_small_controller_is_none(tmp_path, seed, seconds):
+    """A worm on a battery with a timer of 1 ms and 8 bits; an arm; a loop that acts row by row; rows too coarse for its parts.
+
+    Seeds of development, since they were looked at.
+    """
+    rig, train, test = small.hide([], seed, seconds).write(tmp_path)
     assert diagnose(rig, train, test=[test], out=None, seed=seed).verdict == "none"

@@ -79,7 +79,8 @@ class Channels:
     def good(self, name: str) -> np.ndarray:
         """Samples at which a channel can be trusted."""
         full = self.prefix + name
-        return self.run.good.get(full, np.isfinite(self.run.signals[full]))
+        known = self.run.good.get(full)
+        return np.isfinite(self.run.signals[full]) if known is None else known
 
     def true(self, name: str, values: dict[str, float]) -> np.ndarray:
         """A channel as it was before its sensor: lag, scale and bias undone (a resolution cannot be)."""

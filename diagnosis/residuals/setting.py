@@ -30,6 +30,8 @@ class Setting:
 
     def value(self, name: str, values: dict[str, float]) -> float:
         """A parameter's value: fitted, else nominal, else the law's default."""
+        for known in (values, self.rig.parameters):
+            if name in known:
+                return float(known[name])
         component, _, parameter = name.rpartition(".")
-        base = split(component, self.rig.drives)[1]
-        return float(values.get(name, self.rig.parameters.get(name, getattr(parameters(base, component, {}), parameter))))
+        return float(getattr(parameters(split(component, self.rig.drives)[1], component, {}), parameter))

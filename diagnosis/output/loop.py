@@ -24,6 +24,7 @@ from ..data.signals import VOLTAGES
 from ..residuals import drive, driven, whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.grid import grid
 from ..residuals.laws import as_fmu, effects
 from ..residuals.mending import rms
 from ..residuals.phase import own
@@ -96,7 +97,7 @@ def write_loop(experiment: DriveExperiment, values: dict, fmus: dict[str, Path],
     new, given = upright(time, driven.instants(time, ch), volts)
     columns = {"time": new, **{name.rpartition(".")[2]: x for name, x in zip(names, given)}}
     connections += [f'"{name}" = {{ from = "log.{name.rpartition(".")[2]}", convert = false }}' for name in names]
-    step = float(f"{whole.grid(ch).dt[1:].max() / parts:.6g}")
+    step = float(f"{grid(ch).dt[1:].max() / parts:.6g}")
     order += [
         part for part in simulated if part == "controller"
     ]  # what it makes of the start of a step holds over it, as in the fit
@@ -157,7 +158,7 @@ def run_again(experiment: DriveExperiment, values: dict, system: Path, told: Res
     stop = min(int(round(described.run.stop / step)), rules.coupled_steps) * step
     described.run.record = sorted({_column(one.output, ch) for one in experiment.residuals})
     table, half = (master.run(described, stop=stop, step=h).table for h in (step, step / 2))
-    promised, here = whole.plain(values, ch), whole.grid(ch).time
+    promised, here = whole.plain(values, ch), grid(ch).time
     channels = []
     for residual in experiment.residuals:
         name = residual.output

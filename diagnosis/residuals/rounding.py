@@ -12,8 +12,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ..rules import RULES
 from . import driven
 from .channels import Channels
+from .grid import grid
 from .recorder import commanded, counts
-from .whole import DUTY, SHOWN, TURNS, differences, earlier, grid, read, seen_by_controller, simulate
+from .whole import DUTY, SHOWN, TURNS, differences, earlier, read, seen_by_controller, simulate
 
 
 def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.ndarray | None:

@@ -18,14 +18,12 @@ say so (closing).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from selflock.fmus.motor.effects.supply_sag import supplied
 
-from ..data.differenced import lost
-from ..data.log import VALID
 from ..data.rig import MOTOR, Rig
 from ..data.signals import ANGLE_OF
 from ..data.values import resolution
@@ -36,6 +34,7 @@ from .channels import Channels, integral, mean_rate
 from .closing import zero
 from .compare import Compared
 from .forward import ROWS, stable
+from .grid import Grid, ahead, grid, refined, stamps
 from .messages import age, period, told
 from .recorder import commanded, counts, over_lost_rows, ticks
 from .set_points import about
@@ -129,83 +128,6 @@ def needs_speed(ch: Channels) -> bool:
     return driven.of(ch) == driven.ANGLE and ch.setting.value(ch.prefix + "controller.speed_gain", {}) > 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Grid:
-    """The instants at which a run is simulated: those of its rows, and some between."""
-
-    time: np.ndarray  # s, from the first row on
-    dt: np.ndarray  # s, to each from the one before
-    asked: np.ndarray  # set-points of angle and speed, (2, instants)
-    ahead: np.ndarray  # and in the middle of the step behind each
-    powered: np.ndarray
-    supply: np.ndarray  # V, of which a duty is commanded, else 0
-    acts: np.ndarray  # 0 between the acts of a controller that acts row by row, else 1
-    places: np.ndarray  # rad, of the load as measured, where no controller holds its angle
-
-
-def grid(ch: Channels) -> Grid:
-    """Of a run, made once; set-points between two rows: see set_points."""
-    found = ch.memory.get("grid")
-    if found is None:
-        found = ch.memory["grid"] = _grid(ch, ch.setting.value(ch.prefix + "controller.sample_period", {}))
-    return found
-
-
-def _grid(ch: Channels, period: float) -> Grid:
-    """The rows and equal parts between them, the jumps of set-points, and the acts of a controller with a period of its own, s."""
-    time = _rows(ch)
-    steps = np.diff(time)
-    parts = np.maximum(1, np.ceil(steps / ch.setting.whole_step - 1e-6)).astype(int)
-    first = np.repeat(np.arange(len(steps)), parts)
-    inside = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
-    even = np.append(time[first] + steps[first] * inside / parts[first], time[-1])
-    jumps = driven.instants(time, ch)
-    slow = period > np.median(np.diff(even))
-    fine = _with(even, jumps, np.arange(period - ticks(period, ch), time[-1], period) if slow else np.zeros(0))
-    asked = driven.asked(time, {}, ch)
-    powered = ch.run.signals.get(VALID, np.ones(len(time)))[np.searchsorted(time, fine + 1e-9, side="right") - 1]
-    dt = np.diff(fine, prepend=fine[0] - (fine[1] - fine[0]))
-    volts = driven.supply(fine, time, {}, ch)
-    return Grid(
-        fine, dt, asked(fine), asked(_ahead(fine, dt)), powered, volts, _acts(fine, time, ch), driven.places(fine, time, ch)
-    )
-
-
-def _acts(fine: np.ndarray, time: np.ndarray, ch: Channels) -> np.ndarray:
-    """At which instants of a grid a controller acts: at all, or at the rows alone, and as often where rows are lost."""
-    if not driven.row_by_row(ch) or driven.of(ch) == driven.VOLTAGE:
-        return np.ones(len(fine))
-    usual = float(np.median(np.diff(time)))
-    missing = [np.arange(time[n] + usual, time[n + 1] - 0.5 * usual, usual) for n in np.flatnonzero(lost(time))]
-    found = np.zeros(len(fine))
-    found[np.minimum(np.searchsorted(fine, np.concatenate([time, *missing]) - 1e-9), len(fine) - 1)] = 1.0
-    return found
-
-
-def _rows(ch: Channels) -> np.ndarray:
-    """Times of rows, s, from the first one on; what comes after the last row compared matters to none."""
-    time = ch.run.time - ch.run.time[0]
-    return time if ch.take is None else time[: ch.take[-1] + 1]
-
-
-def _ahead(fine: np.ndarray, dt: np.ndarray) -> np.ndarray:
-    """The middle of the step behind each instant."""
-    return fine + 0.5 * np.append(dt[1:], 0.0)
-
-
-def _with(fine: np.ndarray, *more: np.ndarray) -> np.ndarray:
-    """Instants and others among them: what happens at these would else happen at the next. Of two that hardly differ the later given stays."""
-    step = float(np.median(np.diff(fine)))
-    for when in more:
-        when = when[(when > fine[0] + 1e-3 * step) & (when < fine[-1] - 1e-3 * step)]
-        away = np.ones(len(fine), bool)
-        near = np.searchsorted(fine, when)
-        for beside in (near - 1, near):
-            away[beside[abs(fine[beside] - when) < 1e-3 * step]] = False
-        fine = np.sort(np.append(fine[away], when))
-    return fine
-
-
 def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
     """All signals of the drive at the instants of the run's grid; remembered, for all channels ask for the same."""
     key = tuple(sorted((name, value) for name, value in values.items() if matters(name, ch)))
@@ -259,7 +181,7 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
     if ticked is None:
         ticked = ticks(period, ch) if period > 0.0 else 0.0
         if period > 0.0 and period != ch.setting.value(ch.prefix + "controller.sample_period", {}):
-            here = _grid(ch, period)
+            here = refined(ch, period)
     stepped = _stepped(values, period or max(2.0 * late, float(np.median(here.dt))), ch, by_rows)
     pc = pc._replace(command_delay=pc.command_delay + late, sample_period=period)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
@@ -275,13 +197,13 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
     place, over, knots, heights, of = free_law.of(values)
     if of in seen[:1]:
         place = free_law.IN_LOOP
-    asked, ahead, supply = here.asked, here.ahead, here.supply
+    asked, then, supply = here.asked, here.ahead, here.supply
     if driven.NOISE in values or any(ch.sensor(name, values) is not None for name in driven.inputs(ch)):
-        volts, supply = driven.asked(_rows(ch), values, ch), driven.supply(here.time, _rows(ch), values, ch)
-        asked, ahead = volts(here.time), volts(_ahead(here.time, here.dt))
+        volts, supply = driven.asked(stamps(ch), values, ch), driven.supply(here.time, stamps(ch), values, ch)
+        asked, then = volts(here.time), volts(ahead(here.time, here.dt))
     ch.setting.kernels.closed(
         pc, pm, pr, pl, *(laws.no_sensor() if p is None else p for p in sensors), float(any(p is not None for p in sensors)),
-        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, supply, asked, ahead, here.places, here.acts, here.dt, parts,
+        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, supply, asked, then, here.places, here.acts, here.dt, parts,
         ticked, stepped, at, starts, place, over, knots, heights, out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out if here is told else (np.interp(told.time, here.time, x) for x in out)))

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..residuals import whole
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.grid import grid
 from ..rules import RULES
 from .problem import Problem
 
@@ -19,7 +20,7 @@ def place_swings(experiment: DriveExperiment, problem: Problem) -> bool:
     """Find the fastest swing of the shaft that a log shows, rad/s, and keep it with its runs; whether any is left out by it."""
     problem = problem.with_noise_at(problem.nominal)
     taught, values = problem.experiment, problem.absolute(problem.nominal)
-    step = min(float(whole.grid(ch).dt[1:].max()) for ch in taught.channels.values())
+    step = min(float(grid(ch).dt[1:].max()) for ch in taught.channels.values())
     most = max(whole.carried_in(values, ch)[2] for ch in taught.channels.values())
     channels = [*experiment.channels.values(), *taught.channels.values()]
     finest = _bins(taught, values)

@@ -10,6 +10,7 @@ from selflock.fmus.effect import ORDER
 
 from ..residuals import drive, whole
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.grid import grid
 from ..rules import RULES
 from .hypotheses import Free, Hypothesis
 
@@ -55,7 +56,7 @@ def _shares(experiment: DriveExperiment, values: dict) -> dict[str, np.ndarray]:
         squares, energy = np.zeros(3), 0.0
         for i, (simulated, measured, good) in enumerate(experiment.compare(residual, values)):
             ch = experiment.channels[i, residual.prefix]
-            there, rows = whole.grid(ch).time, whole.simulate(values, ch)
+            there, rows = grid(ch).time, whole.simulate(values, ch)
             when = ch.taken(ch.run.time) - ch.run.time[0]
             at = lambda name, when=when, there=there, rows=rows: np.interp(when, there, rows[name])
             angles = {shaft: ch.taken(motion.angle) for shaft, motion in zip(SHAFTS, drive.both(values, ch))}

@@ -95,32 +95,24 @@ class DriveExperiment(Experiment):
         }
 
     def _smoothing(self, prefix: str) -> int:
-        """Samples: what the rig says, or the shortest window at which the acceleration's noise matters no more than the torque's.
-
-        No longer than what leaves least in the root mean square: beyond that it blurs a motion that vibrates for a part of the
-        time, of which a median has nothing.
-        """
+        """Samples: what the rig says, or the shortest window at which the acceleration's noise matters no more than the torque's."""
         rules = RULES.residuals
         gear = next((residual for residual in self.residuals if residual.name == prefix + "gear"), None)
         if gear is None or self.steady:
             return self.setting.smoothing[prefix]
         if self.rig.smoothing > 0.0:
             return self._asked()
-        levels, squares, step = {}, {}, self.step
+        levels, step = {}, self.step
         for samples in (n for n in rules.windows if n == rules.windows[0] or n * step <= rules.longest_window):
             tried = self.but_with(replace(self.setting, smoothing={**self.setting.smoothing, prefix: samples}, balanced=False))
-            steps, square, count = 0.0, 0.0, 0
+            steps, count = 0.0, 0
             for simulated, measured, good in tried.compare(gear, {}):
                 e = (measured - simulated)[good]
                 if len(e) > rules.window_samples:
-                    off = abs(e - np.median(e))
-                    steps, square, count = steps + float(np.median(off)) * len(e), square + float(off @ off), count + len(e)
+                    steps, count = steps + float(np.median(abs(e - np.median(e)))) * len(e), count + len(e)
             # beyond what a double can be no window helps
             levels[samples] = steps / max(count, 1) if np.isfinite(steps) else np.inf
-            squares[samples] = square / max(count, 1) if np.isfinite(square) else np.inf
-        sharp = min(squares, key=lambda samples: squares[samples])
-        least = rules.window_level * min(levels.values())
-        return min(sharp, *(samples for samples, level in levels.items() if level <= least))
+        return min(samples for samples, level in levels.items() if level <= rules.window_level * min(levels.values()))
 
     def _asked(self) -> int:
         """Samples of the smoothing window that the rig asks for; 1 where it asks for none."""

@@ -91,7 +91,7 @@ def test_a_function_is_told_the_causes_found_and_the_best_as_yet(tmp_path, rng):
     told = []
     result = diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=None, progress=lambda *both: told.append(both))
     stages = [what.partition(" (")[0] for what, _ in told]
-    first = ["reading", "fit of the nominal drive", "cause 1: first look", "cause 1: first fits", "cause 1: fits"]
+    first = ["reading", "fit of the nominal drive", "cause 1: first look", "cause 1: fits", "cause 1: chance"]
     assert list(dict.fromkeys(stages))[:5] == first
     fits = [both for both in told if both[0].startswith("cause 1: fits")]
     assert fits[0] == ("cause 1: fits", 0.0) and [share for _, share in fits] == sorted(share for _, share in fits)

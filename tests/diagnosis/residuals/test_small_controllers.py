@@ -95,7 +95,7 @@ def asked_of(rng, table, closed, duty=False):
 
 def steps(rng, size):
     """Levels of half a second, which small drives are asked for."""
-    heights = rng.uniform(-size, size, 20)
+    heights = size * rng.uniform(0.5, 1.0, 20) * (-1.0) ** np.arange(20)  # to and fro, so that no draw hardly moves
     return lambda t: float(heights[int(t / 0.47)])
 
 

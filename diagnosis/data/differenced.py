@@ -47,7 +47,8 @@ def _of_angle(runs: list[SpeedRows], own: float) -> int:
     """Rows over which the logged angle's difference is the speed but for the clock's steps; 0 for none.
 
     Of the same counts both are the same to the last one. Else what is left is at least their rounding, count / sqrt(6) of a
-    difference (Widrow 1956), but for a speed at which it turns whole counts: so the rows that miss most are asked. Asked of rows that turned by so few counts that a clock a twentieth off hides none of them.
+    difference (Widrow 1956), but for a speed at which it turns whole counts: so the rows that miss most are asked. Asked of rows
+    that turned by so few counts that a clock a twentieth off hides none of them.
     """
     rules, found = RULES.residuals, []
     for rows in range(1, RULES.search.differenced + 1):

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from selflock.view.page import probability
 
 from ..rules import RULES
-from ..search.candidate import amount, pressed
+from ..search.candidate import amount, holds_nothing, pressed
 from ..search.hypotheses import Free
 
 AT_END = "lies at the end of its range"
@@ -80,7 +80,7 @@ def doubts(free: Sequence[Free], values: dict[str, float], intervals: dict[str, 
         low, high = intervals[p.name]
         if at_end(p, values[p.name], low, high):
             found[p.name] = AT_END
-        elif amount(p) and low <= p.nominal <= high:
+        elif amount(p) and holds_nothing(p, low, high):
             found[p.name] = "may as well be what it is without this cause: its 95 % interval holds that"
     return found
 

@@ -1,9 +1,10 @@
 """What is late or turned round, looked at from the rig's own values: beside it the base may have found a valley of its own.
 
 A sensor that is late is made up for by slower bodies: the base's numbers that fit best without it are far from those beside it, a fit
-from there ends between both, and no linear look can say where they would be. What a rig says its numbers are is nearer. Where a command has the wrong sign
-the base is as slow and weak as it may be, and the fit of a sign from there ended at two fifths of the loss, so that a scale of -1 was
-named instead of it. An event moves the base's numbers as well: at another place it is looked at from those that fit beside it.
+from there ends between both, and no linear look can say where they would be. What a rig says its numbers are is nearer. Where a
+command has the wrong sign the base is as slow and weak as it may be, and the fit of a sign from there ended at two fifths of the
+loss, so that a scale of -1 was named instead of it. An event moves the base's numbers as well: at another place it is looked at from
+those that fit beside it.
 """
 
 from __future__ import annotations

@@ -63,11 +63,15 @@ def unseen(ch: Channels) -> str:
         speed = "reducer.input_speed" if ch.has("reducer.input_speed") else "load.speed"
         gain = ch.setting.value("controller.speed_gain", {}) / (ratio if speed != "load.speed" else 1.0)
         return speed if ch.has(speed) and gain > 0.0 and _nothing_of(ch, command, speed, gain) else ""
-    at_motor = not ch.has("load.angle") or ch.setting.rig.loop == MOTOR
-    if ch.steady or not command or not at_motor or not ch.has("controller.angle_setpoint", angle):
+    if ch.steady or not command or not _at_motor(ch) or not ch.has("controller.angle_setpoint", angle):
         return ""
     gain = ch.setting.value(ch.prefix + "controller.angle_gain", {}) / ratio
     return angle if gain > 0.0 and _nothing_of(ch, command, angle, gain) else ""
+
+
+def _at_motor(ch: Channels) -> bool:
+    """Whether the loop closes over the motor's angle, as log and rig have it."""
+    return not ch.has("load.angle") or ch.setting.rig.loop == MOTOR
 
 
 def _nothing_of(ch: Channels, command: str, name: str, gain: float) -> bool:
@@ -100,10 +104,10 @@ def answers_its_rows(ch: Channels) -> bool:
     if ch.steady or not command or driven.of(ch) != driven.ANGLE or not (step := resolution(ch.raw(command)[ch.good(command)])):
         return False
     law = drive.law("controller", {}, ch)
-    name = "load.angle" if ch.has("load.angle") and ch.setting.rig.loop != MOTOR else "reducer.input_angle"
+    name = "reducer.input_angle" if _at_motor(ch) else "load.angle"
     if not ch.has(name):
         return False
-    ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {}) if name != "load.angle" else 1.0
+    ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {}) if _at_motor(ch) else 1.0
     wanted, angle, given = ch.raw("controller.angle_setpoint"), ch.raw(name) / ratio, ch.raw(command)
     rate = drive.speed_setpoint(wanted, {}, ch)[1:] - np.diff(angle) / np.diff(ch.run.time)
     asked = law.angle_gain * (wanted - angle)[1:] + law.speed_gain * rate

@@ -251,8 +251,8 @@ def closed(
     its row of starts, as `start` in `whole`; heat and wear go on. acts: 0 at samples at which the controller is told nothing new;
     where there are any it acts at the others alone. stepped: the count in which the controller is told the angle, rad of the load,
     where the zero of these lies, s over which it makes its speed of them, and the step of its command; 0 for none; and whether its
-    command is told as it makes it, however late it then acts. place, over,
-    knots, heights: of a free law (free_law), with place 0 none. powered and rows of out as in `whole`.
+    command is told as it makes it, however late it then acts. place, over, knots, heights: of a free law (free_law), with place 0
+    none. powered and rows of out as in `whole`.
     """
     ratio, since, push = pr.gear_ratio, 0.0, 0.0
     count, made, least = stepped[0], stepped[2], stepped[3]

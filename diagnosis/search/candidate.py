@@ -94,6 +94,11 @@ def pressed(p: Free, value: float) -> bool:
     return p.role not in SHAPES and value != p.nominal and min(value - p.low, p.high - value) < near
 
 
+def holds_nothing(p: Free, low: float, high: float) -> bool:
+    """Whether an interval of a number holds what it is without its cause."""
+    return low <= p.nominal <= high
+
+
 def amount(p: Free) -> bool:
     """Whether a number says how much there is of a cause."""
     return p.role not in SHAPES and not p.companion

@@ -20,7 +20,7 @@ from ..residuals.laws import COMPONENTS, effects, law
 from ..residuals.propagated import in_step
 from ..residuals.recorder import counts, period, step_of
 from ..rules import RULES
-from .reach import of_drive, spread
+from .reach import amounts, spread
 
 SIDES = {"input": 0, "output": 1}
 """Of a wave's shaft, its place among the motions of a drive."""
@@ -96,7 +96,7 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
     for name in sorted(used):
         _, component = split(name, rig.drives)
         beside = effects(component)
-        most = of_drive(rig, name, channels, experiment)
+        most = amounts(rig, name, channels, experiment)
         found += [_effect(rig, name, component, effect, most) for effect in beside if not (points and effect.needs)]
         said = {said for effect in beside for said in (*effect.says, *(p.name for p in effect.parameters))}
         for parameter in base(component):
@@ -177,14 +177,15 @@ def _turns(experiment: DriveExperiment, prefix: str, side: int) -> float:
 
 
 def _effect(rig: Rig, name: str, component: str, effect: Effect, most: dict[str, float]) -> Hypothesis:
-    """The hypothesis of a component's effect; most: see reach.of_drive."""
+    """The hypothesis of a component's effect; most: see reach.amounts."""
     free = []
     for p in effect.parameters:
         full = f"{name}.{p.name}"
         if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
-        low, high = rig.uncertain.get(full, _within(p, rig.parameters.get(full, p.off), p.low, p.high, most))
-        free.append(replace(_free(full, p, rig.parameters.get(full, p.off), low, high, rig.linear), told=full in rig.parameters))
+        nominal = rig.parameters.get(full, p.off)
+        low, high = rig.uncertain.get(full, _within(p, nominal, p.low, p.high, most))
+        free.append(replace(_free(full, p, nominal, low, high, rig.linear), told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
         parameter = next(p for p in base(component) if p.name == extra)
@@ -215,7 +216,7 @@ def _free(full: str, p: Parameter, nominal: float, low: float, high: float, line
 
 
 def _within(p: Parameter, nominal: float, low: float, high: float, most: dict[str, float]) -> tuple[float, float]:
-    """Bounds of a parameter's search, no farther than its share of what the drive has of its unit; most: see reach.of_drive.
+    """Bounds of a parameter's search, no farther than its share of what the drive has of its unit; most: see reach.amounts.
 
     Nor nearer than twice what a rig says of it.
     """
@@ -224,7 +225,7 @@ def _within(p: Parameter, nominal: float, low: float, high: float, most: dict[st
 
 
 def _parameter(rig: Rig, full: str, parameter: Parameter, most: dict[str, float]) -> Free:
-    """A nominal value may be off by the rules' `nominal_factor`, within what physics allows; most: see reach.of_drive."""
+    """A nominal value may be off by the rules' `nominal_factor`, within what physics allows; most: see reach.amounts."""
     nominal = rig.parameters.get(full, parameter.off)
     if parameter.above:  # fitted as what lies above the other
         owner, (name, highest, description) = full.rpartition(".")[0], parameter.above

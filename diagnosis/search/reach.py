@@ -22,23 +22,21 @@ def spread(experiment: DriveExperiment, channel: str) -> float:
     return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
 
 
-def of_drive(rig: Rig, component: str, channels: set[str], experiment: DriveExperiment) -> dict[str, float]:
-    """What the drive of a component has of each of fmus.effect.OF_DRIVE, at the component's shaft; inf where nothing tells it.
+def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExperiment) -> dict[str, float]:
+    """What the drive of a component has of the units fmus.effect.OF_DRIVE, at the component's shaft, of those that something tells.
 
     Torque: what the motor gives at rest at the highest voltage, K_m U / R (eq 15 to 17), at the load r times that. Its fall with
     speed, K_m K_e / R; the yielding by a radian under it; the inertia of load and shaft together; the mass that it holds on
     the load's arm, and the arm on which it holds the load's mass.
     """
     prefix, here = split(component, rig.drives)
-    value = _value(rig, prefix)
+    value = lambda of, name: rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in law(of).BASE if p.name == name))
     constant, resistance = value("motor", "torque_constant"), value("motor", "resistance")
     known = prefix + "motor" in experiment.components or f"{prefix}motor.torque_constant" in rig.parameters
     if not (known and resistance > 0.0):
         return {}
-    torque, falls = (
-        constant * _voltage(rig, prefix, channels, experiment) / resistance,
-        constant * value("motor", "voltage_constant") / resistance,
-    )
+    torque = constant * _voltage(rig, prefix, value, channels, experiment) / resistance
+    falls = constant * value("motor", "voltage_constant") / resistance
     ratio, arm, mass = value("reducer", "gear_ratio"), value("load", "arm"), value("load", "mass")
     delivered, weight = torque * ratio, value("load", "gravity")
     inertia = value("load", "inertia") + mass * arm**2 + value("reducer", "shaft_inertia") * ratio**2
@@ -54,12 +52,7 @@ def of_drive(rig: Rig, component: str, channels: set[str], experiment: DriveExpe
     return {unit: most for unit, most in found.items() if 0.0 < most < inf}
 
 
-def _value(rig: Rig, prefix: str) -> Callable[[str, str], float]:
-    """Nominal values of a drive."""
-    return lambda of, name: rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in law(of).BASE if p.name == name))
-
-
-def _voltage(rig: Rig, prefix: str, channels: set[str], experiment: DriveExperiment) -> float:
+def _voltage(rig: Rig, prefix: str, value: Callable[[str, str], float], channels: set[str], experiment: DriveExperiment) -> float:
     """The highest, V: the controller's limit where the rig gives it, else the highest of the logs, else the controller's own."""
     limits = [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
     of_supply = {prefix + "motor.duty", prefix + "motor.supply_voltage"} <= channels  # the limits of a duty are no voltage
@@ -68,6 +61,5 @@ def _voltage(rig: Rig, prefix: str, channels: set[str], experiment: DriveExperim
     if not any(name in rig.parameters for name in limits) and seen:
         voltage = max(seen)
     else:
-        value = _value(rig, prefix)
         voltage = max(abs(value("controller", name)) for name in ("voltage_min", "voltage_max"))
     return voltage * supply

@@ -15,7 +15,7 @@ from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, SHAPES, STEP
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
 from ..rules import RULES
-from .candidate import Candidate, amount, better, ends, equal, more, same_law, simplest, worse
+from .candidate import Candidate, amount, better, ends, equal, holds_nothing, more, same_law, simplest, worse
 from .fit import Fit, rho
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
@@ -218,10 +218,12 @@ class Step:
         felt = candidate.fitted.felt(self.problem.rows)
         if not any(felt[p.name] for p in candidate.free if amount(p)):
             return "where its fit ended more or less of it changes nothing: this log does not tell how much there is"
-        if self.problem.by_channel and self._reaches_an_end(candidate):
-            return "a number of it lies at the end of its range"
-        if self.problem.by_channel and self.found and self._may_be_nothing(candidate):
-            return "beside the causes found the interval of how much there is of it holds nothing, too"
+        if self.problem.by_channel:
+            intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
+            if _reaches_an_end(candidate, intervals):
+                return "a number of it lies at the end of its range"
+            if self.found and _may_be_nothing(candidate, intervals):
+                return "beside the causes found the interval of how much there is of it holds nothing, too"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
 
     @staticmethod
@@ -229,29 +231,6 @@ class Step:
         """Whether a candidate is refused for what it is, and not for how little it finds: then it may yet fit better."""
         rules = RULES.search
         return bool(candidate.doubt) and candidate.chance <= rules.significant and candidate.drop >= rules.relevant
-
-    def _reaches_an_end(self, candidate: Candidate) -> bool:
-        """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure.
-
-        Where that end is what the number is without the cause, others of its numbers may say how much there is of it.
-        """
-        intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
-        amounts = [p for p in candidate.free if p.role not in SHAPES]
-        nothing = [p for p in amounts if intervals[p.name][0] <= p.nominal <= intervals[p.name][1]]
-        for p in ends(candidate):
-            low, high = intervals[p.name]
-            if (low <= p.low or high >= p.high) and (p not in nothing or len(nothing) == len(amounts)):
-                return True
-        return False
-
-    def _may_be_nothing(self, candidate: Candidate) -> bool:
-        """Whether the intervals of all that says how much there is of a cause hold what it is without the cause.
-
-        Asked where something else is found already: beside nothing a large error widens all intervals, the right cause's, too.
-        """
-        intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
-        amounts = [p for p in candidate.free if amount(p) and not p.trials]
-        return bool(amounts) and all(intervals[p.name][0] <= p.nominal <= intervals[p.name][1] for p in amounts)
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""
@@ -463,3 +442,26 @@ def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:
     every = tuple(p for p in way.free if p.name not in base.values)
     usual = tuple(p for p in every if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
     return usual, every, tuple(p for p in usual if not (p.name in way.shape and p.nominal in (p.low, p.high)))
+
+
+def _reaches_an_end(candidate: Candidate, intervals: dict[str, tuple[float, float]]) -> bool:
+    """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure.
+
+    Where that end is what the number is without the cause, others of its numbers may say how much there is of it.
+    """
+    amounts = [p for p in candidate.free if p.role not in SHAPES]
+    nothing = [p for p in amounts if holds_nothing(p, *intervals[p.name])]
+    for p in ends(candidate):
+        low, high = intervals[p.name]
+        if (low <= p.low or high >= p.high) and (p not in nothing or len(nothing) == len(amounts)):
+            return True
+    return False
+
+
+def _may_be_nothing(candidate: Candidate, intervals: dict[str, tuple[float, float]]) -> bool:
+    """Whether the intervals of all that says how much there is of a cause hold what it is without the cause.
+
+    Asked where something else is found already: beside nothing a large error widens all intervals, the right cause's, too.
+    """
+    amounts = [p for p in candidate.free if amount(p) and not p.trials]
+    return bool(amounts) and all(holds_nothing(p, *intervals[p.name]) for p in amounts)

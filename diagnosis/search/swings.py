@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..residuals import whole
+from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.grid import grid
 from ..rules import RULES
@@ -18,23 +19,27 @@ from .problem import Problem
 
 def place_swings(experiment: DriveExperiment, problem: Problem) -> bool:
     """Find the fastest swing of the shaft that a log shows, rad/s, and keep it with its runs; whether any is left out by it."""
+    channels = [*experiment.channels.values(), *problem.experiment.channels.values()]
+    _carry(channels, np.inf)  # whatever was found of these runs before
     problem = problem.with_noise_at(problem.nominal)
     taught, values = problem.experiment, problem.absolute(problem.nominal)
     step = min(float(grid(ch).dt[1:].max()) for ch in taught.channels.values())
     most = max(whole.carried_in(values, ch)[2] for ch in taught.channels.values())
-    channels = [*experiment.channels.values(), *taught.channels.values()]
     finest = _bins(taught, values)
     for parts in range(1, most):
-        for ch in channels:
-            ch.run.memory[whole.FASTEST] = RULES.residuals.shaft_step * parts / step
-            ch.memory.pop(whole.WHOLE, None)
+        _carry(channels, RULES.residuals.shaft_step * parts / step)
         off = np.sqrt(np.mean((_bins(taught, values) - finest) ** 2, axis=(1, 2)))
         if (off <= RULES.residuals.shaft_unseen * problem.noise).all():
             return True
-    for ch in channels:
-        ch.run.memory.pop(whole.FASTEST, None)
-        ch.memory.pop(whole.WHOLE, None)
+    _carry(channels, np.inf)
     return False
+
+
+def _carry(channels: list[Channels], fastest: float) -> None:
+    """Simulate these runs with a shaft that swings so fast at most, rad/s."""
+    for ch in channels:
+        ch.run.memory[whole.FASTEST] = fastest
+        ch.memory.pop(whole.WHOLE, None)
 
 
 def _bins(experiment: DriveExperiment, values: dict) -> np.ndarray:

@@ -6,9 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 
 from selflock.diagnosis.calibration.numbers import Number
+from selflock.diagnosis.naming import near
 from selflock.diagnosis.naming.guesses import CURVE, LAW, Guess
+from selflock.diagnosis.naming.order import far
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.search.candidate import Candidate
+from selflock.diagnosis.search.screen import Direction
 
 
 def cause(name, amount, place="first.u", over="first.x", loss=0.1):
@@ -28,3 +31,31 @@ def free_curve(place, over="first.x", loss=0.1, points=5):
     return SimpleNamespace(
         guess=guess, candidate=Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), loss)), values={}, problem=rival
     )
+
+
+def looks(ways, parts=None):
+    """A look that saw these, each as (gain, guess), and of each what is left of it beside the base: a column of its own."""
+    units = np.eye(len(ways))
+    made = [(Direction(None, {}, (), np.zeros((1, 1, 0)), gain=gain), guess) for gain, guess in ways]
+    of = {id(way): unit for (way, _), unit in zip(made, units)}
+    parts = parts or SimpleNamespace(links={}, variables={}, owner=lambda name: name.partition(".")[0])
+    scene, exact = SimpleNamespace(parts=parts), lambda way, guess: None
+    return SimpleNamespace(ways=made, scene=scene, alone=lambda way: of[id(way)], of=of, simulated=exact)
+
+
+def fits(*guesses):
+    """Rivals that were fitted, the best first."""
+    return [SimpleNamespace(guess=guess, candidate=SimpleNamespace(errors=np.ones(2))) for guess in guesses]
+
+
+def asked(found, first, look):
+    """Labels of what is asked beside the best of these."""
+    away = lambda guess: far(guess, look.scene.parts, {"controller"})
+    return [guess.label for _, guess in near.beside_best(fits(*found), first, look, away)]
+
+
+def a_law(name, place, over, count=0, kind=LAW):
+    """A law of so many numbers."""
+    numbers = tuple(Number(f"c.{k}", f"c.{k}", 0.0, -1.0, 1.0) for k in range(count))
+    word = "curve" if kind == CURVE else name
+    return Guess(kind, name, f"{word} of {over} on {place}", (Insert("c", Place(IN, place), name, False, over),), numbers)

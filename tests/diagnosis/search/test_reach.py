@@ -15,7 +15,7 @@ from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.fit import scale
 from selflock.diagnosis.search.hypotheses import vocabulary
-from selflock.diagnosis.search.reach import of_drive
+from selflock.diagnosis.search.reach import amounts
 
 VOLTS = 12.0
 
@@ -49,7 +49,7 @@ def test_what_a_drive_has_of_each_unit(rng):
     """At the motor's shaft and, by the gear's ratio, at the load: K_m U / R, K_m K_e / R, and what hangs in balance with it."""
     k, r = rng.uniform(0.003, 0.03), rng.uniform(1.0, 5.0)
     bench = drive(rng, k, r)
-    motor, load = (of_drive(bench.rig, part, bench.measured, bench) for part in ("motor", "load"))
+    motor, load = (amounts(bench.rig, part, bench.measured, bench) for part in ("motor", "load"))
     assert motor["N.m"] == pytest.approx(k * VOLTS / r)
     assert load["N.m"] == pytest.approx(40.0 * motor["N.m"])
     assert motor["N.m.s/rad"] == pytest.approx(k * k / r)
@@ -62,7 +62,7 @@ def test_what_a_drive_has_of_each_unit(rng):
 def test_a_derivative_is_taken_over_a_small_part_of_what_the_drive_has(rng):
     """Of a small motor K_m K_e / R was less than what its friction was moved by, so that nothing was seen of it."""
     bench = drive(rng, 0.004, 6.0)
-    found, amount = numbers(bench), of_drive(bench.rig, "reducer", bench.measured, bench)["N.m.s/rad"]
+    found, amount = numbers(bench), amounts(bench.rig, "reducer", bench.measured, bench)["N.m.s/rad"]
     for name, most in (("reducer.viscous_damping", amount), ("load.damping", amount * 40.0**2)):
         assert 0.0 < RULES.search.difference * scale(found[name], 0.0) < 1e-3 * most
         assert found[name].high >= 5.0 * most
@@ -82,6 +82,6 @@ def test_where_nothing_tells_of_a_motor_bounds_are_the_laws_own(rng):
     signals["reducer.output_torque"] = rng.normal(0.0, 9.0, 200)
     rig = replace(bench.rig, kind="inverse", parameters=apart, columns=tuple(LogColumn(n, n) for n in signals))
     gear = DriveExperiment(rig, [replace(bench.runs[0], signals=signals)])
-    assert of_drive(rig, "reducer", gear.measured, gear) == {}
+    assert amounts(rig, "reducer", gear.measured, gear) == {}
     free = {p.name: p for h in vocabulary(rig, {"reducer"}, gear.measured, gear) for p in h.free}
     assert free["reducer.viscous_damping"].high == 1.0 < inf

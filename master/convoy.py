@@ -336,7 +336,7 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         first, filled, began = running.index, sink.fill, clock.perf_counter()
         for name, seat in timed.items():
             tables[name][: stretch + 1] = seat.part.ahead(start + np.arange(first, first + stretch + 1) * size)
-        done, sink.fill, failed, status = _sail(
+        done, fill, failed, status = _sail(
             program.kinds,
             program.where,
             program.numbers,
@@ -352,7 +352,8 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         )
         ended = np.arange(first + 1, first + done + 1)
         for seat, column, place in recorder.told:
-            sink.block[filled : sink.fill, column] = tables[seat.name][1:][:done][ended % every == 0, place]
+            sink.block[filled:fill, column] = tables[seat.name][1:][:done][ended % every == 0, place]
+        sink.fill = fill  # no sooner: another thread may keep all rows up to it at any time
         pace = min(max(int(stretch * AT_ONCE / max(clock.perf_counter() - began, 1e-9)), 1), STRETCH)
         running.index += done
         running.time = start + running.index * size

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from selflock import master
-from selflock.master import simulation
+from selflock.master import running, simulation
 
 
 @pytest.fixture(params=["jacobi", "gauss-seidel"])
@@ -149,6 +149,29 @@ def test_functions_of_time_feed_the_loop(monkeypatch, native, algorithm, count, 
     slow, fast = both_ways(monkeypatch, fed(native, algorithm, count, held))
     same(slow, fast)
     assert all(slow.table[name].std() > 0.1 for name in slow.table)
+
+
+def test_rows_are_whole_whenever_they_are_kept(monkeypatch, native, algorithm, tmp_path):
+    """A file keeps them from a thread of its own, also just when the loop is through and functions of time are not told yet."""
+    described = fed(native, algorithm, 2)
+    described["run"]["record"] += ["log.u", "log.v"]
+    monkeypatch.setattr(simulation, "WORTH", 0)
+    expected = master.run(master.from_dict(described), allow_code=True).table
+    kept, begin = [], running.Recorder.__init__
+
+    class Told(list):
+        def __iter__(self):
+            kept.append(self.sink.save())
+            return super().__iter__()
+
+    def begun(recorder, wiring, seats, sink):
+        begin(recorder, wiring, seats, sink)
+        recorder.told = Told(recorder.told)
+        recorder.told.sink = sink
+
+    monkeypatch.setattr(running.Recorder, "__init__", begun)
+    written = master.run(master.from_dict(described), out=tmp_path / "r.parquet", allow_code=True)
+    assert kept and master.read(written.path)[0].equals(expected)
 
 
 @pytest.mark.alike

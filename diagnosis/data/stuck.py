@@ -172,7 +172,7 @@ class Stills:
         """How far the two may come apart within so many rows.
 
         All but a few windows keep it in which neither stays at a value for half the time or at its extreme: such a one may
-        be at fault. Not a number where too few are left.
+        be at fault. Where too few are left, twice what half as many rows allow, for it is no more; not a number without any.
         """
         return self.once(self._may, name, witness, rows)
 
@@ -185,7 +185,7 @@ class Stills:
         clear = maximum_filter1d(unsure.astype(np.int8), rows) == 0
         clear[:rows] = clear[-rows:] = False
         if clear.sum() < rows:
-            return float("nan")
+            return 2.0 * self.may(name, witness, rows // 2) if rows > 1 else float("nan")
         usual = float(np.quantile(_within(self.apart(name, witness), rows)[clear], RULES.data.apart_usual))
         return max(usual, self.grain(name), abs(self.once(self._ratio, name, witness)) * self.grain(witness))
 

@@ -24,6 +24,7 @@ from domains import DOMAINS, PYTHON, Domain
 
 ROWS = 500
 NOISE = 0.005  # of a sensor, over its spread; the command as it is recorded has a fifth of it
+PIECES = 40  # of a row, in which a sensor that lags follows what it senses
 OFF = 0.2  # by which the FMUs' numbers differ from nature's, at most
 
 
@@ -86,6 +87,7 @@ class Hidden:
     law: Callable | None = None  # of x: what is added before the input, or a pair of a state's rate and what it adds
     state: Callable | None = None  # z' of (x, x', z)
     path: Callable | None = None  # of all of a signal, at `place`
+    follows: Callable | None = None  # instead, of (y, signal, s): where y is after so long, the signal held
     span: tuple[float, float] = (0.0, np.inf)
     also: tuple[str, float] = ("", 0.0)  # where what is taken away comes out, and the share of it
     amount: float = 1.0
@@ -119,14 +121,19 @@ def nature(domain: Domain, hidden: Hidden, u: np.ndarray, starts: dict[str, floa
     here = hidden.law is not None
     at = inside[hidden.over] if hidden.over else 0
     entry = domain.command[0]
-    if hidden.path is not None and hidden.place == entry:
+    entered = hidden.place == entry
+    if entered and hidden.path is not None:
         u = hidden.path(u)
-    for k, given in enumerate(u):
+    follows = hidden.follows if entered else None
+    came = float(u[0])  # of the command, where it follows what is given
+    for k, wanted in enumerate(u):
         found.append(y[:count])
-        given = domain.sampled(y, given, p) if domain.sampled else given
+        next_to_come = follows(came, wanted, domain.step) if follows else wanted
+        held = domain.sampled(y, next_to_come, p) if domain.sampled else wanted  # what it is given goes on with it, once a row
 
-        def rates(y, t, given=given):
+        def rates(y, t, held=held, came=came, wanted=wanted, since=k * domain.step):
             x = y[at]
+            given = follows(came, wanted, t - since) if follows and not domain.sampled else held
             acting = hidden.span[0] <= t < hidden.span[1]
             value = hidden.amount * hidden.law(x, y[-1]) if here and acting else 0.0
 
@@ -142,6 +149,7 @@ def nature(domain: Domain, hidden: Hidden, u: np.ndarray, starts: dict[str, floa
             rates, [*y[:count], z], [k * domain.step, (k + 1) * domain.step], rtol=1e-8, atol=1e-9, hmax=domain.step / 4
         )[-1]
         y, z = list(ends[:count]), ends[-1]
+        came = next_to_come
     return np.array(found)
 
 
@@ -150,6 +158,15 @@ def read(domain: Domain, hidden: Hidden, states: np.ndarray) -> dict[str, np.nda
     seen = {name: states[:, place] for name, (_, place) in domain.outputs.items()}
     if hidden.path is not None and hidden.place in seen:
         seen[hidden.place] = hidden.path(seen[hidden.place])
+    if hidden.follows is not None and hidden.place in seen:
+        y = [s := (signal := seen[hidden.place])[0]]
+        for end in signal[1:]:
+            now = y[-1]
+            for share in (np.arange(PIECES) + 0.5) / PIECES:  # straight from row to row
+                now = hidden.follows(now, s + (end - s) * share, domain.step / PIECES)
+            y.append(now)
+            s = end
+        seen[hidden.place] = np.array(y)
     return seen
 
 
@@ -270,34 +287,25 @@ def _path(what, rng, d: Domain, plain: Hidden, runs, seen):
     part = float(rng.uniform(0.1, 0.4))
     high, low = float(np.quantile(signal, 0.85 - part)), part * size * 0.6
 
-    def lag(s):
-        keep, y = np.exp(-1.0 / rows), [s[0]]
-        for value in s[1:]:
-            y.append(value + (y[-1] - value) * keep)
-        return np.array(y)
-
-    def rate(s):
-        most, y = 1.5 * spread * step / (rows * step), [s[0]]
-        for value in s[1:]:
-            y.append(y[-1] + np.clip(value - y[-1], -most, most))
-        return np.array(y)
-
+    follows = {
+        "lag": lambda y, s, dt: s + (y - s) * np.exp(-dt / (rows * step)),
+        "rate limit": lambda y, s, dt: y + min(max(s - y, -most * dt), most * dt),
+    }.get(what)
+    most = 1.5 * spread / (rows * step)
     made = {
         "offset": lambda s: s + part * spread,
         "scale": lambda s: (1.0 + part) * s,
         "delay": lambda s: hold(s, rows),
-        "lag": lag,
         "dead zone": lambda s: np.sign(s) * np.maximum(abs(s) - low, 0.0),
         "saturation": lambda s: np.minimum(s, high),
-        "rate limit": rate,
         "quantisation": lambda s: np.round(s / (2.0 * part * spread)) * 2.0 * part * spread,
         "sign": lambda s: -s,
-    }[what]
+    }.get(what)
     if what in ("sign", "dead zone") and d.name == "hydraulic":
         return None  # what flows and stands there has one sign
     names = {"offset": {"offset", "constant"}, "saturation": {"saturation (high)"}}.get(what, {what})
     places = (d.among(place) if what in LINEAR else {place}) | {f"recorded {place}"}
-    return replace(plain, place=place, path=made), (names, places, ""), None
+    return replace(plain, place=place, path=made, follows=follows), (names, places, ""), None
 
 
 # --- what is given to the diagnosis ----------------------------------------------------------------------------------------

@@ -20,7 +20,9 @@ from .round import Round
 from .same import same
 
 if TYPE_CHECKING:
-    from .run import Search, Whole, Work
+    from .run import Search
+    from .whole import Whole
+    from .work import Work
 
 
 def told_of(found: Search, seed: int) -> Naming:

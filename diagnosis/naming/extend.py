@@ -26,7 +26,8 @@ from .outcome import Naming
 from .places import IN, Insert, extended
 
 if TYPE_CHECKING:
-    from .run import Whole, Work
+    from .whole import Whole
+    from .work import Work
 
 
 def extend(result: Naming, work: Work, best: Whole, out: Path) -> None:

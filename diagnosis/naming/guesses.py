@@ -244,6 +244,7 @@ def with_state(scene: Scene, place: Place, over: str, what: int) -> Iterator[Tri
     d = f"{scene.prefix}.d"
     starts = [Number(f"{d} of {label(run)}", d, 0.0, -2.0 * level, 2.0 * level, run=i) for i, run in enumerate(scene.played.runs)]
     times = np.geomspace(rules.fastest * scene.step, rules.slowest * scene.span, rules.times)
+    empty = {n.name: -first for n, first in zip(starts, scene.firsts(over, what))}
     for time in times:
         keep = float(np.exp(-scene.step / time))  # a slow state has little of what goes in
         left = float(abs(lfilter([1.0 - keep], [1.0, -keep], x, zi=[keep * x[0]])[0]).max()) or level
@@ -251,7 +252,11 @@ def with_state(scene: Scene, place: Place, over: str, what: int) -> Iterator[Tri
             number(a, 0.0, -spread / left, spread / left),
             number(f"{scene.prefix}.T", float(time), float(times[0]) / 10.0, 10.0 * float(times[-1])),
         )
-        yield Trial(made("first order", *numbers, *starts), {f"{scene.prefix}.T": float(time)}, (a,))
+        for begun in (
+            {},
+            empty,
+        ):  # a state that has settled, or one that begins at 0: most that is seen of a slow one is its way up
+            yield Trial(made("first order", *numbers, *starts), {f"{scene.prefix}.T": float(time)} | begun, (a,))
 
 
 def relatives(guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[str, float]]]:

@@ -16,8 +16,13 @@ if TYPE_CHECKING:
 
 def beside(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float) -> list[Rivalled]:
     """What does as well as the winner, with no more numbers; of curves with any: blocks that they did not see asked for these."""
+    return as_good(winner, order, level, base, len(winner.candidate.free))
+
+
+def as_good(winner: Rivalled, order: Sequence[Rivalled], level: float, base: float, count: int) -> list[Rivalled]:
+    """What does as well as the winner, with no more than so many numbers, or as a curve."""
     least = RULES.naming.as_much * (base - winner.candidate.errors.mean())
-    few = lambda r: r.guess.kind == CURVE or len(r.candidate.free) <= len(winner.candidate.free)
+    few = lambda r: r.guess.kind == CURVE or len(r.candidate.free) <= count
     near = [r for r in order if r is not winner and few(r) and base - r.candidate.errors.mean() >= least]
     return [r for r in near if not worse(r.candidate, winner.candidate, level)]
 

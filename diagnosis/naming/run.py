@@ -14,9 +14,9 @@ from typing import cast
 import numpy as np
 
 from ..calibration import told
-from ..calibration.fit import End, fit, fit_from, in_units, remaining
+from ..calibration.fit import End, fit, fit_from, remaining
 from ..calibration.numbers import Number, of_rig
-from ..calibration.run import division, here, own, reached, sizes
+from ..calibration.run import division, here, reached
 from ..calibration.slopes import Forward
 from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
@@ -27,20 +27,22 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from .answer import told_of
+from .asked import confirmed, told_apart
 from .contest import Contest
 from .extend import extend
 from .extended import Extended, Extending
-from .guesses import CURVE, EVENT, KINDS, begins
+from .guesses import CURVE, KINDS, begins
 from .limit import Limit
 from .notes import at_once, beyond
-from .order import beside, curves_beside, names_of
+from .order import as_good, beside, curves_beside, names_of
 from .outcome import Naming
 from .page import write
-from .round import Rivalled, Round
+from .round import Round
 from .rows import followed
 from .sampled import sampled
 from .shape import one_shape
 from .steps import Model, around, fine_enough, in_own_steps, stepped, widened
+from .whole import Whole, fitted, helps, measured
 from .work import Work, heads, without
 
 PREFIX = "correction"
@@ -95,18 +97,6 @@ def name_system(
             result.effort["elapsed"] = time.monotonic() - begun
             write(result, found, out)
     return result
-
-
-@dataclass
-class Whole:
-    """A model fitted to all that teaches, and its errors."""
-
-    problem: Extending
-    end: End
-    values: dict[str, float]
-    taught: dict[str, float] | None
-    held: dict[str, float] | None
-    blocks: dict[str, np.ndarray]  # of each output sums of squares and counts of the blocks that judge
 
 
 @dataclass
@@ -219,7 +209,7 @@ def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work
 
 def _as_given(work: Work) -> Whole:
     """The system with the numbers that the rig has."""
-    return _measured(work, work.problem(), End(np.zeros(0), np.zeros(0), np.inf), {n.name: n.start for n in work.numbers})
+    return measured(work, work.problem(), End(np.zeros(0), np.zeros(0), np.inf), {n.name: n.start for n in work.numbers})
 
 
 @dataclass
@@ -254,13 +244,13 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
     found, again = _begun(work, near, places, asked), RULES.naming.halved
     while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
-        prefix, fitted = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
+        prefix, known = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
         own = in_own_steps(work, near, places)
         if found.outcomes and own.errors(own.values(places)) is None:
             break  # what was found breaks off here: nothing can be looked at beside it
         smooth, told = work.rig.inputs == SMOOTH, None if own is near else partial(around, work, near, own)
         steps = partial(stepped, work, near) if k == 0 and again else None
-        contest = Contest(own, places, prefix, _told(tell, k), smooth, fitted, kinds, enough, work.sampled, told, steps)
+        contest = Contest(own, places, prefix, _told(tell, k), smooth, known, kinds, enough, work.sampled, told, steps)
         contest.only = found.outcomes[-1].only if found.outcomes else None
         outcome = contest.play(asked.rng)
         if contest.other is not None:
@@ -286,13 +276,14 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
             again -= 1
             continue
         if work is not wider:
-            found.work, found.best = work, _fitted(work, near.values(places), near.fixed)
+            found.work, found.best = work, fitted(work, near.values(places), near.fixed)
             found.begins = replace(work, inserts=(), found=[], acts={})
-            found.base = _fitted(found.begins, found.base.values, near.fixed)
+            found.base = fitted(found.begins, found.base.values, near.fixed)
             work.played.extend(work.inserts)
         near, places = _needed(found, near, places)
         work = found.work
     if not enough():
+        _one_alone(found)
         _curve_instead(found)
     return found
 
@@ -307,7 +298,7 @@ def _anew(asked: Asked, model: Model, numbers: Sequence[Number]) -> tuple[Search
 
 def _better(own: Search, finer: Search) -> Search:
     """Of a search in the rig's own steps and one in finer ones that which leaves less of what judges; else of fewer numbers."""
-    more, less = _helps(finer.best, own.best), _helps(own.best, finer.best)
+    more, less = helps(finer.best, own.best), helps(own.best, finer.best)
     count = lambda found: sum(not begins(n) for numbers in found.work.found for n in numbers)
     return finer if (more and not less) or (more == less and count(finer) < count(own)) else own
 
@@ -322,8 +313,8 @@ def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extendi
         winner = outcome.winner
         assert winner is not None
         fewer = found.work.but_for(winner.guess)
-        less = _fitted(fewer, found.best.values, near.fixed)
-        if _helps(found.best, less, winner.guess.kind):
+        less = fitted(fewer, found.best.values, near.fixed)
+        if helps(found.best, less, winner.guess.kind):
             continue
         winner.candidate.doubt = "beside what was found later it lowers the error of what judges no more"
         outcome.winner, outcome.beside = None, []
@@ -336,9 +327,29 @@ def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extendi
     return near, places
 
 
+def _one_alone(found: Search) -> None:
+    """Where one of what did as well as the first cause leaves no more of what judges than all that was found, it is named alone.
+
+    What is taken for the first cause decides what is left: a second one may only make up for what another name of the first would
+    not leave.
+    """
+    first, named = found.outcomes[0], found.named
+    if len(named) < 2 or named[0] is not first or first.winner is None:
+        return
+    count = sum(outcome.winner.guess.count for outcome in named if outcome.winner is not None)
+    near = as_good(first.winner, first.order, first.chance_level, first.base.errors.mean(), count)
+    for rival in near[: RULES.naming.likely]:
+        wider = found.begins.with_also(rival.guess)
+        alone = fitted(wider, rival.values, rival.problem.fixed)
+        if not helps(found.best, alone, rival.guess.kind):
+            first.winner, first.beside = rival, [r for r in first.beside if r is not rival]
+            found.outcomes, found.work, found.best = [first], wider, alone
+            return
+
+
 def _begun(work: Work, near: Extending, places: np.ndarray, asked: Asked) -> Search:
     """A search in which nothing was found yet, its base fitted to all that teaches."""
-    base = _fitted(work, near.values(places), near.fixed)
+    base = fitted(work, near.values(places), near.fixed)
     asked.begun.append(Search(work, asked.given, base, base, [], asked.notes, work, asked.enough))
     return asked.begun[-1]
 
@@ -346,33 +357,20 @@ def _begun(work: Work, near: Extending, places: np.ndarray, asked: Asked) -> Sea
 def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | None:
     """The work with the most believed rival that the data that judge do not refuse; it is the round's winner."""
     outcome.winner = None
-    tried = lambda rival: (wider := found.work.with_also(rival.guess), _fitted(wider, rival.values, fixed))
-    before = [] if found.enough() else _confirmed(outcome, found.work, lambda rival: tried(rival)[1])
+    tried = lambda rival: (wider := found.work.with_also(rival.guess), fitted(wider, rival.values, fixed))
+    before = [] if found.enough() else confirmed(outcome, found.work, lambda rival: tried(rival)[1])
     asked = before + [one for one in outcome.order if one not in before][: RULES.naming.vetoed]
     for rival in outcome.order[:1] if found.enough() else asked:
         wider, after = tried(rival)
-        if _helps(after, found.best, rival.guess.kind):
+        if helps(after, found.best, rival.guess.kind):
+            near = beside(rival, outcome.order, outcome.chance_level, outcome.base.errors.mean())
+            rival, wider, after, refuted = told_apart((rival, wider, after), near, tried, found.enough())
             outcome.winner = rival
-            outcome.beside = beside(rival, outcome.order, outcome.chance_level, outcome.base.errors.mean())
+            outcome.beside = [r for r in near if r is not rival and r not in refuted]
             found.work, found.best = wider, after
             return wider
         rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
     return None
-
-
-def _confirmed(outcome: Round, work: Work, fitted: Callable[[Rivalled], Whole]) -> list[Rivalled]:
-    """Where an event is believed most, what comes near it and is confirmed by data that an event of another run cannot touch.
-
-    What lies in such data as well was no event: it leaves less of them than the event does, beside which the base is free of
-    what happened and may be all that they ask for.
-    """
-    order, base = outcome.order, outcome.base.errors.mean()
-    if not order or order[0].guess.kind != EVENT or not work.judges:
-        return []
-    takes = lambda rival: base - rival.candidate.errors.mean()
-    near = [r for r in order if r.guess.kind != EVENT and takes(r) >= RULES.naming.in_reach * takes(order[0])]
-    event = fitted(order[0]) if near else None
-    return [r for r in near[: RULES.naming.vetoed] if event is not None and _helps(fitted(r), event)]
 
 
 def _curve_instead(found: Search) -> None:
@@ -385,15 +383,15 @@ def _curve_instead(found: Search) -> None:
     first, named = found.outcomes[0], [outcome.winner for outcome in found.named if outcome.winner is not None]
     if first.curve is None or (named and _noise_alone(found)):
         return
-    tried = lambda one: (wider := found.begins.with_also(one.guess), _fitted(wider, one.values, first.curve.problem.fixed))
+    tried = lambda one: (wider := found.begins.with_also(one.guess), fitted(wider, one.values, first.curve.problem.fixed))
     wider, after = tried(first.curve)
-    if not _helps(after, tried(named[0])[1] if one_shape(found, named) else found.best if named else found.base):
+    if not helps(after, tried(named[0])[1] if one_shape(found, named) else found.best if named else found.base):
         return
     level, base = first.chance_level, first.base.errors.mean()
     instead, around = first.curve, curves_beside(first.curve, first.fitted, level, base)
     for law in [r for r in names_of(first.curve, first.order, level) if r not in named][: RULES.naming.vetoed]:
         other = tried(law)
-        if not _helps(after, other[1]):
+        if not helps(after, other[1]):
             instead, (wider, after) = law, other
             around = beside(law, [r for r in first.order if r not in named], level, base)
             break
@@ -457,44 +455,3 @@ def _later(work: Work, near: Extending, values: dict[str, float]) -> bool:
 
 def _told(tell: Callable, k: int) -> Callable[[str, float], None]:
     return lambda what, part: tell(f"cause {k + 1}: {what}", min(0.05 + 0.85 * (k + part) / RULES.naming.rounds, 0.9))
-
-
-def _unseen(work: Work) -> list[np.ndarray]:
-    """Samples that judge, of each run; all where nothing is held out."""
-    every = [np.ones(len(run), bool) for run in work.runs]
-    if not work.words:
-        return every
-    return [every[i] if i in work.judges else every[i] & (not work.judges) & ~work.rows[i] for i in range(len(work.runs))]
-
-
-def _fitted(work: Work, values: dict[str, float], fixed: dict[str, float]) -> Whole:
-    """What was found so far, fitted to all that teaches, from these values on."""
-    problem = work.problem()
-    known = {n.name for n in problem.numbers}
-    problem.fixed |= {name: value for name, value in fixed.items() if name in known}
-    places = np.array([np.clip(n.place(values.get(n.name, n.start)), 0.0, 1.0) for n in problem.free])
-    end = in_units(problem, places, RULES.calibrate.effort_start, RULES.calibrate.ended_start, Forward)
-    return _measured(work, problem, end, problem.values(end.places) | own(problem, work.judges, end))
-
-
-def _measured(work: Work, problem: Extending, end: End, values: dict[str, float]) -> Whole:
-    unseen = _unseen(work)
-    taught = [work.rows[i] & (i not in work.judges) for i in range(len(work.runs))]
-    which = [i for i, rows in enumerate(unseen) if rows.any()]
-    errors = problem.errors(values, which)
-    blocks: dict[str, np.ndarray] = {}
-    if errors is not None:
-        trusted = problem.counted(which, unseen)
-        for name, parts in errors.items():
-            squares = np.concatenate([e[t] ** 2 for e, t in zip(parts, trusted[name])])
-            label = np.concatenate([work.layout.block(i)[t] for i, t in zip(which, trusted[name])])
-            blocks[name] = np.stack([np.bincount(label, squares), np.bincount(label)], -1)[np.unique(label)]
-    return Whole(problem, end, values, sizes(problem, values, taught), sizes(problem, values, unseen), blocks)
-
-
-def _helps(after: Whole, before: Whole, kind: str = "") -> bool:
-    """Whether some output's error on the data that judge falls by enough; an event's on its own run, where it was."""
-    new, old = (after.taught, before.taught) if kind == EVENT else (after.held, before.held)
-    if new is None or old is None:
-        return new is not None
-    return any(new[name] < (1.0 - RULES.judge.help) * old[name] for name in new)

@@ -14,7 +14,7 @@ from selflock.fmus.correction import law
 
 from ..rules import RULES
 from ..systems.parts import Parts
-from .extended import Extended, gone_through
+from .extended import Extended, gone_through, taken
 from .places import Place, of_system, quantities
 
 
@@ -40,6 +40,10 @@ class Scene:
     def joined(self, name: str, what: int = law.VALUE, beside: str = "") -> np.ndarray:
         """What of a variable, or of two, a law goes with, at all steps of all runs."""
         return gone_through(self.series, name, what, beside)
+
+    def firsts(self, name: str, what: int = law.VALUE) -> list[float]:
+        """What of a variable a law goes with where each run begins."""
+        return [float(taken(x, time, what, x)[0]) for x, time in zip(self.series[name], self.series["time"])]
 
     def signal(self, place: Place) -> np.ndarray:
         return self.joined(place.variable)

@@ -12,13 +12,15 @@ from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming import order as order_module
 from selflock.diagnosis.naming.arranged import determined
+from selflock.diagnosis.naming.asked import confirmed
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, Guess, relatives
 from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.order import nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.round import Round
-from selflock.diagnosis.naming.run import Search, Whole, _confirmed, _needed
+from selflock.diagnosis.naming.run import Search, _needed
+from selflock.diagnosis.naming.whole import Whole
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.search.hypotheses import Free
 from selflock.diagnosis.search.linear import Linear
@@ -92,8 +94,8 @@ def test_before_an_event_goes_what_leaves_less_of_other_runs_than_the_event_does
     left = {id(event): 0.5, id(law): left_by_law, id(far): 0.0}
     outcome = SimpleNamespace(order=[event, law, far], base=SimpleNamespace(errors=np.ones(4)))
     whole = lambda one: Whole(None, None, {}, None, {"x": left[id(one)]}, {})
-    assert _confirmed(outcome, SimpleNamespace(judges={1}), whole) == ([law] if first else [])
-    assert _confirmed(outcome, SimpleNamespace(judges=set()), whole) == []  # nothing judges
+    assert confirmed(outcome, SimpleNamespace(judges={1}), whole) == ([law] if first else [])
+    assert confirmed(outcome, SimpleNamespace(judges=set()), whole) == []  # nothing judges
 
 
 def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_better(monkeypatch):
@@ -129,7 +131,7 @@ def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, s
     )
     left = {("first", "second"): 1.0, ("second",): without_first}
     whole = lambda work, *_: Whole(None, None, {}, None, {"x": left[tuple(one.name for one in work.inserts)]}, {})
-    monkeypatch.setattr(run, "_fitted", whole)
+    monkeypatch.setattr(run, "fitted", whole)
     monkeypatch.setattr(run, "without", lambda near, numbers, inserts: SimpleNamespace(numbers=tuple(numbers), free=numbers))
     monkeypatch.setattr(run, "fit_from", lambda near, places, *_: SimpleNamespace(places=places))
     rounds = [Round(None, [], winner) for winner in (first, second)]
@@ -394,7 +396,13 @@ def test_beside_what_breaks_off_nothing_is_looked_for(monkeypatch):
     """What was found in the rig's steps ran away in finer ones, and the naming ended with an assertion."""
     found = SimpleNamespace(named=[], outcomes=["one"])
     breaks = SimpleNamespace(errors=lambda values: None, values=lambda places: {})
-    for name, instead in {"_begun": found, "in_own_steps": breaks, "Contest": None, "_curve_instead": None}.items():
+    for name, instead in {
+        "_begun": found,
+        "in_own_steps": breaks,
+        "Contest": None,
+        "_one_alone": None,
+        "_curve_instead": None,
+    }.items():
         monkeypatch.setattr(run, name, lambda *_, instead=instead: instead)
     asked = SimpleNamespace(tell=None, kinds=(), enough=lambda: False)
     assert run._rounds(asked, None, SimpleNamespace(numbers=()), np.zeros(0)) is found

@@ -12,7 +12,7 @@ import pytest
 
 from selflock import master
 from selflock.diagnosis import name
-from selflock.diagnosis.naming import extended, run
+from selflock.diagnosis.naming import extended, whole
 from selflock.diagnosis.rules import RULES
 from selflock.master import ssp
 
@@ -60,7 +60,7 @@ def test_nothing_that_runs_is_left_open_by_what_stops_a_search(tmp_path, native,
         raise KeyboardInterrupt
 
     monkeypatch.setattr(extended.Extended, "__init__", begun)
-    monkeypatch.setattr(run, "in_units", stopped)
+    monkeypatch.setattr(whole, "in_units", stopped)
     with pytest.raises(KeyboardInterrupt):
         named(tmp_path, native, rng, count=100)
     assert len(every) > 2 and not any(played.kept for played in every)

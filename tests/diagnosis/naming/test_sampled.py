@@ -10,7 +10,8 @@ import strangers
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import run, sampled
 from selflock.diagnosis.naming.round import Round
-from selflock.diagnosis.naming.run import Search, Whole, _better
+from selflock.diagnosis.naming.run import Search, _better
+from selflock.diagnosis.naming.whole import Whole
 from selflock.diagnosis.naming.work import Work
 
 H = 0.1

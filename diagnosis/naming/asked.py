@@ -1,0 +1,50 @@
+"""What the data that judge say of rivals that what taught cannot tell from each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ..rules import RULES
+from .guesses import EVENT
+from .round import Rivalled, Round
+from .whole import Whole, helps
+from .work import Work
+
+Tried = Callable[[Rivalled], tuple[Work, Whole]]
+
+
+def told_apart(
+    first: tuple[Rivalled, Work, Whole], near: Sequence[Rivalled], tried: Tried, enough: bool
+) -> tuple[Rivalled, Work, Whole, list[Rivalled]]:
+    """Of one that is believed and what does as well with no more numbers that which the data that judge ask for; and what they refuse.
+
+    A dead band is a limit in a log that goes beyond it to one side alone, and a limit of a flow one of the level that it comes of:
+    which it is data tell that go elsewhere. An event's own run knows it alone, so that other data say nothing of it.
+    """
+    refuted: list[Rivalled] = []
+    for other in near[: RULES.naming.likely]:
+        if enough or EVENT in (first[0].guess.kind, other.guess.kind):
+            break
+        work, after = tried(other)
+        more, less = helps(after, first[2]), helps(first[2], after)
+        if more and not less:
+            refuted.append(first[0])
+            first = other, work, after
+        elif less and not more:
+            refuted.append(other)
+    return *first, refuted
+
+
+def confirmed(outcome: Round, work: Work, whole_of: Callable[[Rivalled], Whole]) -> list[Rivalled]:
+    """Where an event is believed most, what comes near it and is confirmed by data that an event of another run cannot touch.
+
+    What lies in such data as well was no event: it leaves less of them than the event does, beside which the base is free of
+    what happened and may be all that they ask for.
+    """
+    order, base = outcome.order, outcome.base.errors.mean()
+    if not order or order[0].guess.kind != EVENT or not work.judges:
+        return []
+    takes = lambda rival: base - rival.candidate.errors.mean()
+    near = [r for r in order if r.guess.kind != EVENT and takes(r) >= RULES.naming.in_reach * takes(order[0])]
+    event = whole_of(order[0]) if near else None
+    return [r for r in near[: RULES.naming.vetoed] if event is not None and helps(whole_of(r), event)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import gc
+import os
 import sys
 from typing import Annotated, Any
 
@@ -29,6 +30,10 @@ GROUPS = {
 MADE = 50_000
 """Objects made before the collector looks for what cannot be reached. By Python's own 700 it goes through all modules again and
 again while they are loaded: an eighth of what a replay takes."""
+
+BLAS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Who says how many threads BLAS has, read as NumPy loads it: one does what our narrow matrices ask for, and others wait for work that
+never comes, busily, 0.15 s of a replay's processor."""
 
 
 class Commands(Anywhere):
@@ -91,6 +96,8 @@ def selflock(
 def main() -> None:
     """Entry of the `selflock` command, and all that its process does."""
     gc.set_threshold(MADE)
+    for blas in BLAS:
+        os.environ.setdefault(blas, "1")
     carry_out(last=True)
 
 

@@ -1,6 +1,7 @@
 """The commands as a user types them: a mistake is one sentence on stderr and exit code 2, never a traceback."""
 
 import logging
+import os
 import signal
 import subprocess
 import sys
@@ -229,6 +230,23 @@ def test_what_replays_and_diagnoses_loads_no_library_that_few_need(room, more):
     ask = f"import sys, selflock.diagnosis.calls, selflock.diagnosis.{room}; print(sorted(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout
     assert "'numba'" in loaded and [name for name in (*FEW, *more) if f"'{name}'" in loaded] == []
+
+
+@pytest.mark.parametrize("said, threads", [(None, 1), ("2", 2)])
+def test_blas_has_one_thread_in_a_command_unless_its_user_says_otherwise(said, threads):
+    ask = (
+        "import sys; sys.argv = ['selflock', '--help']\n"
+        "from selflock import cli\n"
+        "assert 'numpy' not in sys.modules\n"
+        "try: cli.main()\n"
+        "except SystemExit: pass\n"
+        "import numpy\nfrom threadpoolctl import threadpool_info\n"
+        "print({one['num_threads'] for one in threadpool_info() if one['user_api'] == 'blas'}, file=sys.stderr)"
+    )
+    env = {name: value for name, value in os.environ.items() if name not in cli.BLAS}
+    env |= dict.fromkeys(cli.BLAS, said) if said else {}
+    told = subprocess.run([sys.executable, "-c", ask], env=env, capture_output=True, text=True, check=True).stderr
+    assert told.strip() == f"{{{min(threads, os.cpu_count() or 1)}}}"
 
 
 def test_the_commands_of_a_group_are_told_whole(typed):

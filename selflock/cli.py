@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import errno
 import gc
-import os
 import sys
 from typing import Annotated, Any
 
 import typer
 
+from selflock import blas
 from selflock.ending import Watched
 from selflock.fmus.errors import Interrupted, SelflockError
 from selflock.fmus.shown import one_line, visible
@@ -30,10 +30,6 @@ GROUPS = {
 MADE = 50_000
 """Objects made before the collector looks for what cannot be reached. By Python's own 700 it goes through all modules again and
 again while they are loaded: an eighth of what a replay takes."""
-
-BLAS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Who says how many threads BLAS has, read as NumPy loads it: one does what our narrow matrices ask for, and others wait for work that
-never comes, busily, 0.15 s of a replay's processor."""
 
 
 class Commands(Anywhere):
@@ -96,8 +92,7 @@ def selflock(
 def main() -> None:
     """Entry of the `selflock` command, and all that its process does."""
     gc.set_threshold(MADE)
-    for blas in BLAS:
-        os.environ.setdefault(blas, "1")
+    blas.one_thread()
     carry_out(last=True)
 
 

@@ -136,19 +136,23 @@ def smooth(x: np.ndarray, samples: int) -> np.ndarray:
     """Gaussian average over about so many samples (six standard deviations): no overshoot, little fast noise left."""
     if not RULES.residuals.shortest_window <= samples <= len(x):
         return x
-    weights, mean = _gaussian(samples), np.empty(len(x))
+    deviations = RULES.residuals.window_deviations
+    deviation = samples / deviations
+    weights = bell(deviation, int(0.5 * deviations * deviation + 0.5))
     reach = len(weights) - 1
-    beyond = np.concatenate([np.full(reach, x[0]), x, np.full(reach, x[-1])])  # both ends go on as they are
+    return averaged(np.concatenate([np.full(reach, x[0]), x, np.full(reach, x[-1])]), weights)  # both ends go on as they are
+
+
+def averaged(beyond: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Averages by weights, (k,), of the middle, then of what lies ever farther to both sides; beyond: k - 1 more to both sides."""
+    mean = np.empty(len(beyond) - 2 * (len(weights) - 1))
     kernels().averaged(beyond, weights, mean)
     return mean
 
 
 @cache
-def _gaussian(samples: int) -> np.ndarray:
-    """Weights of a Gaussian average over about so many samples, of the middle first."""
-    deviations = RULES.residuals.window_deviations
-    deviation = samples / deviations
-    reach = int(0.5 * deviations * deviation + 0.5)
+def bell(deviation: float, reach: int) -> np.ndarray:
+    """Weights of a Gaussian average to so many samples on both sides, of the middle first; deviation: in samples."""
     weights = np.exp(-0.5 / deviation**2 * np.arange(-reach, reach + 1) ** 2)
     return (weights / weights.sum())[reach:]
 

@@ -11,10 +11,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ..rules import RULES
 from .hypotheses import Free
+from .trust import least_squares
 
 Misfit = Callable[[dict[str, float]], np.ndarray]
 
@@ -191,18 +191,17 @@ def fit(
     least, most = (low - zero) / lengths, (high - zero) / lengths
     found = least_squares(
         lambda x: value(x)[rows],
+        lambda x: jacobian(misfit, fixed, free, named(x), value(x), rows, lengths),
         np.clip((origin - zero) / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
-        jac=lambda x: jacobian(misfit, fixed, free, named(x), value(x), rows, lengths),
-        bounds=(least, most),
-        loss="soft_l1" if np.isfinite(c) else "linear",
-        f_scale=c if np.isfinite(c) else 1.0,
-        max_nfev=effort,
-        ftol=tolerances[0],
-        xtol=tolerances[1],
-        gtol=RULES.search.flat,
+        least,
+        most,
+        c,
+        effort,
+        tolerances,
+        RULES.search.flat,
     )
-    values = named(found.x)
-    r = value(found.x)
+    values = named(found)
+    r = value(found)
     return Fit(free, values, r, jacobian(misfit, fixed, free, values, r), weight(r, c), by_channel)
 
 

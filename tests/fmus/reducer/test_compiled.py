@@ -1,6 +1,8 @@
 """The law compiled by numba gives what the plain one gives: the same source, to rounding."""
 
 import math
+import subprocess
+import sys
 
 import pytest
 
@@ -97,3 +99,14 @@ def test_the_load_with_any_damper():
     for speed in (1e9, 1e300, math.inf, math.nan):
         end, out = fast_load.advance(fast_load.Parameters(mass=2.0), fast_load.State(0.3, speed), 3.0, 0.01)
         assert math.isnan(end.speed) and math.isnan(sum(out))
+
+
+def test_who_multiplies_matrices_beside_the_laws_has_blas():
+    asked = (
+        "import sys, numba, numpy as np, selflock.master.compiled\n"
+        "assert 'scipy.linalg' not in sys.modules\n"
+        "a = np.array([[1.0, 2.0], [3.0, 5.0]])\n"
+        "print(*numba.njit(lambda a: a @ a)(a).ravel(), 'scipy.linalg.cython_blas' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["7.0", "12.0", "18.0", "31.0", "True"]

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from selflock.blas import has_one_thread
+from selflock.fmus.blas import has_one_thread
 from selflock.fmus.place import claimed, tidied
 from selflock.master.stops import Stops
 

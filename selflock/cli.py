@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from selflock import blas
 from selflock.ending import Watched
+from selflock.fmus import blas
 from selflock.fmus.errors import Interrupted, SelflockError
 from selflock.fmus.shown import one_line, visible
 from selflock.verbose import Anywhere, listen

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 import selflock
-from selflock import blas, cli
+from selflock import cli
 from selflock.diagnosis import DataError
+from selflock.fmus import blas
 from selflock.master import read
 from selflock.master.running import Running
 from selflock.verbose import listen

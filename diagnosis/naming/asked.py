@@ -22,7 +22,7 @@ def told_apart(
     which it is data tell that go elsewhere. An event's own run knows it alone, so that other data say nothing of it.
     """
     refuted: list[Rivalled] = []
-    for other in near[: RULES.naming.likely]:
+    for other in near[: RULES.naming.vetoed]:
         if enough or EVENT in (first[0].guess.kind, other.guess.kind):
             break
         work, after = tried(other)

@@ -16,7 +16,7 @@ import numpy as np
 from ..calibration import told
 from ..calibration.fit import End, fit, fit_from, remaining
 from ..calibration.numbers import Number, of_rig
-from ..calibration.run import division, here, reached
+from ..calibration.run import division, here, reached, sizes
 from ..calibration.slopes import Forward
 from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
@@ -42,7 +42,7 @@ from .rows import followed
 from .sampled import sampled
 from .shape import one_shape
 from .steps import Model, around, fine_enough, in_own_steps, stepped, widened
-from .whole import Whole, fitted, helps, measured
+from .whole import Whole, falls, fitted, helps, measured
 from .work import Work, heads, without
 
 PREFIX = "correction"
@@ -172,8 +172,8 @@ def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
     own, finer = (work, near, places), fine_enough(work, near, places)
     if not work.sampled or finer[0] is work:
         return _rounds(asked, *finer)
-    left, less = (problem.loss(problem.misfit(at)) for _, problem, at in (own, finer))
-    first, second = (finer, own) if less < (1.0 - RULES.judge.help) ** 2 * left else (own, finer)
+    left, less = (sizes(problem, problem.values(at), problem.rows) for _, problem, at in (own, finer))
+    first, second = (finer, own) if falls(less, left) and not falls(left, less) else (own, finer)
     found = _rounds(asked, *first)
     if asked.enough() or found.explains():
         return found
@@ -338,7 +338,7 @@ def _one_alone(found: Search) -> None:
         return
     count = sum(outcome.winner.guess.count for outcome in named if outcome.winner is not None)
     near = as_good(first.winner, first.order, first.chance_level, first.base.errors.mean(), count)
-    for rival in near[: RULES.naming.likely]:
+    for rival in near[: RULES.naming.vetoed]:
         wider = found.begins.with_also(rival.guess)
         alone = fitted(wider, rival.values, rival.problem.fixed)
         if not helps(found.best, alone, rival.guess.kind):

@@ -63,6 +63,11 @@ def measured(work: Work, problem: Extending, end: End, values: dict[str, float])
 def helps(after: Whole, before: Whole, kind: str = "") -> bool:
     """Whether some output's error on the data that judge falls by enough; an event's on its own run, where it was."""
     new, old = (after.taught, before.taught) if kind == EVENT else (after.held, before.held)
+    return falls(new, old)
+
+
+def falls(new: dict[str, float] | None, old: dict[str, float] | None) -> bool:
+    """Whether some output's error is less by as much as a cause must lower it; what breaks off leaves more than any."""
     if new is None or old is None:
         return new is not None
     return any(new[name] < (1.0 - RULES.judge.help) * old[name] for name in new)

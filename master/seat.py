@@ -5,6 +5,7 @@
   carried on from t_n to the start of each of its steps, where the source also puts out its derivative; else held.
 - A part with a larger step h = M·H steps once in M macro steps; its outputs are then shown on the straight line
   from its old values to its new ones, or held ([run] hold_outputs). Booleans, integers and discrete values wait for its step's end.
+  Of a part that samples all is there as its step begins.
 - A source that is a function of time is evaluated at the start of each step of each part that listens to it.
 """
 
@@ -42,7 +43,7 @@ class Seat:
         self.shown = view(self.part.y.copy()) if self.large > 1 else self.out  # outputs as others see them
         self.before = view(self.part.y.copy())  # `shown` at the start of the macro step
         self.even = self.small == self.large == 1  # steps with the master
-        self.holds = run.hold_outputs
+        self.holds, self.samples = run.hold_outputs, wiring.system.components[name].samples
         self.tilts = run.input_derivatives and self.part.interpolates
         self.keep = False  # whether anyone interpolates from `before`
         self.origin = view(self.part.y.copy())  # outputs at the start of a long step
@@ -252,7 +253,7 @@ class Seat:
         for j, smooth in enumerate(self.smooth):
             old, new = self.origin[j], self.out[j]
             until = old + (new - old) * done if smooth and not self.holds else old
-            self.shown[j] = until if done < 1.0 else new
+            self.shown[j] = until if done < 1.0 and not self.samples else new
 
 
 def _ratios(name: str, own: float, step: float) -> tuple[int, int]:

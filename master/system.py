@@ -65,6 +65,7 @@ class Component(Plain):
     host: str = ""  # "machine:port" where `selflock serve` holds the FMU
     options: dict[str, Any] = field(default_factory=dict)  # keyword arguments of an in-process part
     step: float = 0.0  # its own step in s; 0: the communication step
+    samples: bool = False  # its own step is longer: what it gives is there as that begins, and stays, as a sampled controller's
     tolerance: float | None = None  # of its own solver, relative; 0: none is told; None: as [run] fmu_tolerance
     start: dict[str, Any] = field(default_factory=dict)  # parameters and start values
     interface: str = ""  # of its FMU: "cs", "me" or "se"; "": co-simulation where it has that, else model exchange

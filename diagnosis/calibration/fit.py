@@ -298,6 +298,7 @@ def in_units(
     effort: int,
     ended: tuple[float, float],
     sloped: type[Slopes] | type[Forward] = Slopes,
+    known: Mapping[str, np.ndarray] | None = None,
 ) -> End:
     """The fit from a start in units of what remains, taken anew where the fit leaves less: far from an end they say nothing of it.
 
@@ -308,7 +309,7 @@ def in_units(
         return End(start, start, np.inf)
     for _ in range(RULES.calibrate.rounds):
         problem.units = units(problem, problem.values(start))
-        end = fit_from(problem, start, effort, ended, sloped)
+        end = fit_from(problem, start, effort, ended, sloped, known)
         left = units(problem, problem.values(end.places))
         if all(left[name] >= (1.0 - RULES.search.matters) * size for name, size in problem.units.items()):
             break

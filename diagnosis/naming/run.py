@@ -164,22 +164,26 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
 
 
 def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
-    """The base, and what is found beside it: where an FMU acts once a step first in the steps that leave less, else in the rig's own."""
+    """The base, and what is found beside it: where an FMU acts once a step first in the steps that leave less, else with it in the rig's own."""
     work, near, places = _fitted_base(asked, work, starts, seed)
     asked.given = _as_given(work)
     work = replace(work, sampled=sampled(near, near.values(places)))
     asked.base = work, near, places
-    own, finer = (work, near, places), fine_enough(work, near, places)
-    if not work.sampled or finer[0] is work:
+    finer = fine_enough(work, near, places)
+    if not work.sampled:
         return _rounds(asked, *finer)
-    left, less = (sizes(problem, problem.values(at), problem.rows) for _, problem, at in (own, finer))
-    first, second = (finer, own) if falls(less, left) and not falls(left, less) else (own, finer)
+    own = partial(fine_enough, work.keeping(), near, places)
+    if finer[0] is work:
+        return _rounds(asked, *own())
+    left, less = (sizes(problem, problem.values(at), problem.rows) for problem, at in ((near, places), finer[1:]))
+    first = finer if (all_finer := falls(less, left) and not falls(left, less)) else own()
     found = _rounds(asked, *first)
     if asked.enough() or found.explains():
         return found
+    second = own() if all_finer else finer
     cast(Extended, second[1].played).extend(())
     other = _rounds(asked, *second)
-    return _better(found, other) if first is own else _better(other, found)
+    return _better(other, found) if all_finer else _better(found, other)
 
 
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:
@@ -263,7 +267,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
             break
         begun, (near, places) = places, widened(near, outcome.winner, wider)
         work = wider
-        if not (work.sampled and found.explains()):
+        if not (work.others and found.explains()):
             work, near, places = fine_enough(wider, near, places)
         anew = work is not wider and k == 0 and again
         if anew and told is not None:

@@ -36,7 +36,7 @@ def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, 
         if other is None:
             break
         work, near, places = other
-    while work.sampled and work is began and work.step < 0.75 * work.given_step:
+    while work.others and work is began and work.step < 0.75 * work.given_step:
         other = _in_steps(work, near, places, 2.0)
         if other is None:
             break
@@ -53,7 +53,7 @@ def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) ->
     played.extend(work.inserts)
     end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
     seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
-    better = seen and np.isfinite(end.loss) and (not work.sampled or end.loss < near.loss(near.misfit(places)))
+    better = seen and np.isfinite(end.loss) and (not work.others or end.loss < near.loss(near.misfit(places)))
     for unused in (near.played, work.played) if better else (other.played, stepped.played):
         unused.close()
     return (stepped, other, end.places) if better else None

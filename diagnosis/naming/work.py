@@ -42,6 +42,7 @@ class Work:
     found: list[tuple[Number, ...]] = field(default_factory=list)  # numbers of what was found
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
     sampled: frozenset[str] = frozenset()  # components that act once a step
+    keep: frozenset[str] = frozenset()  # such as keep the rig's step where the others take finer ones
     opened: ExitStack = field(default_factory=ExitStack)  # systems that run, to be closed whatever happens
 
     def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
@@ -77,10 +78,22 @@ class Work:
         """The system's step, s."""
         return self.parts.system.run.step
 
+    @property
+    def others(self) -> frozenset[str]:
+        """Components that are others in other steps."""
+        return self.sampled - self.keep
+
+    def keeping(self) -> Work:
+        """The same where what acts once a step keeps the rig's, unless it has one of its own."""
+        return replace(self, keep=frozenset(n for n in self.sampled if not self.parts.system.components[n].step))
+
     def in_steps(self, factor: float) -> Work:
-        """The same in steps of another size."""
-        parts = copy(self.parts)
-        parts.system = replace(parts.system, run=replace(parts.system.run, step=self.step * factor))
+        """The same in steps of another size; what keeps the rig's acts as those begin, for others that take finer ones."""
+        parts, step = copy(self.parts), self.step * factor
+        finer = step < 0.75 * self.given_step
+        acts = lambda component: replace(component, step=self.given_step if finer else 0.0, samples=finer)
+        components = {name: acts(c) if name in self.keep else c for name, c in parts.system.components.items()}
+        parts.system = replace(parts.system, components=components, run=replace(parts.system.run, step=step))
         return replace(self, parts=parts, played=self.played_on(parts, self.runs, self.numbers))
 
     def with_also(self, guess: Guess) -> Work:

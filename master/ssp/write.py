@@ -216,7 +216,7 @@ def _ours(system: System) -> dict:
         "order": run.order or list(system.components),
     }
     components = {
-        name: differing(c, Component(), ("step", "tolerance", "process", "isolate", "step_timeout"))
+        name: differing(c, Component(), ("step", "samples", "tolerance", "process", "isolate", "step_timeout"))
         for name, c in system.components.items()
     }
     return {

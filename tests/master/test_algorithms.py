@@ -102,6 +102,21 @@ def test_feedback_to_small_steps_is_carried_on_by_its_derivative(system, algorit
     assert rows[:, 3] == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("samples", [True, False])
+def test_what_a_sampled_controller_gives_is_there_as_its_step_begins(system, samples):
+    """As it is where all take its step; held until its end, as FMI's outputs are, it would act a period late."""
+    parts = {
+        "g": ("Gain", {"gain": 2.0}, {"step": 0.4, "samples": samples}),
+        "i": ("Integrator", {"u": 1.0}),
+        "l": ("Listener", {"w": 0.0}),
+    }
+    made = system(parts, {"g.u": "i.y", "l.u": "g.y"}, stop=1.2, step=0.1, order=["g", "i", "l"], hold_outputs=not samples)
+    rows = heard(made)
+    since = 0.4 * np.floor(rows[:, 0] / 0.4 + 1e-9)
+    late = np.where(np.arange(12) % 4 == 3, since, since - 0.4)
+    assert rows[:, 2] == pytest.approx(2.0 * (since if samples else np.maximum(late, 0.0)))
+
+
 def test_outputs_of_large_steps_are_shown_on_a_line(system):
     description = system(
         {"i": ("Integrator", {"u": 1.0}, {"step": 0.4}), "l": ("Listener", {"w": 0.0})}, {"l.u": "i.y"}, stop=1.2, step=0.1

@@ -127,10 +127,12 @@ def test_what_ssp_has_no_place_for_is_in_our_annotation(packed):
 def test_it_runs_as_the_system_it_was_made_of(counter, native, tmp_path, algorithm):
     system = lift(counter, native("teller"))
     system.run.algorithm = algorithm
+    system.components["left motor"].samples = True
     first = master.run(system)
     again = master.load(export(system, tmp_path / "lift.ssp"))
     assert (again.run, again.bonds) == (system.run, system.bonds)
     assert again.components["count"].process and again.components["left motor"].step == 0.001
+    assert [c.samples for c in again.components.values()] == [c.samples for c in system.components.values()]
     table = master.run(again).table
     assert table.equals(first.table) and len(table) == 21
     assert table["tell.word_out"].iloc[-1] == "a < b & ü!" and table["load.speed"].iloc[-1] > 0.1

@@ -13,6 +13,7 @@ from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search, _better
 from selflock.diagnosis.naming.whole import Whole
 from selflock.diagnosis.naming.work import Work
+from selflock.master.system import Component, Run, System
 
 H = 0.1
 U = np.repeat([1.0, -2.0, 0.5, 3.0], 5)
@@ -118,11 +119,15 @@ def test_the_steps_that_leave_less_are_searched_first_beside_what_only_computes(
         best = Whole(None, None, {}, None, {"x": 1.0}, {})
         return SimpleNamespace(explains=lambda: near.name in explains, best=best, work=SimpleNamespace(found=[]))
 
-    work = Work(None, None, [], (), set(), [], "", None, None, 1.0)
+    components = {"thermostat": SimpleNamespace(step=0.0), "room": SimpleNamespace(step=0.0)}
+    parts = SimpleNamespace(system=SimpleNamespace(components=components))
+    work = Work(None, parts, [], (), set(), [], "", None, None, 1.0)
     monkeypatch.setattr(run, "_fitted_base", lambda asked, work, *_: (work, own, 0.0))
     monkeypatch.setattr(run, "_as_given", lambda work: None)
     monkeypatch.setattr(run, "sampled", lambda near, values: frozenset({"thermostat"}))
-    monkeypatch.setattr(run, "fine_enough", lambda work, near, places: (replace(work), finer, 0.0))
+    monkeypatch.setattr(
+        run, "fine_enough", lambda work, near, places: (work, own, 0.0) if work.keep else (replace(work), finer, 0.0)
+    )
     monkeypatch.setattr(run, "sizes", lambda problem, values, rows: rows)
     monkeypatch.setattr(run, "_rounds", rounds)
     run._causes(SimpleNamespace(enough=lambda: False), work, 1, 0)
@@ -136,3 +141,17 @@ def test_where_a_round_saw_no_more_than_noise_all_is_explained_though_its_steps_
     work = SimpleNamespace(played=SimpleNamespace(extend=list), inserts=())
     found = Search(work, None, whole, whole, [quiet], [], work, lambda: False)
     assert quiet.quiet and not off.quiet and found.explains()
+
+
+def test_in_finer_steps_of_all_others_a_sampled_controller_keeps_the_rigs(monkeypatch):
+    """Behind a friction in its loop a false second cause was named: what long steps miss where it turns round could not be asked."""
+    monkeypatch.setattr(Work, "played_on", lambda self, parts, runs, numbers: None)
+    system = System(components={"controller": Component(), "body": Component(), "slow": Component(step=0.4)}, run=Run(step=0.1))
+    work = Work(None, SimpleNamespace(system=system), [], (), set(), [], "", None, None, 0.1)
+    kept = replace(work, sampled=frozenset({"controller", "slow"})).keeping()
+    assert kept.keep == {"controller"} and kept.others == {"slow"}
+    finer = kept.in_steps(0.5).in_steps(0.5)
+    assert finer.step == pytest.approx(0.025)
+    acts = {name: (c.step, c.samples) for name, c in finer.parts.system.components.items()}
+    assert acts == {"controller": (0.1, True), "body": (0.0, False), "slow": (0.4, False)}
+    assert finer.in_steps(4.0).parts.system == work.in_steps(0.5).in_steps(2.0).parts.system == system

@@ -46,11 +46,11 @@ class Work:
     numbers = inserts = ()
 
     def __init__(self, step, sampled=frozenset()):
-        self.step, self.played, self.sampled = step, Played(step), sampled
+        self.step, self.played, self.others = step, Played(step), sampled
         self.parts = self.played.parts
 
     def in_steps(self, factor):
-        return Work(self.step * factor, self.sampled)
+        return Work(self.step * factor, self.others)
 
     def played_on(self, parts, runs, numbers):
         return Played(parts.step)

@@ -203,34 +203,38 @@ def _lines(
         (len(experiment.residuals), experiment.layout.count, len(frequencies)), complex
     )  # of r exp(-i w t) over each block
     for block in range(experiment.layout.count):
-        sums[:, block] = kept[block][:, known[block]] @ _waves(time[block, known[block]], frequencies)
-    found = {}
+        sums[:, block] = _waves(kept[block][:, known[block]], time[block, known[block]], frequencies)
+    parts, found = sums.view(float), {}  # real and imaginary ones in turns, of which squares are added up alike
     for number, residual in enumerate(experiment.residuals):
         energy, counts = float((kept[:, number] ** 2).sum()), present[:, experiment.slice(residual)].sum(1).astype(float)
         if energy == 0.0:
             continue
-        gain = np.zeros((len(signs), len(frequencies)))  # drop of the squared misfit
+        gain = np.zeros((len(signs), 2 * len(frequencies)))  # drop of the squared misfit
         for run in np.unique(experiment.layout.run_of):
             own = experiment.layout.run_of == run
-            total = signs[:, own] @ sums[number, own]
+            total = signs[:, own] @ parts[number, own]
             for fold in np.unique(folds[own]):
                 unseen = own & (folds == fold)
-                there = signs[:, unseen] @ sums[number, unseen]
-                amplitude = 2.0 * (total - there) / max(counts[own & ~unseen].sum(), 1.0)
-                gain += 2.0 * (amplitude.conj() * there).real - 0.5 * abs(amplitude) ** 2 * counts[unseen].sum()
+                there = signs[:, unseen] @ parts[number, unseen]
+                amplitude = (total - there) * (2.0 / max(counts[own & ~unseen].sum(), 1.0))
+                there *= 2.0
+                there -= (0.5 * counts[unseen].sum()) * amplitude
+                there *= amplitude
+                gain += there
+        gain = gain[:, ::2] + gain[:, 1::2]
         found[residual.name] = 1.0 / frequencies[int(gain[0].argmax())], gain.max(1) / energy
     return found
 
 
-def _waves(time: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
-    """exp(-2 i pi time frequency), (times, frequencies), of frequencies that lie evenly.
+def _waves(rows: np.ndarray, time: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
+    """Sums over time of rows (k, times) times exp(-2 i pi time frequency), (k, frequencies), of frequencies that lie evenly.
 
-    exp(a + b) = exp(a) exp(b): exponentials of every 64th frequency and of 64 steps between two, and their products.
+    exp(a + b) = exp(a) exp(b): the rows times exponentials of every 64th frequency, and what 64 steps between two make of these.
     """
     apart, fine = frequencies[1] - frequencies[0], 64
-    wave = lambda f: np.exp(-2j * np.pi * np.outer(time, f))
-    product = wave(frequencies[::fine])[:, :, None] * wave(apart * np.arange(fine))[:, None, :]
-    return product.reshape(len(time), -1)[:, : len(frequencies)]
+    wave = lambda f: np.exp(-2j * np.pi * np.outer(f, time))
+    coarse = rows[:, None] * wave(frequencies[::fine])
+    return (coarse @ wave(apart * np.arange(fine)).T).reshape(len(rows), -1)[:, : len(frequencies)]
 
 
 def _energies(r: np.ndarray, inside: np.ndarray, orders: np.ndarray) -> np.ndarray:
@@ -268,7 +272,8 @@ class _Products:
     def of(cls, r: np.ndarray, columns: np.ndarray, inside: np.ndarray, orders: np.ndarray, signs: np.ndarray) -> _Products:
         """Of these columns (blocks, bins, k) and the misfit r (blocks, bins); inside: which blocks are in each fold."""
         pairs = r @ columns  # of block c's misfit with block b's columns
-        sums = pairs[np.arange(len(r)), orders] * signs[..., None]  # (draws, blocks, k)
+        sums = np.take(pairs.reshape(-1, pairs.shape[-1]), np.arange(len(r)) * len(r) + orders, axis=0)  # (draws, blocks, k)
+        sums *= signs[..., None]
         return cls(_folded(columns, columns, inside), (inside @ sums).transpose(1, 0, 2))
 
     def beside(self, r: np.ndarray, columns: np.ndarray, more: np.ndarray, inside: np.ndarray, *drawn: np.ndarray) -> _Products:

@@ -139,8 +139,9 @@ def smooth(x: np.ndarray, samples: int) -> np.ndarray:
     deviations = RULES.residuals.window_deviations
     deviation = samples / deviations
     weights = bell(deviation, int(0.5 * deviations * deviation + 0.5))
-    reach = len(weights) - 1
-    return averaged(np.concatenate([np.full(reach, x[0]), x, np.full(reach, x[-1])]), weights)  # both ends go on as they are
+    reach, beyond = len(weights) - 1, np.empty(len(x) + 2 * len(weights) - 2)
+    beyond[:reach], beyond[reach : reach + len(x)], beyond[reach + len(x) :] = x[0], x, x[-1]  # both ends go on as they are
+    return averaged(beyond, weights)
 
 
 def averaged(beyond: np.ndarray, weights: np.ndarray) -> np.ndarray:

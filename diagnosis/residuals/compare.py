@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -159,13 +160,18 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
     dt = ch.taken_steps()
     bare = np.empty(len(dt))
     ch.setting.kernels.gear(law, *inputs, dt, bare)
+    del inputs  # of an hour a tenth of a gigabyte
     good = pick(first.sliding)
     if torque == "reducer.input_torque":
         return drive.read(torque, bare, values, ch), pick(ch.raw(torque)), good
     inertial = law.shaft_inertia * pick(first.acceleration)
     if torque == "motor.current":
-        constant, beside = map(pick, _motor_constants(values, ch, first))
-        bare, inertial = (bare - beside) / constant, inertial / constant
+        constant, beside = _motor_constants(values, ch, first)
+        if np.ndim(constant):
+            constant, beside = pick(constant), pick(beside)
+        bare -= beside
+        bare /= constant
+        inertial /= constant
     if torque in ("motor.torque", "motor.current"):
         given = ch.raw(torque)
         bare = drive.read(torque, bare + inertial, values, ch) - inertial
@@ -181,11 +187,11 @@ def gear(torque: str, electric: str, values: dict, ch: Channels) -> Compared:
     return bare + inertial, bare + smoothed, good
 
 
-def _motor_constants(values: dict, ch: Channels, first: ShaftMotion) -> tuple[np.ndarray, np.ndarray]:
-    """Torque per current, N.m/A, as the measured current weakens it, and the motor's torque beside it, N.m."""
+def _motor_constants(values: dict, ch: Channels, first: ShaftMotion) -> tuple[Any, Any]:
+    """Torque per current, N.m/A, as the measured current weakens it, and the motor's torque beside it, N.m; one number where it is one."""
     motor = drive.law("motor", values, ch)
     if laws.in_proportion(motor):
-        return np.broadcast_to(max(motor.torque_constant, 1e-9), len(ch.dt)), np.broadcast_to(0.0, len(ch.dt))
+        return max(motor.torque_constant, 1e-9), 0.0
 
     def constants() -> tuple[np.ndarray, np.ndarray]:
         constant, beside = np.empty(len(ch.dt)), np.empty(len(ch.dt))

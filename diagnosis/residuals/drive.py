@@ -26,8 +26,10 @@ def law(component: str, values: dict, ch: Channels):
         own = {phase.name(ch.run, full): field for full, field in free.items()}
         ch.memory[key] = laws.parameters(component, name, {**rig.parameters, **alone}), free, own
     nominal, free, own = ch.memory[key]
-    given = {free[name]: float(values[name]) for name in values if name in free}
-    given |= {own[name]: float(values[name]) for name in values if name in own}
+    given: dict[str, float] = {}
+    for called in (free, own):
+        if not called.keys().isdisjoint(values):
+            given |= {called[name]: float(values[name]) for name in values if name in called}
     return nominal._replace(**given) if given else nominal
 
 
@@ -213,6 +215,8 @@ def read(channel: str, x: np.ndarray, values: dict, ch: Channels) -> np.ndarray:
 
     x: at all samples, or at those that are taken.
     """
+    if ch.sensor(channel, values) is None:
+        return x
     whole = len(x) == len(ch.dt)
     return sensed(channel, x, ch.dt if whole else ch.taken_steps(), values, ch, None if whole else ch.gaps + 1)
 

@@ -6,7 +6,7 @@ They are the laws in force (fmus.laws), which a user's own effects may be among:
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 from types import ModuleType
 
 from selflock.fmus import laws
@@ -56,6 +56,11 @@ def driving() -> tuple[str, ...]:
 
 def in_proportion(motor) -> bool:
     """Whether a motor with these Parameters turns its current into torque by its constant alone: no effect bends that."""
+    return _in_proportion(laws.in_force(), motor)
+
+
+@lru_cache(64)
+def _in_proportion(package: str, motor) -> bool:
     bends = [effect.hooks["active"] for effect in effects("motor") if {"weakening", "torque"} & set(effect.hooks)]
     return not any(active(motor, law("motor").Condition(0.0, 0.0, 0.0, 0.0, 0.0)) > 0.0 for active in bends)
 
@@ -112,8 +117,16 @@ def as_fmu(component: str, name: str, value: float) -> float | bool:
 
 def sensor(channel: str, values: dict[str, float]):
     """The Parameters of a channel's sensor; None where `values` say nothing of it."""
-    given = {name: values[full] for name, full in names("sensor", f"sensor.{channel}") if full in values}
-    return _type("sensor")(**given) if given else None
+    told = _told(laws.in_force(), channel)
+    if told.keys().isdisjoint(values):  # which is asked far oftener than not
+        return None
+    return _type("sensor")(**{name: values[full] for full, name in told.items() if full in values})
+
+
+@cache
+def _told(package: str, channel: str) -> dict[str, str]:
+    """Parameters of a channel's sensor by what `values` call them."""
+    return {full: name for name, full in _names(package, "sensor", f"sensor.{channel}")}
 
 
 def no_sensor():

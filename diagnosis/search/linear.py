@@ -55,15 +55,15 @@ class Linear:
         inside = (self.folds == np.unique(self.folds)[:, None]).astype(float)  # (folds, blocks)
         k, k0 = gram.shape[-1], self.base.shape[-1]
         own_gram = np.matmul(inside, gram.reshape(*gram.shape[:-2], k * k)).reshape(*gram.shape[:-3], len(inside), k, k)
-        own_cross = np.matmul(inside, cross)  # (..., draws, folds, k)
-        other_gram, other_cross = gram.sum(-3)[..., None, :, :] - own_gram, cross.sum(-2)[..., None, :] - own_cross
+        own_cross = np.matmul(inside, cross).swapaxes(-3, -2)  # (..., folds, k, draws)
+        other_gram, other_cross = gram.sum(-3)[..., None, :, :] - own_gram, cross.sum(-2)[..., None, :, :] - own_cross
         step = solved(other_gram, other_cross)  # as own_cross
         if limits is not None:
             step = np.clip(step, *limits)
             if self.makes_up and k0:
-                beside = np.einsum("...fij,...rfj->...rfi", other_gram[..., :k0, k0:], step[..., k0:])
-                step[..., :k0] = _solved(other_gram[..., :k0, :k0], other_cross[..., :k0] + beside)
-        return (step * (2.0 * own_cross + np.einsum("...fij,...rfj->...rfi", own_gram, step))).sum((-2, -1))
+                beside = np.matmul(other_gram[..., :k0, k0:], step[..., k0:, :])
+                step[..., :k0, :] = _solved(other_gram[..., :k0, :k0], other_cross[..., :k0, :] + beside)
+        return (step * (2.0 * own_cross + np.matmul(own_gram, step))).sum((-3, -2))
 
     def _one_amplitude(self, gram: np.ndarray, cross: np.ndarray) -> np.ndarray:
         """Coefficients of a wave that has one amplitude in all runs, and a phase of its own in each; shapes as `_solved`.
@@ -71,7 +71,7 @@ class Linear:
         Each run's pair alone says its phase, then all of them the amplitude. With an amplitude for each run one that hardly
         moves would say anything of the blocks that it does not see.
         """
-        k0 = self.base.shape[-1]
+        cross, k0 = np.moveaxis(cross, -1, 0), self.base.shape[-1]
         draws, folds, k = cross.shape
         runs = (k - k0) // 2
         places = k0 + np.arange(k - k0).reshape(runs, 2)
@@ -88,48 +88,52 @@ class Linear:
         few[..., k0, k0] = (along[..., k0:] * way).sum(-1)
         asked = np.concatenate([cross[..., :k0], (cross[..., k0:] * way).sum(-1, keepdims=True)], -1)
         found = -np.linalg.solve(few + RULES.search.ridge * np.eye(k0 + 1), asked[..., None])[..., 0]
-        return np.concatenate([found[..., :k0], found[..., k0:] * way], -1)
+        return np.moveaxis(np.concatenate([found[..., :k0], found[..., k0:] * way], -1), 0, -1)
 
     def _equations(self, direction: Direction | None, draws: Draws) -> Equations:
         """The normal equations of the base, and beside it of a direction."""
-        k0 = self.base.shape[-1]
-        gram, cross, lengths, limits = self.gram, draws.base, self.lengths, None
-        pairs = direction is not None and direction.of_run and self.runs.max() > 0
-        if direction is not None:
-            part = direction.part
-            own, own_lengths = _normal(direction.columns * self.weights[:, part, None])
-            mixed = np.matmul(self.base[:, part].transpose(0, 2, 1), own)
-            square, against = np.matmul(own.transpose(0, 2, 1), own), draws.cross(own, part)
-            if self.own is not None:
-                mine = np.matmul(self.own[:, part].transpose(0, 2, 1), own)
-                square = square - np.matmul(mine.transpose(0, 2, 1), mine)
-                mixed = mixed - np.matmul(self.base_in_own.transpose(0, 2, 1), mine)
-                against = against - np.einsum("bqk,rbq->rbk", mine, draws.own)
-            if pairs:
-                square = self._of_runs(self._of_runs(square).transpose(0, 2, 1))
-                mixed, against = self._of_runs(mixed), self._of_runs(against.transpose(1, 0, 2)).transpose(1, 0, 2)
-                own_lengths = np.tile(own_lengths, self.runs.max() + 1)
-            k = k0 + len(own_lengths)
-            gram = np.zeros((len(own), k, k))
-            gram[:, :k0, :k0], gram[:, :k0, k0:], gram[:, k0:, :k0] = self.gram, mixed, mixed.transpose(0, 2, 1)
-            gram[:, k0:, k0:] = square
-            cross = np.concatenate([draws.base, against], axis=-1)
-            lengths = np.concatenate([self.lengths, own_lengths])
-            if not direction.phase:
-                least, most = zip(
-                    *((direction.jump or p.low - p.nominal, direction.jump or p.high - p.nominal) for p in direction.amplitudes)
-                )
-                limits = (
-                    np.concatenate([np.full(k0, -np.inf), least * own_lengths]),
-                    np.concatenate([np.full(k0, np.inf), most * own_lengths]),
-                )
-        return Equations(gram, cross, lengths, limits, pairs)
+        if direction is None:
+            return Equations(self.gram, draws.base, self.lengths, None, False)
+        if direction.squared is None or direction.squared[0] is not self:
+            direction.squared = self, self._squared(direction)
+        square: Squared = direction.squared[1]
+        own = _of_length_1(direction.columns * self.weights[:, direction.part, None], square.own)
+        against = draws.cross(own, direction.part)
+        if square.mine is not None:
+            against = against - np.einsum("bqk,qbr->kbr", square.mine, draws.own)
+        if square.pairs:
+            against = self._of_runs(against.transpose(1, 2, 0)).transpose(2, 0, 1)
+        return Equations(square.gram, np.concatenate([draws.base, against]), square.lengths, square.limits, square.pairs)
+
+    def _squared(self, direction: Direction) -> Squared:
+        """What of the equations of a direction beside the base is the same whatever the misfit."""
+        k0, part = self.base.shape[-1], direction.part
+        own, own_lengths = _normal(direction.columns * self.weights[:, part, None])
+        every, mine, limits = own_lengths, None, None
+        mixed, square = np.matmul(self.base[:, part].transpose(0, 2, 1), own), np.matmul(own.transpose(0, 2, 1), own)
+        if self.own is not None:
+            mine = np.matmul(self.own[:, part].transpose(0, 2, 1), own)
+            square = square - np.matmul(mine.transpose(0, 2, 1), mine)
+            mixed = mixed - np.matmul(self.base_in_own.transpose(0, 2, 1), mine)
+        if pairs := direction.of_run and self.runs.max() > 0:
+            square = self._of_runs(self._of_runs(square).transpose(0, 2, 1))
+            mixed = self._of_runs(mixed)
+            every = np.tile(own_lengths, self.runs.max() + 1)
+        k = k0 + len(every)
+        gram = np.zeros((len(own), k, k))
+        gram[:, :k0, :k0], gram[:, :k0, k0:], gram[:, k0:, :k0] = self.gram, mixed, mixed.transpose(0, 2, 1)
+        gram[:, k0:, k0:] = square
+        if not direction.phase:
+            free = [direction.jump or end - p.nominal for p in direction.amplitudes for end in (p.low, p.high)]
+            ends = np.reshape(free, (-1, 2)) * own_lengths[:, None]
+            limits = np.concatenate([np.tile((-np.inf, np.inf), (k0, 1)), ends]).T[..., None]
+        return Squared(gram, np.concatenate([self.lengths, every]), own_lengths, limits, pairs, mine)
 
     def gains(self, direction: Direction | None, draws: Draws) -> np.ndarray:
         """Drop of the held-out squared misfit, for each draw."""
         asked = self._equations(direction, draws)
         if not len(asked.lengths):
-            return np.zeros(len(asked.cross))
+            return np.zeros(asked.cross.shape[-1])
         return -self._energy(asked)
 
     def _of_runs(self, products: np.ndarray) -> np.ndarray:
@@ -145,7 +149,7 @@ class Linear:
         found.base = found.cross(self.base, slice(None))
         if self.own is not None:
             found.own = found.cross(self.own, slice(None))
-            found.base = found.base - np.einsum("bqk,rbq->rbk", self.base_in_own, found.own)
+            found.base = found.base - np.einsum("bqk,qbr->kbr", self.base_in_own, found.own)
         found.without = self.gains(None, found)
         return found
 
@@ -176,8 +180,8 @@ class Linear:
     def _amounts(self, asked: Equations) -> np.ndarray:
         """Coefficients by all blocks, of the first draw: of each of some directions."""
         solved = self._one_amplitude if asked.pairs else _solved
-        gram, cross = asked.gram.sum(-3)[..., None, :, :], asked.cross[..., :1, :, :].sum(-2)[..., None, :]
-        full = solved(gram, cross)[..., 0, 0, :] / asked.lengths
+        gram, cross = asked.gram.sum(-3)[..., None, :, :], asked.cross[..., :1].sum(-2)[..., None, :, :]
+        full = solved(gram, cross)[..., 0, :, 0] / asked.lengths
         return np.atleast_2d(full)[:, self.base.shape[-1] :]
 
     def chance(self, found: list[Direction], errors: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
@@ -195,15 +199,26 @@ class Equations(NamedTuple):
     """Normal equations of columns of length 1 in each block, and what else a step along them asks for; `...`: of several."""
 
     gram: np.ndarray  # X_b' X_b, (..., blocks, k, k)
-    cross: np.ndarray  # X_b' e_b of each draw, (..., draws, blocks, k)
+    cross: np.ndarray  # X_b' e_b of each draw, (..., k, blocks, draws)
     lengths: np.ndarray  # of the columns as they were, (..., k)
-    limits: tuple[np.ndarray, ...] | None  # least and most of a step along them, (..., k)
+    limits: np.ndarray | None  # least and most of a step along them, (2, ..., k, 1)
     pairs: bool  # columns behind the base's are a wave's in each run
 
     @property
     def form(self) -> tuple:
         """What those have in common that are solved together; those of a wave in each run are solved one by one."""
         return len(self.lengths), self.limits is None, id(self.gram) if self.pairs else 0
+
+
+class Squared(NamedTuple):
+    """Of Equations what goes with no misfit."""
+
+    gram: np.ndarray
+    lengths: np.ndarray
+    own: np.ndarray  # lengths of the direction's columns
+    limits: np.ndarray | None
+    pairs: bool
+    mine: np.ndarray | None  # columns in what blocks have for themselves, (blocks, own, k)
 
 
 @dataclass
@@ -217,13 +232,19 @@ class Draws:
     without: np.ndarray = field(default_factory=lambda: np.zeros(0))  # gain of the base alone
     own: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))  # cross products with what blocks have for themselves
 
+    def __post_init__(self) -> None:
+        if self.order is not None:  # where in (blocks, blocks) the misfit is that comes to each block, (blocks, draws)
+            self._places = (np.arange(self.order.shape[1]) * len(self.errors) + self.order).T
+
     def cross(self, columns: np.ndarray, part: slice) -> np.ndarray:
-        """X_b' e_b for each draw (draws, blocks, k)."""
+        """X_b' e_b for each draw (k, blocks, draws)."""
         turned, errors = columns.transpose(0, 2, 1), np.ascontiguousarray(self.errors[:, part])
         if self.order is None or self.signs is None:
-            return np.matmul(turned, errors[..., None])[None, ..., 0].astype(float)
-        pairs = np.matmul(turned, errors.T).transpose(0, 2, 1).astype(float)  # (block, block, k)
-        return pairs[np.arange(len(columns))[None, :], self.order] * self.signs[..., None]
+            return np.matmul(turned, errors[..., None]).astype(float).transpose(1, 0, 2)
+        pairs = np.matmul(turned, errors.T).transpose(1, 0, 2).astype(float, order="C")  # (k, block, block)
+        found = np.take(pairs.reshape(len(pairs), pairs.shape[1] * pairs.shape[2]), self._places, axis=1)
+        found *= self.signs.T
+        return found
 
 
 def _stacked(group: Sequence[Equations]) -> Equations:
@@ -231,14 +252,13 @@ def _stacked(group: Sequence[Equations]) -> Equations:
     if len(group) == 1:
         return group[0]
     grams, crosses, lengths, limits, _ = zip(*group)
-    ends = None if limits[0] is None else tuple(np.stack(side)[:, None, None] for side in zip(*limits))
+    ends = None if limits[0] is None else np.stack(limits, 1)[:, :, None]
     return Equations(np.stack(grams), np.stack(crosses), np.stack(lengths), ends, False)
 
 
 def _solved(gram: np.ndarray, cross: np.ndarray) -> np.ndarray:
-    """Coefficients, (..., draws, folds, k), of normal equations: gram (..., folds, k, k), cross (..., draws, folds, k)."""
-    ridge = RULES.search.ridge * np.eye(gram.shape[-1])
-    return -np.moveaxis(np.linalg.solve(gram + ridge, np.moveaxis(cross, -3, -1)), -1, -3)
+    """Coefficients, (..., folds, k, draws), of normal equations: gram (..., folds, k, k), cross as they."""
+    return -np.linalg.solve(gram + RULES.search.ridge * np.eye(gram.shape[-1]), cross)
 
 
 def _spanned(columns: np.ndarray) -> np.ndarray:
@@ -251,4 +271,8 @@ def _spanned(columns: np.ndarray) -> np.ndarray:
 def _normal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Columns of length 1, and their lengths."""
     lengths = np.sqrt(np.maximum(np.einsum("bsk,bsk->k", columns, columns, dtype=float), 1e-30))
-    return (columns / lengths).astype(np.float32), lengths
+    return _of_length_1(columns, lengths), lengths
+
+
+def _of_length_1(columns: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    return (columns / lengths).astype(np.float32)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,7 @@ class Direction:
     of_run: bool = False  # that phase is another in each run: so are then both amounts
     jump: float = 0.0  # where not 0 the only amount that is looked at
     part: slice = field(default_factory=lambda: slice(None))  # of the samples: only there are columns not 0, and kept
+    squared: tuple[Any, Any] | None = None  # what was computed of these columns beside a base, and for which (Linear)
 
     def __post_init__(self):
         touched = np.flatnonzero(np.any(self.columns != 0.0, axis=(0, 2)))

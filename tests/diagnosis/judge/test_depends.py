@@ -74,8 +74,9 @@ def test_what_changes_its_sign_with_the_direction_needs_the_direction(rng):
 
 
 def test_waves_of_frequencies_that_lie_evenly_are_those_of_each_alone(rng):
-    time, frequencies = rng.uniform(0.0, 300.0, 50), np.arange(0.02, 7.0, 0.01)
-    assert _waves(time, frequencies) == pytest.approx(np.exp(-2j * np.pi * np.outer(time, frequencies)), abs=1e-11)
+    time, frequencies, rows = rng.uniform(0.0, 300.0, 50), np.arange(0.02, 7.0, 0.01), rng.normal(size=(3, 50))
+    alone = rows @ np.exp(-2j * np.pi * np.outer(time, frequencies))
+    assert _waves(rows, time, frequencies) == pytest.approx(alone, abs=1e-9)
 
 
 def test_a_load_that_acts_where_nothing_is_compared_is_no_measure_of_it():

@@ -123,9 +123,14 @@ class Search:
 
         What steps that are too long still leave beside the last of these is no more than noise where its round saw no more.
         """
-        named, best = self.named, self.best
+        named = self.named
         if len(named) > 1 or any(one.winner is not None and one.winner.guess.kind == CURVE for one in named):
             return False
+        return self.leaves_noise()
+
+    def leaves_noise(self) -> bool:
+        """The same, whatever it is that leaves no more."""
+        best = self.best
         if best.taught is None:
             return False
         if self.outcomes and self.outcomes[-1].quiet:
@@ -181,9 +186,24 @@ def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
     if asked.enough() or found.explains():
         return found
     second = own() if all_finer else finer
+    if _only_here(found, *second[:2]):
+        return found
     cast(Extended, second[1].played).extend(())
     other = _rounds(asked, *second)
     return _better(other, found) if all_finer else _better(found, other)
+
+
+def _only_here(found: Search, work: Work, near: Extending) -> bool:
+    """Whether what was found leaves no more than noise, and in other steps more than in its own: these are the right ones.
+
+    Of a curve in a house all was looked at twice, for it is no name that could explain what is missing.
+    """
+    if not found.leaves_noise():
+        return False
+    for outcome in found.named:
+        work = work.with_also(outcome.winner.guess) if outcome.winner is not None else work
+    there = fitted(work, found.best.values, near.fixed).taught
+    return falls(found.best.taught, there) and not falls(there, found.best.taught)
 
 
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:

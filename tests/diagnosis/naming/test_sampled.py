@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import strangers
+from rivals import cause
 
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import run, sampled
@@ -117,7 +118,8 @@ def test_the_steps_that_leave_less_are_searched_first_beside_what_only_computes(
     def rounds(asked, work, near, places):
         seen.append(near.name)
         best = Whole(None, None, {}, None, {"x": 1.0}, {})
-        return SimpleNamespace(explains=lambda: near.name in explains, best=best, work=SimpleNamespace(found=[]))
+        explained = lambda: near.name in explains
+        return SimpleNamespace(explains=explained, leaves_noise=lambda: False, best=best, work=SimpleNamespace(found=[]))
 
     components = {"thermostat": SimpleNamespace(step=0.0), "room": SimpleNamespace(step=0.0)}
     parts = SimpleNamespace(system=SimpleNamespace(components=components))
@@ -132,6 +134,29 @@ def test_the_steps_that_leave_less_are_searched_first_beside_what_only_computes(
     monkeypatch.setattr(run, "_rounds", rounds)
     run._causes(SimpleNamespace(enough=lambda: False), work, 1, 0)
     assert seen == asked
+
+
+@pytest.mark.parametrize(
+    ("quiet", "there", "only"),
+    [(True, (2.0, 1.0), True), (True, (1.02, 1.0), False), (True, (2.0, 0.5), False), (False, (2.0, 1.0), False)],
+)
+def test_where_other_steps_leave_more_beside_what_was_found_they_are_not_searched(monkeypatch, quiet, there, only):
+    """Of a curve in a house all was looked at twice: it is no name, and only what has one explains."""
+    found_here = Whole(None, None, {}, {"x": 1.0, "y": 1.0}, None, {})
+    winner = cause("curve", 1.0)
+    round_of = Round(None, [], winner, off=np.array([not quiet]))
+    asked = []
+
+    def fitted(work, values, fixed):
+        asked.append([one.name for one in work.inserts])
+        return Whole(None, None, {}, dict(zip("xy", there)), None, {})
+
+    monkeypatch.setattr(run, "fitted", fitted)
+    monkeypatch.setattr(run, "remaining", lambda problem, values: {"x": (1.0, 0.5), "y": (1.0, 0.5)})
+    work = Work(None, None, [], (), set(), [], "", None, SimpleNamespace(extend=list), 1.0)
+    found = Search(work, None, found_here, found_here, [round_of], [], work, lambda: False)
+    assert run._only_here(found, work, SimpleNamespace(fixed={})) == only
+    assert asked == ([["curve"]] if quiet else [])
 
 
 def test_where_a_round_saw_no_more_than_noise_all_is_explained_though_its_steps_leave_more():

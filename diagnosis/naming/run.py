@@ -186,24 +186,24 @@ def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
     if asked.enough() or found.explains():
         return found
     second = own() if all_finer else finer
-    if _only_here(found, *second[:2]):
+    if _as_much(found, *second[:2]):
         return found
     cast(Extended, second[1].played).extend(())
     other = _rounds(asked, *second)
     return _better(other, found) if all_finer else _better(found, other)
 
 
-def _only_here(found: Search, work: Work, near: Extending) -> bool:
-    """Whether what was found leaves no more than noise, and in other steps more than in its own: these are the right ones.
+def _as_much(found: Search, work: Work, near: Extending) -> bool:
+    """Whether one curve leaves no more than noise, and in other steps no less: what could have a name there is none of these steps.
 
-    Of a curve in a house all was looked at twice, for it is no name that could explain what is missing.
+    Of a curve in a house all was looked at twice, for it is no name that explains. Two causes may be what wrong steps leave.
     """
-    if not found.leaves_noise():
+    if len(found.named) != 1 or not found.leaves_noise():
         return False
-    for outcome in found.named:
-        work = work.with_also(outcome.winner.guess) if outcome.winner is not None else work
-    there = fitted(work, found.best.values, near.fixed).taught
-    return falls(found.best.taught, there) and not falls(there, found.best.taught)
+    (winner,) = (outcome.winner for outcome in found.named)
+    assert winner is not None
+    there = fitted(work.with_also(winner.guess), found.best.values, near.fixed).taught
+    return not falls(there, found.best.taught)
 
 
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:

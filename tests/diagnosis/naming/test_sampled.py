@@ -119,7 +119,7 @@ def test_the_steps_that_leave_less_are_searched_first_beside_what_only_computes(
         seen.append(near.name)
         best = Whole(None, None, {}, None, {"x": 1.0}, {})
         explained = lambda: near.name in explains
-        return SimpleNamespace(explains=explained, leaves_noise=lambda: False, best=best, work=SimpleNamespace(found=[]))
+        return SimpleNamespace(explains=explained, named=[], best=best, work=SimpleNamespace(found=[]))
 
     components = {"thermostat": SimpleNamespace(step=0.0), "room": SimpleNamespace(step=0.0)}
     parts = SimpleNamespace(system=SimpleNamespace(components=components))
@@ -137,14 +137,19 @@ def test_the_steps_that_leave_less_are_searched_first_beside_what_only_computes(
 
 
 @pytest.mark.parametrize(
-    ("quiet", "there", "only"),
-    [(True, (2.0, 1.0), True), (True, (1.02, 1.0), False), (True, (2.0, 0.5), False), (False, (2.0, 1.0), False)],
+    ("names", "quiet", "there", "enough"),
+    [
+        (["curve"], True, (1.0, 2.0), True),
+        (["curve"], True, (1.0, 1.0), True),
+        (["curve"], True, (0.9, 2.0), False),
+        (["curve"], False, (1.0, 2.0), False),
+        (["Stribeck", "Coulomb"], True, (1.0, 2.0), False),  # a dead zone, in the steps of another controller
+    ],
 )
-def test_where_other_steps_leave_more_beside_what_was_found_they_are_not_searched(monkeypatch, quiet, there, only):
+def test_where_other_steps_leave_no_less_beside_a_curve_they_are_not_searched(monkeypatch, names, quiet, there, enough):
     """Of a curve in a house all was looked at twice: it is no name, and only what has one explains."""
-    found_here = Whole(None, None, {}, {"x": 1.0, "y": 1.0}, None, {})
-    winner = cause("curve", 1.0)
-    round_of = Round(None, [], winner, off=np.array([not quiet]))
+    here = Whole(None, None, {}, {"x": 1.0, "y": 1.0}, None, {})
+    rounds = [Round(None, [], cause(name, 1.0), off=np.array([not quiet])) for name in names]
     asked = []
 
     def fitted(work, values, fixed):
@@ -154,9 +159,9 @@ def test_where_other_steps_leave_more_beside_what_was_found_they_are_not_searche
     monkeypatch.setattr(run, "fitted", fitted)
     monkeypatch.setattr(run, "remaining", lambda problem, values: {"x": (1.0, 0.5), "y": (1.0, 0.5)})
     work = Work(None, None, [], (), set(), [], "", None, SimpleNamespace(extend=list), 1.0)
-    found = Search(work, None, found_here, found_here, [round_of], [], work, lambda: False)
-    assert run._only_here(found, work, SimpleNamespace(fixed={})) == only
-    assert asked == ([["curve"]] if quiet else [])
+    found = Search(work, None, here, here, rounds, [], work, lambda: False)
+    assert run._as_much(found, work, SimpleNamespace(fixed={})) == enough
+    assert asked == ([["curve"]] if quiet and len(names) == 1 else [])
 
 
 def test_where_a_round_saw_no_more_than_noise_all_is_explained_though_its_steps_leave_more():

@@ -90,9 +90,9 @@ def _type(component: str):
 
 @cache
 def _types(package: str, component: str):
-    from selflock.master.compiled import compiled
+    from selflock.master.compiled import parameters
 
-    return compiled(f"{laws.OURS}.{LAWS[component]}").Parameters
+    return parameters(f"{laws.OURS}.{LAWS[component]}")
 
 
 def parameters(component: str, name: str, values: dict[str, float]):

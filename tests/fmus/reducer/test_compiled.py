@@ -110,3 +110,18 @@ def test_who_multiplies_matrices_beside_the_laws_has_blas():
     )
     done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["7.0", "12.0", "18.0", "31.0", "True"]
+
+
+def test_of_a_loop_that_is_on_disk_no_law_is_made_ready_to_be_compiled():
+    asked = (
+        "import sys, numpy as np\n"
+        "from selflock.diagnosis.residuals import laws\n"
+        "from selflock.diagnosis.residuals.kernels import kernels\n"
+        "p, x, out = laws.parameters('load', 'load', {'load.mass': 2.0}), np.zeros(3), np.empty(3)\n"
+        "kernels().load_torque(p, x, x, x + 1.0, out)\n"
+        "of_law = sys.modules['_compiled_fmus.load.load'].driving_torque\n"
+        "print(hasattr(of_law, 'py_func'), *out)"
+    )
+    run = lambda: subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True).stdout.split()
+    (_, *torque), (second, *again) = run(), run()
+    assert second == "False" and torque == again and len(torque) == 3

@@ -18,7 +18,7 @@ from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.experiment import Experiment
 from ..residuals.mending import Mending
 from ..rules import RULES
-from ..search.fit import fit
+from ..search.fit import ended
 from ..search.hypotheses import recorder
 from ..search.problem import Problem
 
@@ -54,11 +54,11 @@ def closed_loop(experiment: DriveExperiment, train: np.ndarray, values: dict) ->
 def recorded(problem: Problem, values: dict, start: dict) -> dict:
     """Values of the parts, and of what recorders did as it fits best beside them; start: where the fit begins, where it is known."""
     free = recorder(problem.experiment)
-    found = fit(
+    found, _ = ended(
         problem.misfit, values, free, {p.name: start.get(p.name, p.nominal) for p in free}, problem.rows, problem.loss_scale,
         RULES.search.effort_recorders, RULES.search.tolerances_whole, by_channel=True,
     )  # fmt: skip
-    return values | found.values
+    return values | found
 
 
 def against(rows: list[dict]) -> str:

@@ -163,9 +163,24 @@ def fit(
     tolerances: of the loss, and of the values. by_channel: of a whole drive, compared in all its channels.
     """
     free = tuple(free)
+    values, r = ended(misfit, fixed, free, start, rows, c, effort, tolerances, by_channel)
+    return Fit(free, values, r, jacobian(misfit, fixed, free, values, r), weight(r, c), by_channel)
+
+
+def ended(
+    misfit: Misfit,
+    fixed: dict,
+    free: Sequence[Free],
+    start: dict,
+    rows: np.ndarray,
+    c: float,
+    effort: int,
+    tolerances: tuple[float, float],
+    by_channel: bool,
+) -> tuple[dict[str, float], np.ndarray]:
+    """Where a fit ends, and the misfit there: all of `fit` for those who ask for no slopes."""
     if not free:
-        r = misfit(fixed)
-        return Fit((), {}, r, np.zeros((len(r), 0)), weight(r, c), by_channel)
+        return {}, misfit(fixed)
     start = {p.name: start[p.name] if np.isfinite(start[p.name]) else p.nominal for p in free}
     low = np.array([p.low for p in free])
     high = np.array([p.high for p in free])
@@ -200,9 +215,7 @@ def fit(
         tolerances,
         RULES.search.flat,
     )
-    values = named(found)
-    r = value(found)
-    return Fit(free, values, r, jacobian(misfit, fixed, free, values, r), weight(r, c), by_channel)
+    return named(found), value(found)
 
 
 def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | None = None, c: float = np.inf) -> np.ndarray:

@@ -132,11 +132,19 @@ class Experiment:
                 wild = ~finite & good  # a simulation that breaks down is wrong, not absent
                 known = measured[np.isfinite(measured)]
                 error = np.where(wild, RULES.residuals.broken * np.std(known) if len(known) else np.inf, error)
-            place = compared(layout.place[i], self.channels[i, residual.prefix].take, len(error))
-            sums, counts = layout.bin(place, error, good)
+            sums, counts = layout.bin(self._place(i, residual, len(error)), error, good)
             total += sums
             count += counts
         return (total / np.maximum(count, 1)).reshape(layout.count, layout.bins), count.reshape(layout.count, layout.bins)
+
+    def _place(self, i: int, residual: Residual, samples: int) -> np.ndarray:
+        """The bin of each of the samples of a run that a residual compares."""
+        known, place = self.remembered("places"), self.layout.place[i]
+        if samples == len(place):
+            return place
+        if (key := (i, residual.prefix)) not in known:
+            known[key] = compared(place, self.channels[key].take, samples)
+        return known[key]
 
     def misfit(self, values: dict[str, float], noise: np.ndarray | None = None, of: Sequence[int] | None = None) -> np.ndarray:
         """(blocks, bins of all residuals), each in units of its `noise` or as it is; 0 where there are no trusted samples.

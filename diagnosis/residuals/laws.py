@@ -100,6 +100,16 @@ def parameters(component: str, name: str, values: dict[str, float]):
     return _type(component)(**{key: float(values[full]) for key, full in names(component, name) if full in values})
 
 
+def default(component: str, parameter: str) -> float:
+    """What a component's parameter is where nobody says anything of it."""
+    return _defaults(laws.in_force(), component)[parameter]
+
+
+@cache
+def _defaults(package: str, component: str) -> dict[str, float]:
+    return {name: float(value) for name, value in _types(package, component)()._asdict().items()}
+
+
 def names(component: str, name: str) -> tuple[tuple[str, str], ...]:
     """A component's parameters, each with what `values` call it."""
     return _names(laws.in_force(), component, name)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 from ..data.rig import Rig, split
 from ..rules import RULES
-from .laws import parameters
+from .laws import default
 
 
 @dataclass(frozen=True)
@@ -34,4 +34,4 @@ class Setting:
             if name in known:
                 return float(known[name])
         component, _, parameter = name.rpartition(".")
-        return float(getattr(parameters(split(component, self.rig.drives)[1], component, {}), parameter))
+        return default(split(component, self.rig.drives)[1], parameter)

@@ -165,12 +165,13 @@ def _jumps(misfit, base, off, at, hypothesis, leader: Free, others: list[Free], 
         for values in product(*(p.places or sorted({p.nominal, p.low, 0.5 * (p.low + p.high)}) for p in shapes)):
             tried(value, {p.name: v for p, v in zip(shapes, values)})
     step = (leader.high - leader.low) / (jumps + 1)
+    leaves: list[float] = []  # what each leaves of the misfit
     for _ in range(rules.closer if found and not leader.trials else 0):  # a fit cannot cross a threshold: closer around the best
         step /= rules.closer_by
-        best = min(
-            found,
-            key=lambda way: (np.abs(at[:, way.part] + way.columns[..., 0] * way.jump) - np.abs(at[:, way.part])).sum(),
-        )
+        for way in found[len(leaves) :]:
+            here = at[:, way.part]
+            leaves.append(float((np.abs(here + way.columns[..., 0] * way.jump) - np.abs(here)).sum()))
+        best = found[int(np.argmin(leaves))]
         for value in (leader.nominal + best.jump + n * step for n in (-1, 1)):
             if leader.low <= value <= leader.high and value != leader.nominal:
                 tried(value, best.shape)

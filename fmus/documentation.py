@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import io
 import re
+from functools import cache as once
 from html import escape
 from importlib.metadata import version
 from inspect import cleandoc
@@ -204,8 +205,14 @@ def _drawn(slave: Slave, sources: str) -> list[tuple[str, str]]:
 
 def _once(name: str, of: str, ending: str, draw: Callable[[], bytes]) -> bytes:
     """A picture as `draw` makes it where the cache has none of this name, that is `of` the same; matplotlib takes long to load."""
-    key = hashlib.sha256(f"{of} {version('matplotlib')}".encode() + Path(__file__).read_bytes()).hexdigest()[:12]
+    key = hashlib.sha256(f"{of} {_drawer()}".encode() + Path(__file__).read_bytes()).hexdigest()[:12]
     return cache.kept(f"pictures/{name}_{key}{ending}", lambda path: cache.write(path, draw())).read_bytes()
+
+
+@once
+def _drawer() -> str:
+    """The version of what draws."""
+    return version("matplotlib")
 
 
 def _svg(slave: Slave, picture: Picture, points: int = 300) -> str:

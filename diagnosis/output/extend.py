@@ -7,8 +7,8 @@ must give the same error.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from glob import escape
 from pathlib import Path
@@ -197,31 +197,31 @@ class _Fmu:
         for name, value in before.items():
             (self.slave.setBoolean if isinstance(value, bool) else self.slave.setReal)([reference[name]], [value])
         self.time, self.fine = 0.0, True
-        with self._asked(first):
+        try:
             self.slave.setReal(self.given, first)
             self.slave.enterInitializationMode()
             self.slave.exitInitializationMode()
-
-    @contextmanager
-    def _asked(self, row: list[float]) -> Iterator[None]:
-        """What is asked of it under these inputs. Raises DataError where it refuses, and has ended it then."""
-        try:
-            yield
         except FMICallException:
-            self.close()
-            given = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.inputs, row))
-            raise DataError(
-                f"{self.path.name} has no result at t = {self.time:.9g} s of the log for {given}: numbers beyond what a drive does. Leave such "
-                "samples out, or look at the unit and the factor of their column."
-            ) from None
+            raise self._refused(first) from None
+
+    def _refused(self, row: list[float]) -> DataError:
+        """What is said where it refuses what is asked of it under these inputs; it has ended then."""
+        self.close()
+        given = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.inputs, row))
+        return DataError(
+            f"{self.path.name} has no result at t = {self.time:.9g} s of the log for {given}: numbers beyond what a drive does. Leave such "
+            "samples out, or look at the unit and the factor of their column."
+        )
 
     def step(self, row: list[float], size: float) -> list[float]:
-        with self._asked(row):
+        try:
             self.slave.setReal(self.given, row)
             if size > 0.0:
                 self.slave.doStep(self.time, size)
                 self.time += size
             return self.slave.getReal(self.wanted)
+        except FMICallException:
+            raise self._refused(row) from None
 
     def close(self) -> None:
         if self.fine:

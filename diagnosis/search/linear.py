@@ -94,10 +94,14 @@ class Linear:
         """The normal equations of the base, and beside it of a direction."""
         if direction is None:
             return Equations(self.gram, draws.base, self.lengths, None, False)
+        weighed = direction.columns * self.weights[:, direction.part, None]
         if direction.squared is None or direction.squared[0] is not self:
-            direction.squared = self, self._squared(direction)
-        square: Squared = direction.squared[1]
-        own = _of_length_1(direction.columns * self.weights[:, direction.part, None], square.own)
+            own, own_lengths = _normal(weighed)
+            square = self._squared(direction, own, own_lengths)
+            direction.squared = self, square
+        else:
+            square = direction.squared[1]
+            own = _of_length_1(weighed, square.own)
         against = draws.cross(own, direction.part)
         if square.mine is not None:
             against = against - np.einsum("bqk,qbr->kbr", square.mine, draws.own)
@@ -105,10 +109,9 @@ class Linear:
             against = self._of_runs(against.transpose(1, 2, 0)).transpose(2, 0, 1)
         return Equations(square.gram, np.concatenate([draws.base, against]), square.lengths, square.limits, square.pairs)
 
-    def _squared(self, direction: Direction) -> Squared:
-        """What of the equations of a direction beside the base is the same whatever the misfit."""
+    def _squared(self, direction: Direction, own: np.ndarray, own_lengths: np.ndarray) -> Squared:
+        """What of the equations of a direction beside the base is the same whatever the misfit; own: its columns, of length 1."""
         k0, part = self.base.shape[-1], direction.part
-        own, own_lengths = _normal(direction.columns * self.weights[:, part, None])
         every, mine, limits = own_lengths, None, None
         mixed, square = np.matmul(self.base[:, part].transpose(0, 2, 1), own), np.matmul(own.transpose(0, 2, 1), own)
         if self.own is not None:

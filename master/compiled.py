@@ -49,25 +49,6 @@ PREFIX = "_compiled_"
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 
 
-def _spare_blas() -> None:
-    """Let numba, as it is loaded, not load all of SciPy's linear algebra to see whether there is a BLAS, for a tenth of a second.
-
-    There is. Who compiles what multiplies matrices, which no law does, has numba load it then.
-    """
-    blas, asking = "scipy.linalg.cython_blas", "numba.np.arraymath"
-    if blas in sys.modules or asking in sys.modules:
-        return
-    sys.modules[blas] = None  # type: ignore[assignment]  # so Python says that a module cannot be loaded
-    try:
-        module = import_module(asking)
-    finally:
-        del sys.modules[blas]
-    module._HAVE_BLAS = True  # type: ignore[attr-defined]
-
-
-_spare_blas()
-
-
 def compiled(module_name: str) -> SimpleNamespace:
     """What is in the module, such as "selflock.fmus.reducer.shaft", with all functions of its package compiled on first use.
 

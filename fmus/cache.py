@@ -147,7 +147,7 @@ def _same(target: Path, files: dict[str, bytes]) -> bool:
 
 def sealed(function: Any) -> Any:
     """A function compiled by numba, of which what is on disk is checked before it is loaded; compiled again where it is off."""
-    kept = getattr(function, "_cache", None)
+    kept: Any = getattr(function, "_cache", None)
     file = getattr(kept, "_cache_file", None)
     if file is not None:
         file.__class__, kept.__class__ = _sealed(file.__class__), _alone(kept.__class__)

@@ -229,7 +229,8 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
     out = fitted.misfit.copy()
     if not fitted.free:
         return out
-    weighted = fitted.open * fitted.weights[:, None]
+    slopes = fitted.open
+    weighted = slopes * fitted.weights[:, None]
     errors = fitted.misfit * fitted.weights
     lengths = np.sqrt((weighted[rows] ** 2).sum(axis=0))
     lengths[lengths == 0.0] = 1.0
@@ -237,7 +238,10 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
     for fold in np.unique(folds[rows]):
         seen = rows & (folds != fold)
         unseen = rows & (folds == fold)
-        gram, pull = weighted[seen].T @ weighted[seen], weighted[seen].T @ errors[seen]
+        here = np.flatnonzero(seen)
+        columns = weighted.take(here, 0)
+        others = columns.copy()  # of two arrays BLAS adds up in another order than of one
+        gram, pull = columns.T @ others, columns.T @ errors.take(here)
         low = np.array([p.low - fitted.values[p.name] for p in fitted.free]) * lengths
         high = np.array([p.high - fitted.values[p.name] for p in fitted.free]) * lengths
         steps = [
@@ -245,7 +249,7 @@ def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | 
             for damping in (RULES.search.dampings if misfit else RULES.search.dampings[:1])
         ]
         if misfit is None:
-            out[unseen] = fitted.misfit[unseen] + fitted.open[unseen] @ steps[0]
+            out[unseen] = fitted.misfit[unseen] + slopes[unseen] @ steps[0]
             continue
         moved = [{p.name: fitted.values[p.name] + float(x) for p, x in zip(fitted.free, step)} for step in steps]
         before = rho(fitted.misfit[seen], c).sum()

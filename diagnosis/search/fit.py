@@ -189,6 +189,7 @@ def ended(
     tiny = RULES.search.inside * lengths
     origin = np.clip(inside, low + np.minimum(tiny, (high - low) / 4), high - np.minimum(tiny, (high - low) / 4))
     known: dict[bytes, np.ndarray] = {}
+    places = np.flatnonzero(rows)  # a mask would be looked through each time
 
     # of a whole drive from 1 on: from 0 on the solver's first step has no length; elsewhere rules were made without that
     zero = origin - lengths if by_channel else np.zeros(len(free))
@@ -205,8 +206,8 @@ def ended(
 
     least, most = (low - zero) / lengths, (high - zero) / lengths
     found = least_squares(
-        lambda x: value(x)[rows],
-        lambda x: jacobian(misfit, fixed, free, named(x), value(x), rows, lengths),
+        lambda x: value(x)[places],
+        lambda x: jacobian(misfit, fixed, free, named(x), value(x), places, lengths),
         np.clip((origin - zero) / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
         least,
         most,

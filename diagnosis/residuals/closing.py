@@ -118,6 +118,25 @@ def answers_its_rows(ch: Channels) -> bool:
     return len(off) > RULES.residuals.noise_samples and float(np.mean(off**2)) <= 2.0 * step**2 / 12.0
 
 
+def answers_its_motion(ch: Channels, missed: float) -> bool:
+    """Whether a command is the law of the logged motion far more nearly than that of a drive which misses it by so much, V or duty.
+
+    Then that drive is wrong behind its command: what a power stage does with it (a dead zone, a limit, a delay) is not in the log of it.
+    """
+    command = commanded(ch)
+    if (
+        ch.steady
+        or not command
+        or driven.of(ch) != driven.ANGLE
+        or not ch.has("reducer.input_angle" if _at_motor(ch) else "load.angle")
+    ):
+        return False
+    asked, rate, inside = _law(ch, command, "reducer.input_" if _at_motor(ch) else "load.")
+    good = inside & (rate != 0.0)
+    off = (ch.raw(command) - asked)[good]
+    return len(off) > RULES.residuals.noise_samples and float(np.sqrt(np.mean(off**2))) < RULES.residuals.answers * missed
+
+
 def zero(values: dict, ch: Channels) -> float:
     """What has to be added to the load's angle, as an encoder that counts from anywhere has it, for that which its controller held, rad.
 
@@ -153,15 +172,21 @@ def _zero(ratio: float, law, ch: Channels) -> float:
 
 def _asked(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray]:
     """The command, V, that the measured motion of one shaft asks for, and where a controller that does not let go would give it."""
+    asked, _, inside = _law(ch, command, side)
+    rate = drive.speed_setpoint(ch.raw("controller.angle_setpoint"), {}, ch)
+    moving = deep(rate != 0.0, RULES.residuals.near)  # at rest it may have let go
+    return asked, moving & inside
+
+
+def _law(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The command, V, that the measured motion of one shaft asks for, that shaft's speed, and where neither is at a limit."""
     law, time = drive.law("controller", {}, ch), np.cumsum(ch.dt)
     ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {}) if side != "load." else 1.0
     wanted, angle = ch.raw("controller.angle_setpoint"), ch.raw(f"{side}angle") / ratio
-    rate = drive.speed_setpoint(wanted, {}, ch)
     speed = ch.raw(f"{side}speed") / ratio if ch.has(f"{side}speed") else derivative(angle, time)
-    asked = law.angle_gain * (wanted - angle) + law.speed_gain * (rate - speed)
+    asked = law.angle_gain * (wanted - angle) + law.speed_gain * (drive.speed_setpoint(wanted, {}, ch) - speed)
     inside = lambda u: (u > law.voltage_min) & (u < law.voltage_max)
-    moving = deep(rate != 0.0, RULES.residuals.near)  # at rest it may have let go
-    return asked, moving & inside(asked) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{side}angle")
+    return asked, speed, inside(asked) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{side}angle")
 
 
 def _misses(ch: Channels) -> tuple[np.ndarray, np.ndarray] | None:

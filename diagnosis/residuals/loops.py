@@ -251,7 +251,7 @@ def closed(
     its row of starts, as `start` in `whole`; heat and wear go on. acts: 0 at samples at which the controller is told nothing new;
     where there are any it acts at the others alone. stepped: the count in which the controller is told the angle, rad of the load,
     where the zero of these lies, s over which it makes its speed of them, and the step of its command; 0 for none; and whether its
-    command is told as it makes it, however late it then acts. place, over, knots, heights: of a free law (free_law), with place 0
+    command is told as its law alone makes it, whatever then becomes of that, and however late. place, over, knots, heights: of a free law (free_law), with place 0
     none. powered and rows of out as in `whole`.
     """
     ratio, since, push = pr.gear_ratio, 0.0, 0.0
@@ -272,9 +272,10 @@ def closed(
     c = pd.after(
         pd.start(pc, asked[0, 0], asked[1, 0], angle, speed, start[1], 0.0), ticked - dt[0]
     )  # at the first sample it is so long ago
-    held = pd.sample_period(pc, pd.Condition(0.0)) > 0.0 and pd.command_delay(pc, pd.Condition(0.0)) == 0.0 or acts.min() == 0.0
+    period = pd.sample_period(pc, pd.Condition(0.0))
+    held = period > 0.0 and pd.command_delay(pc, pd.Condition(0.0)) == 0.0 or acts.min() == 0.0
     told = asked[0, 0], asked[1, 0], angle, speed, g.speed, 0.0
-    u = c.command
+    u = written = c.command
     delivered, pull = _rests(pr, pl, g, l)
     current = torque = rise = strayed = 0.0
     last, made_of, aged = speed, _counted(stepped, angle), ticked - dt[0]
@@ -339,12 +340,15 @@ def closed(
                 faster = seen.reading
             if acts[i] > 0.0:
                 told = asked[0, i], asked[1, i], angle, speed, g.speed, delivered
+            acted = c.since + dt[i]
             c, co = pd.advance(pc, c, told[0], told[1], told[2], told[3], told[4], told[5], dt[i])
+            if period <= 0.0 or i == 0 or c.since < acted - 0.5 * period:
+                written = pd.asked(pc, c, told[0], told[1], told[2], told[3], told[5])
             volts, later_volts = 1.0, 1.0
             if supply[i] > 0.0:
                 volts = supply[i]
                 later_volts = 0.5 * (volts + supply[min(i + 1, len(dt) - 1)])
-            out[0, i] = _in_steps(c.command if stepped[4] > 0.0 else co.voltage, least) * volts
+            out[0, i] = _in_steps(written if stepped[4] > 0.0 else co.voltage, least) * volts
             if not held:
                 _, co = pd.advance(pc, c, ahead[0, i], ahead[1, i], later, faster, g.speed + half * rise, delivered, half)
             u = _in_steps(co.voltage, least) * later_volts

@@ -138,6 +138,11 @@ class ResidualRules:
         5e-4, "s; the longest step of the simulation, and the longest time between two acts of a continuous controller", CLOSED
     )
     whole_look: float = rule(1e-3, "s, the longest step of the first look at all hypotheses", "a limit of time")
+    answers: float = rule(
+        0.25,
+        "of what a simulated command misses, what the law of the logged motion may miss of it where the drive is wrong behind its command",
+        "theory: a sixteenth of the variance; tried on small controllers' development seeds",
+    )
     seen_at_motor: float = rule(
         0.5,
         "share of what the load's angle misses of the command below which the wind-up must leave it, for the controller's sensors to be "

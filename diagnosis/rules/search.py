@@ -201,14 +201,19 @@ class SearchRules:
     )
     begun_by_channel: int = rule(
         16,
-        "hypotheses of such a drive that are begun, those that look best: what a few steps of a fit leave tells better than a linear "
-        "look which are fitted to their end",
+        "hypotheses of such a drive that are begun, those that leave least where they begin: what a few steps of a fit leave tells better "
+        "which are fitted to their end",
         "a limit of time; not studied",
     )
     starts: int = rule(
         4,
         "sets of free numbers that a hypothesis is fitted with, at most",
         'a limit of time; not studied. First said in "The contest in four files"',
+    )
+    ways_begun: int = rule(
+        6,
+        "ways of acting of a hypothesis of such a drive that are simulated where they begin, those that look best",
+        "a limit of time",
     )
     starts_whole: int = rule(2, "the same of a whole drive", "a limit of time; not studied")
     turned: int = rule(

@@ -41,6 +41,8 @@ class ForwardSelection:
 
     clean: times its noise up to which a residual's error has nothing missing, before any cause is found.
     tell: called with what is being done and how much of it is.
+    again: of the problem and fits with the first cause, and with what cannot be told from it, the problem with what belongs to a run
+    found anew, and the fit that it was found with; None where that is as it was.
     """
 
     def __init__(
@@ -49,8 +51,9 @@ class ForwardSelection:
         rng: np.random.Generator,
         tell: Callable[[str, float], None] = lambda *_: None,
         clean: float = RULES.search.clean,
+        again: Callable[[Problem, list[Fit]], tuple[Problem, Fit] | None] = lambda *_: None,
     ):
-        self.problem, self.rng, self.tell, self.clean = problem, rng, tell, clean
+        self.problem, self.rng, self.tell, self.clean, self.again = problem, rng, tell, clean, again
         self.chance_level = np.inf
         self.known: Known = {}
 
@@ -64,6 +67,11 @@ class ForwardSelection:
         kept: list[Stage] = []
         while len(stages) < most:
             stage = self.step(base, [c.hypothesis for c in causes], first)
+            rivals = [c.fitted for c in (stage.winner, *stage.tied) if c]
+            if rivals and not causes and (anew := self.again(problem, rivals)):
+                problem = self.problem = anew[0]
+                first = base = problem.fit(first.free, {p.name: anew[1].values[p.name] for p in first.free})
+                stage = self.step(base, [], first)
             stages.append(stage)
             if stage.winner is None:
                 break

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import tau
 
 import numpy as np
@@ -69,6 +70,7 @@ class Step:
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
         self._tell, self.known = tell, known
+        self.tried: dict[int, tuple[dict, float]] = {}  # of ways of acting: see _tried
         self.lines: dict[str, tuple[float, ...]] = {}  # of each shaft the waves in a turn that the error of a whole drive shows
         self.unseen = unseen = problem.held_out(base)
         self.losses, self.errors = problem.block_loss(unseen), problem.residual_errors(unseen)
@@ -306,7 +308,7 @@ class Step:
         promising = [ways for ways in groups if ways[0].gain > 0.0 or shown(ways)]
         waves = lambda ways: any(p.role == ORDER for p in ways[0].free)  # of which one start says nothing of another
         if self.problem.by_channel:
-            chosen, first = self._entered(promising, sum(map(shown, promising)), waves)
+            chosen, first = self._entered([ways for ways in groups if shown(ways)], [*groups[sum(map(shown, groups)) :]], waves)
         else:
             chosen, first = promising[: RULES.search.fits], {}
         least = min((self._loss(fitted.misfit) for fitted in first.values()), default=np.inf)
@@ -321,21 +323,28 @@ class Step:
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 
     def _entered(
-        self, promising: list[list[Direction]], lead: int, waves: Callable[[list[Direction]], bool]
+        self, shown: list[list[Direction]], groups: list[list[Direction]], waves: Callable[[list[Direction]], bool]
     ) -> tuple[list[list[Direction]], dict[str, Fit]]:
         """Hypotheses of a whole drive that are fitted to their end, and what those of them that are no waves came to in a few steps.
 
-        Such a drive is far from linear: of those that look best these steps tell which. promising: best first, behind `lead` of them
-        that the log shows of itself, which are fitted anyway; waves are raced by themselves.
+        Such a drive is far from linear: a linear look says in which direction, a simulation where its ways begin which of them are
+        worth some steps of a fit, and these which hypotheses are worth more. shown: what the log shows of itself, which is fitted
+        anyway. groups: ways of the others, those that look best first; waves are raced by themselves.
         """
         rules = RULES.search
-        entered = promising[lead : lead + rules.begun_by_channel]
-        apart = [ways for ways in entered[: rules.fits_by_channel] if waves(ways)]
-        raced = [ways for ways in entered if not waves(ways)]
+        apart = [ways for ways in groups[: rules.fits_by_channel] if waves(ways) and ways[0].gain > 0.0]
+        entered = self._each("starts", self._best_begun, [ways for ways in groups if not waves(ways)])
+        entered = sorted((ways for ways in entered if self._tried(ways[0])[1] < 1.0), key=lambda ways: self._tried(ways[0])[1])
+        raced = entered[: rules.begun_by_channel]
         begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
         first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
         raced.sort(key=lambda ways: self._loss(first[ways[0].hypothesis.label].misfit))
-        return [*promising[:lead], *apart, *raced[: rules.fits_by_channel - len(apart)]], first
+        return [*shown, *apart, *raced[: rules.fits_by_channel - len(apart)]], first
+
+    def _best_begun(self, ways: list[Direction]) -> list[Direction]:
+        """Ways of a hypothesis, that first which leaves least where it begins, of those that look best."""
+        best = min(ways[: RULES.search.ways_begun], key=lambda way: self._tried(way)[1])
+        return [best, *(way for way in ways if way is not best)]
 
     def _raced(self, ways: list[Direction]) -> tuple[list[Direction], Fit | None]:
         """Ways of a wave over an angle, by what a few steps of a fit leave of the best of them; and what the best came to.
@@ -414,11 +423,42 @@ class Step:
 
     def _start(self, way: Direction) -> dict:
         """Where the linear look says; of a whole drive, which is far from linear, a small amount in that direction."""
+        if self.problem.by_channel:
+            return self._tried(way)[0]
         start = way.start()
         for p in way.amplitudes if self.problem.whole else ():
             most = RULES.search.small * (p.high - p.low if np.isfinite(p.high - p.low) else 1.0)
             start[p.name] = p.nominal + float(np.clip(RULES.search.small_look * (start[p.name] - p.nominal), -most, most))
         return start
+
+    def _tried(self, way: Direction) -> tuple[dict, float]:
+        """Of a whole drive compared in all its channels: where a way of acting begins, and what share of the base's loss that leaves.
+
+        As much as the look says where that leaves no more than the base does, else by quarters less, down to what the look saw. A
+        small drive ends being linear long before a range does that holds for any, and no fit comes back from there.
+        """
+        if id(way) in self.tried:
+            return self.tried[id(way)]
+        problem, base = self._view[way.hypothesis.drifts]
+        loss = lambda at: float(rho(problem.misfit({**self.base.values, **at})[problem.rows], problem.loss_scale).sum()) / base
+        start, little = way.start(), way.little()
+        left = loss(start)
+        more = lambda p: abs(start[p.name] - p.nominal) > abs(little[p.name] - p.nominal)
+        while left > 1.0 and not any(p.trials for p in way.amplitudes) and any(map(more, way.amplitudes)):
+            start |= {p.name: p.nominal + 0.25 * (start[p.name] - p.nominal) for p in way.amplitudes}
+            left = loss(start)
+        self.tried[id(way)] = start, left
+        return start, left
+
+    @cached_property
+    def _view(self) -> dict[bool, tuple[Problem, float]]:
+        """Of what drifts, and of what does not: the problem as looks have it, and the base's loss there."""
+        found = {}
+        for drifts in (False, True):
+            problem = self.problem.glance(drifts)
+            left = problem.misfit(dict(self.base.values))[problem.rows]
+            found[drifts] = problem, max(float(rho(left, problem.loss_scale).sum()), 1e-300)
+        return found
 
     def _candidate(self, hypothesis: Hypothesis, extra: tuple[Free, ...], fitted: Fit, linear: float) -> Candidate:
         problem, unseen = self.problem, self.problem.held_out(fitted)

@@ -82,14 +82,13 @@ command_delay = join(EFFECTS, HOOKS, "delay")
 
 
 def feedback(p, effects, angle_setpoint, speed_setpoint, angle, speed):
-    """U of eq 21 and 22, V."""
+    """U of eq 21 and 22, V; what a power stage loses of it is lost at the limits, too."""
     command = p.angle_gain * (angle_setpoint - angle) + p.speed_gain * (speed_setpoint - speed)
-    factor = 1.0
     if effects > 0.0:
-        x = Condition(command)
-        command -= lost_command(p, x)
-        factor = limit_factor(p, x)
-    return min(max(command, factor * p.voltage_min), factor * p.voltage_max)
+        factor = limit_factor(p, Condition(command))
+        command = min(max(command, factor * p.voltage_min), factor * p.voltage_max)
+        return command - lost_command(p, Condition(command))
+    return min(max(command, p.voltage_min), p.voltage_max)
 
 
 def hold_torque(p, output_torque):
@@ -159,6 +158,12 @@ def advance(p, s, angle_setpoint, speed_setpoint, angle, speed, motor_speed, out
             command, resting, 0.0, s.since, s.age, s.past0, s.past1, s.past2, s.past3, s.past4, s.past5, s.past6, s.past7, s.past8
         )
     return s, Output(command)
+
+
+def asked(p, s, angle_setpoint, speed_setpoint, angle, speed, output_torque):
+    """The voltage of eq 21, 22 and at rest of a controller in state s, whatever effects make of it: what one writes that has a power stage behind it."""
+    command = feedback(p, 0.0, angle_setpoint, speed_setpoint, angle, speed)
+    return voltage_at_rest(p, command, s.resting, output_torque)
 
 
 def acted(p, s, command, resting, dt):

@@ -11,10 +11,10 @@ import pytest
 from selflock.diagnosis import diagnose
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.pipeline.run import gather, problem_of
-from selflock.diagnosis.residuals import whole
+from selflock.diagnosis.residuals import driven, whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.rules import RULES
-from selflock.diagnosis.search.instants import place_jumps, place_ticks
+from selflock.diagnosis.search.instants import place_jumps, place_jumps_again, place_ticks
 
 from .plant import bus, fieldbus
 
@@ -104,6 +104,24 @@ def test_jumps_are_placed_by_noise_and_not_by_what_a_drive_at_rest_errs(seed, tm
     assert place_jumps(problem.experiment, problem)
     problem = problem.on(problem.experiment.but_with(problem.experiment.setting)).with_noise()
     assert problem.excess(problem.nominal).max() < RULES.search.sound
+
+
+@pytest.mark.slow
+def test_jumps_that_were_placed_for_a_wrong_drive_are_placed_again_for_the_right_one(rng, tmp_path):
+    """Of two fits for that which leaves less; what is right by then is not asked again."""
+    problem = _problem(116, tmp_path)
+    assert place_jumps(problem.experiment, problem)
+    for ch in problem.experiment.channels.values():
+        driven.sooner(ch).update(dict.fromkeys(driven.sooner(ch), 0.0))
+    problem = problem.on(problem.experiment.but_with(problem.experiment.setting)).with_noise()
+    right = problem.fit(problem.base_free, problem.nominal)
+    heavy = problem.fit(
+        problem.base_free, problem.nominal | {"load.inertia": 2.0 * problem.experiment.rig.parameters["load.inertia"]}
+    )
+    assert problem.excess(right.values).max() > RULES.search.sound
+    found, fitted = place_jumps_again(problem.experiment, problem, [heavy, right])
+    assert found.excess(fitted.values).max() < RULES.search.sound
+    assert place_jumps_again(found.experiment, found, [fitted]) is None
 
 
 @pytest.mark.slow

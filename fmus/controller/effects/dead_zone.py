@@ -1,4 +1,4 @@
-"""Small commands do nothing; larger ones are passed on, less a share of the dead zone."""
+"""Small commands do nothing; larger ones are passed on, less a share of the dead zone, those at the limits of the controller too."""
 
 from math import copysign
 

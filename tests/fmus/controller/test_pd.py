@@ -104,7 +104,7 @@ def test_hold_margin_stays_inside_the_cone():
 def test_dead_zone():
     flat = pd.Parameters(dead_zone=2.0)
     jump = pd.Parameters(dead_zone=2.0, dead_zone_share=0.0)
-    for error, straight, jumping in ((0.004, 0.0, 0.0), (0.01, 2.0, 4.0), (-0.01, -2.0, -4.0)):
+    for error, straight, jumping in ((0.004, 0.0, 0.0), (0.01, 2.0, 4.0), (-0.01, -2.0, -4.0), (9.0, 22.0, 24.0)):
         assert pd.feedback(flat, 1.0, error, 0.0, 0.0, 0.0) == pytest.approx(straight)
         assert pd.feedback(jump, 1.0, error, 0.0, 0.0, 0.0) == pytest.approx(jumping)
 

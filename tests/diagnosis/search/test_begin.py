@@ -1,0 +1,52 @@
+"""Where fits of a whole drive begin: a linear look ends where the drive is linear, and from far beyond that no fit comes back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.search.screen import Direction
+from selflock.diagnosis.search.step import Step
+
+from ..residuals.test_row_by_row import R
+from ..residuals.test_small_controllers import DRIVE, asked_of, simulated, steps
+
+RESISTANCE = "motor.resistance"
+
+
+@pytest.fixture
+def step(rng, monkeypatch):
+    """Of a drive whose motor has more resistance than its rig says."""
+    monkeypatch.setitem(DRIVE, RESISTANCE, rng.uniform(0.6, 0.8) * R)
+    problem = asked_of(rng, simulated(steps(rng, 1.5)), True)().with_noise()
+    return Step(problem, problem.fit(problem.base_free, problem.nominal), [], RULES.search.clean, np.inf, lambda *_: None)
+
+
+def way(step, name, amount):
+    """Of acting of one number, as a look may have found it."""
+    found = next(h for h in step.open if [p.name for p in h.free] == [name])
+    return Direction(found, {}, found.free, np.ones((1, 1, 1)), amounts=np.array([amount]))
+
+
+def left(step, start):
+    return step._loss(step.problem.misfit({**step.base.values, **start}))
+
+
+def test_a_fit_begins_with_as_much_as_leaves_no_more_than_nothing_does(step, rng):
+    """Of the cause, ten to a hundred times too much of which the look promised; none of what is there already, but what the look saw."""
+    right, wrong = way(step, RESISTANCE, rng.uniform(10.0, 100.0) * R), way(step, "load.damping", rng.uniform(10.0, 100.0))
+    assert left(step, right.start()) > step._loss(step.base.misfit) > left(step, step._start(right))
+    assert DRIVE[RESISTANCE] < step._start(right)[RESISTANCE] < 4.0 * R
+    assert 0.0 < step._start(wrong)["load.damping"] <= wrong.little()["load.damping"] < wrong.start()["load.damping"]
+
+
+def test_what_is_fitted_is_told_by_what_is_left_where_it_begins(step, rng):
+    """And not by what a linear look sees in it: of two ways, and of two hypotheses, the other one promises more."""
+    amounts = rng.uniform(0.3, 0.4) * R * np.array([0.02, 1.0])
+    small, right, wrong = way(step, RESISTANCE, amounts[0]), way(step, RESISTANCE, amounts[1]), way(step, "load.damping", -1.0)
+    for one, gain in ((small, 2.0), (right, 1.0), (wrong, 3.0)):
+        one.gain = gain
+    assert step._best_begun([small, right]) == [right, small]
+    chosen, first = step._entered([], [[wrong], [small, right]], lambda ways: False)
+    assert [ways[0].hypothesis for ways in chosen][0] is right.hypothesis and RESISTANCE in first

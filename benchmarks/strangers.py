@@ -89,6 +89,7 @@ def document(found: list[dict], judging: bool) -> str:
         f"| of all strong ones: the right name itself first | | {rate(row.get('first', row['right']) for row in single)} |",
         f"| another name first, the right one told beside it (`ambiguous`), strong | | {rate(row.get('alike', False) for row in single)} |",
         f"| neither, strong | | {rate(not (row['right'] or row.get('alike', False)) for row in single)} |",
+        f"| of these that are right: with a further name, which is false | ≤ 5 % | {rate(len(row['answers']) > 1 for row in single if row['right'])} |",
         f"| a name or `unknown` although nothing is hidden | ≤ 5 % | {rate(not row['right'] for row in of['none'])} |",
         f"| outside the library: `unknown`, a curve of the right variable at the right place, or the same as it, and 70 % of what can be closed is closed | | {rate(row['right'] for row in beyond)} |",
         f"| of these the right curve, and 70 % of what a curve that stays beyond what taught as at its ends can close is closed | ≥ 70 % | {rate(row['curve'] and row['of_reach'] >= 0.7 for row in beyond if 'curve' in row)} |",

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from selflock.fmus.blas import has_one_thread
 from selflock.fmus.place import claimed, tidied
 from selflock.master.stops import Stops
 
@@ -46,13 +45,12 @@ T = TypeVar("T")
 def _narrow(call: Callable[P, T]) -> Callable[P, T]:
     """A call in which BLAS has one thread: matrices are narrow, and a search has threads of its own; more of them only cost.
 
-    SciPy's own BLAS, which a few need, is loaded before, so that it is told, too; where it has one anyway it is left to these.
+    SciPy's own BLAS is loaded before, so that it is told, too.
     """
 
     @wraps(call)
     def narrow(*given: P.args, **named: P.kwargs) -> T:
-        if not has_one_thread():
-            import_module("scipy.linalg")
+        import_module("scipy.linalg")
         with threadpool_limits(limits=1):
             return call(*given, **named)
 

@@ -14,8 +14,3 @@ def one_thread() -> None:
     """
     for name in THREADS:
         os.environ.setdefault(name, "1")
-
-
-def has_one_thread() -> bool:
-    """Whether a BLAS that is loaded from here on has one."""
-    return all(os.environ.get(name) == "1" for name in THREADS)

@@ -11,10 +11,7 @@ import logging
 import os
 import shutil
 import stat
-import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, Callable
@@ -147,48 +144,10 @@ def _same(target: Path, files: dict[str, bytes]) -> bool:
 
 def sealed(function: Any) -> Any:
     """A function compiled by numba, of which what is on disk is checked before it is loaded; compiled again where it is off."""
-    kept: Any = getattr(function, "_cache", None)
-    file = getattr(kept, "_cache_file", None)
+    file = getattr(getattr(function, "_cache", None), "_cache_file", None)
     if file is not None:
-        file.__class__, kept.__class__ = _sealed(file.__class__), _alone(kept.__class__)
+        file.__class__ = _sealed(file.__class__)
     return function
-
-
-@cache
-def _alone(kind: Any) -> type:
-    class Alone(kind):
-        """Loads what is on disk, and nothing of what compiling asks for, which takes a tenth of a second.
-
-        Where nothing is there numba fetches that before it compiles, as always.
-        """
-
-        def load_overload(self, sig: Any, target_context: Any) -> Any:
-            from numba.core.runtime import rtsys
-
-            rtsys.initialize(target_context)
-            with _sparing_blas(), self._guard_against_spurious_io_errors():
-                return self._load_overload(sig, target_context)
-
-    return Alone
-
-
-@contextmanager
-def _sparing_blas() -> Iterator[None]:
-    """A part of numba loads, to see whether there is a BLAS, all of SciPy's linear algebra, for a tenth of a second: not in here.
-
-    There is one. Who compiles what multiplies matrices, which no law does, has numba load it then.
-    """
-    blas, asking = "scipy.linalg.cython_blas", "numba.np.arraymath"
-    if blas in sys.modules or asking in sys.modules:
-        yield
-        return
-    sys.modules[blas] = None  # type: ignore[assignment]  # so Python says that a module cannot be loaded
-    try:
-        yield
-    finally:
-        sys.modules.pop(blas, None)
-        if asking in sys.modules:
-            sys.modules[asking]._HAVE_BLAS = True  # type: ignore[attr-defined]
 
 
 @cache

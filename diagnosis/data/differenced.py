@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from ..rules import RULES
-from .sliding import highest
 from .values import stretches
 
 
@@ -82,7 +82,7 @@ def lost(time: np.ndarray) -> np.ndarray:
 def _together(run: SpeedRows, rows: int) -> np.ndarray:
     """Where a difference over so many rows, and the next one, are of sound rows without a gap between any of them."""
     begins = ~run.good[1:] | ~run.good[:-1] | lost(run.time)
-    return highest(begins.astype(int), 2 * rows + 1)[rows - 1 :] == 0
+    return maximum_filter1d(begins.astype(int), 2 * rows + 1)[rows - 1 :] == 0
 
 
 def _missing(levels: list[np.ndarray], sound: list[np.ndarray]) -> int:

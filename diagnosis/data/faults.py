@@ -10,13 +10,13 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from ..rules import RULES
 from .differenced import lost
 from .log import VALID, MeasuredRun
 from .rig import Rig, split
 from .signals import ANGLE_OF, COMMANDS, MOVES, SPEED_OF, TORQUES
-from .sliding import highest, middle
 from .stuck import Stills, clipped, frozen
 from .values import resolution, spread, stretches
 
@@ -172,9 +172,9 @@ def _felt(places: list[list[np.ndarray]], length: int, samples: int) -> np.ndarr
         for x in there:
             bend = np.zeros(samples)
             bend[span:-span] = abs(x[2 * span :] - 2.0 * x[span:-span] + x[: -2 * span])
-            about = middle(bend, 2 * rules.impact_about * span + 1)
+            about = median_filter(bend, size=2 * rules.impact_about * span + 1, mode="reflect")
             bent |= bend > np.maximum(np.quantile(bend, rules.spike_tail), rules.impact_sharp * about)
-        count += highest(bent.astype(int), 2 * rules.impact_reach + 1)
+        count += maximum_filter1d(bent.astype(int), 2 * rules.impact_reach + 1)
     return count
 
 
@@ -235,7 +235,7 @@ def _spikes(run: MeasuredRun, name: str) -> np.ndarray:
 def _farthest(x: np.ndarray, reach: int) -> np.ndarray:
     """Samples of a channel without gaps that are far from so many neighbours on each side, which have nothing of them."""
     rules = RULES.data
-    away = abs(x - middle(x, 2 * reach + 1))
+    away = abs(x - median_filter(x, size=2 * reach + 1, mode="reflect"))
     tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
     scale = max(rules.deviation * float(np.median(away)), tail, resolution(x) / np.sqrt(12.0))
     width = spread(x, rules.range_quantiles)

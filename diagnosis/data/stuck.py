@@ -10,17 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from math import exp, lgamma, log
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
+from scipy.special import pdtrc
 
 from ..rules import RULES
 from .differenced import SpeedRows, difference, over_losses
 from .log import MeasuredRun
 from .rig import split
 from .signals import ANGLE_OF, MOVES, SPEED_OF, TORQUES, VOLTAGES
-from .sliding import highest, lowest, mostly
 from .values import noise_of, resolution, spread, stretches
 
 _OTHERS = ("controller.voltage", "motor.duty", "motor.voltage", "motor.current", "motor.torque")
@@ -182,7 +182,7 @@ class Stills:
             starts, lengths = self.of(channel)
             unsure |= self.extreme(channel)
             unsure |= np.repeat(lengths >= max(rows / 2, RULES.data.clipped_stretch), lengths)
-        clear = ~highest(unsure, rows)
+        clear = maximum_filter1d(unsure.astype(np.int8), rows) == 0
         clear[:rows] = clear[-rows:] = False
         if clear.sum() < rows:
             return 2.0 * self.may(name, witness, rows // 2) if rows > 1 else float("nan")
@@ -203,9 +203,9 @@ class Stills:
         starts, lengths = self.of(name)
         clipped = self.clipped.get(name, np.zeros(len(self.run), bool))
         still = (np.repeat(lengths >= RULES.data.frozen_shortest, lengths) & ~clipped) | ~self.sound[name]
-        asleep = mostly(still, rows)
+        asleep = uniform_filter1d(still.astype(float), rows) > 0.5
         if not (at_limit and split(name, self.drives)[1] in ANGLE_OF):
-            asleep |= highest(clipped, rows)
+            asleep |= maximum_filter1d(clipped, rows)
         return asleep
 
 
@@ -217,7 +217,7 @@ def _felt(x: np.ndarray) -> np.ndarray:
 
 def _within(x: np.ndarray, rows: int) -> np.ndarray:
     """How far x goes within so many rows about each."""
-    return highest(x, rows) - lowest(x, rows)
+    return maximum_filter1d(x, rows) - minimum_filter1d(x, rows)
 
 
 def _sizes(lengths: np.ndarray, total: int) -> np.ndarray:
@@ -314,16 +314,7 @@ def _crowded(stills: Stills, name: str, side: float) -> bool:
     _, counts = np.unique(side * x, return_counts=True)
     beside = counts[-1 - rules.clipped_beside : -1]
     usual = (beside.sum() + 1.0) / max(len(beside), 1)
-    return bool(counts[-1] > usual) and _at_least(int(counts[-1]), usual) < rules.frozen_chance
-
-
-def _at_least(count: int, usual: float) -> float:
-    """How probable it is to count so many or more where fewer are usual (Poisson's law)."""
-    share, found = exp(count * log(usual) - usual - lgamma(count + 1.0)), 0.0  # of exactly so many
-    while share > 1e-16 * found:
-        found, count = found + share, count + 1
-        share *= usual / count
-    return found
+    return float(pdtrc(counts[-1] - 1, usual)) < rules.frozen_chance
 
 
 # --- frozen

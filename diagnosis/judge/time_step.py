@@ -9,9 +9,9 @@ away, with nothing fitted, the step is the cause, before any law.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from math import erfc, sqrt
 
 import numpy as np
+from scipy.special import ndtr
 
 from ..data.log import VALID, MeasuredRun
 from ..data.rig import split
@@ -115,7 +115,7 @@ def to_blame(
     drops = drops[drops != 0.0]
     spread = drops.std(ddof=1) / np.sqrt(len(drops)) if len(drops) > 1 else np.inf
     size = {"value": step.size, "low": step.size, "high": step.size, "unit": "s", "determined": True, "doubt": ""}
-    cause = Cause("simulation", "step", {"step": size}, round(0.5 * erfc(-drops.mean() / max(spread, 1e-300) / sqrt(2.0)), 4))
+    cause = Cause("simulation", "step", {"step": size}, round(float(ndtr(drops.mean() / max(spread, 1e-300))), 4))
     acts = lambda h: h.component in residual.components or h.channel in (*residual.reads, residual.output)
     kept = [(c, stage) for c, stage in zip(outcome.causes, outcome.kept) if not acts(c.hypothesis)]
     gone = {p.name for c in outcome.causes if acts(c.hypothesis) for p in c.free} - {p.name for c, _ in kept for p in c.free}

@@ -136,9 +136,7 @@ def smooth(x: np.ndarray, samples: int) -> np.ndarray:
     """Gaussian average over about so many samples (six standard deviations): no overshoot, little fast noise left."""
     if not RULES.residuals.shortest_window <= samples <= len(x):
         return x
-    deviations = RULES.residuals.window_deviations
-    deviation = samples / deviations
-    weights = bell(deviation, int(0.5 * deviations * deviation + 0.5))
+    weights = _gaussian(samples)
     reach, beyond = len(weights) - 1, np.empty(len(x) + 2 * len(weights) - 2)
     beyond[:reach], beyond[reach : reach + len(x)], beyond[reach + len(x) :] = x[0], x, x[-1]  # both ends go on as they are
     return averaged(beyond, weights)
@@ -152,8 +150,11 @@ def averaged(beyond: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 @cache
-def bell(deviation: float, reach: int) -> np.ndarray:
-    """Weights of a Gaussian average to so many samples on both sides, of the middle first; deviation: in samples."""
+def _gaussian(samples: int) -> np.ndarray:
+    """Weights of a Gaussian average over about so many samples, of the middle first."""
+    deviations = RULES.residuals.window_deviations
+    deviation = samples / deviations
+    reach = int(0.5 * deviations * deviation + 0.5)
     weights = np.exp(-0.5 / deviation**2 * np.arange(-reach, reach + 1) ** 2)
     return (weights / weights.sum())[reach:]
 

@@ -12,9 +12,9 @@ Angles are noisy, and their noise is in u's misfit and in x alike. So both are s
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from ..data.rig import LOAD, MOTOR
-from ..data.sliding import deep
 from ..data.values import resolution
 from ..rules import RULES
 from . import drive, driven
@@ -78,7 +78,7 @@ def _nothing_of(ch: Channels, command: str, name: str, gain: float) -> bool:
     """Whether the command has surely less than half of gain times what is new in every row of a channel, whenever it acts."""
     rules = RULES.residuals
     new, acts = -gain * np.diff(ch.raw(name), n=4), np.diff(ch.raw(command), n=4)
-    good = deep(ch.good(name) & ch.good(command), 4)[2:-2]
+    good = binary_erosion(ch.good(name) & ch.good(command), iterations=4)[2:-2]
     good &= abs(new) <= rules.coarse_steps * max(
         float(np.median(abs(new[good]))) if good.any() else 0.0, 16.0 * gain * counts(name, ch)[0]
     )
@@ -174,7 +174,7 @@ def _asked(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarra
     """The command, V, that the measured motion of one shaft asks for, and where a controller that does not let go would give it."""
     asked, _, inside = _law(ch, command, side)
     rate = drive.speed_setpoint(ch.raw("controller.angle_setpoint"), {}, ch)
-    moving = deep(rate != 0.0, RULES.residuals.near)  # at rest it may have let go
+    moving = binary_erosion(rate != 0.0, iterations=RULES.residuals.near)  # at rest it may have let go
     return asked, moving & inside
 
 

@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import binary_opening
 
-from ..data.sliding import lasting
 from ..rules import RULES
 from . import laws, memory, phase
 from .channels import Channels, ShaftMotion, derivative, integral, mean_rate, motion
@@ -180,7 +180,7 @@ def speed_setpoint(wanted: np.ndarray, values: dict, ch: Channels) -> np.ndarray
     if ch.has(name):
         return ch.true(name, values)
     rate, stays = derivative(wanted, np.cumsum(ch.dt)), np.diff(wanted) == 0.0
-    ends = lasting(stays, RULES.residuals.rounded_window)  # of a rest, not of the steps of one in counts
+    ends = binary_opening(stays, np.ones(RULES.residuals.rounded_window))  # of a rest, not of the steps of one in counts
     still = np.append(False, stays) & np.append(stays, False) | np.append(ends, False) | np.append(False, ends)
     rate[still] = 0.0  # to the last digit: at rest a controller may let go
     return rate

@@ -9,9 +9,9 @@ rows of a run, and another in each run (whole.lateness).
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from ..data.signals import SIGNALS
-from ..data.sliding import highest, lowest
 from ..rules import RULES
 from .channels import Channels
 from .recorder import commanded
@@ -76,7 +76,7 @@ def standing(name: str, ch: Channels) -> tuple[int, float | None]:
     if key not in ch.run.memory:
         x, good, rules = ch.raw(name), ch.good(name), RULES.residuals
         reach = 2 * rules.message_rows + 1
-        changes = highest(x, reach) > lowest(x, reach)
+        changes = maximum_filter1d(x, reach) > minimum_filter1d(x, reach)
         asked = changes[1:] & good[1:] & good[:-1]
         equal = (x[1:] == x[:-1])[asked]
         even = evenly_sent(ch)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from ..data.differenced import SpeedRows, difference, over_losses
 from ..data.signals import ANGLE_OF
 from ..data.values import noise_of, resolution, rough
 from ..rules import RULES
-from .channels import Channels, averaged, bell
+from .channels import Channels
 
 COMMAND = "controller.voltage"
 
@@ -125,9 +126,8 @@ def _line(jumps: np.ndarray, when: np.ndarray) -> tuple[float, float]:
     """
     rules, step = RULES.residuals, float(np.median(np.diff(when)))
     even = np.interp(np.arange(when[0], when[-1], step), when, jumps)
-    size, slow = 2 ** int(np.ceil(np.log2(rules.period_padding * len(even)))), rules.period_slowest / 2.0
-    weights = bell(slow, int(4.0 * slow + 0.5))
-    power = abs(np.fft.rfft(even - averaged(np.pad(even, len(weights) - 1, "symmetric"), weights), size))
+    size = 2 ** int(np.ceil(np.log2(rules.period_padding * len(even))))
+    power = abs(np.fft.rfft(even - gaussian_filter1d(even, rules.period_slowest / 2.0), size))
     frequency = np.fft.rfftfreq(size, step)
     asked = (frequency > 1.0 / (rules.period_slowest * step)) & (frequency < 1.0 / (rules.period_fastest * step))
     if not asked.any():

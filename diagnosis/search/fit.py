@@ -11,10 +11,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from ..rules import RULES
 from .hypotheses import Free
-from .trust import least_squares
 
 Misfit = Callable[[dict[str, float]], np.ndarray]
 
@@ -207,16 +207,17 @@ def ended(
     least, most = (low - zero) / lengths, (high - zero) / lengths
     found = least_squares(
         lambda x: value(x)[places],
-        lambda x: jacobian(misfit, fixed, free, named(x), value(x), places, lengths),
         np.clip((origin - zero) / lengths, np.nextafter(least, np.inf), np.nextafter(most, -np.inf)),
-        least,
-        most,
-        c,
-        effort,
-        tolerances,
-        RULES.search.flat,
+        jac=lambda x: jacobian(misfit, fixed, free, named(x), value(x), places, lengths),
+        bounds=(least, most),
+        loss="soft_l1" if np.isfinite(c) else "linear",
+        f_scale=c if np.isfinite(c) else 1.0,
+        max_nfev=effort,
+        ftol=tolerances[0],
+        xtol=tolerances[1],
+        gtol=RULES.search.flat,
     )
-    return named(found), value(found)
+    return named(found.x), value(found.x)
 
 
 def held_out(fitted: Fit, rows: np.ndarray, folds: np.ndarray, misfit: Misfit | None = None, c: float = np.inf) -> np.ndarray:

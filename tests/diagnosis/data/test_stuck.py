@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.special import pdtrc
 
 from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import LogColumn, Rig
-from selflock.diagnosis.data.stuck import _at_least
 
 RATIO, STEP = 50.0, 1e-3
 INPUT, SPEED, OUTPUT, LOAD, CURRENT = (
@@ -286,10 +284,3 @@ def test_an_only_angle_that_is_elsewhere_after_it_stood_still_was_frozen(rig, rn
     honest, found = ([f for f in check([run_of(**{INPUT: x})], rig) if f.kind == "frozen"] for x in (angle, stood))
     assert not honest
     assert [(f.channel, f.last) for f in found] == [(INPUT, first + 199)] and abs(found[0].first - first - 1) <= 3
-
-
-def test_how_probable_it_is_to_count_so_many_is_poisson_s(rng):
-    for usual in 10.0 ** rng.uniform(-2.0, 3.0, 20):
-        count = int(usual + rng.uniform(0.0, 8.0) * np.sqrt(usual)) + 1
-        assert _at_least(count, usual) == pytest.approx(pdtrc(count - 1, usual), rel=1e-8)
-    assert _at_least(1000, 1.0) == 0.0

@@ -49,7 +49,6 @@ ELSEWHERE = {  # what decides nothing
         "PIECE",
     },  # how much of a stranger's file is read
     "data/scales.py": {"DEGREE", "ARCMIN", "SLIPS", "MILLI"},  # units and how slips of them are called
-    "data/sliding.py": {"SHORT", "PIECE"},  # in which of two ways the same is computed, and how much at a time
     "data/structures.py": {"WIDEST", "DEEPEST", "MOST_NAMES", "LONGEST"},
     "data/text.py": {"LOOKED_AT", "LINES", "ALIKE", "MOST_COLUMNS"},
     "data/wrapped.py": {"PERIODS"},  # units, and the counts that encoders have
@@ -66,7 +65,6 @@ ELSEWHERE = {  # what decides nothing
     "naming/kernels.py": {"SIGNAL", "X", "W", "OUT", "P"},  # places in a block
     "naming/places.py": {"MIDDLE"},  # a half of a step
     "residuals/free_law.py": {"IN_LOOP"},  # a code of the loops
-    "search/trust.py": {"STARTS_INSIDE", "DAMPINGS"},  # a solver's own, which were SciPy's
     "systems/parts.py": {"CLOSE"},  # digits of a time
     "tracking/changes.py": {"NORMAL"},  # a quantile of what is told
     "tracking/logs.py": {"STARS"},  # how much of a stranger's pattern is looked at

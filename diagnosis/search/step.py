@@ -305,12 +305,12 @@ class Step:
             and (any(p.trials and p.role in (PERIOD, STEP) for p in ways[0].free) or any(map(self._on_a_line, ways)))
         )
         groups = sorted(of.values(), key=lambda ways: not shown(ways))
-        promising = [ways for ways in groups if ways[0].gain > 0.0 or shown(ways)]
         waves = lambda ways: any(p.role == ORDER for p in ways[0].free)  # of which one start says nothing of another
         if self.problem.by_channel:
-            chosen, first = self._entered([ways for ways in groups if shown(ways)], [*groups[sum(map(shown, groups)) :]], waves)
+            lead = sum(map(shown, groups))
+            chosen, first = self._entered(groups[:lead], groups[lead:], waves)
         else:
-            chosen, first = promising[: RULES.search.fits], {}
+            chosen, first = [ways for ways in groups if ways[0].gain > 0.0][: RULES.search.fits], {}
         least = min((self._loss(fitted.misfit) for fitted in first.values()), default=np.inf)
 
         def judge(ways: list[Direction]) -> Candidate:

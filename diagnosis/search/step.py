@@ -221,12 +221,22 @@ class Step:
         if not any(felt[p.name] for p in candidate.free if amount(p)):
             return "where its fit ended more or less of it changes nothing: this log does not tell how much there is"
         if self.problem.by_channel:
+            if self._does_without(candidate):
+                return "what else it frees does as well without it"
             intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
             if _reaches_an_end(candidate, intervals):
                 return "a number of it lies at the end of its range"
             if self.found and _may_be_nothing(candidate, intervals):
                 return "beside the causes found the interval of how much there is of it holds nothing, too"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
+
+    def _does_without(self, candidate: Candidate) -> bool:
+        """Whether nothing of a cause leaves as little, with all that it frees beside: as Stribeck's fall does that ends at no speed."""
+        nothing = {p.name: p.nominal for p in candidate.free if amount(p)}
+        if not nothing or len(nothing) == len(candidate.free):
+            return False
+        without = self.problem.misfit({**candidate.fitted.values, **nothing})
+        return self._loss(without) <= (1.0 + RULES.search.matters) * self._loss(candidate.fitted.misfit)
 
     @staticmethod
     def _no_cause(candidate: Candidate) -> bool:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from selflock.diagnosis.rules import RULES
+from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.screen import Direction
 from selflock.diagnosis.search.step import Step
 
@@ -50,3 +53,12 @@ def test_what_is_fitted_is_told_by_what_is_left_where_it_begins(step, rng):
     assert step._best_begun([small, right]) == [right, small]
     chosen, first = step._entered([], [[wrong], [small, right]], lambda ways: False)
     assert [ways[0].hypothesis for ways in chosen][0] is right.hypothesis and RESISTANCE in first
+
+
+def test_a_cause_of_which_there_is_nothing_is_none_whatever_it_frees_beside(step):
+    """A damping that ended at 0 beside the resistance that it freed; the same fit is a resistance that freed a damping."""
+    (r,), (d,) = way(step, RESISTANCE, 0.3 * R).free, way(step, "load.damping", 0.0).free
+    fitted = step.problem.fit((*step.base.free, r), {**step.base.values, r.name: R})
+    fitted.values[d.name] = d.nominal
+    of = lambda own, beside: Candidate(step.open[0], (own, replace(beside, companion=True)), fitted, step.losses)
+    assert step._does_without(of(d, r)) and not step._does_without(of(r, d))

@@ -123,16 +123,11 @@ def answers_its_motion(ch: Channels, missed: float) -> bool:
 
     Then that drive is wrong behind its command: what a power stage does with it (a dead zone, a limit, a delay) is not in the log of it.
     """
-    command = commanded(ch)
-    if (
-        ch.steady
-        or not command
-        or driven.of(ch) != driven.ANGLE
-        or not ch.has("reducer.input_angle" if _at_motor(ch) else "load.angle")
-    ):
+    command, side = commanded(ch), "reducer.input_" if _at_motor(ch) else "load."
+    if ch.steady or not command or driven.of(ch) != driven.ANGLE or not ch.has(f"{side}angle"):
         return False
-    asked, rate, inside = _law(ch, command, "reducer.input_" if _at_motor(ch) else "load.")
-    good = inside & (rate != 0.0)
+    asked, speed, inside = _law(ch, command, side)
+    good = inside & (speed != 0.0)
     off = (ch.raw(command) - asked)[good]
     return len(off) > RULES.residuals.noise_samples and float(np.sqrt(np.mean(off**2))) < RULES.residuals.answers * missed
 

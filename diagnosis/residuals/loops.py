@@ -342,7 +342,7 @@ def closed(
                 told = asked[0, i], asked[1, i], angle, speed, g.speed, delivered
             acted = c.since + dt[i]
             c, co = pd.advance(pc, c, told[0], told[1], told[2], told[3], told[4], told[5], dt[i])
-            if period <= 0.0 or i == 0 or c.since < acted - 0.5 * period:
+            if stepped[4] > 0.0 and (period <= 0.0 or i == 0 or c.since < acted - 0.5 * period):
                 written = pd.asked(pc, c, told[0], told[1], told[2], told[3], told[5])
             volts, later_volts = 1.0, 1.0
             if supply[i] > 0.0:

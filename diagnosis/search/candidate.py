@@ -104,6 +104,29 @@ def amount(p: Free) -> bool:
     return p.role not in SHAPES and not p.companion
 
 
+def reaches_an_end(candidate: Candidate, intervals: dict[str, tuple[float, float]]) -> bool:
+    """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure.
+
+    Where that end is what the number is without the cause, others of its numbers may say how much there is of it.
+    """
+    amounts = [p for p in candidate.free if p.role not in SHAPES]
+    nothing = [p for p in amounts if holds_nothing(p, *intervals[p.name])]
+    for p in ends(candidate):
+        low, high = intervals[p.name]
+        if (low <= p.low or high >= p.high) and (p not in nothing or len(nothing) == len(amounts)):
+            return True
+    return False
+
+
+def may_be_nothing(candidate: Candidate, intervals: dict[str, tuple[float, float]]) -> bool:
+    """Whether the intervals of all that says how much there is of a cause hold what it is without the cause.
+
+    Asked where something else is found already: beside nothing a large error widens all intervals, the right cause's, too.
+    """
+    amounts = [p for p in candidate.free if amount(p) and not p.trials]
+    return bool(amounts) and all(holds_nothing(p, *intervals[p.name]) for p in amounts)
+
+
 def simplest(
     real: Sequence[Candidate], found: Sequence[Hypothesis], chance_level: float, rows: np.ndarray, size: float
 ) -> Candidate:

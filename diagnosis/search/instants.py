@@ -19,7 +19,7 @@ from ..residuals.mending import samples
 from ..residuals.noise import floor
 from ..residuals.recorder import commanded, ticks
 from ..rules import RULES
-from .fit import Fit, rho
+from .fit import Fit
 from .problem import Problem
 
 
@@ -32,12 +32,7 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     rounds = 2 if driven.of(channels[0]) == driven.VOLTAGE else 1
     for _ in range(rounds):
         problem = problem.with_noise()
-        values = problem.absolute(problem.fit(problem.base_free, problem.nominal).values)
-        values = problem.settled(experiment, values, problem.base_free)
-        noise = _noise(experiment, values)
-        for ch in channels:
-            _place(experiment, ch, values, noise)
-        problem = problem.on(problem.experiment.but_with(problem.experiment.setting))
+        problem = _placed(experiment, channels, problem, problem.fit(problem.base_free, problem.nominal))
     return True
 
 
@@ -72,20 +67,24 @@ def _closer(
 
     Problem, fit, when the jumps came, what the fit leaves.
     """
-    loss = lambda problem, fit: float(rho(fit.misfit[problem.rows], problem.loss_scale).sum())
     found = None
     for _ in range(RULES.search.again):
-        values = problem.settled(experiment, problem.absolute(fitted.values), fitted.free)
-        noise = _noise(experiment, values)
-        for ch in channels:
-            _place(experiment, ch, values, noise)
-        other = problem.on(problem.experiment.but_with(problem.experiment.setting))
+        other = _placed(experiment, channels, problem, fitted)
         further = other.fit(fitted.free, dict(fitted.values))
-        if loss(other, further) > (1.0 - RULES.search.matters) * loss(problem, fitted):
+        if other.loss(further.misfit) > (1.0 - RULES.search.matters) * problem.loss(fitted.misfit):
             break
         problem, fitted = other, further
-        found = problem, fitted, _instants(channels), loss(problem, fitted)
+        found = problem, fitted, _instants(channels), problem.loss(fitted.misfit)
     return found
+
+
+def _placed(experiment: DriveExperiment, channels: list[Channels], problem: Problem, fitted: Fit) -> Problem:
+    """The problem with each jump of all runs where it came for a drive as it is fitted."""
+    values = problem.settled(experiment, problem.absolute(fitted.values), fitted.free)
+    noise = _noise(experiment, values)
+    for ch in channels:
+        _place(experiment, ch, values, noise)
+    return problem.on(problem.experiment.but_with(problem.experiment.setting))
 
 
 def _instants(channels: list[Channels]) -> list[dict[int, float]]:
@@ -121,7 +120,7 @@ def place_acts(experiment: DriveExperiment, problem: Problem, anew: Callable[[],
     own = whole.needs_speed(ch) and not whole.makes_its_speed(ch)
     able = {name for name, there in {driven.BY_ROWS: rows, driven.OWN_SPEED: own}.items() if there}
     ways = [way for way in ({driven.BY_ROWS}, {driven.OWN_SPEED}, {driven.BY_ROWS, driven.OWN_SPEED}) if way <= able]
-    loss = lambda fit: float(rho(fit.misfit[problem.rows], problem.loss_scale).sum())
+    loss = lambda fit: problem.loss(fit.misfit)
     best, least = set(), loss(fitted)
     for way in ways:
         _act(channels, way)

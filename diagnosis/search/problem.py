@@ -105,7 +105,7 @@ class Problem:
 
         Of a controller of which nothing is said, as it is first taken to be, and as one that acts all the time: whichever fits better.
         """
-        loss = lambda values: float(rho(self.misfit(values)[self.rows], self.loss_scale).sum())
+        loss = lambda values: self.loss(self.misfit(values))
         ends = []
         for found in [values, values | {HOLD: 0.0}] if HOLD in values else [values]:
             for p in self.base_free:
@@ -123,7 +123,7 @@ class Problem:
     def _ending(self, start: dict[str, float]) -> Ending:
         """Where a fit of the nominal drive from this start ends."""
         fitted = self.fit(self.base_free, start, RULES.search.effort_first)
-        return Ending(start, fitted.values, float(rho(fitted.misfit[self.rows], self.loss_scale).sum()))
+        return Ending(start, fitted.values, self.loss(fitted.misfit))
 
     def with_noise_at(self, values: dict) -> Problem:
         """With the noise of each residual's bins from neighbouring differences, and where the robust loss turns.
@@ -327,6 +327,10 @@ class Problem:
             return linear
         misfit = self._nearby if self._told_nearby and self._seen_nearby(fitted) else self.misfit
         return held_out(fitted, self.rows, self.folds, misfit, self.loss_scale)
+
+    def loss(self, misfit: np.ndarray) -> float:
+        """The robust loss of a flat misfit's entries that teach."""
+        return float(rho(misfit[self.rows], self.loss_scale).sum())
 
     def block_loss(self, misfit: np.ndarray) -> np.ndarray:
         """What each residual adds to the mean loss of each training block, (blocks, residuals)."""

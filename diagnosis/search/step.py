@@ -11,13 +11,13 @@ from math import tau
 import numpy as np
 from numba.core import config
 
-from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, SHAPES, STEP
+from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, STEP
 
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
 from ..rules import RULES
-from .candidate import Candidate, amount, better, ends, equal, holds_nothing, more, same_law, simplest, worse
-from .fit import Fit, rho
+from .candidate import Candidate, amount, better, equal, may_be_nothing, more, reaches_an_end, same_law, simplest, worse
+from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
 from .look import Known, Look
@@ -193,7 +193,7 @@ class Step:
         """A fit made again from where it ended, as long as that leaves no more than this share of the loss."""
         for _ in range(RULES.search.again):
             further = self.problem.fit(fitted.free, dict(fitted.values))
-            if self._loss(further.misfit) > share * self._loss(fitted.misfit):
+            if self.problem.loss(further.misfit) > share * self.problem.loss(fitted.misfit):
                 break
             fitted = further
         return fitted
@@ -205,7 +205,8 @@ class Step:
             if p.role == PHASE:
                 turned = (start[p.name] + places + np.pi) % tau - np.pi
                 start = min(
-                    (start | {p.name: float(phase)} for phase in turned), key=lambda at: self._loss(self.problem.misfit(at))
+                    (start | {p.name: float(phase)} for phase in turned),
+                    key=lambda at: self.problem.loss(self.problem.misfit(at)),
                 )
         return start
 
@@ -224,9 +225,9 @@ class Step:
             if self._does_without(candidate):
                 return "what else it frees does as well without it"
             intervals = candidate.fitted.intervals(self.problem.rows, self.problem.blocks)
-            if _reaches_an_end(candidate, intervals):
+            if reaches_an_end(candidate, intervals):
                 return "a number of it lies at the end of its range"
-            if self.found and _may_be_nothing(candidate, intervals):
+            if self.found and may_be_nothing(candidate, intervals):
                 return "beside the causes found the interval of how much there is of it holds nothing, too"
         return "" if self._shows(candidate) else "it shows in averages of many samples alone"
 
@@ -236,7 +237,7 @@ class Step:
         if not nothing or len(nothing) == len(candidate.free):
             return False
         without = self.problem.misfit({**candidate.fitted.values, **nothing})
-        return self._loss(without) <= (1.0 + RULES.search.matters) * self._loss(candidate.fitted.misfit)
+        return self.problem.loss(without) <= (1.0 + RULES.search.matters) * self.problem.loss(candidate.fitted.misfit)
 
     @staticmethod
     def _no_cause(candidate: Candidate) -> bool:
@@ -321,7 +322,7 @@ class Step:
             chosen, first = self._entered(groups[:lead], groups[lead:], waves)
         else:
             chosen, first = [ways for ways in groups if ways[0].gain > 0.0][: RULES.search.fits], {}
-        least = min((self._loss(fitted.misfit) for fitted in first.values()), default=np.inf)
+        least = min((self.problem.loss(fitted.misfit) for fitted in first.values()), default=np.inf)
 
         def judge(ways: list[Direction]) -> Candidate:
             if self.problem.by_channel and waves(ways):
@@ -348,7 +349,7 @@ class Step:
         raced = entered[: rules.begun_by_channel]
         begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
         first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
-        raced.sort(key=lambda ways: self._loss(first[ways[0].hypothesis.label].misfit))
+        raced.sort(key=lambda ways: self.problem.loss(first[ways[0].hypothesis.label].misfit))
         return [*shown, *apart, *raced[: rules.fits_by_channel - len(apart)]], first
 
     def _best_begun(self, ways: list[Direction]) -> list[Direction]:
@@ -369,8 +370,8 @@ class Step:
             usual = _sets(way, self.base)[0]
             orders = tuple(p for p in usual if p.role == ORDER)
             begun.append(self._begin(tuple(p for p in usual if p not in orders), self._start(way), orders))
-            loss[id(way)] = self._loss(begun[-1].misfit)
-        best = min(begun, key=lambda fitted: self._loss(fitted.misfit), default=None)
+            loss[id(way)] = self.problem.loss(begun[-1].misfit)
+        best = min(begun, key=lambda fitted: self.problem.loss(fitted.misfit), default=None)
         return sorted(ways, key=lambda way: loss.get(id(way), np.inf)), best
 
     def _on_a_line(self, way: Direction) -> bool:
@@ -385,9 +386,6 @@ class Step:
         drive = of_drive((*self.base.free, *extra))
         begin = {p.name: start[p.name] for p in (*extra, *held)}
         return self.problem.fit(drive, self.base.values | begin, RULES.search.effort_begin)
-
-    def _loss(self, misfit: np.ndarray) -> float:
-        return float(rho(misfit[self.problem.rows], self.problem.loss_scale).sum())
 
     def _judge(self, ways: list[Direction], first: Fit | None, least: float) -> Candidate:
         """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps.
@@ -416,7 +414,7 @@ class Step:
                 if first is not None:
                     one = self._begin(extra, start) if len(seen) > 1 else first
                     if (
-                        rules.behind * least < self._loss(one.misfit) < self._loss(base.misfit)
+                        rules.behind * least < self.problem.loss(one.misfit) < self.problem.loss(base.misfit)
                     ):  # else it went astray, which says nothing
                         if best is None:
                             return self._candidate(way.hypothesis, extra, one, ways[0].gain)
@@ -450,7 +448,7 @@ class Step:
         if id(way) in self.tried:
             return self.tried[id(way)]
         problem, base = self._view[way.hypothesis.drifts]
-        loss = lambda at: float(rho(problem.misfit({**self.base.values, **at})[problem.rows], problem.loss_scale).sum()) / base
+        loss = lambda at: problem.loss(problem.misfit({**self.base.values, **at})) / base
         start, little = way.start(), way.little()
         left = loss(start)
         more = lambda p: abs(start[p.name] - p.nominal) > abs(little[p.name] - p.nominal)
@@ -466,8 +464,7 @@ class Step:
         found = {}
         for drifts in (False, True):
             problem = self.problem.glance(drifts)
-            left = problem.misfit(dict(self.base.values))[problem.rows]
-            found[drifts] = problem, max(float(rho(left, problem.loss_scale).sum()), 1e-300)
+            found[drifts] = problem, max(problem.loss(problem.misfit(dict(self.base.values))), 1e-300)
         return found
 
     def _candidate(self, hypothesis: Hypothesis, extra: tuple[Free, ...], fitted: Fit, linear: float) -> Candidate:
@@ -492,26 +489,3 @@ def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:
     every = tuple(p for p in way.free if p.name not in base.values)
     usual = tuple(p for p in every if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
     return usual, every, tuple(p for p in usual if not (p.name in way.shape and p.nominal in (p.low, p.high)))
-
-
-def _reaches_an_end(candidate: Candidate, intervals: dict[str, tuple[float, float]]) -> bool:
-    """Whether an interval goes to the end of its number's range: what is small beside a wide range may yet be sure.
-
-    Where that end is what the number is without the cause, others of its numbers may say how much there is of it.
-    """
-    amounts = [p for p in candidate.free if p.role not in SHAPES]
-    nothing = [p for p in amounts if holds_nothing(p, *intervals[p.name])]
-    for p in ends(candidate):
-        low, high = intervals[p.name]
-        if (low <= p.low or high >= p.high) and (p not in nothing or len(nothing) == len(amounts)):
-            return True
-    return False
-
-
-def _may_be_nothing(candidate: Candidate, intervals: dict[str, tuple[float, float]]) -> bool:
-    """Whether the intervals of all that says how much there is of a cause hold what it is without the cause.
-
-    Asked where something else is found already: beside nothing a large error widens all intervals, the right cause's, too.
-    """
-    amounts = [p for p in candidate.free if amount(p) and not p.trials]
-    return bool(amounts) and all(holds_nothing(p, *intervals[p.name]) for p in amounts)

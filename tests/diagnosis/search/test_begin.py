@@ -33,13 +33,13 @@ def way(step, name, amount):
 
 
 def left(step, start):
-    return step._loss(step.problem.misfit({**step.base.values, **start}))
+    return step.problem.loss(step.problem.misfit({**step.base.values, **start}))
 
 
 def test_a_fit_begins_with_as_much_as_leaves_no_more_than_nothing_does(step, rng):
     """Of the cause, ten to a hundred times too much of which the look promised; none of what is there already, but what the look saw."""
     right, wrong = way(step, RESISTANCE, rng.uniform(10.0, 100.0) * R), way(step, "load.damping", rng.uniform(10.0, 100.0))
-    assert left(step, right.start()) > step._loss(step.base.misfit) > left(step, step._start(right))
+    assert left(step, right.start()) > step.problem.loss(step.base.misfit) > left(step, step._start(right))
     assert DRIVE[RESISTANCE] < step._start(right)[RESISTANCE] < 4.0 * R
     assert 0.0 < step._start(wrong)["load.damping"] <= wrong.little()["load.damping"] < wrong.start()["load.damping"]
 

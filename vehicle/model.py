@@ -22,6 +22,8 @@ FASTEST = 1e3  # m/s, beyond which a body has run away
 MOST_STEPS = 2000  # inner steps of one macro step
 MOST_WORK = 1_250_000  # of one macro step, in visits (`work`), some 27 ns each: more would keep a caller waiting
 MOST_SETTLING = 400_000_000  # of the time that the robot is given before the start, in the same: some 10 s
+STEADY = 2.25  # of dt^2 k/m + dt c/m across the track. Of a free mass dt^2 k/m + 2 dt c/m < 4; of pinned ones it was seen to hold
+# from 0.3 to 2 of the one and 0.5 to 2 of the other, of segments of 7.5 to 45 g; along the track nothing was seen up to 3.5 and 6
 RAMP = 3.0  # pitches over which a rail comes out to its height
 _BELLY = 7  # points of the chassis' underside that can touch the ground
 
@@ -62,6 +64,21 @@ def work(v: dict[str, Any], points: int) -> int:
     return own + points // 5
 
 
+def inner_step(v: dict[str, Any]) -> float:
+    """The inner step, s: `inner_step`, or what springs and dampers across a segment ask for where that is shorter.
+
+    There guide and ground press on it, with all its feet and at the depth where eq 24 ends. Forces are held over a step (symplectic
+    Euler method), so that one of them that is too stiff for it makes the segment swing ever more.
+    """
+    if v["track"] == "belt":
+        return v["inner_step"]
+    mass, depth = SIDES * v["segment_mass"], v["ground_depth"]
+    slope = v["ground_stiffness"] * v["ground_exponent"] * depth ** (v["ground_exponent"] - 1.0)
+    k = (v["guide_stiffness"] + kernel.FEET * slope) / mass
+    c = (v["guide_damping"] + kernel.FEET * v["ground_damping"]) / mass
+    return min(v["inner_step"], 2.0 * STEADY / (c + math.sqrt(c * c + 4.0 * STEADY * k)))
+
+
 def with_(v: dict[str, Any]) -> str:
     return f"with {v['segments']} segments and {v['iterations']} iterations"
 
@@ -74,11 +91,12 @@ class Model:
         if v["track"] not in ("segmented", "belt"):
             raise DescriptionError(f"track = {v['track']!r} is not known. Write segmented or belt.")
         self.gx, self.gy = ground.profile(v["ground"])
+        self.inner = inner_step(v)
         most = MOST_SETTLING // work(v, len(self.gx))
-        if v["settling_time"] > most * min(v["inner_step"], 1e-3):
+        if v["settling_time"] > most * min(self.inner, 1e-3):
             raise DescriptionError(
-                f"settling_time = {v['settling_time']:g} s takes more than {most} inner steps of inner_step = {v['inner_step']:g} s, "
-                f"and no more are made {with_(v)}; give the robot less time to settle, a longer inner_step, fewer segments or "
+                f"settling_time = {v['settling_time']:g} s takes more than {most} inner steps of {self.of_inner()}, "
+                f"and no more are made {with_(v)}; give the robot less time to settle, {self.longer()}, fewer segments or "
                 "iterations."
             )
         self.geometry = Geometry(v)
@@ -130,9 +148,7 @@ class Model:
             self.outputs,
         )
         described = addresses.described(self.arrays)
-        self.head = np.array(
-            [0.0, 0.0, v["inner_step"], self.most_steps * v["inner_step"], FASTEST, 0.0, *[0.0] * len(described)]
-        )
+        self.head = np.array([0.0, 0.0, self.inner, self.most_steps * self.inner, FASTEST, 0.0, *[0.0] * len(described)])
         places = self.head.view(np.int64)
         places[:2], places[kernel.HEAD // 8 :] = (self.step_address, self.space_address), described
         self.sized = self.head[kernel.SIZE // 8 :][:1]  # s, of the macro steps that dt is made for
@@ -187,6 +203,11 @@ class Model:
         inertia = sum(i + m * (x - center) ** 2 for m, x, i in pieces)
         return SIDES * mass, center, SIDES * inertia
 
+    def _link(self) -> tuple[float, float]:
+        """Mass and inertia of both sides' segment."""
+        mass = SIDES * self.values["segment_mass"]
+        return mass, mass * (self.geometry.pitch**2 + self.values["shoe_height"] ** 2) / 12.0
+
     def _make_bodies(self) -> None:
         v, g = self.values, self.geometry
         space = self.space = pymunk.Space()
@@ -218,11 +239,10 @@ class Model:
                 pymunk.PivotJoint(chassis, holder, (s * half - v["chassis_center_x"], -v["chassis_center_y"]), (-center, 0.0))
             )
         if not self.belt:
-            m = SIDES * v["segment_mass"]
             for points in pins:
                 links = []
                 for start, end in zip(points, np.roll(points, -1, axis=0)):
-                    link = pymunk.Body(m, m * (g.pitch**2 + v["shoe_height"] ** 2) / 12.0)
+                    link = pymunk.Body(*self._link())
                     link.position = world(0.5 * (start + end))
                     link.angle = pitch + math.atan2(end[1] - start[1], end[0] - start[0])
                     links.append(link)
@@ -258,20 +278,31 @@ class Model:
 
     def too_long(self, size: float) -> str:
         """Why a macro step has too many inner steps, and what to do, as a sentence; "" where it has not."""
-        inner, most = self.values["inner_step"], self.most_steps
+        inner, most = self.inner, self.most_steps
         if size <= most * inner:
             return ""
         return (
-            f"a step of {size:.9g} s takes {size / inner:.3g} inner steps of inner_step = {inner:.9g} s, and {most} at most "
-            f"are made {with_(self.values)}; try a step of {most * inner:.9g} s or less, a longer inner_step, fewer segments or "
+            f"a step of {size:.9g} s takes {size / inner:.3g} inner steps of {self.of_inner()}, and {most} at most "
+            f"are made {with_(self.values)}; try a step of {most * inner:.9g} s or less, {self.longer()}, fewer segments or "
             "iterations"
         )
 
+    def of_inner(self) -> str:
+        """The inner step and who asks for it."""
+        asked = "inner_step =" if self.inner == self.values["inner_step"] else "what a segment's springs ask for,"
+        return f"{asked} {self.inner:.9g} s"
+
+    def longer(self) -> str:
+        """What makes the inner step longer."""
+        return (
+            "a longer inner_step" if self.inner == self.values["inner_step"] else "heavier segments or softer guides and contacts"
+        )
+
     def advance(self, size: float) -> bool:
-        """One macro step: as many equal inner steps as keep each within inner_step. False when inputs or bodies are not sound."""
+        """One macro step: as many equal inner steps as keep each within the inner step. False when inputs or bodies are not sound."""
         if self.too_long(size):
             return False
-        steps = max(1, math.ceil(size / self.values["inner_step"] - 1e-9))
+        steps = max(1, math.ceil(size / self.inner - 1e-9))
         if size != self.sized[0]:
             self.sized[0], self.constants["dt"] = size, size / steps
         if self.layout:

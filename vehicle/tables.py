@@ -44,7 +44,7 @@ _PARAMETERS = (
     ("start_x", "m", 0.0, -900.0, 900.0, "middle between the hinges at the start"),
     ("settling_time", "s", 1.0, 0.0, 60.0, "time the robot is given on the ground before the start, holders held; 0: none"),
     ("holding_stiffness", "N.m/rad", 2e4, 1.0, 1e7, "shaft that holds each drive while the robot settles, one side"),
-    ("inner_step", "s", 2.5e-4, 1e-6, 5e-3, "longest step of the vehicle's own integration"),
+    ("inner_step", "s", 1e-3 / 3.0, 1e-6, 5e-3, "longest inner step; shorter where a segment's springs ask for it"),
     ("gravity", "m/s2", 9.81, 0.0, 100.0, "acceleration of gravity"),
     ("segments", "", 36, 12, 400, "segments of a track, an even number so that straight runs are whole pitches"),
     ("teeth", "", 12, 6, 100, "teeth of a sprocket, an even number"),

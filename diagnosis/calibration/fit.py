@@ -97,6 +97,10 @@ class Calibrating:
             return None
         return np.concatenate([e[t] / self.units[name] for name in errors for e, t in zip(errors[name], self.trusted[name])])
 
+    def floor(self, name: str, errors: list[np.ndarray], quantum: float = 0.0) -> float:
+        """Noise of an output, in its unit, by its errors in the runs that teach. quantum: resolution of what was recorded."""
+        return float(of_samples(errors, self.trusted[name], 1, quantum))
+
     def loss(self, misfit: np.ndarray | None) -> float:
         return np.inf if misfit is None else float(rho(misfit, RULES.search.loss_scale).sum())
 
@@ -132,10 +136,10 @@ def remaining(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple
     for name, parts in errors.items():
         trusted = problem.trusted[name]
         measured = np.concatenate([problem.runs[i].signals[name][t] for i, t in zip(problem.which, trusted)])
-        noise = of_samples(parts, trusted, 1, resolution(measured))
+        noise = problem.floor(name, parts, resolution(measured))
         joined = np.concatenate([e[t] for e, t in zip(parts, trusted)])
         usual = float(np.median(abs(joined))) / RULES.residuals.normal_median if len(joined) else 0.0
-        found[name] = usual, float(noise)
+        found[name] = usual, noise
     return found
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..calibration.fit import Calibrating, End, Rows
 from ..residuals.blocks import Blocks
-from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.fit import rho
 from .extended import Extending
@@ -124,7 +123,7 @@ def over_noise(problem: Extending, values: dict[str, float]) -> tuple[dict[str, 
     noise, ratios = {}, {}
     for name, parts in errors.items():
         trusted = problem.trusted[name]
-        noise[name] = float(of_samples(parts, trusted))
+        noise[name] = problem.floor(name, parts)
         size = float(np.sqrt(np.mean(np.concatenate([e[t] for e, t in zip(parts, trusted)]) ** 2)))
         least = max(noise[name], RULES.pipeline.fine * problem.played.spread(name))
         ratios[name] = size / least if least else 0.0

@@ -99,6 +99,8 @@ def _again(result: Naming, work: Work, best: Whole, i: int, made: Any) -> None:
         n: v for n, v in (work.played.base[i] | best.problem.settings(best.values)[i]).items() if n in work.parts.variables
     }
     mine = {name: value for name, value in settings.items() if work.parts.owner(name) in work.played.group.members}
+    work.played.rounded = {}  # rounded as the FMU does, wherever the log has it
+    work.played.extend(work.inserts)
     promised = best.problem.errors(best.values, [i])
     try:
         table = run_system(system, settings=mine).table

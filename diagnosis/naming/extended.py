@@ -21,7 +21,8 @@ from ..data.rig import Rig
 from ..errors import DataError
 from ..rules import RULES
 from ..systems.parts import LOG, Parts
-from .places import Insert, Place, extended, listening
+from .places import IN, Insert, Place, extended, listening
+from .rounding import Rounded, beside_step
 
 COMPILED = "selflock.diagnosis.naming.part:CompiledCorrection"
 
@@ -38,6 +39,8 @@ class Extended(Played):
     def __init__(self, rig: Rig, parts: Parts, runs: Sequence[MeasuredRun], numbers: Sequence[Number]):
         super().__init__(rig, parts, runs, numbers)
         fed = {feed.channel for feed in self.group.feeds}
+        self.rounded: dict[str, Rounded] = {}  # outputs that were rounded, as they were recorded
+        self.logged = list(runs)  # the runs as they were recorded, where they are told otherwise
         self.beside = [name for name in runs[0].signals if name not in fed and name not in parts.variables]
         self.plain = [parts.played(self.group, run, self.outputs, self.beside) for run in runs]
         self.inserts: tuple[Insert, ...] = ()
@@ -52,7 +55,14 @@ class Extended(Played):
         both = [extended(system, self.parts, inserts, component) for system in self.plain]
         self.systems = [system for system, _ in both]
         self.moved = both[0][1]
-        self.recorded = {name: self.moved.get(name, name) for name in self.outputs}
+        last = {f"{one.name}.corrected": one.name for one in inserts if one.law == "quantisation" and one.place.where != IN}
+        self.rounding = {name: last[self.moved[name]] for name in self.rounded if self.moved.get(name) in last}
+        signal = {name: f"{part}.signal" for name, part in self.rounding.items()}
+        self.recorded = {name: signal.get(name, self.moved.get(name, name)) for name in self.outputs}
+        if signal:
+            before = {self.moved[name]: heard for name, heard in signal.items()}
+            record = [before.get(name, name) for name in self.systems[0].run.record]
+            self.systems = [replace(one, run=replace(one.run, record=record)) for one in self.systems]
         self.memory = [{} for _ in self.runs]
 
     def runs_along(self, name: str) -> bool:
@@ -114,12 +124,31 @@ class Extending(Calibrating):
 
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
 
+    def floor(self, name: str, errors: list[np.ndarray], quantum: float = 0.0) -> float:
+        """Of what was rounded no more than it has about its steps: from row to row a rounding differs as noise does."""
+        assert isinstance(self.played, Extended)
+        found, rounded = super().floor(name, errors, quantum), self.played.rounded
+        return min(found, rounded[name].noise) if name in rounded else found
+
     def begins(self) -> list[Any]:
         assert isinstance(self.played, Extended)
         return [*super().begins(), self.played.inserts, self.acts]
 
     def errors(self, values: dict[str, float], which: Sequence[int] | None = None) -> Rows | None:
-        """None also where a law runs away: so far off no number says anything."""
+        """None also where a law runs away. Of what is rounded, as the log has it, beside the step where the log has it."""
+        found = self.unrounded(values, which)
+        assert isinstance(self.played, Extended)
+        if found is not None and self.played.rounding:
+            chosen = self.which if which is None else which
+            settings = self.settings(values)
+            for name, part in self.played.rounding.items():
+                for k, i in enumerate(chosen):
+                    y, step = self.played.logged[i].signals[name], settings[i].get(f"{part}.q", 0.0)
+                    found[name][k] = beside_step(y, y - found[name][k], step)
+        return found
+
+    def unrounded(self, values: dict[str, float], which: Sequence[int] | None = None) -> Rows | None:
+        """The same of what the model has before it is rounded; None where a law runs away: so far off no number says anything."""
         found = super().errors(values, which)
         if found is None:
             return None

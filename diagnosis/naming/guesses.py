@@ -16,6 +16,7 @@ from ..calibration.numbers import Number, label
 from ..rules import RULES
 from ..search.hypotheses import Free, Hypothesis
 from .places import IN, Insert, Place, ahead
+from .rounding import gathers, steps_of, thinned
 from .scene import Scene
 
 PARAMETER, PATH, EVENT, LAW, CURVE = "parameter", "path", "event", "law", "curve"
@@ -346,16 +347,16 @@ def _rounded_to(scene: Scene, place: Place, size: float, spread: float) -> np.nd
     even in their logarithm met none where there were more than a few. Recorded values tell theirs: the mean of cos(2 pi y / q) is
     1 where all lie at whole numbers of q, and those steps are left at which they gather most.
     """
-    rules = RULES.naming
-    y = np.zeros(0) if place.where == IN else np.concatenate([run.signals[place.variable] for run in scene.played.runs])
-    y = y[np.isfinite(y)][:: max(1, len(y) // rules.glance)]
-    size, (least, most) = float(abs(y).max(initial=0.0)) or size, rules.counts
-    counts = np.arange(size / (most * spread), size / (least * spread), rules.counted)
+    if place.where != IN and place.variable in scene.played.rounded:
+        return np.array([scene.played.rounded[place.variable].step])
+    recorded = [] if place.where == IN else [run.signals[place.variable] for run in scene.played.runs]
+    y = thinned(np.concatenate([np.zeros(0), *recorded]))
+    steps = steps_of(float(abs(y).max(initial=0.0)) or size, spread)
     if not len(y):
-        return size / counts
-    gathered = np.array([np.cos(2.0 * np.pi * count / size * y).mean() for count in counts])
+        return steps
+    gathered = gathers(y, steps)
     peaks = 1 + np.flatnonzero((gathered[1:-1] >= gathered[:-2]) & (gathered[1:-1] >= gathered[2:]))
-    return np.array([size / counts[k] for k in sorted(peaks, key=lambda k: -gathered[k])[: rules.gathered]])
+    return steps[sorted(peaks, key=lambda k: -gathered[k])[: RULES.naming.gathered]]
 
 
 def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:

@@ -90,7 +90,7 @@ class Looks:
         """
         values = self.values | {n.name: n.start for n in guess.numbers} | at
         problem = self._problem(guess)
-        if whole and guess.place is not None and not self.responses.steady(guess.place):
+        if whole and guess.place is not None and (self._rounds(guess) or not self.responses.steady(guess.place)):
             self.scene.played.extend((*self.inserts, *guess.inserts))
         elif len(guess.inserts) == 1:
             change = self.responses.change(guess.inserts[0], problem.settings(values))
@@ -101,6 +101,11 @@ class Looks:
         return np.concatenate(
             [e[t] / problem.units[name] for name in errors for e, t in zip(errors[name], problem.trusted[name])]
         )
+
+    def _rounds(self, guess: Guess) -> bool:
+        """Whether it is a rounding that the log shows, which tells in which step a value was."""
+        assert guess.place is not None
+        return guess.law == "quantisation" and guess.place.variable in self.scene.played.rounded and guess.place.where != IN
 
     def _keep(
         self, guess: Guess, shape: dict[str, float], amplitudes: Sequence[Free], columns: np.ndarray, jump: float = 0.0

@@ -1,16 +1,102 @@
-"""Where the fit of a rounding starts: what is rounded jumps where a step of it does, and no slope leads from one to the next."""
+"""Roundings: what of a recorded signal tells that it was rounded, and where the fit of one starts.
+
+What is rounded jumps where a step of it does, and no slope leads from one to the next.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..data.log import MeasuredRun
+from ..data.values import resolution
 from ..rules import RULES
 
 if TYPE_CHECKING:
     from .extended import Extending
     from .guesses import Guess
+
+
+@dataclass(frozen=True)
+class Rounded:
+    """A signal that was rounded before noise was added: its step, and the deviation that it has about whole numbers of it."""
+
+    step: float
+    noise: float
+
+    def of(self, x: np.ndarray) -> np.ndarray:
+        """These values rounded alike."""
+        return self.step * np.floor(x / self.step + 0.5)
+
+
+def beside_step(y: np.ndarray, x: np.ndarray, step: float) -> np.ndarray:
+    """What a model that has x before it is rounded leaves of recorded values y: their noise, and how far x is beyond their step.
+
+    A rounding that is off by less than the noise is elsewhere by a whole step in some rows: of these alone a fit would see that it is,
+    and no slope would lead on. In which step a value was the log tells.
+    """
+    if step <= 0.0:
+        return y - x
+    middle = step * np.floor(y / step + 0.5)
+    return y - middle - (x - np.clip(x, middle - 0.5 * step, middle + 0.5 * step))
+
+
+def steps_of(size: float, spread: float) -> np.ndarray:
+    """Steps that a signal of this largest value and spread may be rounded to, so close that none counts otherwise than one of them."""
+    rules = RULES.naming
+    least, most = rules.counts
+    return size / np.arange(size / (most * spread), size / (least * spread), rules.counted)
+
+
+def gathers(y: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """How much values lie at whole numbers of each of these steps: the mean of cos(2 pi y / q), 1 where all do, of others about 0."""
+    return np.array([np.cos(2.0 * np.pi / step * y).mean() for step in steps])
+
+
+def thinned(y: np.ndarray) -> np.ndarray:
+    """Of values those that are numbers, some of many."""
+    y = y[np.isfinite(y)]
+    return y[:: max(1, len(y) // RULES.naming.glance)]
+
+
+def rounded(runs: Sequence[MeasuredRun], names: Iterable[str]) -> dict[str, Rounded]:
+    """Of these signals those that were rounded before noise was added, by what was recorded alone."""
+    found = {}
+    for name in names:
+        parts = [run.signals[name][run.usable(name) & np.isfinite(run.signals[name])] for run in runs]
+        if (one := _gathered([part for part in parts if len(part)])) is not None:
+            found[name] = one
+    return found
+
+
+def _nearest(y: np.ndarray, step: float) -> float:
+    """The step near this one whose whole numbers leave least of values."""
+    counts = np.round(y / step)
+    return float(counts @ y / (counts @ counts))
+
+
+def _gathered(parts: Sequence[np.ndarray]) -> Rounded | None:
+    """The step that recorded values were rounded to; None where they were to none.
+
+    Told by rows that come from another step: there a rounded value lies at a whole number at once, and one that goes on slowly
+    close to the border that it passed, whatever the step. One that rests lies at a whole number of many steps, and says nothing.
+    Values that lie exactly at steps are a recorder's resolution, no noise beside a rounding.
+    """
+    y = np.concatenate([np.zeros(0), *parts])
+    spread, size = (float(np.std(y)), float(abs(y).max())) if len(y) else (0.0, 0.0)
+    if spread <= RULES.judge.constant * size or not spread:
+        return None
+    steps = steps_of(size, spread)
+    most = [_nearest(y, step) for step in steps[np.argsort(-gathers(thinned(y), steps))[: RULES.naming.gathered]]]
+    step = most[int(np.argmax(gathers(y, np.array(most))))]
+    passed = np.concatenate([np.diff(np.round(part / step), prepend=np.round(part[0] / step)) != 0.0 for part in parts])
+    there = gathers(y[passed], np.array([step]))[0] if passed.any() else 0.0
+    chance = RULES.naming.no_chance / np.sqrt(2.0 * max(passed.sum(), 1))  # cos of any phase varies by 1/2
+    noise = float(np.median(abs(y - step * np.round(y / step)))) / RULES.residuals.normal_median
+    return Rounded(step, noise) if there > max(RULES.naming.on_steps, chance) and noise > resolution(y) else None
 
 
 def between(problem: Extending, guess: Guess, values: dict[str, float], size: float) -> dict[str, float]:

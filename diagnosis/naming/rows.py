@@ -10,7 +10,6 @@ import numpy as np
 from ..calibration.fit import Calibrating
 from ..data.log import MeasuredRun
 from ..residuals.mending import rms
-from ..residuals.noise import of_samples
 from ..rules import RULES
 
 
@@ -32,7 +31,7 @@ def followed(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[
             both = good[:-1] & good[1:]
             here.append(e[:-1][both])
             later.append((measured[:-1] - (measured - e)[1:])[both])
-        noise, now, then = float(of_samples(parts, trusted)), rms(here), rms(later)
+        noise, now, then = problem.floor(name, parts), rms(here), rms(later)
         jumps = [rms([np.diff(e) for e in one]) ** 2 - 2.0 * noise**2 for one in (here, later)]
         if now > RULES.search.clean * noise and then < now and jumps[1] < 0.5 * jumps[0]:
             found[name] = now, then

@@ -84,6 +84,7 @@ def name_system(
         opened.callback((played := Extended(rig, parts, runs, numbers)).close)
         work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, parts.system.run.step, kept, opened=opened)
         work.judges, work.rows, work.words = division(work.problem(), held, [layout.block(i) for i in range(len(runs))])
+        played.rounded = work.rounded
         found = _searched(work, tell, starts, seed, kinds, enough or Limit())
         result = told_of(found, seed)
         result.faults = [fault.row() for fault in faults]

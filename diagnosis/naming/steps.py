@@ -14,7 +14,6 @@ import numpy as np
 
 from ..calibration.fit import Rows, fit_from
 from ..calibration.slopes import Forward
-from ..residuals.noise import of_samples
 from ..rules import RULES
 from .extended import Extended, Extending
 from .places import Insert
@@ -68,7 +67,7 @@ def _moved(one: Extending, values: dict[str, float], other: Extending, others: d
     for name, parts in first.items():
         trusted = one.trusted[name]
         apart = np.concatenate([(a - b)[t] for a, b, t in zip(parts, second[name], trusted)])
-        noise = max(float(of_samples(second[name], trusted)), RULES.pipeline.fine * one.played.spread(name))
+        noise = max(one.floor(name, second[name]), RULES.pipeline.fine * one.played.spread(name))
         most = max(most, float(np.sqrt(np.mean(apart**2))) / noise if len(apart) and noise else 0.0)
     return most
 
@@ -109,9 +108,9 @@ def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:
     values = near.values(places)
     own = work.in_steps(work.given_step / work.step)
     own.played.close()  # of all data; only the heads are asked for
-    made = lambda runs: _on(replace(near, runs=runs), work.played_on(own.parts, runs, work.numbers), near)
+    made = lambda runs: _on(replace(near, runs=runs), work.played_on(own.parts, runs, work.numbers, near.runs), near)
     coarse = made(near.runs)
-    fine, long = _vanishing(work, near, near, values), coarse.errors(values)
+    fine, long = _vanishing(work, near, near, values), coarse.unrounded(values)
     if fine is None or long is None or any(_large(fine[name], long[name], near.played.spread(name)) for name in fine):
         coarse.close()
         return near
@@ -146,7 +145,7 @@ def _errors(problem: Extending, model: Extending, values: dict[str, float], inse
     before = problem.played.inserts
     theirs = _on(replace(problem, numbers=model.numbers, acts=model.acts), problem.played, problem)
     problem.played.extend((*before, *inserts))
-    found = theirs.errors(values)
+    found = theirs.unrounded(values)
     problem.played.extend(before)
     return found
 
@@ -173,7 +172,7 @@ def around(work: Work, near: Extending, own: Extending, rival: Rivalled, noise: 
         runs.append(replace(run, signals=run.signals | signals))
     if more <= RULES.naming.coarse:
         return None
-    return _on(replace(own, runs=runs), work.played_on(own.played.parts, runs, work.numbers), own)
+    return _on(replace(own, runs=runs), work.played_on(own.played.parts, runs, work.numbers, near.runs), own)
 
 
 def _on(problem: Extending, played: Extended, near: Extending) -> Extending:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ..systems.parts import Parts
 from .extended import Extended, Extending
 from .guesses import Guess, begins
 from .places import Insert
+from .rounding import Rounded, rounded
 from .rows import down
 
 
@@ -45,10 +47,13 @@ class Work:
     keep: frozenset[str] = frozenset()  # such as keep the rig's step where the others take finer ones
     opened: ExitStack = field(default_factory=ExitStack)  # systems that run, to be closed whatever happens
 
-    def played_on(self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...]) -> Extended:
-        """A system of one's own on these runs."""
+    def played_on(
+        self, parts: Parts, runs: list[MeasuredRun], numbers: tuple[Number, ...], logged: list[MeasuredRun] | None = None
+    ) -> Extended:
+        """A system of one's own on these runs. logged: as they were recorded, where that is something else."""
         played = Extended(self.rig, parts, runs, numbers)
         played.effort, played.reusable = self.played.effort, self.played.reusable  # of all together
+        played.rounded, played.logged = self.rounded, logged or runs
         self.opened.callback(played.close)
         return played
 
@@ -56,6 +61,7 @@ class Work:
         """From now on these outputs are compared a row later (rows.followed)."""
         names = list(names)
         self.runs = [down(run, names) for run in self.runs]
+        vars(self).pop("rounded", None)  # of the rows that are left
         self.played.close()
         self.played = self.played_on(self.parts, self.runs, self.numbers)
 
@@ -72,6 +78,11 @@ class Work:
         vars(found)["played"] = self.played
         found.units = spreads(self.played)
         return found
+
+    @cached_property
+    def rounded(self) -> dict[str, Rounded]:
+        """Outputs that were rounded, by what was recorded in the runs that teach."""
+        return rounded([self.runs[i] for i in self.which], self.played.outputs)
 
     @property
     def step(self) -> float:

@@ -121,6 +121,16 @@ class NamingRules:
         "theory: values are then no more than a twentieth of a step from where they would be told, and a fortieth count otherwise",
     )
     gathered: int = rule(5, "steps that a recorded signal gathers at that are looked at, those where it does so most", TIME)
+    on_steps: float = rule(
+        0.5,
+        "mean of cos(2 pi y / q) of values that just passed to another number of steps, from which on they were rounded to q",
+        "theory: 0 of what lies anywhere, below where a slow one passes a border, 1 of what is rounded; of noise beyond it, a fifth of a step, borders cut some off",
+    )
+    no_chance: float = rule(
+        5.0,
+        "deviations of that mean by chance, of so many values, that it must exceed",
+        "theory: of a thousand steps that are looked at none does so by chance",
+    )
     roundings: int = rule(
         10,
         "roundings between two that are looked at that are simulated around one that a fit starts from",

@@ -158,7 +158,7 @@ def test_steps_of_a_rounded_sensor_far_from_zero_are_read_from_what_it_recorded(
         scene = SimpleNamespace(
             signal=lambda place: level, prefix="c", step=1.0, span=800.0,
             series={"tank.level": [level], "time": [np.arange(800.0)]},
-            played=SimpleNamespace(runs=[SimpleNamespace(signals={"tank.level": told})]),
+            played=SimpleNamespace(runs=[SimpleNamespace(signals={"tank.level": told})], rounded={}),
         )  # fmt: skip
         asked = [trial.at["c.q"] for trial in paths(scene, place) if trial.guess.law == "quantisation"]
         assert min(abs(one / step - 1.0) for one in asked) < 0.1 * step / level.max()
@@ -192,7 +192,7 @@ def test_what_is_late_is_looked_at_from_the_numbers_that_the_rig_has(rng):
         values=lambda places: {n.name: n.at(p) for n, p in zip(numbers, places)},
         misfit=lambda places: told(numbers[0].at(places[0]), numbers[1].at(places[1]) if late else 0.0) - seen,
     )
-    played = SimpleNamespace(extend=lambda inserts: None, runs=[SimpleNamespace(signals={"body.x": seen})])
+    played = SimpleNamespace(extend=lambda inserts: None, runs=[SimpleNamespace(signals={"body.x": seen})], rounded={})
     scene = SimpleNamespace(
         signal=lambda place: told(0.5, 0.0), prefix="c", step=0.1, span=50.0, places=[place], played=played,
         series={"body.x": [seen], "time": [0.1 * np.arange(500)]},

@@ -22,6 +22,7 @@ class Played(Extended):
 
     def __init__(self, step):
         self.step, self.inserts, self.parts, self.kept = step, (), SimpleNamespace(step=step), {}
+        self.rounded, self.rounding = {}, {}
 
     def extend(self, inserts):
         self.inserts = tuple(inserts)
@@ -35,7 +36,7 @@ class Played(Extended):
 class Model(Extending):
     """measured - simulated, with the numbers that are right."""
 
-    def errors(self, values, which=None):
+    def unrounded(self, values, which=None):
         h, c = self.played.step, 3.0 if self.played.inserts else 0.4
         simulated = TRUTH + c * (h + 0.2 * h**2) * np.cos(TIME)
         return {"x": [self.runs[0].signals["x"] - simulated]}
@@ -52,7 +53,7 @@ class Work:
     def in_steps(self, factor):
         return Work(self.step * factor, self.others)
 
-    def played_on(self, parts, runs, numbers):
+    def played_on(self, parts, runs, numbers, logged=None):
         return Played(parts.step)
 
 

@@ -23,7 +23,8 @@ def whole_where_described(rig: Rig, runs: list[MeasuredRun]) -> tuple[Rig, str]:
     """The rig, asking for the whole drive in closed loop where it describes one and its log was not taken in step with it; and why.
 
     Component by component tells more where rows are even, the controller acts at each and gives its command as a number, and
-    speeds are what they say: then measured inputs are as good as the outputs that follow from them.
+    speeds are what they say: then measured inputs are as good as the outputs that follow from them. Of a controller that commands a
+    duty its parts say nothing, nor of what a power stage makes of that.
     """
     run = runs[0]
     if rig.simulate:
@@ -58,6 +59,8 @@ def out_of_step(rig: Rig, runs: list[MeasuredRun]) -> list[str]:
     elif name := unseen(channels):
         what = "noise that the log has of" if name.endswith("speed") else "counts in which the log has"
         found.append(f"{electric} does not step with the {what} {name}: its controller saw another sample")
+    if driven.of(channels) != driven.VOLTAGE and electric == driven.DUTY:
+        found.append(f"its controller commands {electric}, which no comparison of single parts has")
     if driven.of(channels) == driven.VOLTAGE and (names := [n for n in MOVES if channels.has(n) and noisy(n, channels)]):
         reads = "read" if names[1:] else "reads"
         found.append(f"it is in open loop, where nothing acts on what {' and '.join(names)} {reads}, noise and all")

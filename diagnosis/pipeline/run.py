@@ -209,9 +209,10 @@ def _diagnosed(
         and (contrary or all(c.component != "controller" for c in causes))
     )
     if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
-        if too_coarse or not _voltage_told(outcome.searched, outcome.base.values):
+        between_rows = too_coarse or outcome.within_rows
+        if between_rows or not _voltage_told(outcome.searched, outcome.base.values):
             experiment.forget()
-            if recorded_so := again(WHOLE, COARSE if too_coarse else RECORDED):
+            if recorded_so := again(WHOLE, COARSE if between_rows else RECORDED):
                 return recorded_so
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))

@@ -14,6 +14,7 @@ from ..data.signals import MOVES
 from ..rules import RULES
 from . import drive, laws, phase
 from .channels import Channels, ShaftMotion, derivative, rate, smooth, window
+from .recorder import written_step
 
 Compared = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -45,7 +46,17 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
     ch.setting.kernels.controller(
         drive.law("controller", values, ch), wanted, rate, angle, speed, motor_speed, delivered, ch.dt, out
     )
-    return drive.read(command, out, values, ch), ch.raw(command), everywhere(n)
+    given = ch.raw(command)
+    return _in_steps(command, drive.read(command, out, values, ch), given, ch), given, everywhere(n)
+
+
+def _in_steps(command: str, out: np.ndarray, given: np.ndarray, ch: Channels) -> np.ndarray:
+    """A simulated command as its controller may have given it, which has nothing between two of its steps: the nearest to that logged.
+
+    It may round to the nearest, down or to zero, so that it is within a step of what its law says, and no fault is.
+    """
+    step = written_step(command, ch)
+    return out + np.clip(given - out, -step, step) if step > 0.0 else out
 
 
 def motor(electric: str, values: dict, ch: Channels) -> Compared:

@@ -19,9 +19,10 @@ from . import drive, driven
 from .dilution import about_mean, of_driving
 from .drive_experiment import DriveExperiment
 from .experiment import Experiment
-from .propagated import of_inputs
+from .propagated import of_inputs, of_means
+from .recorder import written_step
 from .residual import Residual
-from .rounding import rounding
+from .rounding import rounded, rounding
 from .stepping import of_steps
 
 
@@ -95,6 +96,22 @@ def of_rounding(experiment: Experiment, residual: Residual, values: dict) -> tup
         total, count = total + [sums for sums, _ in binned], count + binned[0][1]
     bins = (total / np.maximum(count, 1))[:, count > 0]
     return float(np.sqrt(np.mean(rows))), float(np.sqrt(np.mean(bins**2)))
+
+
+def of_written(experiment: Experiment, residual: Residual, values: dict) -> float:
+    """What a compared command is off by the step in which its controller gives it: root mean square of bins.
+
+    A PWM of few bits has nothing between two of its steps. Where a drive rests or creeps that is the same in row after row, so
+    no difference of neighbours has it; it is computed of the command as it is simulated (as Widrow 1956 has it of counts).
+    """
+    ch = experiment.channels[0, residual.prefix]
+    step = written_step(residual.output.removeprefix(residual.prefix), ch) if residual.kind == "controller" else 0.0
+    if step <= 0.0:
+        return 0.0
+    parts = [(simulated, good & np.isfinite(simulated)) for simulated, _, good in experiment.compare(residual, values)]
+    errors = [rounded(np.where(good, x, 0.0), step, np.array(RULES.residuals.zeros)) for x, good in parts]
+    trusted = [good for _, good in parts]
+    return float(np.sqrt(np.mean([of_means(experiment, residual, list(one), trusted) ** 2 for one in zip(*errors)])))
 
 
 def of_formulas(experiment: Experiment, residual: Residual) -> float:

@@ -94,6 +94,16 @@ def measured(name: str, ch: Channels) -> float:
     return noise_of(x) / usual
 
 
+def written_step(name: str, ch: Channels) -> float:
+    """The step between the numbers in which somebody wrote a channel, as a controller its command; 0 of one that was measured."""
+    known, full = ch.run.memory.setdefault("written step", {}), ch.prefix + name
+    if full not in known:
+        runs = [replace(ch, run=run, take=None) for run in ch.beside or (ch.run,)]
+        values = np.concatenate([one.raw(name)[one.good(name)] for one in runs])
+        known[full] = resolution(values) if measured(name, ch) <= RULES.residuals.exact else 0.0
+    return known[full]
+
+
 def noisy(name: str, ch: Channels) -> bool:
     """Whether a motion was measured: noise or counts are more of what it changes by from row to row than a number has.
 

@@ -34,7 +34,7 @@ def rounding(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.nda
         return None
     here, angle = grid(ch), simulate(values, ch)[TURNS[name]]
     return np.array(
-        [differences(error, here.time, ch.run.time - ch.run.time[0], rows, ch) for error in _rounded(angle, count, zeros)]
+        [differences(error, here.time, ch.run.time - ch.run.time[0], rows, ch) for error in rounded(angle, count, zeros)]
     )
 
 
@@ -109,13 +109,13 @@ def _of_angle(name: str, values: dict, ch: Channels, zeros: np.ndarray) -> np.nd
     count, _ = counts(name, ch)
     if count <= 0.0:
         return None
-    now = _rounded(read(name, values, ch), count, zeros)
+    now = rounded(read(name, values, ch), count, zeros)
     if not driven.by_change(name, ch):
         return now
-    return now - _rounded(read(name, values, ch, np.maximum(earlier(name, ch), 0)), count, zeros)
+    return now - rounded(read(name, values, ch, np.maximum(earlier(name, ch), 0)), count, zeros)
 
 
-def _rounded(angle: np.ndarray, count: float, zeros: np.ndarray) -> np.ndarray:
+def rounded(angle: np.ndarray, count: float, zeros: np.ndarray) -> np.ndarray:
     """Of an angle, (zeros, rows)."""
     zeros = np.asarray(zeros)[:, None]
     return count * (np.floor(angle / count + zeros) + 0.5 - zeros) - angle

@@ -18,7 +18,7 @@ from ..residuals.drive import electric as electric_of
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import COMPONENTS, effects, law
 from ..residuals.propagated import in_step
-from ..residuals.recorder import counts, period, step_of
+from ..residuals.recorder import counts, period, step_of, written_step
 from ..rules import RULES
 from .reach import amounts, spread
 
@@ -120,12 +120,20 @@ def vocabulary(rig: Rig, used: set[str], channels: set[str], experiment: DriveEx
 def _tried(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothesis:
     """Steps of time are looked for in whole samples, steps of a reading where its channel has them.
 
-    Of a whole drive only those that the log shows are a question: a period or a step that is off is as good as none.
+    Of a whole drive only those that the log shows are a question: a period or a step that is off is as good as none. The steps in
+    which a controller wrote its command are no fault of a sensor, for none is between.
     """
     if experiment.by_channel:
         shown = tuple(replace(p, trials=_shown(p, hypothesis.channel, experiment)) for p in hypothesis.free)
         return replace(hypothesis, free=tuple(p for p in shown if p.trials or p.role not in (PERIOD, STEP)))
-    return replace(hypothesis, free=tuple(replace(p, trials=_even(p, hypothesis.channel, experiment)) for p in hypothesis.free))
+    free = tuple(replace(p, trials=_even(p, hypothesis.channel, experiment)) for p in hypothesis.free)
+    return replace(hypothesis, free=tuple(p for p in free if p.role != STEP or not _written(hypothesis.channel, experiment)))
+
+
+def _written(channel: str, experiment: DriveExperiment) -> bool:
+    """Whether a voltage's steps are those of the numbers in which a controller gave it."""
+    prefix, signal = split(channel, experiment.rig.drives)
+    return signal in VOLTAGES and written_step(signal, experiment.channels[0, prefix]) > 0.0
 
 
 def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from ..residuals.dilution import of_driving
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.experiment import Experiment
 from ..residuals.mending import excess
-from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding
+from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding, of_written
 from ..residuals.phase import name, parameter
 from ..residuals.propagated import of_inputs
 from ..residuals.stepping import of_steps
@@ -138,7 +138,7 @@ class Problem:
             if residual.kind == "shafts":  # the mean of a stretch stands in all its bins, and is one value
                 told[:, 1:] &= np.diff(r, axis=1) != 0.0
             lag = 1 + experiment.reach(residual) // experiment.layout.per_bin
-            recorded = of_inputs(experiment, residual)[1]
+            recorded = max(of_inputs(experiment, residual)[1], of_written(experiment, residual, self.absolute(values)))
             noise[number] = max(of_bins(r, told, experiment.steady, lag), recorded)
             if residual.kind == "whole":
                 rounding = of_rounding(experiment, residual, self.absolute(values))[1]

@@ -19,7 +19,7 @@ from .fit import Fit
 from .hypotheses import Hypothesis
 from .look import Known
 from .problem import Problem
-from .step import Stage, Step, so_far
+from .step import WITHIN, Stage, Step, so_far
 
 
 @dataclass
@@ -34,6 +34,12 @@ class Selection:
     base: Fit
     searched: Problem  # with the samples and the noise of the contests
     standing: Candidate | None = None  # all causes together, as they do there; None without any
+
+    @property
+    def within_rows(self) -> bool:
+        """Whether what explains most of what is left acts late within a sample: that is a matter of what was between the rows."""
+        left = [c for c in self.stages[-1].candidates if c.fit] if self.stages else []
+        return bool(left) and self.stages[-1].winner is None and left[0].doubt == WITHIN
 
 
 class ForwardSelection:

@@ -27,7 +27,8 @@ def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExper
 
     Torque: what the motor gives at rest at the highest voltage, K_m U / R (eq 15 to 17), at the load r times that. Its fall with
     speed, K_m K_e / R; the yielding by a radian under it; the inertia of load and shaft together; the mass that it holds on
-    the load's arm, and the arm on which it holds the load's mass.
+    the load's arm, and the arm on which it holds the load's mass. The winding's resistance; one over the current and the copper loss
+    at rest, U / R and U^2 / R.
     """
     prefix, here = split(component, rig.drives)
     value = lambda of, name: rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in law(of).BASE if p.name == name))
@@ -35,7 +36,8 @@ def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExper
     known = prefix + "motor" in experiment.components or f"{prefix}motor.torque_constant" in rig.parameters
     if not (known and resistance > 0.0):
         return {}
-    torque = constant * _voltage(rig, prefix, value, channels, experiment) / resistance
+    voltage = _voltage(rig, prefix, value, channels, experiment)
+    torque = constant * voltage / resistance
     falls = constant * value("motor", "voltage_constant") / resistance
     ratio, arm, mass = value("reducer", "gear_ratio"), value("load", "arm"), value("load", "mass")
     delivered, weight = torque * ratio, value("load", "gravity")
@@ -48,6 +50,9 @@ def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExper
         "kg.m2": inertia,
         "kg": over(delivered, weight * arm),
         "m": over(delivered, weight * mass),
+        "Ohm": resistance,
+        "1/A": over(resistance, voltage),
+        "1/W": over(resistance, voltage**2),
     }
     return {unit: most for unit, most in found.items() if 0.0 < most < inf}
 

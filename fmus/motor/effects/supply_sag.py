@@ -26,8 +26,8 @@ EFFECT = Effect(
     name="supply_sag",
     summary="U - R_s (U/U_s)^2 I instead of U",
     parameters=(
-        Parameter("supply_resistance", "Ohm", 0.0, 0.0, 5.0, "inner resistance of the supply", AMPLITUDE),
-        Parameter("supply_voltage", "V", 24.0, 1.0, 100.0, "voltage of the supply without load", SHAPE),
+        Parameter("supply_resistance", "Ohm", 0.0, 0.0, 1000.0, "inner resistance of the supply", AMPLITUDE, of_drive=10.0),
+        Parameter("supply_voltage", "V", 24.0, 1.0, 1000.0, "voltage of the supply without load", SHAPE),
     ),
     source="Mohan, Undeland, Robbins: Power Electronics, ch. 7 (averaged chopper)",
     hooks={"active": active, "resistance": resistance},

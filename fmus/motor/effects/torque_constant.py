@@ -18,9 +18,11 @@ EFFECT = Effect(
     name="torque_constant",
     summary="K = K_0 / (1 + a |I / 1 A|^n + b q), q' = (I^2 R - q) / thermal_time",
     parameters=(
-        Parameter("weakening_per_current", "1/A", 0.0, 0.0, 0.5, "a: loss of torque constant at 1 A", AMPLITUDE),
+        Parameter("weakening_per_current", "1/A", 0.0, 0.0, 100.0, "a: loss of torque constant at 1 A", AMPLITUDE, of_drive=10.0),
         Parameter("weakening_exponent", "", 1.0, 0.5, 4.0, "n: how suddenly it saturates, 1 from the first ampere on", SHAPE),
-        Parameter("weakening_per_loss", "1/W", 0.0, 0.0, 0.1, "b: loss of torque constant with copper loss", AMPLITUDE),
+        Parameter(
+            "weakening_per_loss", "1/W", 0.0, 0.0, 100.0, "b: loss of torque constant with copper loss", AMPLITUDE, of_drive=10.0
+        ),
     ),
     source="Hughes, Drury: Electric Motors and Drives, ch. 3 (armature reaction); ferrite magnets lose 0.2 percent per K",
     hooks={"active": active, "weakening": weakening},

@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="winding_heating",
     summary="R = R_0 (1 + a R_th q), q' = (I^2 R - q) / thermal_time",
     parameters=(
-        Parameter("winding_thermal_resistance", "K/W", 0.0, 0.0, 50.0, "R_th: temperature rise per copper loss", AMPLITUDE),
+        Parameter("winding_thermal_resistance", "K/W", 0.0, 0.0, 500.0, "R_th: temperature rise per copper loss", AMPLITUDE),
         Parameter("winding_temperature_coefficient", "1/K", 0.00393, 0.003, 0.0045, "a: rise of the resistance (copper)", SHAPE),
     ),
     source="IEC 60034-1, clause 8.6.2 (resistance method); copper 0.00393 1/K",

@@ -165,6 +165,24 @@ def test_a_torque_is_looked_for_up_to_a_share_of_what_the_motor_gives_at_rest(tm
     assert found["reducer.input_ripple_torque"].low == -found["reducer.input_ripple_torque"].high
 
 
+def test_what_the_winding_and_its_supply_lose_is_looked_for_up_to_a_share_of_the_motor_at_rest(tmp_path, rng):
+    """Of R, R/U and R/U^2: a supply of 5 Ohm was the most, so that one of 5.8 was told as a limit of the command, and a small motor's
+    constant could lose a twentieth of itself at most."""
+    bench = inverse(tmp_path, rng)
+    small = {
+        "motor.torque_constant": 0.01,
+        "motor.resistance": float(rng.uniform(10.0, 60.0)),
+        "controller.voltage_max": 6.0,
+        "controller.voltage_min": -6.0,
+    }
+    bench = DriveExperiment(replace(bench.rig, parameters={**bench.rig.parameters, **small}), bench.runs)
+    found = {p.name: p for h in vocabulary(bench.rig, {"motor"}, bench.measured, bench) for p in h.free}
+    share = {p.name: p.of_drive for effect in effects("motor") for p in effect.parameters}
+    r = small["motor.resistance"]
+    for name, of in (("supply_resistance", r), ("weakening_per_current", r / 6.0), ("weakening_per_loss", r / 36.0)):
+        assert found["motor." + name].high == pytest.approx(share[name] * of)
+
+
 def test_the_motor_of_an_hour_is_simulated_piece_by_piece_to_the_same_bits(tmp_path, rng, monkeypatch):
     n, rules = int(rng.integers(900, 1100)), RULES.residuals
     time = np.cumsum(rng.uniform(0.9e-3, 1.1e-3, n))

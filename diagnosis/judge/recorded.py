@@ -10,22 +10,25 @@ from __future__ import annotations
 import numpy as np
 
 from ..data.rig import Rig
-from ..data.signals import ANGLE_OF, SPEED_OF, VOLTAGES, unit
-from ..residuals import driven, whole
+from ..data.signals import ANGLE_OF, SPEED_OF, VOLTAGES, along, unit
+from ..residuals import drive, driven, whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.forward import swinging
 from ..residuals.recorder import counts, ticks
 from ..residuals.rounding import sees_counts
 from ..rules import RULES
 from ..search.fit import Fit
 from ..search.hypotheses import Free
 from ..search.problem import Problem
+from ..search.swings import SHAFT
 
 CONTROLLER = "controller"
 
 
-def recorded(problem: Problem, final: Fit, why: str) -> dict:
-    """The recorder as diagnosis.json tells it, by the fit that has the last word. why: the drive was compared as it was.
+def recorded(problem: Problem, final: Fit, why: str, given: Rig) -> dict:
+    """The recorder as diagnosis.json tells it, by the fit that has the last word. why: the drive was compared as it was; given: the rig
+    as it was read.
 
     `mode`: whole, parts, or as the rig's `simulate` says; `assumed`: sentences; `channels` and `controller`: of a whole drive.
     """
@@ -38,7 +41,7 @@ def recorded(problem: Problem, final: Fit, why: str) -> dict:
         beside = {"estimated": True, "channels": channels} if channels else {}
         return found | beside | {"assumed": _assumed_in_parts(experiment, bool(channels))}
     ch = experiment.channels[0, ""]
-    found["assumed"] = _assumed_of_whole(ch)
+    found["assumed"] = _assumed_of_whole(ch) + _shaft(ch, given)
     if whole.seen_by_controller(ch):
         found["controller"] = _controller(rig, ch, numbers)
     found["channels"] = [_channel(residual.output, ch, numbers, final, problem) for residual in experiment.residuals]
@@ -169,6 +172,20 @@ def _assumed_of_whole(ch: Channels) -> list[str]:
         *how,
         "a channel was read in the same way from the first row to the last, in all logs",
         f"a run begins as its first row says; its first {settling:.2g} s, and as much behind a gap, are not compared",
+    ]
+
+
+def _shaft(ch: Channels, given: Rig) -> list[str]:
+    """What was found of an output shaft of which the rig says nothing."""
+    told = ch.setting.rig.parameters
+    if not all(name in told and name not in given.parameters for name in SHAFT):
+        return []
+    reducer, load = (drive.law(part, {}, ch) for part in ("reducer", "load"))
+    swings = np.sqrt(reducer.shaft_stiffness / swinging(reducer, load)) / (2.0 * np.pi)
+    sizes = [f"{told[name]:.3g} {along(of) if given.linear else of}" for name, of in zip(SHAFT, ("N.m/rad", "N.m.s/rad"))]
+    return [
+        f"the rig says no {SHAFT[0]}: the drive is right with one of {sizes[0]}, which swings {swings:.3g} times a second, and a "
+        f"{SHAFT[1].partition('.')[2]} of {sizes[1]}, and is taken to have these"
     ]
 
 

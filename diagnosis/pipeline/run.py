@@ -42,7 +42,7 @@ from ..search.problem import Problem
 from ..search.selection import ForwardSelection, Selection
 from ..search.starts import correlated, told
 from ..search.step import so_far
-from ..search.swings import place_swings
+from ..search.swings import place_shaft, place_swings
 from . import hold_out as division
 from .in_step import whole_where_described
 
@@ -177,7 +177,7 @@ def _diagnosed(
     result.extension["seed"] = seed
     result.about = about(rig, runs, held) | {"searched": search}
     result.sanity = sanity
-    result.recorder = recorded(problem, found.outcome.final, why)
+    result.recorder = recorded(problem, found.outcome.final, why, given)
     result.correlations = correlated(found.outcome.final, problem.rows)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
     if apart and not (causes and answer != "unknown" and _hunts(experiment, train, found)):
@@ -260,6 +260,9 @@ def _asked(
         if place(experiment, problem):
             experiment = DriveExperiment(rig, runs)
             problem = anew()
+    if experiment.by_channel and (shaft := place_shaft(experiment, problem)):
+        experiment = DriveExperiment(replace(rig, parameters=rig.parameters | shaft), runs)
+        problem = anew()
     return experiment, train, names, problem
 
 

@@ -43,6 +43,25 @@ class SearchRules:
         8, "places within its period at which a controller's acts are tried, and then three times half as far", "a limit of time"
     )
 
+    # --- an output shaft of which the rig says nothing: search.swings
+    shaft_swings: int = rule(11, "swings of it that are tried, the fastest that is simulated and slower ones", "a limit of time")
+    shaft_slower: float = rule(
+        1.414,
+        "times by which each is slower than the one before",
+        "theory: a swing is seen to its width, and fits go on from there",
+    )
+    shaft_damped: tuple[float, ...] = rule(
+        (0.05, 0.1, 0.2, 0.5),
+        "shares of critical damping that each is tried with",
+        "of steel some percent, of a gear's teeth and grease more; not studied",
+    )
+    shafts_fitted: int = rule(3, "of these that are fitted, the best first, until one leaves only noise", "a limit of time")
+    shaft_about: float = rule(
+        3.0,
+        "times by which a fit of stiffness and damping may go away from where it starts",
+        "theory: more than to the next that is tried",
+    )
+
     # --- free laws inside a whole drive, which rival all causes: search.freely
     free_apart: float = rule(0.01, "share of its variable's range by which knots are apart at least", "not studied")
     free_ridges: tuple[float, ...] = rule(

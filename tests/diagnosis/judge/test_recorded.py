@@ -45,7 +45,7 @@ def test_of_a_whole_drive_each_channel_is_told_with_units_and_intervals(counted)
     rig, why = whole_where_described(load(rig), runs := read(train, load(rig)))
     assert rig.simulate == WHOLE and "load.speed is a difference of counts over 3 rows" in why
     problem = Problem.of(DriveExperiment(rig, runs), np.ones(DriveExperiment(rig, runs).layout.count, bool)).with_noise()
-    told = recorded(problem, problem.fit(problem.base_free, problem.nominal), why)
+    told = recorded(problem, problem.fit(problem.base_free, problem.nominal), why, rig)
     assert (told["mode"], told["why"], told["estimated"]) == (WHOLE, why, True)
     of = {one["channel"]: one for one in told["channels"]}
     assert set(of) == {residual.output for residual in problem.experiment.residuals}
@@ -75,7 +75,9 @@ def test_what_the_log_does_not_feel_has_no_interval(counted):
     fit = problem.fit((), {})
     free = next(p for p in problem.base_free if p.name == "recorder.motor.current.shift")
     flat = replace(fit, free=(free,), values={free.name: free.high}, jacobian=np.zeros((len(fit.misfit), 1)))
-    number = next(c for c in recorded(problem, flat, "")["channels"] if c["channel"] == "motor.current")["numbers"]["shift"]
+    number = next(c for c in recorded(problem, flat, "", problem.experiment.rig)["channels"] if c["channel"] == "motor.current")[
+        "numbers"
+    ]["shift"]
     assert number["low"] is None and number["high"] is None and number["at_end"]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,20 +11,24 @@ import pytest
 from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import LogColumn, Rig
+from selflock.diagnosis.judge.recorded import recorded
 from selflock.diagnosis.residuals import whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.forward import stable, swinging
 from selflock.diagnosis.residuals.laws import law
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.problem import Problem
-from selflock.diagnosis.search.swings import place_swings
+from selflock.diagnosis.search.swings import SHAFT, place_shaft, place_swings
 
 RATIO, ROTOR, INERTIA = 20.0, 2e-6, 4e-4
 TOGETHER = 1.0 / (1.0 / INERTIA + 1.0 / (ROTOR * RATIO**2))  # what swings on the shaft, kg.m2
 
 
-def logged(rng, row, count, noise, swing):
-    """The problem of a log that the product's own drive makes: rows so far apart, s, angles in counts, rad; swing of its shaft, rad/s."""
+def logged(rng, row, count, noise, swing, unsaid=(), **other):
+    """The problem of a log that the product's own drive makes: rows so far apart, s, angles in counts, rad; swing of its shaft, rad/s.
+
+    unsaid: what its rig does not say; other: what it says otherwise, for a component's parameter.
+    """
     time, wave = np.arange(0.0, 4.0, row), rng.uniform(4.0, 9.0)
     given = {
         "motor.resistance": 2.0,
@@ -56,6 +61,8 @@ def logged(rng, row, count, noise, swing):
     }
     run = MeasuredRun("log.csv", "", np.arange(len(time)), time, signals | read)
     check([run], rig)
+    told = {name: value for name, value in given.items() if name not in unsaid}
+    rig = replace(rig, parameters=told | {name.replace("__", "."): value for name, value in other.items()})
     bench = DriveExperiment(rig, [run])
     return Problem.of(bench, np.ones(bench.layout.count, bool))
 
@@ -90,3 +97,34 @@ def test_what_is_not_shown_is_softened_alike_in_steps_of_any_length(rng):
         assert np.sqrt(stiffness / swinging(reducer, load)) == pytest.approx(fastest)
         assert step * fastest / parts <= RULES.residuals.shaft_step * (1.0 + 1e-9)
     assert stable(reducer, load, 5e-4) == stable(reducer, load, 5e-4, np.inf)
+
+
+def test_a_shaft_of_which_a_rig_says_nothing_is_the_one_that_leaves_only_noise(rng):
+    """As stiff as it is; one that the rig says is left as it says."""
+    swing = float(rng.uniform(120.0, 300.0))
+    problem = logged(rng, 2e-3, 1e-4, 1e-2, swing, unsaid=SHAFT)
+    found = place_shaft(problem.experiment, problem)
+    assert found["reducer.shaft_stiffness"] == pytest.approx(TOGETHER * swing**2, rel=0.05)
+    told = logged(rng, 2e-3, 1e-4, 1e-2, swing, reducer__shaft_stiffness=20.0 * TOGETHER * swing**2)
+    assert not place_shaft(told.experiment, told)
+
+
+def test_a_shaft_makes_up_for_nothing_that_is_wrong_elsewhere(rng):
+    """Nor is it asked for where the drive is right as it is described."""
+    swing = float(rng.uniform(120.0, 300.0))
+    wrong = logged(rng, 2e-3, 1e-4, 1e-2, swing, unsaid=SHAFT, motor__resistance=float(rng.uniform(2.4, 3.0)))
+    assert not place_shaft(wrong.experiment, wrong)
+    right = logged(rng, 0.01, 0.01, 0.05, 3000.0, unsaid=SHAFT)
+    assert not place_shaft(right.experiment, right)
+
+
+def test_a_shaft_that_was_found_is_told_beside_what_was_assumed(rng):
+    """With its swing in a second; one that the rig says is not."""
+    swing = float(rng.uniform(120.0, 300.0))
+    problem = logged(rng, 0.01, 0.01, 0.05, swing)
+    told = problem.experiment.rig
+    untold = replace(told, parameters={name: value for name, value in told.parameters.items() if name not in SHAFT})
+    fitted = problem.fit((), {})
+    sentence = recorded(problem, fitted, "", untold)["assumed"][-1]
+    assert f"{TOGETHER * swing**2:.3g} N.m/rad" in sentence and f"{swing / 2.0 / np.pi:.3g} times a second" in sentence
+    assert "shaft" not in " ".join(recorded(problem, fitted, "", told)["assumed"])

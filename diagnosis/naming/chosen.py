@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from ..rules import RULES
 from . import guesses as g
 from .guesses import CURVE
 from .near import Way
+
+if TYPE_CHECKING:
+    from .round import Rivalled
 
 
 def chosen(looked: Sequence[Way], stage: int) -> list[list[Way]]:
@@ -44,3 +48,18 @@ def chosen(looked: Sequence[Way], stage: int) -> list[list[Way]]:
         most = rules.overflows if name == "overflow" else most  # of which the look sees little
         taken += [ways for ways in mine[:most] if ways not in taken]
     return taken + curves
+
+
+def fewest_first(
+    rivals: Sequence[Rivalled], fits: Callable[[Rivalled], list[Rivalled]], more: Callable[[Rivalled], bool]
+) -> list[Rivalled]:
+    """Rivals fitted again, those of fewest numbers first; not where fewer leave no more than noise: they would be believed.
+
+    A limit of a house's radiator was all that was missing, and nine overflows of it were fitted from four heights each.
+    """
+    found: list[Rivalled] = []
+    for rival in sorted(rivals, key=lambda one: one.guess.count):
+        if any(one.guess.count < rival.guess.count and not more(one) for one in found):
+            break
+        found += fits(rival)
+    return found

@@ -25,7 +25,7 @@ from ..search.screen import Direction
 from . import guesses as g
 from .afresh import LATE, afresh, elsewhere
 from .arranged import Arranged, determined, lasting, over_noise
-from .chosen import chosen
+from .chosen import chosen, fewest_first
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
@@ -273,11 +273,7 @@ class Contest:
         if stage == g.PLAIN:
             self._as_curve(found)
         found = distinct(found)
-        for rival in self._bent(found):
-            self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", 0.7)
-            brims = (self.values | start for start in g.brims(self.scene, rival.guess))
-            found += [one for start in (rival.values, *brims) if (one := self._fit(rival.guess, start)) is not None]
-        found = self._polished(distinct(found), 0.72)
+        found = self._polished(distinct(found + fewest_first(self._bent(found), self._from_brims, self._more)), 0.72)
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
@@ -333,9 +329,7 @@ class Contest:
             at_once = [r for r in by_fit if lead and r.guess.law == lead.law and not any(self._far(r.guess))]
             near += [r for r in at_once if takes(r) >= rules.in_reach * self.most][: rules.polished]
         # of times, as of what is bent, slopes that were learnt say little: events that look best have their own in any case
-        seen: dict[str, float] = {}
-        for way, guess in self.looks.ways:
-            seen[guess.label] = max(way.gain, seen.get(guess.label, -np.inf))
+        seen = self.looks.gains()
         events = [rival for rival in found if rival.guess.kind == g.EVENT]
         near += sorted(events, key=lambda r: -seen.get(r.guess.label, -np.inf))[: rules.events]
         chosen = dict.fromkeys(rival.guess.label for rival in near)
@@ -357,6 +351,12 @@ class Contest:
         found.append(best := self._fit(best.guess, best.values) or best)
         finer = self.looks.finer(best.guess, best.values, best.end) if self._more(best) else None
         found += [rival] if finer and (rival := self._fit(*finer)) else []
+
+    def _from_brims(self, rival: Rivalled) -> list[Rivalled]:
+        """A limit fitted with slopes of its own, from where it ended and from other heights."""
+        self.tell(f"fits: {rival.guess.label}{self._so_far([rival])}", 0.7)
+        begun = (rival.values, *(self.values | start for start in g.brims(self.scene, rival.guess)))
+        return [one for start in begun if (one := self._fit(rival.guess, start)) is not None]
 
     def _bent(self, found: list[Rivalled]) -> list[Rivalled]:
         """Limits that do something: where a law is bent, slopes that were learnt say little.

@@ -138,6 +138,10 @@ class Looks:
             if moved is not None and self.base.misfit is not None:
                 self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
 
+    def gains(self) -> dict[str, float]:
+        """What each guess gains where it looks best, by label."""
+        return {guess.label: way.gain for way, guess in sorted(self.ways, key=lambda pair: pair[0].gain)}
+
     def shaped(self, guess: Guess, shape: dict[str, float], acting: tuple[str, ...]) -> tuple[Direction, Guess] | None:
         """A look at a guess with this shape; None where none was to be had."""
         count = len(self.ways)

@@ -13,6 +13,7 @@ from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming import order as order_module
 from selflock.diagnosis.naming.arranged import determined
 from selflock.diagnosis.naming.asked import confirmed
+from selflock.diagnosis.naming.chosen import fewest_first
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, Guess, relatives
 from selflock.diagnosis.naming.looks import Looks
@@ -111,7 +112,7 @@ def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_b
     asked = []
     contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
     contest.scene = SimpleNamespace(parts=SimpleNamespace(links={}))
-    contest.looks = SimpleNamespace(ways=ways, scene=contest.scene)
+    contest.looks = SimpleNamespace(ways=ways, gains=dict, scene=contest.scene)
     contest.values, contest.base, contest.most = {}, SimpleNamespace(misfit=None), 0.0
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
     assert contest._fits(DERIVED) == []
@@ -259,7 +260,7 @@ def test_a_fit_that_ended_beyond_its_start_is_made_again_where_unseen_blocks_say
     found = [*(rival(f"best {k}", 0.4, 0.4) for k in range(12)), rival("lost", loss, unseen)]
     contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
     contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=lambda name: name.partition(".")[0], variables={}))
-    contest.looks, contest.base = SimpleNamespace(ways=[]), SimpleNamespace(misfit=None)
+    contest.looks, contest.base = SimpleNamespace(gains=dict), SimpleNamespace(misfit=None)
     contest.losses, contest.most, asked = np.ones((4, 1)), 0.0, []
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
     contest._polished(found, 0.5)
@@ -343,6 +344,15 @@ def test_limits_are_fitted_from_all_heights_but_where_fewer_numbers_leave_no_mor
         ends("overflow", 3, 0.99),
     ]
     assert [rival.guess.law for rival in contest._bent(found)] == fitted and found[0] is own
+
+
+@pytest.mark.parametrize(("left", "asked"), [(1.0, [2, 2]), (2.0, [2, 2, 3, 3])])
+def test_of_limits_those_of_fewest_numbers_are_asked_first_and_others_where_they_leave_something(left, asked):
+    """Nine overflows of a house's radiator were fitted from four heights each beside a limit that left nothing: no answer after 500 s."""
+    rivals, fitted = [SimpleNamespace(guess=SimpleNamespace(count=count)) for count in (3, 2, 3, 2)], []
+    fits = lambda rival: fitted.append(rival.guess.count) or [rival]
+    found = fewest_first(rivals, fits, lambda one: left > 1.08)
+    assert fitted == asked == [one.guess.count for one in found]
 
 
 @pytest.mark.parametrize(("retold", "stands"), [(0.08, False), (0.3, True)])

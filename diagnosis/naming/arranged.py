@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..calibration.fit import Calibrating, End, Rows
 from ..residuals.blocks import Blocks
+from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..search.fit import rho
 from .extended import Extending
@@ -68,6 +70,18 @@ class Arranged:
         """Root of the mean square of each output."""
         count = len(self.problem.played.outputs)
         return np.sqrt(np.bincount(self.output, misfit**2, count) / np.maximum(np.bincount(self.output, minlength=count), 1))
+
+    def quieter(self, noise: Mapping[str, float], misfit: np.ndarray) -> np.ndarray:
+        """This noise of each output, or what changes of a misfit from sample to sample tell, where that is less; in units of the misfit.
+
+        What a base lacks may change as fast as noise does; of what explains it noise alone is left.
+        """
+        problem, found = self.problem, []
+        for k, name in enumerate(problem.played.outputs):
+            mine = misfit[self.output == k]
+            own = float(of_samples([mine], [np.ones(len(mine), bool)])) * problem.units[name]
+            found.append(max(min(noise[name], own), RULES.pipeline.fine * problem.played.spread(name)) / problem.units[name])
+        return np.array(found)
 
     def begins(self, problem: Calibrating, end: End) -> set[str]:
         """Numbers that a single block tells, as where a run begins: no other block could say them."""

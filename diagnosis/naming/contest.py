@@ -96,7 +96,8 @@ class Contest:
             self.arranged.errors(base.misfit),
         )
         outcome = Round(nothing, [])
-        self.noise, self.ratios = outcome.noise, outcome.ratios = over_noise(self.problem, self.values)
+        self.noise, outcome.ratios = over_noise(self.problem, self.values)
+        outcome.noise = self.noise
         limit = RULES.search.left if self.inserts else RULES.search.clean
         outcome.off = self.off = np.array([ratio > limit for ratio in outcome.ratios.values()])
         if not self.off.any() or len(self.arranged.names) < RULES.pipeline.fewest_blocks:
@@ -179,7 +180,7 @@ class Contest:
         if not self._more(best):
             return False
         self.tell(f"steps beside {best.guess.label}", 0.5)
-        self.other = self.steps(best)
+        self.other = self.steps(self._retold(best))
         self.scene.played = self.played
         return self.other is not None
 
@@ -238,8 +239,8 @@ class Contest:
     def _leaves(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
         """Whether a rival leaves more than so many times the noise of some output, as it was asked of the base: a robust loss makes little of what it left."""
         assert rival.end.misfit is not None and self.base.misfit is not None
-        left = self.arranged.deviations(rival.end.misfit) / np.maximum(self.arranged.deviations(self.base.misfit), 1e-300)
-        return bool((np.array(list(self.ratios.values())) * left > times).any())
+        noise = self.arranged.quieter(self.noise, rival.end.misfit)
+        return bool((self.arranged.deviations(rival.end.misfit) > times * noise).any())
 
     def stands(self, outcome: Round, told: Told, own: Extending) -> bool:
         """Whether what is believed first still is where what comes near the best is held against it on logs that are told anew.

@@ -41,7 +41,7 @@ from .round import Round
 from .rows import followed
 from .sampled import sampled
 from .shape import one_shape
-from .steps import Model, around, fine_enough, in_own_steps, stepped, widened
+from .steps import Model, around, fine_enough, in_own_steps, released, widened
 from .whole import Whole, falls, fitted, helps, measured
 from .work import Work, heads, without
 
@@ -273,8 +273,9 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         own = in_own_steps(work, near, places)
         if found.outcomes and own.errors(own.values(places)) is None:
             break  # what was found breaks off here: nothing can be looked at beside it
+        base = asked.base and asked.base[:2]
         smooth, told = work.rig.inputs == SMOOTH, None if own is near else partial(around, work, near, own)
-        steps = partial(stepped, work, near) if k == 0 and again else None
+        steps = partial(released, work, near, base) if k == 0 and again and base else None
         contest = Contest(own, places, prefix, _told(tell, k), smooth, known, kinds, enough, work.sampled, told, steps)
         contest.only = found.outcomes[-1].only if found.outcomes else None
         outcome = contest.play(asked.rng)

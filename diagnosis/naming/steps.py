@@ -13,11 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..calibration.fit import Rows, fit_from
+from ..calibration.run import sizes
 from ..calibration.slopes import Forward
 from ..rules import RULES
 from .extended import Extended, Extending
 from .places import Insert
 from .round import Rivalled
+from .whole import falls
 from .work import Work
 
 
@@ -99,6 +101,30 @@ def stepped(work: Work, near: Extending, rival: Rivalled) -> Model | None:
     other, model, places = fine_enough(wider, *widened(near, rival, wider))
     near.played.extend(before)
     return None if other is wider else (other, model, model.values(places))
+
+
+def released(work: Work, near: Extending, base: tuple[Work, Extending], rival: Rivalled) -> Model | None:
+    """The model with a rival in the steps that it asks for, where what acts once a step keeps the rig's: or in finer ones of all.
+
+    Whether an FMU that only computes does so once in the rig's step, as a controller, or all the time, as a thermostat, a base that
+    lacks something strong does not tell: its steps leave more or less by chance. Beside what explains most they do. base: in the
+    rig's steps, where nothing keeps them.
+    """
+    kept = stepped(work, near, rival)
+    if not work.keep or (other := stepped(*base, rival)) is None:
+        return kept
+    model = kept or (work.with_also(rival.guess), rival.problem, rival.values)
+    less, left = (_sizes(problem, one.inserts, values) for one, problem, values in (other, model))
+    return other if falls(less, left) and not falls(left, less) else kept
+
+
+def _sizes(problem: Extending, inserts: Sequence[Insert], values: dict[str, float]) -> dict[str, float] | None:
+    assert isinstance(problem.played, Extended)
+    before = problem.played.inserts
+    problem.played.extend(inserts)
+    found = sizes(problem, values, problem.rows)
+    problem.played.extend(before)
+    return found
 
 
 def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:

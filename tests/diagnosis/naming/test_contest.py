@@ -11,7 +11,7 @@ from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming import order as order_module
-from selflock.diagnosis.naming.arranged import determined
+from selflock.diagnosis.naming.arranged import Arranged, determined
 from selflock.diagnosis.naming.asked import confirmed
 from selflock.diagnosis.naming.chosen import fewest_first
 from selflock.diagnosis.naming.contest import Contest
@@ -23,6 +23,7 @@ from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search, _needed
 from selflock.diagnosis.naming.whole import Whole
 from selflock.diagnosis.naming.work import Work
+from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.hypotheses import Free
 from selflock.diagnosis.search.linear import Linear
 from selflock.diagnosis.search.screen import Direction
@@ -293,13 +294,16 @@ def test_nothing_more_is_wanted_where_the_best_leaves_no_more_than_what_the_step
     contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=told and (lambda rival, noise: own))
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise = SimpleNamespace(), SimpleNamespace(), {}
-    contest.arranged, contest.base = SimpleNamespace(deviations=lambda misfit: misfit), SimpleNamespace(misfit=np.ones(1))
+    contest.arranged, contest.base = (
+        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
+        SimpleNamespace(misfit=np.ones(1)),
+    )
     contest.inserts = ()
     ends = lambda left: SimpleNamespace(
         guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=left, misfit=np.array([left])), values={}
     )
     monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: ends(told))
-    contest.ratios = {"x": 1.0}
+    contest.noise = {"x": 1.0}
     outcome = Round(None, [ends(1.5)])
     assert contest._wanting(outcome) == wanting
 
@@ -315,8 +319,11 @@ def test_what_takes_off_most_and_leaves_something_is_asked_for_other_steps_befor
     own = SimpleNamespace(loss=lambda misfit: 1.0)
     contest = Contest(own, np.zeros(0), "c", lambda what, share: None, steps=lambda rival: "finer" if asks else None)
     monkeypatch.setattr(Contest, "played", property(lambda self: None))
-    contest.arranged, contest.base = SimpleNamespace(deviations=lambda misfit: misfit), SimpleNamespace(misfit=np.ones(1))
-    contest.scene, contest.ratios = SimpleNamespace(), {"x": 1.0}
+    contest.arranged, contest.base = (
+        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
+        SimpleNamespace(misfit=np.ones(1)),
+    )
+    contest.scene, contest.noise = SimpleNamespace(), {"x": 1.0}
     best = SimpleNamespace(guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=loss, misfit=np.array([leaves])))
     assert contest._elsewhere(best, 0.9) == anew
     assert contest.other == ("finer" if anew else None)
@@ -330,8 +337,11 @@ def test_limits_are_fitted_from_all_heights_but_where_fewer_numbers_leave_no_mor
         guess=SimpleNamespace(law=name, kind=LAW, count=count), values={}, rough=True, end=SimpleNamespace(loss=loss, misfit=np.array([3.0]))
     )  # fmt: skip
     contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
-    contest.arranged, contest.base = SimpleNamespace(deviations=lambda misfit: misfit), SimpleNamespace(misfit=np.ones(1))
-    contest.ratios = {"x": 1.0}
+    contest.arranged, contest.base = (
+        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
+        SimpleNamespace(misfit=np.ones(1)),
+    )
+    contest.noise = {"x": 1.0}
     own = SimpleNamespace(
         guess=SimpleNamespace(law="cubic", kind=LAW, count=1), rough=False, end=SimpleNamespace(loss=0.1, misfit=np.array([left]))
     )
@@ -416,3 +426,15 @@ def test_beside_what_breaks_off_nothing_is_looked_for(monkeypatch):
         monkeypatch.setattr(run, name, lambda *_, instead=instead: instead)
     asked = SimpleNamespace(tell=None, kinds=(), enough=lambda: False)
     assert run._rounds(asked, None, SimpleNamespace(numbers=()), np.zeros(0)) is found
+
+
+def test_noise_is_no_more_than_what_explains_a_base_leaves_from_sample_to_sample(rng):
+    """What a house's base lacked changed 3.7 times as fast as its noise: a square root that left 2.4 times of it was taken to leave nothing."""
+    noise = 0.01 * rng.standard_normal((2, 2000))
+    problem = SimpleNamespace(units={"x": 0.05, "y": 0.02}, played=SimpleNamespace(outputs=["x", "y"], spread=lambda name: 1.0))
+    arranged = SimpleNamespace(problem=problem, output=np.repeat([0, 1], 2000))
+    misfit = np.concatenate([(noise[0] + 0.05 * np.sin(np.arange(2000) / 100.0)) / 0.05, noise[1] / 0.02])
+    found = Arranged.quieter(arranged, {"x": 0.04, "y": 0.005}, misfit)
+    assert found == pytest.approx([0.01 / 0.05, 0.005 / 0.02], rel=0.1)
+    still = Arranged.quieter(arranged, {"x": 0.04, "y": 0.005}, 0.0 * misfit)
+    assert still == pytest.approx([RULES.pipeline.fine / 0.05, RULES.pipeline.fine / 0.02])

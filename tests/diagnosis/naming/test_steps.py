@@ -9,7 +9,7 @@ from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.naming import steps
 from selflock.diagnosis.naming.extended import Extended, Extending
 from selflock.diagnosis.naming.places import IN, Insert, Place
-from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps, stepped
+from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps, released, stepped
 
 GIVEN = 0.1  # s, the rig's step
 LAW = Insert("law", Place(IN, "b.drawn"), "proportional", over="b.v")
@@ -127,3 +127,20 @@ def test_steps_are_asked_of_a_model_with_a_rival_and_the_system_is_as_it_was(mon
     rival = SimpleNamespace(guess=None, problem=near, end=SimpleNamespace(places=np.array([0.2])), rough=rough)
     assert stepped(work, near, rival) == ((other, model, {"a": 0.7}) if finer else None)
     assert asked == [(wider, (LAW,), 0.3 if rough else 0.2)] and near.played.inserts == ()
+
+
+@pytest.mark.parametrize(
+    ("kept", "left", "taken"), [(True, 0.9, True), (True, 0.97, False), (True, 2.0, False), (False, 0.5, False)]
+)
+@pytest.mark.parametrize("finer", [True, False])
+def test_what_computes_all_the_time_takes_finer_steps_where_that_leaves_less_beside_what_explains_most(
+    monkeypatch, kept, left, taken, finer
+):
+    """A house's thermostat kept the rig's step, which a base without a square root could not tell: its thermometer was 5 % faster."""
+    work, base = SimpleNamespace(keep=frozenset({"thermostat"} if kept else ())), (SimpleNamespace(), None)
+    rival = SimpleNamespace(guess=None, problem="own", values={})
+    work.with_also = lambda guess: SimpleNamespace(inserts=())
+    mine, other = (SimpleNamespace(inserts=()), "kept", {}), (SimpleNamespace(inserts=()), "all", {})
+    monkeypatch.setattr(steps, "stepped", lambda one, near, rival: (mine if finer else None) if one is work else other)
+    monkeypatch.setattr(steps, "_sizes", lambda problem, inserts, values: {"x": left if problem == "all" else 1.0, "y": 1.0})
+    assert released(work, None, base, rival) is (other if taken else mine if finer else None)

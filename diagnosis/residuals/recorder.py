@@ -157,7 +157,8 @@ def step_of(x: np.ndarray, least: float) -> float:
     """The step in which the values of x lie, above `least`; 0 where they lie in none.
 
     Of values in steps of q the mean of exp(2 pi i x / q) is as long as noise and a finer rounding leave it: the coarsest
-    step at which it is long is taken.
+    step at which it is long is taken. Few of them may be where a signal stays, and not where it can be: of few it is asked of the rows
+    in which it goes on to another.
     """
     rules, reach = RULES.residuals, float(np.ptp(x))
     if reach <= 0.0 or least <= 0.0:
@@ -167,12 +168,22 @@ def step_of(x: np.ndarray, least: float) -> float:
     size = 2 ** int(np.ceil(np.log2(rules.step_padding * len(counts))))
     like = abs(np.fft.rfft(counts, size)) / len(x)
     frequency = np.fft.rfftfreq(size, fine)
-    asked = (frequency > rules.step_most / reach) & (frequency < 1.0 / (rules.step_above * least))
+    asked = (frequency > rules.step_fewest / reach) & (frequency < 1.0 / (rules.step_above * least))
     found = np.flatnonzero(asked & (like > rules.step_like))
     if not len(found):
         return 0.0
     first = found[0]
-    near = first + int(np.argmax(like[first : first + np.searchsorted(frequency[first:], 1.2 * frequency[first])]))
+    near = first + int(np.argmax(like[first : first + np.searchsorted(frequency[first:], rules.step_lobes * frequency[first])]))
     closer = np.linspace(frequency[near - 1], frequency[near + 1], rules.step_closer)
     places = np.arange(len(counts)) * fine
-    return float(1.0 / closer[int(np.argmax([abs(counts @ np.exp(2j * np.pi * f * places)) for f in closer]))])
+    step = float(1.0 / closer[int(np.argmax([abs(counts @ np.exp(2j * np.pi * f * places)) for f in closer]))])
+    return step if reach >= rules.step_most * step or _goes_by(x, step) else 0.0
+
+
+def _goes_by(x: np.ndarray, step: float) -> bool:
+    """Whether values lie in this step in the rows in which they go on to another of its steps, too."""
+    zero = step * float(np.angle(np.exp(2j * np.pi * x / step).mean())) / (2.0 * np.pi)
+    number = np.round((x - zero) / step)
+    passed = np.diff(number, prepend=number[:1]) != 0.0
+    along = np.cos(2.0 * np.pi * (x[passed] - zero) / step)  # -1 half way between two of them
+    return len(along) >= RULES.residuals.step_passed and float(along.mean()) > RULES.residuals.step_like

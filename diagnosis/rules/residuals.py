@@ -237,7 +237,18 @@ class ResidualRules:
     step_places: float = rule(2e5, "places between its least and largest value, at most", "a limit of memory")
     step_padding: int = rule(4, "times the places over which the spectrum of its values is taken", CLOSED)
     step_closer: int = rule(101, "places between two of that spectrum at which the best is looked for", CLOSED)
-    step_most: float = rule(8.0, "steps within its reach, at least", CLOSED)
+    step_fewest: float = rule(3.0, "steps within its reach, at least", "theory: two levels lie in steps of any distance")
+    step_most: float = rule(8.0, "and so many from which on where it stays is no matter", CLOSED)
+    step_passed: int = rule(
+        20,
+        "rows in which a signal goes on to another of few steps, at least",
+        "theory: 20 phases of chance have a mean longer than `step_like` once in 150",
+    )
+    step_lobes: float = rule(
+        1.5,
+        "times the first frequency at which that mean is long, within which the best is taken",
+        "theory: side lobes of few steps lie before it, the step's half is at twice",
+    )
     step_above: float = rule(2.5, "own steps that a coarser one has, at least", CLOSED)
     step_like: float = rule(0.5, "length of the mean of exp(2 pi i x / q) above which values lie in steps of q", CLOSED)
     zeros: tuple[float, ...] = rule(

@@ -299,6 +299,17 @@ def test_a_command_that_follows_has_no_period(seed, tmp_path):
     assert period(ch) == 0.0
 
 
+def test_few_steps_are_told_by_the_rows_that_go_on_to_another(rng):
+    """A current in five steps of an ampere was told in halves; where a signal only stays at few values it lies in no steps."""
+    time = np.linspace(0.0, 12.0, 12000)
+    step, read = rng.uniform(0.9, 1.2), lambda x: np.round((x + 0.03 * rng.standard_normal(len(x))) / 0.01) * 0.01
+    turns = np.pi * rng.uniform(-1.0, 1.0)
+    smooth = 2.4 * np.sin(3.0 * time + turns) + 0.3 * np.sin(40.0 * time)
+    assert step_of(read(step * np.round(smooth / step)), 0.01) == pytest.approx(step, rel=5e-3)
+    held = 3.0 * np.clip(2.0 * np.sin(2.0 * time + turns), -1.0, 1.0)  # it stays at two values and goes from one to the other
+    assert step_of(read(held), 0.01) == 0.0
+
+
 @pytest.mark.parametrize("step, noise", [(0.3, 0.02), (1.1, 0.1)])
 def test_the_step_of_a_coarse_sensor_is_found_behind_noise_and_a_finer_rounding(step, noise, rng):
     x = 4.0 * np.sin(np.linspace(0.0, 40.0, 8000)) + rng.uniform(-0.1, 0.1)

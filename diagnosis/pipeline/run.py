@@ -52,6 +52,10 @@ RECORDED = (
 )
 
 COARSE = "part by part, on measured inputs, the step of the log may be too coarse, and the whole drive is simulated in finer ones"
+LATE = (
+    "part by part, sensors of several channels seem to lag, as where the command that they all follow acts late, which the whole drive is "
+    "asked"
+)
 HUNTS = (
     "the drive hunts: with these causes it swings by itself, in a phase that no simulation from its set-points shares, "
     "so its parts are compared on what was measured"
@@ -204,15 +208,16 @@ def _diagnosed(
     too_coarse = any(cause.weak for cause in coarse)  # the whole has steps of its own
     doubted = (
         too_coarse
+        or outcome.late_at_once
         or answer == "unknown"
         or result.verdict == "ambiguous"
         and (contrary or all(c.component != "controller" for c in causes))
     )
     if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
-        between_rows = too_coarse or outcome.within_rows
-        if between_rows or not _voltage_told(outcome.searched, outcome.base.values):
+        asks = LATE if outcome.late_at_once else COARSE if too_coarse or outcome.within_rows else ""
+        if asks or not _voltage_told(outcome.searched, outcome.base.values):
             experiment.forget()
-            if recorded_so := again(WHOLE, COARSE if between_rows else RECORDED):
+            if recorded_so := again(WHOLE, asks or RECORDED):
                 return recorded_so
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))

@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from selflock.fmus.effect import LAG
+
 from ..rules import RULES
 from .candidate import Candidate, worse
 from .fit import Fit
@@ -34,6 +36,12 @@ class Selection:
     base: Fit
     searched: Problem  # with the samples and the noise of the contests
     standing: Candidate | None = None  # all causes together, as they do there; None without any
+
+    @property
+    def late_at_once(self) -> bool:
+        """Whether sensors of several channels seem to lag: then it is rather the command that acts late, which they all follow."""
+        late = {c.hypothesis.channel for c in self.causes if c.hypothesis.channel and any(p.role == LAG for p in c.free)}
+        return len(late) > 1
 
     @property
     def within_rows(self) -> bool:

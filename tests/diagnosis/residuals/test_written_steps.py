@@ -14,10 +14,11 @@ from selflock.diagnosis.pipeline.in_step import whole_where_described
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.candidate import Candidate
-from selflock.diagnosis.search.hypotheses import Hypothesis
+from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.diagnosis.search.problem import Problem
 from selflock.diagnosis.search.selection import Selection
 from selflock.diagnosis.search.step import CHANCE, WITHIN, Stage
+from selflock.fmus.effect import LAG
 
 from .test_row_by_row import DRIVE
 
@@ -119,3 +120,12 @@ def test_what_is_left_is_a_matter_between_rows_where_what_explains_most_of_it_is
     assert outcome.within_rows == within
     stage.winner = candidates[0] if candidates else None
     assert not (candidates and outcome.within_rows)
+
+
+@pytest.mark.parametrize(("channels", "late"), [(["a", "b"], True), (["a", "a"], False), (["a"], False), ([], False)])
+def test_sensors_of_several_channels_that_lag_are_a_command_that_acts_late(channels, late):
+    lag = Free("lag", 0.0, -1.0, 1.0, role=LAG)
+    causes = [Candidate(Hypothesis("sensor", "lag", (lag,), name), (lag,), None, np.zeros((1, 1))) for name in channels]
+    scale = Free("scale", 1.0, 0.0, 2.0)
+    beside = Candidate(Hypothesis("sensor", "scale", (scale,), "c"), (scale,), None, np.zeros((1, 1)))
+    assert Selection(None, [], [*causes, beside], [], None, None, None).late_at_once == late

@@ -73,6 +73,16 @@ def test_a_table_that_was_read_at_once_is_as_its_stamps_say(rng, tmp_path):
         assert period(name, ch) == (1, None) and not age(name, ch).any() and told(name, ch).all()
 
 
+def test_a_ramp_in_steps_says_nothing_of_when_its_rows_came(rng, tmp_path):
+    """Each new value is one step on, as if at even times: a duty of 8 bits played from a table, beside a motion read at once."""
+    time, signals, _ = table(rng, 1, 0.0, 1.0, held=False)
+    step = 1.0 / 255.0
+    signals["motor.duty"] = step * np.floor(rng.uniform(0.2, 0.45) * time / step / time[-1] * 20.0)
+    assert not evenly_sent(channels(time, signals, tmp_path))
+    del signals["reducer.input_angle"], signals["motor.current"]
+    assert not evenly_sent(channels(time, signals, tmp_path))
+
+
 @pytest.mark.parametrize(("acts", "others", "rows"), [(0.0, 1, 1), (0.0, 3, 2), (2 * STEP, 3, 1), (STEP, 1, 2)])
 def test_a_command_that_stands_as_long_as_its_controllers_period_is_no_message(acts, others, rows, rng, tmp_path):
     """acts: the period that its rig gives, s, or none; others: rows in which the current stands."""

@@ -23,7 +23,6 @@ import hashlib
 import logging
 import re
 import sys
-from collections.abc import Callable
 from functools import cache as once
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
@@ -87,7 +86,7 @@ def _compiled(module_name: str, second: str) -> ModuleType:
 def compiled_loops(path: Path) -> dict[str, object]:
     """The functions of a source file, by name, compiled on first use, with the compiled selves of the laws that it imports.
 
-    Those whose names begin with _ serve the others. These, and the laws, are made ready to be compiled where a loop is not on disk.
+    Those whose names begin with _ serve the others.
     """
     second = _second()
     name = f"{second.__name__}_{path.parent.name}_{path.stem}"
@@ -95,35 +94,13 @@ def compiled_loops(path: Path) -> dict[str, object]:
         beside = _folder(second).name
         _load(name, _copied({Path(path.name): path.read_bytes()}, f"{beside} {name}") / path.name)
         module = sys.modules[name]
-        ready = once(lambda: _ready(module, second.__name__))
         for key, value in list(vars(module).items()):
-            if isinstance(value, FunctionType) and not key.startswith("_"):
-                setattr(module, key, _when_missed(_wrap(value, name, {}, {}), ready))
+            if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
+                setattr(module, key, _compiled(value.__name__, second.__name__))
+            elif isinstance(value, FunctionType):
+                setattr(module, key, _wrap(value, name, {}, INLINED if key.startswith("_") else {}))
     made = vars(sys.modules[name]).items()
     return {key: value for key, value in made if hasattr(value, "py_func") and not key.startswith("_")}
-
-
-def _ready(module: ModuleType, second: str) -> None:
-    """Compile, on first use, what the loops of a module call."""
-    for key, value in list(vars(module).items()):
-        if isinstance(value, ModuleType) and value.__name__.startswith(LAWS + "."):
-            setattr(module, key, _compiled(value.__name__, second))
-        elif isinstance(value, FunctionType):
-            setattr(module, key, _wrap(value, module.__name__, {}, INLINED))
-
-
-def _when_missed(function: Any, do: Callable[[], None]) -> Any:
-    """A function compiled by numba, before which is compiled, since it is not on disk, `do` is done."""
-
-    class Asked(type(function._cache)):  # type: ignore[misc]
-        def load_overload(self, *asked: Any) -> Any:
-            found = super().load_overload(*asked)
-            if found is None:
-                do()
-            return found
-
-    function._cache.__class__ = Asked
-    return function
 
 
 def _folder(module: ModuleType) -> Path:

@@ -95,13 +95,23 @@ def measured(name: str, ch: Channels) -> float:
 
 
 def written_step(name: str, ch: Channels) -> float:
-    """The step between the numbers in which somebody wrote a channel, as a controller its command; 0 of one that was measured."""
+    """The step between the numbers in which somebody wrote a channel, as a controller its command; 0 of one that was measured.
+
+    Also 0 of numbers that lie in no step: between those of a law that is computed to its last digit there is a least distance, too.
+    """
     known, full = ch.run.memory.setdefault("written step", {}), ch.prefix + name
     if full not in known:
         runs = [replace(ch, run=run, take=None) for run in ch.beside or (ch.run,)]
         values = np.concatenate([one.raw(name)[one.good(name)] for one in runs])
-        known[full] = resolution(values) if measured(name, ch) <= RULES.residuals.exact else 0.0
+        step = resolution(values) if measured(name, ch) <= RULES.residuals.exact else 0.0
+        known[full] = step if step > 0.0 and _all_in(values, step) else 0.0
     return known[full]
+
+
+def _all_in(values: np.ndarray, step: float) -> bool:
+    """Whether values lie at whole numbers of a step from one another."""
+    numbers = (values - values.min()) / step
+    return bool(np.mean(abs(numbers - np.round(numbers))) < RULES.residuals.on_steps)
 
 
 def noisy(name: str, ch: Channels) -> bool:

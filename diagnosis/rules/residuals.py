@@ -233,6 +233,11 @@ class ResidualRules:
         1.5, "times its frequency, and parts of it, between which a line is held against the spectrum", PERIODS
     )
     period_line: float = rule(8.0, "medians of the spectrum near it above which a line is a period's", PERIODS)
+    on_steps: float = rule(
+        0.1,
+        "mean distance from a step's whole numbers, in steps, up to which values lie in it",
+        "theory: 1/4 where they lie anywhere",
+    )
     step_parts: float = rule(4.0, "parts of a channel's own step in which a coarser one is looked for", CLOSED)
     step_places: float = rule(2e5, "places between its least and largest value, at most", "a limit of memory")
     step_padding: int = rule(4, "times the places over which the spectrum of its values is taken", CLOSED)

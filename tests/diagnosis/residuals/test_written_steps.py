@@ -12,6 +12,7 @@ from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import LogColumn, Rig
 from selflock.diagnosis.pipeline.in_step import whole_where_described
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.residuals.recorder import written_step
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
@@ -129,3 +130,11 @@ def test_sensors_of_several_channels_that_lag_are_a_command_that_acts_late(chann
     scale = Free("scale", 1.0, 0.0, 2.0)
     beside = Candidate(Hypothesis("sensor", "scale", (scale,), "c"), (scale,), None, np.zeros((1, 1)))
     assert Selection(None, [], [*causes, beside], [], None, None, None).late_at_once == late
+
+
+def test_numbers_of_a_law_that_lie_in_no_step_were_written_in_none(rng):
+    """Between the values of a law that is computed to its last digit there is a least distance, too, as if it were a step."""
+    for gives, step in ((lambda u: u, 0.0), (lambda u: STEP * np.round(u / STEP), STEP)):
+        rig, run = logged(rng, gives)
+        bench = DriveExperiment(rig, [run])
+        assert written_step("motor.voltage", bench.channels[0, ""]) == pytest.approx(step, rel=1e-9, abs=1e-15)

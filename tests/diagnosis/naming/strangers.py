@@ -396,4 +396,6 @@ def labels(case: Case) -> set[str]:
     if case.kind == "outside":
         names = {"curve", "fine curve"}
     of = f" of {over}" if over else ""
+    if "overflow" in names:
+        return {f"overflow{of}: from {place} on to {case.hidden.also[0]}" for place in places}
     return {f"{law}{of} on {place}" for law in names for place in places}

@@ -180,3 +180,11 @@ def test_what_a_law_does_beyond_what_taught_can_not_be_closed(monkeypatch):
     assert least < low and most > high and all(farther.beyond[n] > 3.0 * size for n, size in farther.noise.items())
     (low, high), (least, most) = goes(within, "voltage")
     assert low < least and most < high and set(within.beyond.values()) == {0.0}
+
+
+def test_an_overflow_is_known_by_the_words_in_which_it_is_told():
+    """One that stood beside the overflow of the flow out of it was counted as not told at all."""
+    case = SimpleNamespace(
+        kind="law", right=({"overflow"}, {"a.inflow"}, "a.level"), hidden=SimpleNamespace(also=("b.inflow", 0.3))
+    )
+    assert strangers.labels(case) == {"overflow of a.level: from a.inflow on to b.inflow"}

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from ..data.signals import SIGNALS
+from ..data.signals import SIGNALS, VOLTAGES
 from ..data.values import resolution
 from ..rules import RULES
 from .channels import Channels
@@ -147,9 +147,9 @@ def _evenly_sent(ch: Channels) -> bool:
             rows, messages = np.flatnonzero(new).astype(float), np.arange(float(len(x)))
             stamped, *evenly = (_rough(x, when, good) for when in (time[new], rows, messages))
             even = min(evenly)
-            if stamped <= resolution(x):  # of a ramp in steps each new value is one step on, whenever it came
-                continue
-            votes += int(even < rules.evener * stamped) - int(stamped < rules.evener * even)
+            # of a command's ramp in steps each new value is one step on, whenever it came: it is no motion
+            a_ramp = name in VOLTAGES and stamped <= resolution(x)
+            votes += int(even < rules.evener * stamped and not a_ramp) - int(stamped < rules.evener * even)
     return votes > 0
 
 

@@ -46,7 +46,7 @@ time = np.arange(500) * 1e-2
 angle = 3.0 * np.sin(time)
 run = MeasuredRun("log.csv", "", np.arange(500), time, {"load.angle": angle}, {"load.angle": np.ones(500, bool)})
 rig = Rig(None, "one", "inverse", (), {})
-some = SimpleNamespace(rig=rig, runs=[run], channels={}, step=1e-2, by_channel=False)
+some = SimpleNamespace(rig=rig, runs=[run], channels={}, components=set(), step=1e-2, by_channel=False)
 labels = {h.label: h for h in vocabulary(rig, {"motor"}, {"load.angle"}, some)}
 label = f"{component} {effect}" + (" (load.angle)" if component == "sensor" else "")
 assert labels[label].free[0].name.endswith(f".{effect}") and labels[label].advice and labels[label].shown_over

@@ -1,8 +1,6 @@
 """The law compiled by numba gives what the plain one gives: the same source, to rounding."""
 
 import math
-import subprocess
-import sys
 
 import pytest
 
@@ -99,18 +97,3 @@ def test_the_load_with_any_damper():
     for speed in (1e9, 1e300, math.inf, math.nan):
         end, out = fast_load.advance(fast_load.Parameters(mass=2.0), fast_load.State(0.3, speed), 3.0, 0.01)
         assert math.isnan(end.speed) and math.isnan(sum(out))
-
-
-def test_of_a_loop_that_is_on_disk_no_law_is_made_ready_to_be_compiled():
-    asked = (
-        "import sys, numpy as np\n"
-        "from selflock.diagnosis.residuals import laws\n"
-        "from selflock.diagnosis.residuals.kernels import kernels\n"
-        "p, x, out = laws.parameters('load', 'load', {'load.mass': 2.0}), np.zeros(3), np.empty(3)\n"
-        "kernels().load_torque(p, x, x, x + 1.0, out)\n"
-        "of_law = sys.modules['_compiled_fmus.load.load'].driving_torque\n"
-        "print(hasattr(of_law, 'py_func'), *out)"
-    )
-    run = lambda: subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True).stdout.split()
-    (_, *torque), (second, *again) = run(), run()
-    assert second == "False" and torque == again and len(torque) == 3

@@ -214,10 +214,15 @@ def _diagnosed(
         and (contrary or all(c.component != "controller" for c in causes))
     )
     if doubted and search and not (rig.simulate or other[0] or undescribed(rig, set(runs[0].signals))):
-        asks = LATE if outcome.late_at_once else COARSE if too_coarse or outcome.within_rows else ""
-        if asks or not _voltage_told(outcome.searched, outcome.base.values):
+        if outcome.late_at_once or too_coarse:
+            asks = LATE if outcome.late_at_once else COARSE
+        elif _voltage_told(outcome.searched, outcome.base.values):
+            asks = COARSE if outcome.within_rows else ""
+        else:
+            asks = RECORDED
+        if asks:
             experiment.forget()
-            if recorded_so := again(WHOLE, asks or RECORDED):
+            if recorded_so := again(WHOLE, asks):
                 return recorded_so
     # with draws of its own: what is written beside the answer does not change it
     beside = Judge(experiment, train, judged, names, np.random.default_rng([seed, 1]))

@@ -7,6 +7,7 @@ Each figure is the least processor time of many rounds, all taken in this one ru
 
 from __future__ import annotations
 
+import math
 import time
 
 import numpy as np
@@ -79,7 +80,9 @@ def whole(mode: str, alone: bool = False) -> float:
 def main() -> None:
     simulation.TWINS = 0  # laws of FMUs are compiled, as in long runs
     segmented, belt, coarse, falling = Robot(), Robot(track="belt"), Robot(track="belt", inner_step=1e-3), Robot()
-    model, dt = falling.model, 1e-3 / 3.0
+    model = falling.model
+    inner = math.ceil(1e-3 / model.inner - 1e-9)  # inner steps of a communication step
+    dt = 1e-3 / inner
     steps = round(TIME / dt)
     took = best(
         {
@@ -98,10 +101,10 @@ def main() -> None:
     print(f"  whole vehicle step                    {vehicle:7.2f} µs  = {ratios}")
     for mode in ("dynamic", "kinematic"):
         run, drives = (min(whole(mode, alone) for _ in range(4)) for alone in (False, True))
-        told = f"{run / 3 / bare:.2f} x pymunk's steps; its FMUs and the master's rows alone {drives:.1f} µs"
+        told = f"{run / inner / bare:.2f} x pymunk's steps; its FMUs and the master's rows alone {drives:.1f} µs"
         print(f"  whole run, {mode:10}                 {run:7.1f} µs a ms = {told}")
     print(f"  segmented track                       {TIME / took['vehicle']:7.1f} x real time")
-    print(f"  belt track, inner step 1/3 ms         {TIME / took['belt']:7.1f} x real time")
+    print(f"  belt track, inner step {dt * 1e3:.3f} ms       {TIME / took['belt']:7.1f} x real time")
     print(f"  belt track, inner step 1 ms           {TIME / took['coarse']:7.1f} x real time")
 
 

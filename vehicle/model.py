@@ -94,9 +94,10 @@ class Model:
         self.inner = inner_step(v)
         most = MOST_SETTLING // work(v, len(self.gx))
         if v["settling_time"] > most * min(self.inner, 1e-3):
+            told, longer = self.asked()
             raise DescriptionError(
-                f"settling_time = {v['settling_time']:g} s takes more than {most} inner steps of {self.of_inner()}, "
-                f"and no more are made {with_(v)}; give the robot less time to settle, {self.longer()}, fewer segments or "
+                f"settling_time = {v['settling_time']:g} s takes more than {most} inner steps of {told}, "
+                f"and no more are made {with_(v)}; give the robot less time to settle, {longer}, fewer segments or "
                 "iterations."
             )
         self.geometry = Geometry(v)
@@ -203,11 +204,6 @@ class Model:
         inertia = sum(i + m * (x - center) ** 2 for m, x, i in pieces)
         return SIDES * mass, center, SIDES * inertia
 
-    def _link(self) -> tuple[float, float]:
-        """Mass and inertia of both sides' segment."""
-        mass = SIDES * self.values["segment_mass"]
-        return mass, mass * (self.geometry.pitch**2 + self.values["shoe_height"] ** 2) / 12.0
-
     def _make_bodies(self) -> None:
         v, g = self.values, self.geometry
         space = self.space = pymunk.Space()
@@ -239,10 +235,11 @@ class Model:
                 pymunk.PivotJoint(chassis, holder, (s * half - v["chassis_center_x"], -v["chassis_center_y"]), (-center, 0.0))
             )
         if not self.belt:
+            m = SIDES * v["segment_mass"]
             for points in pins:
                 links = []
                 for start, end in zip(points, np.roll(points, -1, axis=0)):
-                    link = pymunk.Body(*self._link())
+                    link = pymunk.Body(m, m * (g.pitch**2 + v["shoe_height"] ** 2) / 12.0)
                     link.position = world(0.5 * (start + end))
                     link.angle = pitch + math.atan2(end[1] - start[1], end[0] - start[0])
                     links.append(link)
@@ -281,22 +278,18 @@ class Model:
         inner, most = self.inner, self.most_steps
         if size <= most * inner:
             return ""
+        told, longer = self.asked()
         return (
-            f"a step of {size:.9g} s takes {size / inner:.3g} inner steps of {self.of_inner()}, and {most} at most "
-            f"are made {with_(self.values)}; try a step of {most * inner:.9g} s or less, {self.longer()}, fewer segments or "
+            f"a step of {size:.9g} s takes {size / inner:.3g} inner steps of {told}, and {most} at most "
+            f"are made {with_(self.values)}; try a step of {most * inner:.9g} s or less, {longer}, fewer segments or "
             "iterations"
         )
 
-    def of_inner(self) -> str:
-        """The inner step and who asks for it."""
-        asked = "inner_step =" if self.inner == self.values["inner_step"] else "what a segment's springs ask for,"
-        return f"{asked} {self.inner:.9g} s"
-
-    def longer(self) -> str:
-        """What makes the inner step longer."""
-        return (
-            "a longer inner_step" if self.inner == self.values["inner_step"] else "heavier segments or softer guides and contacts"
-        )
+    def asked(self) -> tuple[str, str]:
+        """The inner step and who asks for it; and what makes it longer."""
+        if self.inner == self.values["inner_step"]:
+            return f"inner_step = {self.inner:.9g} s", "a longer inner_step"
+        return f"what a segment's springs ask for, {self.inner:.9g} s", "heavier segments or softer guides and contacts"
 
     def advance(self, size: float) -> bool:
         """One macro step: as many equal inner steps as keep each within the inner step. False when inputs or bodies are not sound."""

@@ -37,6 +37,16 @@ def resolution(values: np.ndarray) -> float:
     return float(np.quantile(steps, RULES.data.smallest_step)) if len(steps) else 0.0
 
 
+def arrivals(x: np.ndarray, step: float, zero: float = 0.0) -> np.ndarray:
+    """cos(2 pi (x - zero) / step) of values that have just come from another number of steps: 1 at one, -1 half way between two.
+
+    A rounded value lies at one at once, and one that goes on slowly close to the border that it passed. Where one rests says nothing.
+    """
+    number = np.round((x - zero) / step)
+    passed = np.diff(number, prepend=number[:1]) != 0.0
+    return np.cos(2.0 * np.pi * (x[passed] - zero) / step)
+
+
 def noise_of(x: np.ndarray) -> float:
     """Noise of rows, by fourth differences: a motion leaves next to nothing in them, white noise 70 times its variance."""
     return float(np.median(rough(x))) / RULES.residuals.normal_median if len(x) > 4 else 0.0

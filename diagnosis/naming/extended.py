@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -64,6 +65,16 @@ class Extended(Played):
             record = [before.get(name, name) for name in self.systems[0].run.record]
             self.systems = [replace(one, run=replace(one.run, record=record)) for one in self.systems]
         self.memory = [{} for _ in self.runs]
+
+    @contextmanager
+    def having(self, inserts: Sequence[Insert]) -> Iterator[None]:
+        """With these corrections for a while, then with those that it has."""
+        before = self.inserts
+        self.extend(inserts)
+        try:
+            yield
+        finally:
+            self.extend(before)
 
     def runs_along(self, name: str) -> bool:
         head = name.partition(".")[0]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..data.log import MeasuredRun
-from ..data.values import resolution
+from ..data.values import arrivals, resolution
 from ..rules import RULES
 
 if TYPE_CHECKING:
@@ -26,10 +26,6 @@ class Rounded:
 
     step: float
     noise: float
-
-    def of(self, x: np.ndarray) -> np.ndarray:
-        """These values rounded alike."""
-        return self.step * np.floor(x / self.step + 0.5)
 
 
 def beside_step(y: np.ndarray, x: np.ndarray, step: float) -> np.ndarray:
@@ -92,9 +88,9 @@ def _gathered(parts: Sequence[np.ndarray]) -> Rounded | None:
     steps = steps_of(size, spread)
     most = [_nearest(y, step) for step in steps[np.argsort(-gathers(thinned(y), steps))[: RULES.naming.gathered]]]
     step = most[int(np.argmax(gathers(y, np.array(most))))]
-    passed = np.concatenate([np.diff(np.round(part / step), prepend=np.round(part[0] / step)) != 0.0 for part in parts])
-    there = gathers(y[passed], np.array([step]))[0] if passed.any() else 0.0
-    chance = RULES.naming.no_chance / np.sqrt(2.0 * max(passed.sum(), 1))  # cos of any phase varies by 1/2
+    passed = np.concatenate([arrivals(part, step) for part in parts])
+    there = float(passed.mean()) if len(passed) else 0.0
+    chance = RULES.naming.no_chance / np.sqrt(2.0 * max(len(passed), 1))  # cos of any phase varies by 1/2
     noise = float(np.median(abs(y - step * np.round(y / step)))) / RULES.residuals.normal_median
     return Rounded(step, noise) if there > max(RULES.naming.on_steps, chance) and noise > resolution(y) else None
 

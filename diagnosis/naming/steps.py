@@ -120,11 +120,8 @@ def released(work: Work, near: Extending, base: tuple[Work, Extending], rival: R
 
 def _sizes(problem: Extending, inserts: Sequence[Insert], values: dict[str, float]) -> dict[str, float] | None:
     assert isinstance(problem.played, Extended)
-    before = problem.played.inserts
-    problem.played.extend(inserts)
-    found = sizes(problem, values, problem.rows)
-    problem.played.extend(before)
-    return found
+    with problem.played.having(inserts):
+        return sizes(problem, values, problem.rows)
 
 
 def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:
@@ -168,12 +165,9 @@ def _vanishing(
 def _errors(problem: Extending, model: Extending, values: dict[str, float], inserts: Sequence[Insert]) -> Rows | None:
     """What a model leaves of a problem's log, in the steps of that."""
     assert isinstance(problem.played, Extended)
-    before = problem.played.inserts
     theirs = _on(replace(problem, numbers=model.numbers, acts=model.acts), problem.played, problem)
-    problem.played.extend((*before, *inserts))
-    found = theirs.unrounded(values)
-    problem.played.extend(before)
-    return found
+    with problem.played.having((*problem.played.inserts, *inserts)):
+        return theirs.unrounded(values)
 
 
 def around(work: Work, near: Extending, own: Extending, rival: Rivalled, noise: dict[str, float]) -> Extending | None:

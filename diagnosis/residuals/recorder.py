@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..data.differenced import SpeedRows, difference, over_losses
 from ..data.signals import ANGLE_OF
-from ..data.values import noise_of, resolution, rough
+from ..data.values import arrivals, noise_of, resolution, rough
 from ..rules import RULES
 from .channels import Channels
 
@@ -193,7 +193,5 @@ def step_of(x: np.ndarray, least: float) -> float:
 def _goes_by(x: np.ndarray, step: float) -> bool:
     """Whether values lie in this step in the rows in which they go on to another of its steps, too."""
     zero = step * float(np.angle(np.exp(2j * np.pi * x / step).mean())) / (2.0 * np.pi)
-    number = np.round((x - zero) / step)
-    passed = np.diff(number, prepend=number[:1]) != 0.0
-    along = np.cos(2.0 * np.pi * (x[passed] - zero) / step)  # -1 half way between two of them
-    return len(along) >= RULES.residuals.step_passed and float(along.mean()) > RULES.residuals.step_like
+    passed = arrivals(x, step, zero)
+    return len(passed) >= RULES.residuals.step_passed and float(passed.mean()) > RULES.residuals.step_like

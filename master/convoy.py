@@ -3,8 +3,8 @@
 Python spends more time around the three C calls of an FMU's step than a native FMU spends in them. A convoy writes
 down once what a macro step of its FMUs consists of, as a list of operations on addresses, and a loop compiled by
 numba carries the list out. What happens, in which order, and every bit of every number are those of
-master.algorithms. Whatever is not plain is left to it: steps of their own, interpolated inputs, strings, faults. A
-status beyond Warning is handed back to Python at the operation that had it.
+master.algorithms. Whatever is not plain is left to it: steps of their own but for those of what samples, interpolated
+inputs, strings, faults. A status beyond Warning is handed back to Python at the operation that had it.
 
 Where the whole system is one convoy that nobody observes, many macro steps with their rows of results are one call.
 """
@@ -108,13 +108,16 @@ def _let_go(context, function, held):
 
 
 @njit(cache=True, nogil=True)  # rows are written, and Ctrl-C is heard, while an FMU takes its time
-def _carry_out(kinds, where, numbers, first, row, time, size):
+def _carry_out(kinds, where, numbers, first, row, index, start, step, time, size):
     """Carry out the operations from `first` on: (the operation that failed, its status), or (-1, 0).
 
-    row: of the tables of functions of time, that of this macro step.
+    row: of the tables of functions of time, that of this macro step, the `index`th of `step` s since `start`. What samples does so
+    once in several of them.
     """
     for k in range(first, len(kinds)):
-        kind = kinds[k]
+        kind, long = kinds[k], where[k, 5]
+        if long > 1 and index % long != 0:
+            continue
         a, b = where[k, 0], where[k, 1]
         status = 0
         if kind == MOVE:
@@ -125,10 +128,12 @@ def _carry_out(kinds, where, numbers, first, row, time, size):
         elif kind == EXCHANGE:
             status = _exchange(a, b, where[k, 2], where[k, 3], where[k, 4])
         elif kind == STEP:
-            status = _do_step(a, b, time, size, np.int32(where[k, 2]))
+            until = size if long <= 1 else start + (index + long) * step - time
+            status = _do_step(a, b, time, until, np.int32(where[k, 2]))
         elif kind == STEP3:
             _store_int(where[k, 3], np.int32(0))
-            status = _do_step3(a, b, time, size, np.int32(where[k, 2]), where[k, 3])
+            until = size if long <= 1 else start + (index + long) * step - time
+            status = _do_step3(a, b, time, until, np.int32(where[k, 2]), where[k, 3])
             if status <= 1 and _load_int(where[k, 3]) & FLAGS:
                 status = MORE
         elif kind == WORK:  # as master.energy.Port.add
@@ -165,7 +170,8 @@ def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows
     done, failed, status = count, -1, 0
     for index in range(first, first + count):
         time = start + index * size
-        failed, status = _carry_out(kinds, where, numbers, 0, index - first, time, start + (index + 1) * size - time)
+        exact = start + (index + 1) * size - time
+        failed, status = _carry_out(kinds, where, numbers, 0, index - first, index, start, size, time, exact)
         if failed >= 0:
             done = index - first
             break
@@ -195,7 +201,7 @@ class Program:
         self.names: list[str] = []
 
     def add(self, seat: Seat, kind: int, *where: int, factor: float = 1.0, offset: float = 0.0, name: str = "") -> None:
-        self.rows.append((kind, where + (0,) * (5 - len(where)), (factor, offset)))
+        self.rows.append((kind, where + (0,) * (5 - len(where)) + (seat.large,), (factor, offset)))
         self.seats.append(seat)
         self.names.append(name)
 
@@ -220,6 +226,8 @@ class Program:
             self.exchange(seat, native, exchange)
             for place, own in exchange.copies:
                 self.add(seat, FROM_INT, own, address(seat.out, place))
+        for j in range(len(seat.outputs) if seat.large > 1 else 0):
+            self.add(seat, MOVE, address(seat.out, j), address(seat.shown, j))
         for port in seat.ports:
             self.work(seat, port)
 
@@ -232,22 +240,25 @@ class Program:
 
     def close(self) -> Program:
         self.kinds = np.array([row[0] for row in self.rows], dtype=np.int64)
-        self.where = np.array([row[1] for row in self.rows], dtype=np.int64).reshape(-1, 5)
+        self.where = np.array([row[1] for row in self.rows], dtype=np.int64).reshape(-1, 6)
         self.numbers = np.array([row[2] for row in self.rows], dtype=float).reshape(-1, 2)
         return self
 
-    def run(self, time: float, size: float, first: int = 0, row: int = 0) -> None:
-        """Carry the operations out; what a part does not finish is finished, or raised, by the part."""
+    def run(self, index: int, time: float, size: float, first: int = 0, row: int = 0) -> None:
+        """Carry the operations of a macro step out; what a part does not finish is finished, or raised, by the part."""
+        start, step = (self.seats[0].start, self.seats[0].macro) if self.seats else (0.0, size)
         while True:
-            failed, status = _carry_out(self.kinds, self.where, self.numbers, first, row, time, size)
+            failed, status = _carry_out(self.kinds, self.where, self.numbers, first, row, index, start, step, time, size)
             if failed < 0:
                 return
-            self.mend(failed, status, time, size)
+            self.mend(failed, status, index, time, size)
             first = failed + 1
 
-    def mend(self, failed: int, status: int, time: float, size: float) -> None:
+    def mend(self, failed: int, status: int, index: int, time: float, size: float) -> None:
         """Let the part finish what ended with `status`; raises PartFailed where it cannot."""
-        native = self.natives[self.seats[failed].name]
+        seat = self.seats[failed]
+        native = self.natives[seat.name]
+        size = seat.size(index, time, size)
         if self.kinds[failed] in (STEP, STEP3):
             native.finish(status, time, size)
         else:
@@ -271,20 +282,21 @@ class Convoy:
         for program in (self.together, self.gathering, self.moving):
             program.close()
 
-    def _look(self, time: float) -> None:
+    def _look(self, index: int, time: float) -> None:
         for seat in self.looking:
-            seat.look(time, 0.0)
+            if index % seat.large == 0:
+                seat.look(time, 0.0)
 
     def stroke(self, index: int, time: float, step: float) -> None:
-        self._look(time)
-        self.together.run(time, step)
+        self._look(index, time)
+        self.together.run(index, time, step)
 
     def collect(self, index: int, time: float, step: float) -> None:
-        self._look(time)
-        self.gathering.run(time, step)
+        self._look(index, time)
+        self.gathering.run(index, time, step)
 
     def move(self, index: int, time: float, step: float) -> None:
-        self.moving.run(time, step)
+        self.moving.run(index, time, step)
 
     def whole(self, algorithm: Algorithm, tables: dict[str, np.ndarray]) -> Program:
         """A macro step of a system that is this convoy alone, and functions of time."""
@@ -296,7 +308,8 @@ class Convoy:
 def fits(seat: Seat) -> Native | None:
     """What a convoy needs of a seat that does nothing but what a convoy knows."""
     more = seat.between, seat.carried, seat.tilted, seat.texts, seat.mapped, seat.input_faults, seat.output_faults
-    return seat.part.native() if seat.even and not seat.keep and not any(more) else None
+    samples = seat.large > 1 and seat.samples and not seat.ports  # between its steps nothing of it changes
+    return seat.part.native() if (seat.even or samples) and not seat.keep and not any(more) else None
 
 
 @left_alone()
@@ -360,8 +373,8 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
         recorder.check()
         if failed >= 0:
             now = start + (running.index + 1) * size
-            program.mend(failed, status, running.time, now - running.time)
-            program.run(running.time, now - running.time, failed + 1, running.index - first)
+            program.mend(failed, status, running.index, running.time, now - running.time)
+            program.run(running.index, running.time, now - running.time, failed + 1, running.index - first)
             running.index += 1
             if running.ends and running.over(now):
                 return

@@ -245,8 +245,12 @@ class Seat:
                 self.origin[:] = self.out
                 if gather:
                     self.gather(time, 0.0, 1.0)
-                self.go(time, self.start + (index + self.large) * self.macro - time)
+                self.go(time, self.size(index, time, step))
             self.show((phase + 1) / self.large)
+
+    def size(self, index: int, time: float, step: float) -> float:
+        """Of a step of its own that begins with macro step `index`, which is of `step` s, where it is not shorter than that, s."""
+        return step if self.large == 1 else self.start + (index + self.large) * self.macro - time
 
     def show(self, done: float) -> None:
         """Outputs of a long step as they are when `done` of it is over."""

@@ -46,6 +46,19 @@ def test_a_ring_of_native_fmus(monkeypatch, native, algorithm):
     assert slow.table["i0.x"].std() > 0.0
 
 
+@pytest.mark.parametrize("stop", [2.0, 1.98])  # also where the last of its steps goes beyond the run
+def test_what_samples_does_so_once_in_several_macro_steps(monkeypatch, caplog, native, algorithm, stop):
+    """It was stepped in Python, and all FMUs beside it: five times the time of a house whose thermostat samples."""
+    description = ring(native, algorithm, stop=stop)
+    description["components"]["i1"] |= {"step": 0.05, "samples": True}
+    caplog.set_level("DEBUG", "selflock")
+    slow, fast = both_ways(monkeypatch, description)
+    same(slow, fast)
+    assert [r.message for r in caplog.records].count("all 3 FMUs are stepped in one compiled loop") == 1
+    stairs = fast.table["i1.x"].to_numpy()[1:]
+    assert np.array_equal(stairs, np.repeat(stairs[::5], 5)[: len(stairs)]) and np.unique(stairs).size > 30
+
+
 @pytest.mark.parametrize("ends_at", [1e9, 1.5])
 def test_fmus_of_fmi_3(monkeypatch, native, algorithm, ends_at):
     """Beside those of FMI 2.0; an event that they tell of and an end of their own are handled where they are."""
@@ -106,6 +119,8 @@ def test_a_discarded_step_is_finished_and_the_run_goes_on(monkeypatch, native, a
     }
     slow, fast = both_ways(monkeypatch, description)
     same(slow, fast)
+    description["components"]["a"] |= {"step": 0.2, "samples": True}
+    same(*both_ways(monkeypatch, description))
 
 
 @pytest.mark.slow
@@ -146,9 +161,12 @@ def fed(native, algorithm, count, held=()):
 @pytest.mark.alike
 @pytest.mark.parametrize("count, held", [(1, ()), (3, ()), (3, ("v",))])
 def test_functions_of_time_feed_the_loop(monkeypatch, native, algorithm, count, held):
-    slow, fast = both_ways(monkeypatch, fed(native, algorithm, count, held))
+    described = fed(native, algorithm, count, held)
+    slow, fast = both_ways(monkeypatch, described)
     same(slow, fast)
     assert all(slow.table[name].std() > 0.1 for name in slow.table)
+    described["components"]["i0"] |= {"step": 0.05, "samples": True}
+    same(*both_ways(monkeypatch, described))
 
 
 def test_rows_are_whole_whenever_they_are_kept(monkeypatch, native, algorithm, tmp_path):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from selflock.fmus.effect import METAL, SHAPES
+from selflock.fmus.effect import METAL, ORDER, SHAPES
 
 from ..rules import RULES
 from .fit import Fit
@@ -128,22 +128,22 @@ def may_be_nothing(candidate: Candidate, intervals: dict[str, tuple[float, float
 
 
 def simplest(
-    real: Sequence[Candidate], found: Sequence[Hypothesis], chance_level: float, rows: np.ndarray, size: float
+    real: Sequence[Candidate], found: Sequence[Hypothesis], chance_level: float, alike: Callable[[Fit, Fit], bool]
 ) -> Candidate:
     """The one with the fewest free numbers among those that are not worse than the best, which is the first.
 
     More numbers of a cause that is found already are less than one more cause. Of the same law twice the more special
     one is the cause, an effect before a nominal value; but what would drift and was not seen to is a value that is off.
-    rows, size: see same_law.
+    alike: see Problem.alike.
     """
-    as_good = [c for c in real if not worse(c, real[0], chance_level)]
+    as_good = [c for c in real if not worse(c, real[0], chance_level) or one_wave(c, real[0], alike)]
     fewest = min(len(c.free) for c in as_good)
     as_simple = [c for c in as_good if len(c.free) == fewest]
     as_simple = [c for c in as_simple if any(c.hypothesis.same_cause(f) for f in found)] or as_simple
     best = min(as_simple, key=lambda c: c.errors.mean())
     twice = [
-        c for c in as_simple if c.errors.mean() <= RULES.search.alike * best.errors.mean() or (
-            "parameter" not in (c.hypothesis.effect, best.hypothesis.effect) and _alike(c, best, rows, size)
+        c for c in as_simple if c.errors.mean() <= RULES.search.alike * best.errors.mean() or _of_one_turn(c, best) or (
+            "parameter" not in (c.hypothesis.effect, best.hypothesis.effect) and alike(c.fitted, best.fitted)
         )
     ]  # fmt: skip
 
@@ -160,18 +160,37 @@ def simplest(
     return min(twice, key=doubt)
 
 
-def same_law(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
-    """A nominal value that does exactly what the component's effect does is no other cause.
-
-    rows: samples of the misfit that count; size: of a usual misfit.
-    """
+def same_law(a: Candidate, b: Candidate, alike: Callable[[Fit, Fit], bool]) -> bool:
+    """A nominal value that does exactly what the component's effect does is no other cause. alike: see Problem.alike."""
     effects = [a.hypothesis.effect, b.hypothesis.effect]
     if a.hypothesis.component != b.hypothesis.component or effects.count("parameter") != 1:
         return False
-    return _alike(a, b, rows, size)
+    return alike(a.fitted, b.fitted)
 
 
-def _alike(a: Candidate, b: Candidate, rows: np.ndarray, size: float) -> bool:
-    """Whether two fits leave the same of every sample."""
-    difference = (a.fitted.misfit - b.fitted.misfit)[rows]
-    return bool(np.sqrt(np.mean(difference**2)) < RULES.search.same_law * size)
+def order_of(a: Candidate, b: Candidate) -> dict[str, float]:
+    """What b's numbers of waves in a turn are where a has as many, whichever shaft they are counted over; empty if it has not.
+
+    As many are those that are not a radian apart where the shaft has gone its way.
+    """
+    found = {}
+    for p in (p for p in a.free if p.role == ORDER):
+        for q in (q for q in b.free if q.role == ORDER):
+            order = a.fitted.values[p.name] / p.gears * q.gears
+            if abs(order - b.fitted.values[q.name]) <= max(p.length / p.gears * q.gears, q.length):
+                found[q.name] = order
+    return found
+
+
+def one_wave(a: Candidate, b: Candidate, alike: Callable[[Fit, Fit], bool]) -> bool:
+    """Whether two are one wave by two names, of which no log says which it is. alike: see Problem.alike.
+
+    Cogging and a ripple of torque at the motor's shaft are, and one at the load's of as many times the gear's ratio.
+    """
+    return _of_one_turn(a, b) and alike(a.fitted, b.fitted)
+
+
+def _of_one_turn(a: Candidate, b: Candidate) -> bool:
+    """Whether two are waves of one quantity, as many in a turn. Which of their fits ended the nearer says nothing of the drive."""
+    unit = lambda c: {p.unit for p in c.free if amount(p)}
+    return bool(order_of(a, b)) and unit(a) == unit(b)

@@ -46,6 +46,7 @@ class Free:
     places: tuple[float, ...] = ()  # where its effect says that it should be looked for first; a fit goes on from there
     role: str = VALUE  # of fmus.effect.ROLES
     shaft: str = ""  # with whose angle the wave goes of which it is a number
+    gears: float = 1.0  # turns of the input shaft in one of that shaft
     on_request: bool = False  # freed only because the rig lists it as uncertain
     of_run: bool = False  # each run has one of its own: see search.phases
     part: tuple[int, int] | None = None  # entries of the flat misfit, from and to, that alone depend on it; None: all
@@ -170,7 +171,9 @@ def _seen_whole(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothes
         turns = _turns(experiment, prefix, SIDES[order.shaft])
         low = max(order.low, 1.0 / turns)
         if low < order.high:
-            free[free.index(order)] = replace(order, low=low, length=1.0 / (2.0 * np.pi * turns))
+            ch = next(ch for (_, of), ch in experiment.channels.items() if of == prefix)
+            gears = ch.setting.value(f"{prefix}reducer.gear_ratio", {}) if SIDES[order.shaft] else 1.0
+            free[free.index(order)] = replace(order, low=low, length=1.0 / (2.0 * np.pi * turns), gears=gears)
         else:
             free = [p for p in free if p.shaft != order.shaft]
     return replace(hypothesis, free=tuple(free))

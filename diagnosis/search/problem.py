@@ -161,6 +161,11 @@ class Problem:
         """Which entries of a flat misfit teach."""
         return (self.present & self.train[:, None]).ravel()
 
+    def alike(self, a: Fit, b: Fit) -> bool:
+        """Whether two fits leave the same of what teaches: within a share of a usual misfit (root mean square)."""
+        difference = (a.misfit - b.misfit)[self.rows]
+        return bool(np.sqrt(np.mean(difference**2)) < RULES.search.same_law * self.loss_scale / RULES.search.same_misfit)
+
     @cached_property
     def blocks(self) -> np.ndarray:
         """The block of each entry of a flat misfit."""

@@ -16,7 +16,20 @@ from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, STEP
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
 from ..rules import RULES
-from .candidate import Candidate, amount, better, equal, may_be_nothing, more, reaches_an_end, same_law, simplest, worse
+from .candidate import (
+    Candidate,
+    amount,
+    better,
+    equal,
+    may_be_nothing,
+    more,
+    one_wave,
+    order_of,
+    reaches_an_end,
+    same_law,
+    simplest,
+    worse,
+)
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
@@ -122,8 +135,7 @@ class Step:
         self.tell("chance", 0.0)
         stage.by_chance = linear.chance(ways, left, rules.draws, rng) / max(float((left**2).sum()), 1e-300)
         stage.chance_level = self.chance_level = float(np.quantile(stage.by_chance, rules.chance_quantile))
-        usual = problem.loss_scale / rules.same_misfit
-        believed = lambda real: simplest(real, self.found, self.chance_level, problem.rows, usual)
+        believed = lambda real: simplest(real, self.found, self.chance_level, problem.alike)
         real = self._weigh(stage, fitted)
         for _ in range(2):  # each from the other: the one that was better may be the one whose fit ended early
             again = self._waves_beside(believed(real), fitted) if real else []
@@ -138,7 +150,7 @@ class Step:
         if winner and not any(c.doubt == WITHIN and worse(winner, c, self.chance_level) for c in fitted):
             stage.winner = winner
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
-            stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or self._same_law(c, winner))]
+            stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or same_law(c, winner, problem.alike))]
         return stage
 
     def _arrived(self, candidates: list[Candidate]) -> list[Candidate]:
@@ -168,19 +180,18 @@ class Step:
         return [c for c in fitted if not c.doubt]
 
     def _waves_beside(self, winner: Candidate, fitted: list[Candidate]) -> list[Candidate]:
-        """The winner's wave, and others of as many in a turn of the same shaft, fitted again from what the best of them says of all
-        else, where that is better.
+        """The winner's wave, and others of as many in a turn, fitted again from what the best of them says of all else, where
+        that is better.
 
         Cogging and a ripple of torque at the motor's shaft are one law by two names, and neither is the cause because the
         other's fit ended early.
         """
-        turns = lambda c: {p.shaft: round(c.fitted.values[p.name]) for p in c.free if p.role == ORDER}
-        own = turns(winner) if self.problem.by_channel else {}
-        alike = [c for c in fitted if own.items() & turns(c).items()]
+        alike = [c for c in fitted if order_of(winner, c)] if self.problem.by_channel else []
         found: list[Candidate] = []
         for c in alike if len(alike) > 1 else ():
-            best = min([*alike, *found], key=lambda one: one.errors.mean()).fitted.values
-            start = {**self.base.values, **c.fitted.values, **{p.name: best[p.name] for p in self.base.free}}
+            best = min([*alike, *found], key=lambda one: one.errors.mean())
+            others = {p.name: best.fitted.values[p.name] for p in self.base.free}
+            start = {**self.base.values, **c.fitted.values, **others, **order_of(best, c)}
             again = self.problem.fit((*self.base.free, *c.free), self._in_phase(start, c.free))
             again = self._to_its_end(
                 again, 1.0 / RULES.search.alike
@@ -247,12 +258,9 @@ class Step:
 
     def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
         """Whether a rival does as well with no more numbers, and is another law."""
-        return (
-            equal(rival, winner, self.chance_level) and len(rival.free) <= len(winner.free) and not self._same_law(rival, winner)
-        )
-
-    def _same_law(self, rival: Candidate, winner: Candidate) -> bool:
-        return same_law(rival, winner, self.problem.rows, self.problem.loss_scale / RULES.search.same_misfit)
+        alike = self.problem.alike
+        as_good = equal(rival, winner, self.chance_level) or one_wave(rival, winner, alike)
+        return as_good and len(rival.free) <= len(winner.free) and not same_law(rival, winner, alike)
 
     def _shows(self, candidate: Candidate) -> bool:
         """Whether a cause lowers the error of samples somewhere, not of their averages alone."""

@@ -6,16 +6,22 @@ it is slow and no noise of neighbours. How large it is the log tells: an error o
 current and, with the other sign, in what is left of the measured one, whereas noise of that measurement is in the latter alone
 (regression dilution; Fuller 1987, Measurement Error Models, ch. 1). So the drive is simulated once more with white noise on its
 voltage, of as much as makes the current's fast part that much another.
+
+A mean that goes straight from row to row is smoother than the voltage was, and has none of what it lacks: the current shows nothing
+of that (Berkson 1950, J. Am. Stat. Assoc. 45, 164). How much it is the rows tell by how far each lies from the line between its
+neighbours (`between_rows`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..rules import RULES
 from . import driven, memory
+from .channels import Channels
 from .propagated import changes, of_means
 
 if TYPE_CHECKING:
@@ -45,11 +51,59 @@ def fast(parts: list[np.ndarray], trusted: list[np.ndarray]) -> float:
 def of_driving(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float]:
     """Noise (root mean square) that a whole drive's channel has of the voltage that drives it, beyond what is fast: of rows, of bins.
 
-    0 where set-points drive it, and where no current tells.
+    0 where set-points drive it.
     """
     ch = experiment.channels[0, residual.prefix]
+    if residual.kind != "whole" or driven.of(ch) != driven.VOLTAGE:
+        return 0.0, 0.0
+    (slow, bins), (of_rows, of_bins) = _by_current(experiment, residual, values), _by_rows(experiment, residual, values)
+    return max(slow, of_rows), max(bins, of_bins)
+
+
+def _by_rows(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float]:
+    """What the voltage between its rows makes of a channel, beyond what is fast: of rows, of bins."""
+    known = experiment.remembered("voltage between rows")
+    if "volts" not in known:
+        known["volts"] = between_rows([experiment.channels[i, residual.prefix] for i in range(len(experiment.runs))])
+    if residual.name not in known:
+        volts = known["volts"]
+        known[residual.name] = made_by(experiment, residual, values, {driven.NOISE: volts}) if volts > 0.0 else (0.0, 0.0, 0.0)
+    rows, _, bins = known[residual.name]
+    return rows, bins
+
+
+def between_rows(runs: Sequence[Channels]) -> float:
+    """Root mean square, V, of what the mean voltage from row to row may be beside a straight line; 0 where it is held from each row on.
+
+    Of a walk (jumps at any instants are one, too) a row lies off the line between its neighbours by σ² h / 2, h the step of the
+    rows, and a mean between two rows off the line between these by σ² h / 12. Jumps that are placed by themselves tell nothing.
+    """
+    off = [np.zeros(0)]
+    for ch in runs:
+        if driven.row_by_row(ch):
+            continue
+        names = driven.inputs(ch)
+        x, good = np.prod([ch.true(name, {}) for name in names], axis=0), np.stack([ch.good(name) for name in names]).all(0)
+        time = driven.sent(ch.run.time, ch)
+        steps = np.diff(time)
+        usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else np.inf
+        new = good & np.append(True, steps > RULES.data.uneven * usual)  # a message counts once
+        for first, last in driven.jumped(ch):
+            new[first : last + 1] = False
+        at = np.flatnonzero(new)
+        x, time = x[at], time[at]
+        before, behind = np.diff(time)[:-1], np.diff(time)[1:]
+        beside = np.maximum(before, behind) < (1.0 + RULES.data.uneven) * usual
+        line = (x[:-2] * behind + x[2:] * before) / np.maximum(before + behind, 1e-12)
+        off.append((x[1:-1] - line)[beside])
+    joined = np.concatenate(off)
+    return float(np.sqrt(np.mean(joined**2) / 6.0)) if len(joined) else 0.0
+
+
+def _by_current(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float]:
+    """What the fast current says of it, of rows, of bins; 0 where no current tells."""
     current = next((r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + CURRENT), None)
-    if residual.kind != "whole" or current is None or driven.of(ch) != driven.VOLTAGE:
+    if current is None:
         return 0.0, 0.0
     # each channel asks for it with the same values
     asked, key = experiment.remembered("current not measured"), frozenset(values.items())

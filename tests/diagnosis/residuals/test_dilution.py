@@ -9,7 +9,7 @@ import pytest
 
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.pipeline.run import gather
-from selflock.diagnosis.residuals import dilution, whole
+from selflock.diagnosis.residuals import dilution, driven, whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 
 from ..plant import cascade
@@ -65,3 +65,48 @@ def test_noise_of_the_current_alone_is_none_of_the_voltage(case, rng, tmp_path):
     spread = 5.0 * float(case.logs[0]["i"].std())
     loud = replace(case, logs=[log.assign(i=log["i"] + spread * rng.standard_normal(len(log))) for log in case.logs])
     assert told(experiment(loud, tmp_path / "loud", 0.0, rng)) < 0.1 * spread
+
+
+def told_of(case, folder, volts):
+    """What the rows say of the voltage between them, V, where the log has volts(time) for its voltage."""
+    folder.mkdir()
+    logs = [log.assign(u=volts(log["t"].to_numpy(), n)) for n, log in enumerate(case.logs)]
+    rig, train, _ = replace(case, logs=logs).write(folder)
+    rig = replace(load(rig), simulate=whole.WHOLE)
+    bench = DriveExperiment(rig, gather(rig, train, [])[0])
+    return between_rows(bench), bench
+
+
+def between_rows(bench):
+    return dilution.between_rows([bench.channels[i, ""] for i in range(len(bench.runs))])
+
+
+def test_what_a_voltage_does_between_its_rows_is_told_by_how_far_each_lies_from_the_line_between_its_neighbours(
+    case, rng, tmp_path
+):
+    """Of a walk that is known in a fortieth of a row it is how far the means from row to row are off those of the lines."""
+    walks, off = {}, []
+
+    def walk(time, n):
+        fine, step = 40, float(np.median(np.diff(time)))
+        path = 0.2 * np.cumsum(rng.standard_normal(fine * (len(time) + 1)))
+        places = np.clip(np.round((time - time[0]) / step * fine).astype(int), 0, len(path) - 1)
+        walks[n] = path
+        for a, b in zip(places[:-1], places[1:]):
+            if b - a == fine:
+                off.append(path[a:b].mean() - 0.5 * (path[a] + path[b]))
+        return path[places]
+
+    found, _ = told_of(case, tmp_path / "walk", walk)
+    assert found == pytest.approx(np.sqrt(np.mean(np.square(off))), rel=0.25)
+
+
+def test_a_voltage_that_goes_straight_or_is_held_from_each_row_on_does_nothing_between_them(case, tmp_path):
+    size = 0.3 * case.sheet["supply"]
+    slow, _ = told_of(case, tmp_path / "slow", lambda time, n: size * np.sin(3.0 * time))
+    assert slow < 1e-3 * size
+    jumpy, bench = told_of(case, tmp_path / "held", lambda time, n: size * (np.arange(len(time)) % 7 > 3))
+    assert jumpy > 1e-2 * size
+    for run in bench.runs:
+        run.memory[driven.ACTS] = frozenset({driven.BY_ROWS})
+    assert between_rows(bench) == 0.0

@@ -195,7 +195,7 @@ def _effect(rig: Rig, name: str, component: str, effect: Effect, most: dict[str,
         if not rig.questioned(full) or (p.on_request and full not in rig.uncertain):
             continue
         nominal = rig.parameters.get(full, p.off)
-        low, high = rig.uncertain.get(full, _within(p, nominal, p.low, p.high, most))
+        low, high = rig.uncertain.get(full, _within(p, nominal, *_wide_enough(p, nominal, component), most))
         free.append(replace(_free(full, p, nominal, low, high, rig.linear), told=full in rig.parameters))
     for extra in effect.frees:
         full = f"{name}.{extra}"
@@ -224,6 +224,18 @@ def _free(full: str, p: Parameter, nominal: float, low: float, high: float, line
     return Free(
         full, nominal, low, high, measure, p.description, places=inside, role=p.role, shaft=p.shaft, on_request=p.on_request
     )
+
+
+def _wide_enough(p: Parameter, nominal: float, component: str) -> tuple[float, float]:
+    """Bounds of an effect's parameter, no nearer to a nominal value than that is searched itself, within what its law allows.
+
+    An effect's bounds hold for any drive without it: a gear of which a rig says that it has much of it may have far more.
+    """
+    own = next((known for known in base(component) if known.name == p.name), None)
+    if own is None or nominal <= 0.0:
+        return p.low, p.high
+    factor = RULES.search.nominal_factor
+    return min(p.low, max(own.low, nominal / factor)), max(p.high, min(own.high, nominal * factor))
 
 
 def _within(p: Parameter, nominal: float, low: float, high: float, most: dict[str, float]) -> tuple[float, float]:

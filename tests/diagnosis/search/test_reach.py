@@ -85,3 +85,15 @@ def test_where_nothing_tells_of_a_motor_bounds_are_the_laws_own(rng):
     assert amounts(rig, "reducer", gear.measured, gear) == {}
     free = {p.name: p for h in vocabulary(rig, {"reducer"}, gear.measured, gear) for p in h.free}
     assert free["reducer.viscous_damping"].high == 1.0 < inf
+
+
+def test_an_effect_is_searched_as_far_from_what_a_rig_says_of_its_number_as_any_nominal_value_is(rng):
+    """Ten N.m between flanks are many for any gear, and next to nothing more where the rig says 6.5 to 9.5."""
+    said, factor = rng.uniform(6.5, 9.5), RULES.search.nominal_factor
+    much, little = (
+        numbers(drive(rng, 0.01, 2.0, reducer__preload=preload))["reducer.preload"] for preload in (said, 0.01 * said)
+    )
+    assert much.nominal == pytest.approx(said)
+    assert much.high == pytest.approx(factor * said)
+    assert little.high == 10.0
+    assert much.low == little.low == 0.0

@@ -27,6 +27,7 @@ class Candidate:
     chance: float = 1.0  # share of draws in which chance does as well
     linear: float = 0.0  # the gain of the first, linear look
     doubt: str = ""  # why it is no cause, where it is none
+    complete: bool = False  # whether it leaves of no channel of a whole drive more than noise, and what formulas may miss
 
     @property
     def fitted(self) -> Fit:
@@ -61,6 +62,8 @@ def worse(a: Candidate, b: Candidate, chance_level: float) -> bool:
     spread = lambda x: x.std(ddof=1) / np.sqrt(len(x)) if len(x) > 1 else 0.0
     beyond = lambda x: x.mean() > rules.spreads * spread(x)
     whole = b.fit is not None and b.fit.by_channel
+    if a.complete and b.complete:  # what one leaves less of than the other may be what its formula misses
+        return share > rules.matters and beyond(difference)
     return share > rules.matters and (
         beyond(difference)
         or (whole and beyond(ratio))
@@ -134,6 +137,7 @@ def simplest(
 
     More numbers of a cause that is found already are less than one more cause. Of the same law twice the more special
     one is the cause, an effect before a nominal value; but what would drift and was not seen to is a value that is off.
+    Where nothing is left to tell an effect from a nominal value that no rig gives, that is as good as the same law.
     alike: see Problem.alike.
     """
     as_good = [c for c in real if not worse(c, real[0], chance_level) or one_wave(c, real[0], alike)]
@@ -144,7 +148,7 @@ def simplest(
     twice = [
         c for c in as_simple if c.errors.mean() <= RULES.search.alike * best.errors.mean() or _of_one_turn(c, best) or (
             "parameter" not in (c.hypothesis.effect, best.hypothesis.effect) and alike(c.fitted, best.fitted)
-        )
+        ) or (c.complete and best.complete and _untold(best))
     ]  # fmt: skip
 
     def doubt(c: Candidate) -> tuple:
@@ -158,6 +162,11 @@ def simplest(
         )
 
     return min(twice, key=doubt)
+
+
+def _untold(candidate: Candidate) -> bool:
+    """Whether it is a nominal value of which no rig says anything, as that of a law that nobody described."""
+    return candidate.hypothesis.effect == "parameter" and not any(p.told for p in candidate.free)
 
 
 def same_law(a: Candidate, b: Candidate, alike: Callable[[Fit, Fit], bool]) -> bool:

@@ -82,7 +82,7 @@ class Step:
         known: Known | None = None,
     ):
         self.problem, self.base, self.found, self.chance_level = problem, base, found, chance_level
-        self._tell, self.known = tell, known
+        self._tell, self.known, self.first = tell, known, first
         self.tried: dict[int, tuple[dict, float]] = {}  # of ways of acting: see _tried
         self.lines: dict[str, tuple[float, ...]] = {}  # of each shaft the waves in a turn that the error of a whole drive shows
         self.unseen = unseen = problem.held_out(base)
@@ -177,7 +177,12 @@ class Step:
             c.gain = float((self.losses - c.losses).sum() / max(fitted[0].errors.sum(), 1e-300))
             c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + RULES.search.draws)
             c.doubt = self._doubt(c)
-        return [c for c in fitted if not c.doubt]
+        real = [c for c in fitted if not c.doubt]
+        for c in real if self.problem.by_channel else ():
+            if c.errors.mean() <= RULES.search.near_best * real[0].errors.mean():
+                left = self.problem.excess(c.fitted.values, (self.first or self.base).values)
+                c.complete = bool(left.max() <= RULES.search.natural)
+        return real
 
     def _waves_beside(self, winner: Candidate, fitted: list[Candidate]) -> list[Candidate]:
         """The winner's wave, and others of as many in a turn, fitted again from what the best of them says of all else, where

@@ -239,6 +239,15 @@ class Problem:
         self.kept.put(key, values=at_end, misfit=fitted.misfit, jacobian=fitted.jacobian, weights=fitted.weights)
         return fitted
 
+    def to_its_end(self, fitted: Fit, share: float) -> Fit:
+        """A fit made again from where it ended, as long as that leaves no more than this share of the loss."""
+        for _ in range(RULES.search.again):
+            further = self.fit(fitted.free, dict(fitted.values))
+            if self.loss(further.misfit) > share * self.loss(fitted.misfit):
+                break
+            fitted = further
+        return fitted
+
     def _fit(self, free: tuple[Free, ...], start: dict, effort: int) -> Fit:
         """Of a long log by an excerpt, where what that ends with is the same in all of the log; else by all of it."""
         if free and self._told_nearby:

@@ -163,7 +163,7 @@ class Step:
         for i, c in enumerate(candidates):
             if not (self.problem.by_channel and c.fit and c.errors.mean() <= RULES.search.near_best * best):
                 continue
-            fitted = self._to_its_end(c.fit, 1.0 - RULES.search.matters)
+            fitted = self.problem.to_its_end(c.fit, 1.0 - RULES.search.matters)
             if fitted is not c.fit:
                 candidates[i] = self._candidate(c.hypothesis, c.free, fitted, c.linear)
         return candidates
@@ -198,21 +198,12 @@ class Step:
             others = {p.name: best.fitted.values[p.name] for p in self.base.free}
             start = {**self.base.values, **c.fitted.values, **others, **order_of(best, c)}
             again = self.problem.fit((*self.base.free, *c.free), self._in_phase(start, c.free))
-            again = self._to_its_end(
+            again = self.problem.to_its_end(
                 again, 1.0 / RULES.search.alike
             )  # of one law by two names both leave the same to the last digits
             better = self._candidate(c.hypothesis, c.free, again, c.linear)
             found += [better] if better.errors.mean() < c.errors.mean() else []
         return found
-
-    def _to_its_end(self, fitted: Fit, share: float) -> Fit:
-        """A fit made again from where it ended, as long as that leaves no more than this share of the loss."""
-        for _ in range(RULES.search.again):
-            further = self.problem.fit(fitted.free, dict(fitted.values))
-            if self.problem.loss(further.misfit) > share * self.problem.loss(fitted.misfit):
-                break
-            fitted = further
-        return fitted
 
     def _in_phase(self, start: dict, free: tuple[Free, ...]) -> dict:
         """A start with the phase of its wave where that leaves least of some around a turn."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..rules import RULES
 from . import guesses as g
-from .guesses import CURVE
+from .guesses import CURVE, Guess
 from .near import Way
 
 if TYPE_CHECKING:
@@ -48,6 +50,35 @@ def chosen(looked: Sequence[Way], stage: int) -> list[list[Way]]:
         most = rules.overflows if name == "overflow" else most  # of which the look sees little
         taken += [ways for ways in mine[:most] if ways not in taken]
     return taken + curves
+
+
+def again(
+    found: Sequence[Rivalled],
+    takes: Callable[[Rivalled], float],
+    unseen: Callable[[Rivalled], float],
+    most: float,
+    far: Callable[[Guess], tuple[bool, bool]],
+    gains: Mapping[str, float],
+) -> set[str]:
+    """Labels of what is fitted again with slopes of its own: what predicts or fits most.
+
+    found: best first; takes, unseen: what a rival takes off the base's loss, and off that of unseen blocks; most: what any that has a
+    name takes; gains: what each guess gains where it looks best.
+    """
+    rules, by_fit = RULES.naming, sorted(found, key=lambda r: r.end.loss)
+    near = [r for r in by_fit[: rules.by_fit] if takes(r) >= rules.in_reach * most] + list(found[: rules.polished])
+    # a fit that ended beyond where it could have had nothing of it is none, where its unseen blocks say that there is one
+    lost = [r for r in found if takes(r) < 0.0 and unseen(r) >= rules.in_reach * unseen(found[0])]
+    near += lost[: rules.polished]
+    # before what moves its own FMU's variables are believed first, and many places that act alike may stand before them
+    for kind in (g.LAW, CURVE):
+        lead = next((r.guess for r in by_fit if r.guess.kind == kind), None)
+        at_once = [r for r in by_fit if lead and r.guess.law == lead.law and not any(far(r.guess))]
+        near += [r for r in at_once if takes(r) >= rules.in_reach * most][: rules.polished]
+    # of times, as of what is bent, slopes that were learnt say little: events that look best have their own in any case
+    events = [rival for rival in found if rival.guess.kind == g.EVENT]
+    near += sorted(events, key=lambda r: -gains.get(r.guess.label, -np.inf))[: rules.events]
+    return {rival.guess.label for rival in near}
 
 
 def fewest_first(

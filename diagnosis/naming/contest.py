@@ -25,7 +25,8 @@ from ..search.screen import Direction
 from . import guesses as g
 from .afresh import LATE, afresh, elsewhere
 from .arranged import Arranged, determined, lasting, over_noise
-from .chosen import chosen, fewest_first
+from .bent import bent, from_brims
+from .chosen import again, chosen, fewest_first
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
@@ -62,6 +63,11 @@ class Contest:
     other: Any = None  # such a search, with which to begin anew
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
     retold: dict[int, Rivalled] = field(default_factory=dict)  # by id, what was fitted on a log that is told better for it
+    made: dict[tuple, tuple[Any, Rivalled | None]] = field(default_factory=dict)  # fits, by what decides them, with their problem
+    asked: set[str] = field(default_factory=set)  # labels of rivals beside which steps were asked for
+    most: float = 0.0  # that any rival with a name takes off the loss
+    named: bool = False  # whether something that has a name leaves no more than noise
+    numbers: float = np.inf  # of the fewest beside which no other can be better: what has more would not be believed
 
     @property
     def played(self) -> Extended:
@@ -88,7 +94,6 @@ class Contest:
         self.base, self.values = base, problem.values(base.places)
         self.begins = self.arranged.begins(problem, base)
         unseen = self._held_out(problem, base)
-        self.most = 0.0  # that any rival takes off the loss
         nothing = self._candidate(Hypothesis("", "nothing more", ()), (), problem, base, unseen)
         self.losses, self.errors_unseen, self.errors_fit = (
             nothing.losses,
@@ -136,12 +141,12 @@ class Contest:
         turned = self._afresh(("sign",))
         best = min(turned, key=lambda r: r.end.loss, default=None)
         outcome.fitted = distinct(turned)
-        if best is not None and not self._more(best):
+        if best is not None and self._takes(best, 0.0) and not self._more(best):
             return  # what has no number would be believed before all else
         if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
         outcome.fitted = distinct(turned + self._fits(g.PLAIN))
-        if not self._told_by_curve(outcome.fitted) and self._elsewhere(self._best(outcome), 0.0):
+        if self.other is not None or (self._wanting(outcome) and self._elsewhere(self._best(outcome.fitted), 0.0)):
             return
         if self._wanting(outcome):
             outcome.fitted = distinct(outcome.fitted + self._afresh(LATE))
@@ -175,10 +180,11 @@ class Contest:
 
     def _elsewhere(self, best: Rivalled | None, least: float) -> bool:
         """Whether a rival that takes off at least this share of the loss, and leaves something, asks for other steps: then all begins there."""
-        if self.steps is None or best is None or not self._takes(best, least) or self.enough():
+        if self.steps is None or best is None or best.guess.label in self.asked or self.named or self.enough():
             return False
-        if not self._more(best):
+        if not self._takes(best, least) or not self._more(best):
             return False
+        self.asked.add(best.guess.label)
         self.tell(f"steps beside {best.guess.label}", 0.5)
         self.other = self.steps(self._retold(best))
         self.scene.played = self.played
@@ -215,10 +221,10 @@ class Contest:
     def _wanting(self, outcome: Round) -> bool:
         """Whether something is left by the named rival that fits best, also where what the steps miss beside it is taken off.
 
-        Not where a curve leaves nothing.
+        Not where another that has a name leaves nothing once that is taken off beside it, or a curve does.
         """
-        best = self._best(outcome)
-        return (best is None or self._more(best)) and not self._told_by_curve(outcome.fitted)
+        best = self._best(outcome.fitted)
+        return not self.named and (best is None or self._more(best)) and not self._told_by_curve(outcome.fitted)
 
     def _told_by_curve(self, found: list[Rivalled]) -> bool:
         """Whether a free curve of one variable as it is leaves no more than noise: what is missing acts there, and nowhere else."""
@@ -228,19 +234,26 @@ class Contest:
 
     def _more(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
         """Whether a rival leaves more than so many times the noise, also where what the steps miss beside it is taken off."""
-        return self._leaves(rival, times) and self._leaves(self._retold(rival), times)
+        left = self._leaves(rival)
+        if (left > times).any():
+            left = self._leaves(self._retold(rival))
+        more = bool((left > times).any())
+        if not more and rival.guess.kind != CURVE and times == RULES.search.clean:
+            self.named = True
+            if float(np.mean(left**2)) <= 1.0 + RULES.search.matters:  # of its energy another would have to leave less
+                self.numbers = min(self.numbers, rival.guess.count)
+        return more
 
     @staticmethod
-    def _best(outcome: Round) -> Rivalled | None:
+    def _best(found: list[Rivalled]) -> Rivalled | None:
         """The named rival that fits best."""
-        named = [r for r in outcome.fitted if r.guess.kind != CURVE and r.end.misfit is not None]
+        named = [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
         return min(named, key=lambda r: r.end.loss, default=None)
 
-    def _leaves(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
-        """Whether a rival leaves more than so many times the noise of some output, as it was asked of the base: a robust loss makes little of what it left."""
+    def _leaves(self, rival: Rivalled) -> np.ndarray:
+        """What a rival leaves of each output in units of its noise, as it was asked of the base: a robust loss makes little of what it left."""
         assert rival.end.misfit is not None and self.base.misfit is not None
-        noise = self.arranged.quieter(self.noise, rival.end.misfit)
-        return bool((self.arranged.deviations(rival.end.misfit) > times * noise).any())
+        return self.arranged.deviations(rival.end.misfit) / self.arranged.quieter(self.noise, rival.end.misfit)
 
     def stands(self, outcome: Round, told: Told, own: Extending) -> bool:
         """Whether what is believed first still is where what comes near the best is held against it on logs that are told anew.
@@ -249,6 +262,7 @@ class Contest:
         """
         self.problem = self.looks.problem = own
         self.told, self.retold = lambda rival, noise: told(rival, noise) or own, {}
+        self.numbers = np.inf
         self.scene.played = self.played
         anew = replace(outcome, fitted=[r for r in outcome.fitted if not r.candidate.doubt], order=[])
         self._near_best(anew)
@@ -268,13 +282,17 @@ class Contest:
         for k, (guess, start, way) in enumerate(todo):
             if found and self.enough():
                 break
-            self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.45 + 0.3 * k / len(todo))
+            self.tell(f"fits: {guess.label}{self.so_far(found)}", 0.45 + 0.3 * k / len(todo))
             if (rival := self._fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
         if stage == g.PLAIN:
             self._as_curve(found)
         found = distinct(found)
-        found = self._polished(distinct(found + fewest_first(self._bent(found), self._from_brims, self._more)), 0.72)
+        if stage == g.PLAIN and not self._told_by_curve(found) and self._elsewhere(self._best(found), RULES.naming.in_reach):
+            return found
+        found = self._polished(
+            distinct(found + fewest_first(bent(self, found), lambda one: from_brims(self, one), self._more)), 0.72
+        )
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
@@ -285,7 +303,7 @@ class Contest:
             asked = beside_best(found, self._first(found), self.looks, self._far)
             more += [(guess, self.values | self._start(way, guess), way) for way, guess in asked]
             for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
-                self.tell(f"fits: {guess.label}{self._so_far(found)}", 0.75 + 0.1 * k / len(more))
+                self.tell(f"fits: {guess.label}{self.so_far(found)}", 0.75 + 0.1 * k / len(more))
                 if (rival := self._fit(guess, start, beside_it)) is not None:
                     found.append(rival)
             found, more = distinct(found), []
@@ -314,72 +332,37 @@ class Contest:
 
     def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
         """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""
-        rules = RULES.naming
-        base = self.problem.loss(self.base.misfit)
-        takes = lambda rival: base - rival.end.loss
+        self.most = self._most(found)
         unseen = lambda rival: self.losses.sum(1).mean() - rival.candidate.errors.mean()
-        self.most = max([self.most, *(takes(rival) for rival in found if rival.guess.kind != CURVE)])
-        by_fit = sorted(found, key=lambda r: r.end.loss)
-        near = [r for r in by_fit[: rules.by_fit] if takes(r) >= rules.in_reach * self.most] + found[: rules.polished]
-        # a fit that ended beyond where it could have had nothing of it is none, where its unseen blocks say that there is one
-        lost = [r for r in found if takes(r) < 0.0 and unseen(r) >= rules.in_reach * unseen(found[0])]
-        near += lost[: rules.polished]
-        # before what moves its own FMU's variables are believed first, and many places that act alike may stand before them
-        for kind in (g.LAW, CURVE):
-            lead = next((r.guess for r in by_fit if r.guess.kind == kind), None)
-            at_once = [r for r in by_fit if lead and r.guess.law == lead.law and not any(self._far(r.guess))]
-            near += [r for r in at_once if takes(r) >= rules.in_reach * self.most][: rules.polished]
-        # of times, as of what is bent, slopes that were learnt say little: events that look best have their own in any case
-        seen = self.looks.gains()
-        events = [rival for rival in found if rival.guess.kind == g.EVENT]
-        near += sorted(events, key=lambda r: -seen.get(r.guess.label, -np.inf))[: rules.events]
-        chosen = dict.fromkeys(rival.guess.label for rival in near)
+        chosen = again(found, self._taken, unseen, self.most, self._far, self.looks.gains())
         for k, rival in enumerate(found):
             if rival.rough and rival.guess.label in chosen:
                 if not found[0].rough and self.enough():
                     break
-                self.tell(f"fits: {rival.guess.label}{self._so_far(found)}", done)
+                self.tell(f"fits: {rival.guess.label}{self.so_far(found)}", done)
                 if (better := self._fit(rival.guess, rival.values)) is not None:
                     found[k] = better
         return distinct(found)
+
+    def _taken(self, rival: Rivalled) -> float:
+        """What a rival takes off the base's loss."""
+        return self.problem.loss(self.base.misfit) - rival.end.loss
+
+    def _most(self, found: list[Rivalled]) -> float:
+        """What any rival that has a name took by now."""
+        return max([self.most, *(self._taken(rival) for rival in found if rival.guess.kind != CURVE)])
 
     def _as_curve(self, found: list[Rivalled]) -> None:
         """Where a curve fits best it has slopes of its own, and all its points where its variable goes: what it leaves is asked first."""
         best = min(found, key=lambda r: r.end.loss, default=None)
         if best is None or best.guess.kind != CURVE or self.enough():
             return
-        self.tell(f"fits: {best.guess.label}{self._so_far(found)}", 0.7)
+        self.tell(f"fits: {best.guess.label}{self.so_far(found)}", 0.7)
         found.append(best := self._fit(best.guess, best.values) or best)
         finer = self.looks.finer(best.guess, best.values, best.end) if self._more(best) else None
         found += [rival] if finer and (rival := self._fit(*finer)) else []
 
-    def _from_brims(self, rival: Rivalled) -> list[Rivalled]:
-        """A limit fitted with slopes of its own, from where it ended and from other heights."""
-        self.tell(f"fits: {rival.guess.label}{self._so_far([rival])}", 0.7)
-        begun = (rival.values, *(self.values | start for start in g.brims(self.scene, rival.guess)))
-        return [one for start in begun if (one := self._fit(rival.guess, start)) is not None]
-
-    def _bent(self, found: list[Rivalled]) -> list[Rivalled]:
-        """Limits that do something: where a law is bent, slopes that were learnt say little.
-
-        Not where fewer numbers, with slopes of their own, leave no more than noise: in their place no limit would be believed.
-        Where a curve at one place leaves no more nothing goes on to another, as an overflow's surplus.
-        """
-        most, fewest = (1.0 - RULES.naming.bent) * self.problem.loss(self.base.misfit), np.inf
-        laws = ("limit",) if self._told_by_curve(found) else ("limit", "overflow")
-        bent = [r for r in found if r.rough and r.guess.law in laws and r.end.loss <= most]
-        for count in sorted({r.guess.count for r in found if r.guess.count < max((b.guess.count for b in bent), default=0)}):
-            named = [k for k, r in enumerate(found) if r.guess.count == count and r.guess.kind != CURVE and r not in bent]
-            if not named or fewest < np.inf or self.enough():
-                continue
-            k = min(named, key=lambda k: found[k].end.loss)
-            if found[k].rough:
-                found[k] = self._fit(found[k].guess, found[k].values) or found[k]
-            if not self._more(found[k]):
-                fewest = count
-        return [r for r in bent if r.guess.count <= fewest and not self.enough()]
-
-    def _so_far(self, found: list[Rivalled]) -> str:
+    def so_far(self, found: list[Rivalled]) -> str:
         """What fits best by now, for those who wait."""
         if not found:
             return ""
@@ -407,8 +390,16 @@ class Contest:
         """A guess fitted from these values of its numbers, and of the base's where they are given.
 
         way: how the look saw it; then the slopes are those of the base and of the look, and what the fit's own steps say of
-        them. Else they are simulated.
+        them. Else they are simulated. None also where it has more numbers than what no other can be better than.
         """
+        if guess.kind != CURVE and guess.count > self.numbers:
+            return None
+        key = id(self.problem), guess.label, id(way), tuple(sorted(start.items()))
+        if key not in self.made:
+            self.made[key] = self.problem, self._fit_anew(guess, start, way)
+        return self.made[key][1]
+
+    def _fit_anew(self, guess: Guess, start: dict[str, float], way: Direction | None) -> Rivalled | None:
         problem = self.looks.trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
         if guess.law == "quantisation" and guess.place is not None:

@@ -13,6 +13,7 @@ from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming import order as order_module
 from selflock.diagnosis.naming.arranged import Arranged, determined
 from selflock.diagnosis.naming.asked import confirmed
+from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.chosen import fewest_first
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, Guess, relatives
@@ -353,7 +354,7 @@ def test_limits_are_fitted_from_all_heights_but_where_fewer_numbers_leave_no_mor
         ends("overflow", 3, 0.5),
         ends("overflow", 3, 0.99),
     ]
-    assert [rival.guess.law for rival in contest._bent(found)] == fitted and found[0] is own
+    assert [rival.guess.law for rival in bent(contest, found)] == fitted and found[0] is own
 
 
 @pytest.mark.parametrize(("left", "asked"), [(1.0, [2, 2]), (2.0, [2, 2, 3, 3])])

@@ -8,6 +8,7 @@ import pytest
 from rivals import cause, free_curve
 
 from selflock.diagnosis.naming import run
+from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.order import curves_beside, nearest
 from selflock.diagnosis.naming.places import IN, Place
@@ -132,7 +133,7 @@ def test_where_a_curve_leaves_nothing_nothing_else_is_asked_for(left, more):
     """A bump in a house of six FMUs was looked for among rates, pairs, and a surplus that goes on to five others, for minutes."""
     contest, found = judging(left)
     assert contest._wanting(Round(None, found)) == more
-    assert [rival.guess.law for rival in contest._bent(found)] == (["limit", "overflow"] if more else ["limit"])
+    assert [rival.guess.law for rival in bent(contest, found)] == (["limit", "overflow"] if more else ["limit"])
 
 
 def test_beside_a_first_cause_only_the_place_of_such_a_curve_is_looked_at():

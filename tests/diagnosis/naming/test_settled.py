@@ -1,0 +1,86 @@
+"""What a contest does not fit, or ask for: what could not be believed beside what it has."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.naming import bent as bent_module
+from selflock.diagnosis.naming.bent import from_brims
+from selflock.diagnosis.naming.contest import Contest
+from selflock.diagnosis.naming.guesses import CURVE, LAW
+from selflock.diagnosis.naming.round import Round
+
+
+def weighed(**options):
+    """A contest whose base leaves a loss of 1, of two outputs whose noise is 1; rivals of it by what they leave."""
+    contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None, **options)
+    contest.arranged, contest.base = (
+        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
+        SimpleNamespace(misfit=np.ones(2)),
+    )
+    contest.noise, contest.scene = {"x": 1.0, "y": 1.0}, SimpleNamespace()
+    return contest
+
+
+def rival(count=1, loss=0.1, left=(2.0, 2.0), kind=LAW, law="cubic", rough=False):
+    guess = SimpleNamespace(law=law, kind=kind, count=count, label=f"{law} of {count}", plain=True)
+    return SimpleNamespace(guess=guess, values={}, rough=rough, end=SimpleNamespace(loss=loss, misfit=np.array(left)))
+
+
+@pytest.mark.parametrize(
+    ("left", "kind", "fits"),
+    [((1.0, 1.005), LAW, [1, 2]), ((1.0, 1.05), LAW, [1, 2, 3]), ((0.9, 1.2), LAW, [1, 2, 3]), ((1.0, 1.0), CURVE, [1, 2, 3])],
+)
+def test_what_has_more_numbers_is_not_fitted_where_none_could_leave_enough_less(monkeypatch, left, kind, fits):
+    """Beside a Dahl friction that left a house its noise LuGre and Bouc-Wen were fitted at four places, and six overflows."""
+    contest = weighed()
+    monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, way: rival(guess.count))
+    contest._more(rival(2, left=left, kind=kind))
+    guess = lambda count, kind=LAW: SimpleNamespace(label=str(count), kind=kind, count=count)
+    assert [count for count in (1, 2, 3) if contest._fit(guess(count), {})] == fits
+    assert contest._fit(guess(9, CURVE), {})  # what is no name is asked for all the same
+
+
+def test_a_fit_that_was_made_is_not_made_again(monkeypatch):
+    contest, count = weighed(), []
+    monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, way: count.append(start) or rival(len(count)))
+    guess, way = SimpleNamespace(label="a", kind=LAW, count=1), object()
+    first = contest._fit(guess, {"a": 1.0}, way)
+    assert contest._fit(guess, {"a": 1.0}, way) is first and len(count) == 1
+    contest._fit(guess, {"a": 1.0})  # with slopes of its own
+    contest._fit(guess, {"a": 2.0}, way)
+    contest.problem = SimpleNamespace(loss=lambda misfit: 1.0)  # on another log
+    contest._fit(guess, {"a": 1.0}, way)
+    assert len(count) == 4
+
+
+@pytest.mark.parametrize(("left", "wanting"), [(1.0, False), (1.5, True)])
+def test_nothing_more_is_wanted_where_another_than_the_best_leaves_nothing_as_its_own_log_is_told(monkeypatch, left, wanting):
+    """The best of a house's frictions left something where what steps miss was taken off; the second, which was right, did not."""
+    contest, first, second = weighed(), rival(3, 0.1, (1.5, 1.5), law="Bouc-Wen"), rival(2, 0.11, law="Dahl")
+    told = {id(second): rival(2, 0.05, (left, left))}
+    monkeypatch.setattr(Contest, "_retold", lambda self, one: told.get(id(one), one))
+    assert contest._more(second) == wanting
+    assert contest._wanting(Round(None, [first, second])) == wanting
+
+
+@pytest.mark.parametrize(("loss", "heights"), [(0.4, 3), (0.6, 1)])
+def test_a_limit_is_begun_from_other_heights_where_it_is_in_reach_of_the_best(monkeypatch, loss, heights):
+    """Six overflows of a house were fitted from four heights each, which took a quarter of what the best did."""
+    contest = weighed()
+    contest.most = 0.9
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: rival(2, loss, law="limit"))
+    monkeypatch.setattr(bent_module.g, "brims", lambda scene, guess: [{"l": 0.1}, {"l": 0.2}])
+    contest.values = {}
+    assert len(from_brims(contest, rival(2, 0.7, law="limit", rough=True))) == heights
+
+
+def test_other_steps_are_asked_for_once_beside_each_and_not_where_a_name_leaves_nothing(monkeypatch):
+    count = []
+    monkeypatch.setattr(Contest, "played", property(lambda self: None))
+    contest = weighed(steps=lambda rival: count.append(rival.guess.label))
+    for one in (rival(1), rival(1), rival(2)):
+        assert not contest._elsewhere(one, 0.5)
+    assert count == ["cubic of 1", "cubic of 2"]
+    assert not contest._more(rival(3, left=(1.0, 1.0))) and not contest._elsewhere(rival(4), 0.0) and len(count) == 2

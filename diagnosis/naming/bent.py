@@ -31,7 +31,6 @@ def bent(contest: Contest, found: list[Rivalled]) -> list[Rivalled]:
     Not where fewer numbers, with slopes of their own, leave no more than noise: in their place no limit would be believed.
     Where a curve at one place leaves no more nothing goes on to another, as an overflow's surplus.
     """
-    contest.most = contest._most(found)
     most, fewest = (1.0 - RULES.naming.bent) * contest.problem.loss(contest.base.misfit), np.inf
     laws = ("limit",) if contest._told_by_curve(found) else ("limit", "overflow")
     bent = [r for r in found if r.rough and r.guess.law in laws and r.end.loss <= most]

@@ -64,8 +64,9 @@ class Contest:
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
     retold: dict[int, Rivalled] = field(default_factory=dict)  # by id, what was fitted on a log that is told better for it
     made: dict[tuple, tuple[Any, Rivalled | None]] = field(default_factory=dict)  # fits, by what decides them, with their problem
+    telling: bool = False  # whether fits are on such a log
     asked: set[str] = field(default_factory=set)  # labels of rivals beside which steps were asked for
-    most: float = 0.0  # that any rival with a name takes off the loss
+    most: float = 0.0  # that any rival with a name takes off the loss, on the log that is told for the base
     named: bool = False  # whether something that has a name leaves no more than noise
     numbers: float = np.inf  # of the fewest beside which no other can be better: what has more would not be believed
 
@@ -207,13 +208,13 @@ class Contest:
         self.played.extend(self.inserts)
         if (anew := self.told(rival, self.noise)) is not None:
             self.tell(f"fits: {rival.guess.label}", 0.88)
-            own, self.problem = self.problem, anew
+            own, self.problem, self.telling = self.problem, anew, True
             self.looks.problem = anew
             self.scene.played = self.played
             try:
                 found = self._fit(rival.guess, rival.values) or rival
             finally:
-                self.problem = self.looks.problem = own
+                self.problem, self.looks.problem, self.telling = own, own, False
                 self.scene.played = self.played
         self.retold[id(rival)] = self.retold[id(found)] = found
         return found
@@ -288,11 +289,13 @@ class Contest:
         if stage == g.PLAIN:
             self._as_curve(found)
         found = distinct(found)
-        if stage == g.PLAIN and not self._told_by_curve(found) and self._elsewhere(self._best(found), RULES.naming.in_reach):
+        asks = lambda: not self._told_by_curve(found) and self._elsewhere(self._best(found), RULES.naming.in_reach)
+        if stage == g.PLAIN and asks():
             return found
-        found = self._polished(
-            distinct(found + fewest_first(bent(self, found), lambda one: from_brims(self, one), self._more)), 0.72
-        )
+        limits = bent(self, found)
+        if stage == g.PLAIN and asks():  # with slopes of its own another may be the best
+            return found
+        found = self._polished(distinct(found + fewest_first(limits, lambda one: from_brims(self, one), self._more)), 0.72)
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
@@ -332,7 +335,6 @@ class Contest:
 
     def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
         """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""
-        self.most = self._most(found)
         unseen = lambda rival: self.losses.sum(1).mean() - rival.candidate.errors.mean()
         chosen = again(found, self._taken, unseen, self.most, self._far, self.looks.gains())
         for k, rival in enumerate(found):
@@ -347,10 +349,6 @@ class Contest:
     def _taken(self, rival: Rivalled) -> float:
         """What a rival takes off the base's loss."""
         return self.problem.loss(self.base.misfit) - rival.end.loss
-
-    def _most(self, found: list[Rivalled]) -> float:
-        """What any rival that has a name took by now."""
-        return max([self.most, *(self._taken(rival) for rival in found if rival.guess.kind != CURVE)])
 
     def _as_curve(self, found: list[Rivalled]) -> None:
         """Where a curve fits best it has slopes of its own, and all its points where its variable goes: what it leaves is asked first."""
@@ -427,6 +425,8 @@ class Contest:
         drop = 1.0 - np.maximum(self.arranged.errors(unseen) / np.maximum(self.errors_unseen, 1e-300), on_fit)
         candidate.drop = float(np.where(self.off, drop, 0.0).max())
         self.fitted.append(rival := Rivalled(guess, problem, end, candidate, self.arranged.block, way is not None))
+        if guess.kind != CURVE and not self.telling:
+            self.most = max(self.most, self._taken(rival))
         return rival
 
     def _as_fit(self, problem: Calibrating, end: End) -> Fit:

@@ -47,6 +47,7 @@ class Looks:
     tell: Tell
     enough: Callable[[], bool] = lambda: False  # whether time is up
     ways: list[tuple[Direction, Guess]] = field(default_factory=list)
+    paths: dict[Place, set[str]] = field(default_factory=dict)  # laws of those among them, by where they are
 
     def __post_init__(self) -> None:
         assert self.base.misfit is not None
@@ -116,6 +117,8 @@ class Looks:
         self.linear.look(way, self.drawn)
         if np.isfinite(way.gain):
             self.ways.append((way, guess))
+            if guess.kind == g.PATH and guess.place is not None:
+                self.paths.setdefault(guess.place, set()).add(guess.law)
 
     def _column(self, trial: Trial) -> None:
         guess = trial.guess
@@ -265,7 +268,7 @@ class Looks:
             return
         if not multiplies and not beside:
             self.tables.append((table, knots, columns))
-        paths = {one.law for _, one in self.ways if one.kind == g.PATH and one.place == place}
+        paths = self.paths.get(place, ())
         for guess, shape, amplitudes, heights in g.laws(scene, table, knots):
             if guess.law == "constant" and ("scale" if multiplies else "offset") in paths:
                 continue  # whatever variable it is said of

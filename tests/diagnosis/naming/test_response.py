@@ -336,7 +336,7 @@ def test_a_finer_curve_lies_where_its_variable_goes_beside_it_and_not_where_the_
     numbers = tuple(number(f"c.c{k + 1}", 0.0, -9.0, 9.0) for k in range(5))
     curve = Guess(CURVE, "table", "", (table,), numbers, {n.name: {y: 1.0} for n, y in zip(numbers, heights(table))})
     looks = Looks.__new__(Looks)
-    looks.problem, looks.values, looks.inserts, looks.ways, looks.drawn = problem, {}, (), [], None
+    looks.problem, looks.values, looks.inserts, looks.ways, looks.drawn, looks.paths = problem, {}, (), [], None, {}
     base = problem.misfit(np.zeros(0))
     looks.base = SimpleNamespace(misfit=base, jacobian=np.zeros((len(base), 0)))
     looks.scene = Scene(problem.played.parts, problem.played, problem.played.series([{}], [0]), "c")

@@ -60,7 +60,9 @@ class Contest:
         None  # the search in the steps that a rival asks for (steps.stepped); None where in these
     )
     only: Place | None = None  # where something is missing, if that is known
+    before: tuple[Guess, dict[str, float]] | None = None  # beside what these steps were asked for, with its values in them
     other: Any = None  # such a search, with which to begin anew
+    asker: Guess | None = None  # beside what it was asked for
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
     retold: dict[int, Rivalled] = field(default_factory=dict)  # by id, what was fitted on a log that is told better for it
     made: dict[tuple, tuple[Any, Rivalled | None]] = field(default_factory=dict)  # fits, by what decides them, with their problem
@@ -144,6 +146,9 @@ class Contest:
         outcome.fitted = distinct(turned)
         if best is not None and self._takes(best, 0.0) and not self._more(best):
             return  # what has no number would be believed before all else
+        if self.before is not None and (known := self._fit(self.before[0], self.values | self.before[1])) is not None:
+            turned.append(known)
+            self._more(known)
         if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
         outcome.fitted = distinct(turned + self._fits(g.PLAIN))
@@ -187,7 +192,7 @@ class Contest:
             return False
         self.asked.add(best.guess.label)
         self.tell(f"steps beside {best.guess.label}", 0.5)
-        self.other = self.steps(self._retold(best))
+        self.other, self.asker = self.steps(self._retold(best)), best.guess
         self.scene.played = self.played
         return self.other is not None
 

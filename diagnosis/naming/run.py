@@ -266,7 +266,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
     Where an FMU acts once a step that is asked only if the first leaves something: its period is what the rig says.
     """
     tell, kinds, enough = asked.tell, asked.kinds, asked.enough
-    found, again = _begun(work, near, places, asked), RULES.naming.halved
+    found, again, before = _begun(work, near, places, asked), RULES.naming.halved, None
     while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
         prefix, known = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
@@ -277,12 +277,14 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         smooth, told = work.rig.inputs == SMOOTH, None if own is near else partial(around, work, near, own)
         steps = partial(released, work, near, base) if k == 0 and again and base else None
         contest = Contest(own, places, prefix, _told(tell, k), smooth, known, kinds, enough, work.sampled, told, steps)
-        contest.only = found.outcomes[-1].only if found.outcomes else None
+        contest.only, contest.before = found.outcomes[-1].only if found.outcomes else None, before
         outcome = contest.play(asked.rng)
-        if contest.other is not None:
+        if contest.other is not None and contest.asker is not None:
+            before = contest.asker, contest.other[2]
             found, work, near, places = _anew(asked, contest.other, numbers)
             again -= 1
             continue
+        before = None
         found.outcomes.append(outcome)
         wider = _chosen(found, outcome, near.fixed)
         if wider is None or outcome.winner is None or enough():
@@ -298,10 +300,11 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
             anew = logs is plain[1] or not contest.stands(outcome, partial(around, *plain, logs), logs)
             cast(Extended, near.played).extend(work.inserts)
         if anew:  # found in steps that hide or feign something, it is looked for anew
+            before = outcome.winner.guess, near.values(places)
             found, work, near, places = _anew(asked, (work, near, found.best.values), numbers)
             again -= 1
             continue
-        if work is not wider:
+        if work is not wider or _ends_beyond(near, found.best.values, places):
             found.work, found.best = work, fitted(work, near.values(places), near.fixed)
             found.begins = replace(work, inserts=(), found=[], acts={})
             found.base = fitted(found.begins, found.base.values, near.fixed)
@@ -312,6 +315,15 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         _one_alone(found)
         _curve_instead(found)
     return found
+
+
+def _ends_beyond(near: Extending, values: dict[str, float], places: np.ndarray) -> bool:
+    """Whether a fit to all that teaches ended in a valley from which the search's own, of these places, did not start.
+
+    One of a limit began where coarser steps had it, and ended at a third more than the noise; a curve was believed in its place.
+    """
+    at = np.array([np.clip(n.place(values.get(n.name, n.start)), 0.0, 1.0) for n in near.free])
+    return near.loss(near.misfit(at)) > (1.0 + RULES.search.matters) * near.loss(near.misfit(places))
 
 
 def _anew(asked: Asked, model: Model, numbers: Sequence[Number]) -> tuple[Search, Work, Extending, np.ndarray]:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.naming import bent as bent_module
+from selflock.diagnosis.naming import whole
 from selflock.diagnosis.naming.bent import from_brims
 from selflock.diagnosis.naming.contest import Contest
-from selflock.diagnosis.naming.guesses import CURVE, LAW
+from selflock.diagnosis.naming.guesses import CURVE, LAW, number
 from selflock.diagnosis.naming.round import Round
+from selflock.diagnosis.naming.run import _ends_beyond
 
 
 def weighed(**options):
@@ -25,7 +27,8 @@ def weighed(**options):
 
 def rival(count=1, loss=0.1, left=(2.0, 2.0), kind=LAW, law="cubic", rough=False):
     guess = SimpleNamespace(law=law, kind=kind, count=count, label=f"{law} of {count}", plain=True)
-    return SimpleNamespace(guess=guess, values={}, rough=rough, end=SimpleNamespace(loss=loss, misfit=np.array(left)))
+    end, candidate = SimpleNamespace(loss=loss, misfit=np.array(left)), SimpleNamespace(errors=np.full(2, loss))
+    return SimpleNamespace(guess=guess, values={}, rough=rough, end=end, candidate=candidate)
 
 
 @pytest.mark.parametrize(
@@ -84,3 +87,40 @@ def test_other_steps_are_asked_for_once_beside_each_and_not_where_a_name_leaves_
         assert not contest._elsewhere(one, 0.5)
     assert count == ["cubic of 1", "cubic of 2"]
     assert not contest._more(rival(3, left=(1.0, 1.0))) and not contest._elsewhere(rival(4), 0.0) and len(count) == 2
+
+
+@pytest.mark.parametrize(("values", "beyond"), [({"a": 0.6}, True), ({"a": 0.501}, False), ({}, True), ({"a": 9.0}, True)])
+def test_a_fit_to_all_that_ended_far_beyond_the_searchs_own_is_made_again_from_there(values, beyond):
+    """A limit of a house began where coarser steps had it, and ended at a third more than its noise: a curve was the answer."""
+    near = SimpleNamespace(
+        free=[number("a", 0.0, 0.0, 1.0)], misfit=lambda at: at - 0.5, loss=lambda misfit: 1.0 + 100.0 * misfit @ misfit
+    )
+    assert _ends_beyond(near, values, np.array([0.5])) == beyond
+
+
+@pytest.mark.parametrize(("laws", "learns"), [(["cubic.a"], True), (["limit.a", "limit.l"], False)])
+def test_what_is_bent_is_fitted_to_all_with_slopes_of_its_own(monkeypatch, laws, learns):
+    asked = []
+    problem = SimpleNamespace(numbers=(), free=(), fixed={}, values=lambda places: {})
+    work = SimpleNamespace(problem=lambda: problem, found=[[number(name, 0.0, 0.0, 1.0) for name in laws]], judges=())
+    monkeypatch.setattr(whole, "in_units", lambda *given: asked.append(given[-1] is not None) or SimpleNamespace(places=()))
+    monkeypatch.setattr(whole, "own", lambda *given: {})
+    monkeypatch.setattr(whole, "measured", lambda *given: None)
+    whole.fitted(work, {}, {})
+    assert asked == [learns]
+
+
+@pytest.mark.parametrize("left", [1.0, 2.0])
+def test_beside_what_had_other_steps_taken_all_begins_with_that(monkeypatch, left):
+    """A lag of a house's command was found in finer steps, and looked for anew in the rig's own behind all that looked better."""
+    contest, fitted = weighed(before=(SimpleNamespace(label="lag", kind=LAW, count=1, law="lag"), {"T": 2.0})), []
+    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append(start) or rival(1, left=(left, left)))
+    monkeypatch.setattr(Contest, "_afresh", lambda self, laws: [])
+    monkeypatch.setattr(Contest, "_fits", lambda self, stage: [])
+    contest.values, contest.looks = (
+        {"T": 0.0, "rate": 1.0},
+        SimpleNamespace(ways=[], first=lambda: None, further=lambda: None, pairs=lambda: None),
+    )
+    contest._stages(outcome := Round(None, []))
+    assert fitted == [{"T": 2.0, "rate": 1.0}] and len(outcome.fitted) == 1
+    assert contest.numbers == (1 if left == 1.0 else np.inf)

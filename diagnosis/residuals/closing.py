@@ -12,7 +12,7 @@ Angles are noisy, and their noise is in u's misfit and in x alike. So both are s
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import binary_erosion
+from scipy.ndimage import binary_erosion, uniform_filter1d
 
 from ..data.rig import LOAD, MOTOR
 from ..data.values import resolution
@@ -181,7 +181,11 @@ def _law(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray,
     speed = ch.raw(f"{side}speed") / ratio if ch.has(f"{side}speed") else derivative(angle, time)
     asked = law.angle_gain * (wanted - angle) + law.speed_gain * (drive.speed_setpoint(wanted, {}, ch) - speed)
     inside = lambda u: (u > law.voltage_min) & (u < law.voltage_max)
-    return asked, speed, inside(asked) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{side}angle")
+    count = 0.0 if ch.has(f"{side}speed") else law.speed_gain * counts(f"{side}angle", ch)[0] / ratio / float(np.median(ch.dt))
+    # a difference jumps with every count, and rows without one would be all that is inside: a mean over as many as even that out
+    rows = int(np.ceil(count / (RULES.residuals.coarse * (law.voltage_max - law.voltage_min)))) if count else 1
+    usual = uniform_filter1d(asked, rows) if rows > 1 else asked
+    return asked, speed, inside(usual) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{side}angle")
 
 
 def _misses(ch: Channels) -> tuple[np.ndarray, np.ndarray] | None:

@@ -27,7 +27,7 @@ drives = ["arm_"]
 """
 
 
-def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02):
+def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, limit=None):
     """A swinging shaft that follows late, wound up by what an arm weighs, both angles in counts."""
     time = 1e-3 * np.arange(6000)
     angle = lambda t: 0.9 * np.sin(2.1 * t) + 0.2 * np.sin(5.3 * t)
@@ -41,7 +41,8 @@ def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02):
     motor = 40.0 * rounded(angle(time - 0.02) + wound(time), count / 5.0) + zero
     table = {"time": time, "wanted": angle(time), "u": u, "motor": motor, "load": rounded(angle(time - 0.02), count)}
     pd.DataFrame(table).to_csv(folder / "log.csv", index=False, float_format="%.12g")
-    (folder / "rig.toml").write_text(RIG)
+    limits = [f'"arm_controller.voltage_{end}" = {sign}{limit}' for end, sign in (("min", "-"), ("max", "")) if limit]
+    (folder / "rig.toml").write_text(RIG + "\n".join(limits))
     rig = load(folder / "rig.toml")
     (run,) = read(folder / "log.csv", rig)
     return Channels(run, "", Setting(rig, len(run), kernels(), {"": 1}))
@@ -52,6 +53,12 @@ def test_the_command_tells_at_which_shaft_the_controllers_sensors_are(at_motor, 
     """Through a wind-up of two counts, an encoder's zero, and a command that was read a row and a half early."""
     ch = channels(tmp_path, rng, at_motor, early=1.5)
     assert shaft([ch]) == (MOTOR if at_motor else LOAD)
+
+
+def test_a_coarse_encoder_does_not_move_the_sensors_to_the_other_shaft(tmp_path, rng):
+    """Each of its counts is more than the command's range as the difference of two rows: where one falls would not be compared."""
+    ch = channels(tmp_path, rng, False, count=float(rng.uniform(8e-3, 12e-3)), limit=24.0)
+    assert shaft([ch]) == LOAD
 
 
 def test_a_command_of_the_next_row_is_told(tmp_path, rng):

@@ -191,6 +191,24 @@ def order_of(a: Candidate, b: Candidate) -> dict[str, float]:
     return found
 
 
+def harmonic(candidate: Candidate, found: Sequence[Hypothesis], does: Callable[[Sequence[Free]], float]) -> bool:
+    """Whether it is a harmonic of a wave that is a cause already: k times as many in a turn of that shaft, at most 1 / k as much.
+
+    Of what comes back once in a turn a jump has the strongest harmonics, 1 / k of its first wave. Several harmonics of one effect
+    are one cause. does: how much amounts do to the misfit, with all that the candidate's fit ended with.
+    """
+    values, mine = candidate.fitted.values, [p for p in candidate.free if amount(p)]
+    for p in (p for p in candidate.free if p.role == ORDER):
+        for hypothesis in found:
+            for q in (q for q in hypothesis.free if q.role == ORDER and q.shaft == p.shaft):
+                first = values.get(q.name, q.nominal)
+                k = round(values[p.name] / first)
+                theirs = [a for a in hypothesis.free if a.shaft == q.shaft and amount(a) and a.name in values]
+                if theirs and k > 1 and abs(values[p.name] - k * first) <= p.length and does(mine) <= does(theirs) / k:
+                    return True
+    return False
+
+
 def one_wave(a: Candidate, b: Candidate, alike: Callable[[Fit, Fit], bool]) -> bool:
     """Whether two are one wave by two names, of which no log says which it is. alike: see Problem.alike.
 

@@ -166,6 +166,11 @@ class Problem:
         difference = (a.misfit - b.misfit)[self.rows]
         return bool(np.sqrt(np.mean(difference**2)) < RULES.search.same_law * self.loss_scale / RULES.search.same_misfit)
 
+    def done(self, amounts: Sequence[Free], values: dict) -> float:
+        """How much these amounts do to the misfit under values: the length of the change of what teaches."""
+        change = self.misfit({**values, **{p.name: p.nominal for p in amounts}}) - self.misfit(values)
+        return float(np.linalg.norm(change[self.rows]))
+
     @cached_property
     def blocks(self) -> np.ndarray:
         """The block of each entry of a flat misfit."""

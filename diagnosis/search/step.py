@@ -21,6 +21,7 @@ from .candidate import (
     amount,
     better,
     equal,
+    harmonic,
     may_be_nothing,
     more,
     one_wave,
@@ -29,7 +30,7 @@ from .candidate import (
     same_law,
     simplest,
     worse,
-)
+)  # fmt: skip
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
@@ -225,6 +226,8 @@ class Step:
             return f"it lowers the error of no comparison by {100 * RULES.search.relevant:.0f} %"
         if not self._resolved(candidate):
             return WITHIN
+        if harmonic(candidate, self.found, lambda some: self.problem.done(some, {**self.base.values, **candidate.fitted.values})):
+            return "it is a harmonic of a wave that is a cause already"
         felt = candidate.fitted.felt(self.problem.rows)
         if not any(felt[p.name] for p in candidate.free if amount(p)):
             return "where its fit ended more or less of it changes nothing: this log does not tell how much there is"

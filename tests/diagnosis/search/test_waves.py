@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from selflock.diagnosis.search.candidate import Candidate, one_wave, order_of, simplest
+from selflock.diagnosis.search.candidate import Candidate, harmonic, one_wave, order_of, simplest
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.fmus.effect import AMPLITUDE, ORDER
 
@@ -42,3 +42,15 @@ def test_of_one_wave_the_law_that_is_nothing_else_is_the_cause_though_its_fit_en
     assert simplest([ripple, cogging], [], 0.0, apart) is ripple and not one_wave(ripple, cogging, apart)
     assert simplest([ripple, other], [], 0.0, same) is ripple
     assert simplest([of_friction, cogging], [], 0.0, same) is of_friction
+
+
+@pytest.mark.parametrize(
+    ("order", "share", "one_cause"), [(4.0, 0.4, True), (4.0, 0.6, False), (6.0, 0.3, True), (5.0, 0.1, False)]
+)
+def test_a_weaker_wave_of_several_times_as_many_is_the_harmonic_of_a_cause(order, share, one_cause):
+    """At most as strong as of a jump that comes back with the first, whose second harmonic has half of it, and its third a third."""
+    ripple, cogging = wave("reducer.ripple", "", 2.0, 1.0), wave("motor.cogging", "N.m", order, 1.0)
+    cogging.fitted.values |= ripple.fitted.values
+    does = lambda amounts: share if amounts[0].name == "motor.cogging.amount" else 1.0
+    assert harmonic(cogging, [ripple.hypothesis], does) is one_cause
+    assert not harmonic(cogging, [], does)

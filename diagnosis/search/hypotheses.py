@@ -171,12 +171,17 @@ def _seen_whole(hypothesis: Hypothesis, experiment: DriveExperiment) -> Hypothes
         turns = _turns(experiment, prefix, SIDES[order.shaft])
         low = max(order.low, 1.0 / turns)
         if low < order.high:
-            ch = next(ch for (_, of), ch in experiment.channels.items() if of == prefix)
-            gears = ch.setting.value(f"{prefix}reducer.gear_ratio", {}) if SIDES[order.shaft] else 1.0
+            gears = _gears(experiment, prefix) if SIDES[order.shaft] else 1.0
             free[free.index(order)] = replace(order, low=low, length=1.0 / (2.0 * np.pi * turns), gears=gears)
         else:
             free = [p for p in free if p.shaft != order.shaft]
     return replace(hypothesis, free=tuple(free))
+
+
+def _gears(experiment: DriveExperiment, prefix: str) -> float:
+    """Turns of the input shaft in one of the load's, as rig or law have it."""
+    runs = (ch for (_, of), ch in experiment.channels.items() if of == prefix)
+    return next((ch.setting.value(f"{prefix}reducer.gear_ratio", {}) for ch in runs), 1.0)
 
 
 def _turns(experiment: DriveExperiment, prefix: str, side: int) -> float:

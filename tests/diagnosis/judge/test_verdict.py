@@ -52,7 +52,10 @@ def left_alone(sizes, shares, rng):
 ])  # fmt: skip
 def test_a_free_law_in_the_drive_speaks_against_a_cause_where_it_does_more(named, free, over, believed, rng):
     left = lambda level: SimpleNamespace(
-        losses=(x := level * rng.uniform(0.9, 1.1, (30, 1))), errors=x.sum(1), fit=SimpleNamespace(by_channel=True)
+        losses=(x := level * rng.uniform(0.9, 1.1, (30, 1))),
+        errors=x.sum(1),
+        fit=SimpleNamespace(by_channel=True),
+        complete=False,
     )
     cause = SimpleNamespace(hypothesis=SimpleNamespace(shown_over="speed"))
     outcome = SimpleNamespace(stages=[SimpleNamespace(base=left(10.0), chance_level=0.01)], standing=left(named), causes=[cause])

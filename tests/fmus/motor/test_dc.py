@@ -176,6 +176,16 @@ def test_supply_sag_shows_at_high_duty_only():
     assert stepped(p, 2.4, 0.0, 1.0, 1)[1].current == pytest.approx(2.4 / 0.604)
 
 
+def test_without_a_capacitor_the_supply_gives_the_motors_current_while_the_switch_is_on():
+    """Beside a switch in 200 instants of a period: of the motor's voltage their mean, of what the supply gives while it is on."""
+    p = dc.Parameters(supply_resistance=0.4, supply_voltage=24.0, supply_smoothing=0.0)
+    for volts in (-21.0, -6.0, 2.4, 24.0):
+        current = stepped(p, volts, 0.0, 1.0, 1)[1].current
+        on = round(200 * abs(volts) / 24.0)
+        seen = sum(math.copysign(24.0, volts) - 0.4 * current if k < on else 0.0 for k in range(200)) / 200
+        assert current == pytest.approx(seen / p.resistance, rel=1e-9)
+
+
 def test_cogging_needs_no_current():
     p = dc.Parameters(cogging_torque=0.05, cogging_periods=10.0, cogging_phase=0.2)
     _, out = stepped(p, 0.0, 0.0, 1e-3, 1)

@@ -118,6 +118,7 @@ def _carry_out(kinds, where, numbers, first, row, index, start, step, time, size
         kind, long = kinds[k], where[k, 5]
         if long > 1 and index % long != 0:
             continue
+        until = size if long <= 1 else start + (index + long) * step - time
         a, b = where[k, 0], where[k, 1]
         status = 0
         if kind == MOVE:
@@ -128,11 +129,9 @@ def _carry_out(kinds, where, numbers, first, row, index, start, step, time, size
         elif kind == EXCHANGE:
             status = _exchange(a, b, where[k, 2], where[k, 3], where[k, 4])
         elif kind == STEP:
-            until = size if long <= 1 else start + (index + long) * step - time
             status = _do_step(a, b, time, until, np.int32(where[k, 2]))
         elif kind == STEP3:
             _store_int(where[k, 3], np.int32(0))
-            until = size if long <= 1 else start + (index + long) * step - time
             status = _do_step3(a, b, time, until, np.int32(where[k, 2]), where[k, 3])
             if status <= 1 and _load_int(where[k, 3]) & FLAGS:
                 status = MORE

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 def from_brims(contest: Contest, rival: Rivalled) -> list[Rivalled]:
     """A limit fitted with slopes of its own, from where it ended; and from other heights where it is in reach of the best so."""
     contest.tell(f"fits: {rival.guess.label}{contest.so_far([rival])}", 0.7)
-    first = contest._fit(rival.guess, rival.values)
-    if first is None or contest._taken(first) < RULES.naming.in_reach * contest.most:
+    first = contest.fit(rival.guess, rival.values)
+    if first is None or contest.gained(first) < RULES.naming.in_reach * contest.most:
         return [first] if first is not None else []
     begun = [contest.values | start for start in g.brims(contest.scene, rival.guess)]
-    return [first, *(one for start in begun if (one := contest._fit(rival.guess, start)) is not None)]
+    return [first, *(one for start in begun if (one := contest.fit(rival.guess, start)) is not None)]
 
 
 def bent(contest: Contest, found: list[Rivalled]) -> list[Rivalled]:
@@ -32,7 +32,7 @@ def bent(contest: Contest, found: list[Rivalled]) -> list[Rivalled]:
     Where a curve at one place leaves no more nothing goes on to another, as an overflow's surplus.
     """
     most, fewest = (1.0 - RULES.naming.bent) * contest.problem.loss(contest.base.misfit), np.inf
-    laws = ("limit",) if contest._told_by_curve(found) else ("limit", "overflow")
+    laws = ("limit",) if contest.told_by_curve(found) else ("limit", "overflow")
     bent = [r for r in found if r.rough and r.guess.law in laws and r.end.loss <= most]
     for count in sorted({r.guess.count for r in found if r.guess.count < max((b.guess.count for b in bent), default=0)}):
         named = [k for k, r in enumerate(found) if r.guess.count == count and r.guess.kind != CURVE and r not in bent]
@@ -40,7 +40,7 @@ def bent(contest: Contest, found: list[Rivalled]) -> list[Rivalled]:
             continue
         k = min(named, key=lambda k: found[k].end.loss)
         if found[k].rough:
-            found[k] = contest._fit(found[k].guess, found[k].values) or found[k]
-        if not contest._more(found[k]):
+            found[k] = contest.fit(found[k].guess, found[k].values) or found[k]
+        if not contest.more(found[k]):
             fewest = count
     return [r for r in bent if r.guess.count <= fewest and not contest.enough()]

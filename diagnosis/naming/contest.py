@@ -133,7 +133,7 @@ class Contest:
         outcome.looked = len({guess.label for _, guess in self.looks.ways})
         if outcome.fitted:
             self._judge(outcome, rng)
-            told = self._told_by_curve([outcome.curve] if outcome.curve else [])
+            told = self.told_by_curve([outcome.curve] if outcome.curve else [])
             outcome.only = outcome.curve.guess.place if told and outcome.curve else None
         self.played.extend(self.inserts)
         return outcome
@@ -144,11 +144,11 @@ class Contest:
         turned = self._afresh(("sign",))
         best = min(turned, key=lambda r: r.end.loss, default=None)
         outcome.fitted = distinct(turned)
-        if best is not None and self._takes(best, 0.0) and not self._more(best):
+        if best is not None and self._takes(best, 0.0) and not self.more(best):
             return  # what has no number would be believed before all else
-        if self.before is not None and (known := self._fit(self.before[0], self.values | self.before[1])) is not None:
+        if self.before is not None and (known := self.fit(self.before[0], self.values | self.before[1])) is not None:
             turned.append(known)
-            self._more(known)
+            self.more(known)
         if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
         outcome.fitted = distinct(turned + self._fits(g.PLAIN))
@@ -166,7 +166,7 @@ class Contest:
     def _afresh(self, laws: Sequence[str]) -> list[Rivalled]:
         """Paths beside a base without a cause, fitted from the numbers that the rig has."""
         asked = g.PATH in self.kinds and not self.inserts and not self.enough()
-        fits = [self._fit(guess, start) for guess, start in (afresh(self.looks, laws) if asked else ())]
+        fits = [self.fit(guess, start) for guess, start in (afresh(self.looks, laws) if asked else ())]
         return [rival for rival in fits if rival is not None]
 
     def _looks_best(self) -> Rivalled | None:
@@ -177,7 +177,7 @@ class Contest:
             if self.steps is None or not mine or self.enough() or (found and self._takes(found, RULES.naming.as_much)):
                 break
             way, guess = max(mine, key=lambda pair: pair[0].gain)
-            found = self._fit(guess, self.values | self._start(way, guess), way)
+            found = self.fit(guess, self.values | self._start(way, guess), way)
         return found
 
     def _takes(self, rival: Rivalled, least: float) -> bool:
@@ -188,7 +188,7 @@ class Contest:
         """Whether a rival that takes off at least this share of the loss, and leaves something, asks for other steps: then all begins there."""
         if self.steps is None or best is None or best.guess.label in self.asked or self.named or self.enough():
             return False
-        if not self._takes(best, least) or not self._more(best):
+        if not self._takes(best, least) or not self.more(best):
             return False
         self.asked.add(best.guess.label)
         self.tell(f"steps beside {best.guess.label}", 0.5)
@@ -217,7 +217,7 @@ class Contest:
             self.looks.problem = anew
             self.scene.played = self.played
             try:
-                found = self._fit(rival.guess, rival.values) or rival
+                found = self.fit(rival.guess, rival.values) or rival
             finally:
                 self.problem, self.looks.problem, self.telling = own, own, False
                 self.scene.played = self.played
@@ -230,15 +230,15 @@ class Contest:
         Not where another that has a name leaves nothing once that is taken off beside it, or a curve does.
         """
         best = self._best(outcome.fitted)
-        return not self.named and (best is None or self._more(best)) and not self._told_by_curve(outcome.fitted)
+        return not self.named and (best is None or self.more(best)) and not self.told_by_curve(outcome.fitted)
 
-    def _told_by_curve(self, found: list[Rivalled]) -> bool:
+    def told_by_curve(self, found: list[Rivalled]) -> bool:
         """Whether a free curve of one variable as it is leaves no more than noise: what is missing acts there, and nowhere else."""
         curves = [r for r in found if r.guess.kind == CURVE and r.guess.plain]
         best = min(curves, key=lambda r: r.end.loss, default=None)
-        return best is not None and not self._more(best, RULES.search.left)  # as a round beside it would ask
+        return best is not None and not self.more(best, RULES.search.left)  # as a round beside it would ask
 
-    def _more(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
+    def more(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
         """Whether a rival leaves more than so many times the noise, also where what the steps miss beside it is taken off."""
         left = self._leaves(rival)
         if (left > times).any():
@@ -289,18 +289,18 @@ class Contest:
             if found and self.enough():
                 break
             self.tell(f"fits: {guess.label}{self.so_far(found)}", 0.45 + 0.3 * k / len(todo))
-            if (rival := self._fit(guess, self.values | start, way)) is not None:
+            if (rival := self.fit(guess, self.values | start, way)) is not None:
                 found.append(rival)
         if stage == g.PLAIN:
             self._as_curve(found)
         found = distinct(found)
-        asks = lambda: not self._told_by_curve(found) and self._elsewhere(self._best(found), RULES.naming.in_reach)
+        asks = lambda: not self.told_by_curve(found) and self._elsewhere(self._best(found), RULES.naming.in_reach)
         if stage == g.PLAIN and asks():
             return found
         limits = bent(self, found)
         if stage == g.PLAIN and asks():  # with slopes of its own another may be the best
             return found
-        found = self._polished(distinct(found + fewest_first(limits, lambda one: from_brims(self, one), self._more)), 0.72)
+        found = self._polished(distinct(found + fewest_first(limits, lambda one: from_brims(self, one), self.more)), 0.72)
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
@@ -312,16 +312,16 @@ class Contest:
             more += [(guess, self.values | self._start(way, guess), way) for way, guess in asked]
             for k, (guess, start, beside_it) in enumerate(more if not self.enough() else []):
                 self.tell(f"fits: {guess.label}{self.so_far(found)}", 0.75 + 0.1 * k / len(more))
-                if (rival := self._fit(guess, start, beside_it)) is not None:
+                if (rival := self.fit(guess, start, beside_it)) is not None:
                     found.append(rival)
             found, more = distinct(found), []
         first = self._first(found)
         for one in [one for one in found if first and first.kind == g.EVENT and first.plain and one.guess.label == first.label]:
             again = elsewhere(self.looks, one, {r.guess.label for r in found if not r.rough})
-            found += [r for guess, start in again if (r := self._fit(guess, start)) is not None]
+            found += [r for guess, start in again if (r := self.fit(guess, start)) is not None]
         for way, guess in carried(found, self.looks) if not self.enough() else ():
             self.tell(f"fits: {guess.label}", 0.84)
-            found += [rival] if (rival := self._fit(guess, self.values | self._start(way, guess), way)) is not None else []
+            found += [rival] if (rival := self.fit(guess, self.values | self._start(way, guess), way)) is not None else []
         found = distinct(found)
         known = {rival.guess.label for rival in found}
         for curve in refined(found, self.scene, self._far) if not self.enough() else ():
@@ -330,7 +330,7 @@ class Contest:
             if (finer := self.looks.finer(curve.guess, curve.values, curve.end)) is not None:
                 guess, start = finer
                 self.tell(f"fits: {guess.label}", 0.85)
-                found += [rival] if (rival := self._fit(guess, start)) is not None else []
+                found += [rival] if (rival := self.fit(guess, start)) is not None else []
         return self._polished(distinct(found), 0.87)
 
     def _first(self, found: list[Rivalled]) -> Guess | None:
@@ -341,17 +341,17 @@ class Contest:
     def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
         """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""
         unseen = lambda rival: self.losses.sum(1).mean() - rival.candidate.errors.mean()
-        chosen = again(found, self._taken, unseen, self.most, self._far, self.looks.gains())
+        chosen = again(found, self.gained, unseen, self.most, self._far, self.looks.gains())
         for k, rival in enumerate(found):
             if rival.rough and rival.guess.label in chosen:
                 if not found[0].rough and self.enough():
                     break
                 self.tell(f"fits: {rival.guess.label}{self.so_far(found)}", done)
-                if (better := self._fit(rival.guess, rival.values)) is not None:
+                if (better := self.fit(rival.guess, rival.values)) is not None:
                     found[k] = better
         return distinct(found)
 
-    def _taken(self, rival: Rivalled) -> float:
+    def gained(self, rival: Rivalled) -> float:
         """What a rival takes off the base's loss."""
         return self.problem.loss(self.base.misfit) - rival.end.loss
 
@@ -361,9 +361,9 @@ class Contest:
         if best is None or best.guess.kind != CURVE or self.enough():
             return
         self.tell(f"fits: {best.guess.label}{self.so_far(found)}", 0.7)
-        found.append(best := self._fit(best.guess, best.values) or best)
-        finer = self.looks.finer(best.guess, best.values, best.end) if self._more(best) else None
-        found += [rival] if finer and (rival := self._fit(*finer)) else []
+        found.append(best := self.fit(best.guess, best.values) or best)
+        finer = self.looks.finer(best.guess, best.values, best.end) if self.more(best) else None
+        found += [rival] if finer and (rival := self.fit(*finer)) else []
 
     def so_far(self, found: list[Rivalled]) -> str:
         """What fits best by now, for those who wait."""
@@ -389,7 +389,7 @@ class Contest:
                 found[amplitude.name] = columns[:, j] * of[amplitude.name].slope(of[amplitude.name].place(amplitude.nominal))
         return found
 
-    def _fit(self, guess: Guess, start: dict[str, float], way: Direction | None = None) -> Rivalled | None:
+    def fit(self, guess: Guess, start: dict[str, float], way: Direction | None = None) -> Rivalled | None:
         """A guess fitted from these values of its numbers, and of the base's where they are given.
 
         way: how the look saw it; then the slopes are those of the base and of the look, and what the fit's own steps say of
@@ -431,7 +431,7 @@ class Contest:
         candidate.drop = float(np.where(self.off, drop, 0.0).max())
         self.fitted.append(rival := Rivalled(guess, problem, end, candidate, self.arranged.block, way is not None))
         if guess.kind != CURVE and not self.telling:
-            self.most = max(self.most, self._taken(rival))
+            self.most = max(self.most, self.gained(rival))
         return rival
 
     def _as_fit(self, problem: Calibrating, end: End) -> Fit:

@@ -166,9 +166,9 @@ class Problem:
         difference = (a.misfit - b.misfit)[self.rows]
         return bool(np.sqrt(np.mean(difference**2)) < RULES.search.same_law * self.loss_scale / RULES.search.same_misfit)
 
-    def done(self, amounts: Sequence[Free], values: dict) -> float:
-        """How much these amounts do to the misfit under values: the length of the change of what teaches."""
-        change = self.misfit({**values, **{p.name: p.nominal for p in amounts}}) - self.misfit(values)
+    def done(self, amounts: Sequence[Free], fitted: Fit) -> float:
+        """How much these amounts do to the misfit where a fit ended: the length of the change of what teaches."""
+        change = self.misfit({**fitted.values, **{p.name: p.nominal for p in amounts}}) - fitted.misfit
         return float(np.linalg.norm(change[self.rows]))
 
     @cached_property

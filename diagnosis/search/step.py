@@ -30,7 +30,7 @@ from .candidate import (
     same_law,
     simplest,
     worse,
-)  # fmt: skip
+)
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
@@ -199,9 +199,8 @@ class Step:
             others = {p.name: best.fitted.values[p.name] for p in self.base.free}
             start = {**self.base.values, **c.fitted.values, **others, **order_of(best, c)}
             again = self.problem.fit((*self.base.free, *c.free), self._in_phase(start, c.free))
-            again = self.problem.to_its_end(
-                again, 1.0 / RULES.search.alike
-            )  # of one law by two names both leave the same to the last digits
+            # of one law by two names both leave the same to the last digits
+            again = self.problem.to_its_end(again, 1.0 / RULES.search.alike)
             better = self._candidate(c.hypothesis, c.free, again, c.linear)
             found += [better] if better.errors.mean() < c.errors.mean() else []
         return found
@@ -226,7 +225,7 @@ class Step:
             return f"it lowers the error of no comparison by {100 * RULES.search.relevant:.0f} %"
         if not self._resolved(candidate):
             return WITHIN
-        if harmonic(candidate, self.found, lambda some: self.problem.done(some, {**self.base.values, **candidate.fitted.values})):
+        if harmonic(candidate, self.found, lambda amounts: self.problem.done(amounts, candidate.fitted)):
             return "it is a harmonic of a wave that is a cause already"
         felt = candidate.fitted.felt(self.problem.rows)
         if not any(felt[p.name] for p in candidate.free if amount(p)):

@@ -116,7 +116,7 @@ def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_b
     contest.scene = SimpleNamespace(parts=SimpleNamespace(links={}))
     contest.looks = SimpleNamespace(ways=ways, gains=dict, scene=contest.scene)
     contest.values, contest.base, contest.most = {}, SimpleNamespace(misfit=None), 0.0
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start, way=None: asked.append(guess.label))
     assert contest._fits(DERIVED) == []
     assert "limit of air times heater.command" in asked and len(asked) == len(ways)
 
@@ -229,7 +229,7 @@ def test_a_fit_starts_within_the_range_of_a_number_by_decades_whatever_the_look_
     contest.looks = SimpleNamespace(trial=lambda guess: problem)
     contest.values, contest.base = {}, SimpleNamespace(misfit=None)
     monkeypatch.setattr(contest_module, "fit_from", lambda *_: SimpleNamespace(misfit=None, loss=np.inf))
-    assert contest._fit(guess, {"c.T": seen}) is None
+    assert contest.fit(guess, {"c.T": seen}) is None
     assert places[0] == pytest.approx([place], abs=1e-9)
 
 
@@ -264,7 +264,7 @@ def test_a_fit_that_ended_beyond_its_start_is_made_again_where_unseen_blocks_say
     contest.scene = SimpleNamespace(parts=SimpleNamespace(owner=lambda name: name.partition(".")[0], variables={}))
     contest.looks, contest.base = SimpleNamespace(gains=dict), SimpleNamespace(misfit=None)
     contest.losses, contest.most, asked = np.ones((4, 1)), 0.0, []
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start, way=None: asked.append(guess.label))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start, way=None: asked.append(guess.label))
     contest._polished(found, 0.5)
     assert ("lost" in asked) == again and "best 0" in asked
 
@@ -280,7 +280,7 @@ def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of
     contest.inserts = ()
     fitted = []
     anew = cause("held", 1.0, loss=0.09)
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew)
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew)
     monkeypatch.setattr(contest_module, "distinct", lambda rivals: sorted(rivals, key=lambda r: r.candidate.errors.mean()))
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [best, held, far])
     contest._near_best(outcome)
@@ -303,7 +303,7 @@ def test_nothing_more_is_wanted_where_the_best_leaves_no_more_than_what_the_step
     ends = lambda left: SimpleNamespace(
         guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=left, misfit=np.array([left])), values={}
     )
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: ends(told))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: ends(told))
     contest.noise = {"x": 1.0}
     outcome = Round(None, [ends(1.5)])
     assert contest._wanting(outcome) == wanting
@@ -346,7 +346,7 @@ def test_limits_are_fitted_from_all_heights_but_where_fewer_numbers_leave_no_mor
     own = SimpleNamespace(
         guess=SimpleNamespace(law="cubic", kind=LAW, count=1), rough=False, end=SimpleNamespace(loss=0.1, misfit=np.array([left]))
     )
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: own if guess.count == 1 else None)
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: own if guess.count == 1 else None)
     found = [
         ends("cubic", 1, 0.1),
         ends("limit", 2, 0.4),
@@ -378,7 +378,7 @@ def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monke
     contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
     fitted = []
     anew = lambda guess: cause(guess.label, 1.0, loss={"won": 0.12, "held": retold}[guess.label])
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew(guess))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew(guess))
     monkeypatch.setattr(order_module, "ordered", lambda real, *_: sorted(real, key=lambda r: r.candidate.errors.mean()))
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [refused, won, held, far], won, [refused, won, held, far])
     assert contest.stands(outcome, lambda rival, noise: None, own) == stands

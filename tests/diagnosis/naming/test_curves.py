@@ -149,7 +149,7 @@ def test_what_a_curve_leaves_is_asked_of_it_fitted_on_its_own_and_with_all_its_p
     )
     fits = [anew(1.3 if finer else 1.0), anew(1.0)]
     contest.looks = SimpleNamespace(finer=lambda guess, values, end: (guess, {}))
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fits.pop(0))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: fits.pop(0))
     before = len(found)
     contest._as_curve(found)
     assert len(found) == before + curves and len(fits) == 2 - curves

@@ -39,22 +39,22 @@ def test_what_has_more_numbers_is_not_fitted_where_none_could_leave_enough_less(
     """Beside a Dahl friction that left a house its noise LuGre and Bouc-Wen were fitted at four places, and six overflows."""
     contest = weighed()
     monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, way: rival(guess.count))
-    contest._more(rival(2, left=left, kind=kind))
+    contest.more(rival(2, left=left, kind=kind))
     guess = lambda count, kind=LAW: SimpleNamespace(label=str(count), kind=kind, count=count)
-    assert [count for count in (1, 2, 3) if contest._fit(guess(count), {})] == fits
-    assert contest._fit(guess(9, CURVE), {})  # what is no name is asked for all the same
+    assert [count for count in (1, 2, 3) if contest.fit(guess(count), {})] == fits
+    assert contest.fit(guess(9, CURVE), {})  # what is no name is asked for all the same
 
 
 def test_a_fit_that_was_made_is_not_made_again(monkeypatch):
     contest, count = weighed(), []
     monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, way: count.append(start) or rival(len(count)))
     guess, way = SimpleNamespace(label="a", kind=LAW, count=1), object()
-    first = contest._fit(guess, {"a": 1.0}, way)
-    assert contest._fit(guess, {"a": 1.0}, way) is first and len(count) == 1
-    contest._fit(guess, {"a": 1.0})  # with slopes of its own
-    contest._fit(guess, {"a": 2.0}, way)
+    first = contest.fit(guess, {"a": 1.0}, way)
+    assert contest.fit(guess, {"a": 1.0}, way) is first and len(count) == 1
+    contest.fit(guess, {"a": 1.0})  # with slopes of its own
+    contest.fit(guess, {"a": 2.0}, way)
     contest.problem = SimpleNamespace(loss=lambda misfit: 1.0)  # on another log
-    contest._fit(guess, {"a": 1.0}, way)
+    contest.fit(guess, {"a": 1.0}, way)
     assert len(count) == 4
 
 
@@ -64,7 +64,7 @@ def test_nothing_more_is_wanted_where_another_than_the_best_leaves_nothing_as_it
     contest, first, second = weighed(), rival(3, 0.1, (1.5, 1.5), law="Bouc-Wen"), rival(2, 0.11, law="Dahl")
     told = {id(second): rival(2, 0.05, (left, left))}
     monkeypatch.setattr(Contest, "_retold", lambda self, one: told.get(id(one), one))
-    assert contest._more(second) == wanting
+    assert contest.more(second) == wanting
     assert contest._wanting(Round(None, [first, second])) == wanting
 
 
@@ -73,7 +73,7 @@ def test_a_limit_is_begun_from_other_heights_where_it_is_in_reach_of_the_best(mo
     """Six overflows of a house were fitted from four heights each, which took a quarter of what the best did."""
     contest = weighed()
     contest.most = 0.9
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: rival(2, loss, law="limit"))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: rival(2, loss, law="limit"))
     monkeypatch.setattr(bent_module.g, "brims", lambda scene, guess: [{"l": 0.1}, {"l": 0.2}])
     contest.values = {}
     assert len(from_brims(contest, rival(2, 0.7, law="limit", rough=True))) == heights
@@ -86,7 +86,7 @@ def test_other_steps_are_asked_for_once_beside_each_and_not_where_a_name_leaves_
     for one in (rival(1), rival(1), rival(2)):
         assert not contest._elsewhere(one, 0.5)
     assert count == ["cubic of 1", "cubic of 2"]
-    assert not contest._more(rival(3, left=(1.0, 1.0))) and not contest._elsewhere(rival(4), 0.0) and len(count) == 2
+    assert not contest.more(rival(3, left=(1.0, 1.0))) and not contest._elsewhere(rival(4), 0.0) and len(count) == 2
 
 
 @pytest.mark.parametrize(("values", "beyond"), [({"a": 0.6}, True), ({"a": 0.501}, False), ({}, True), ({"a": 9.0}, True)])
@@ -114,7 +114,7 @@ def test_what_is_bent_is_fitted_to_all_with_slopes_of_its_own(monkeypatch, laws,
 def test_beside_what_had_other_steps_taken_all_begins_with_that(monkeypatch, left):
     """A lag of a house's command was found in finer steps, and looked for anew in the rig's own behind all that looked better."""
     contest, fitted = weighed(before=(SimpleNamespace(label="lag", kind=LAW, count=1, law="lag"), {"T": 2.0})), []
-    monkeypatch.setattr(Contest, "_fit", lambda self, guess, start: fitted.append(start) or rival(1, left=(left, left)))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: fitted.append(start) or rival(1, left=(left, left)))
     monkeypatch.setattr(Contest, "_afresh", lambda self, laws: [])
     monkeypatch.setattr(Contest, "_fits", lambda self, stage: [])
     contest.values, contest.looks = (

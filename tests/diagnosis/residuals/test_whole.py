@@ -76,19 +76,24 @@ def steps_of(bench):
 
 @pytest.mark.slow
 def test_the_simulation_converges_with_its_step(seed, tmp_path):
-    """Four times as many steps leave less than 0.7 of the error: a switch at rest is another sample.
+    """Four times as many steps leave less than 0.7 of the error.
 
-    Rows and samples of the controller end steps of their own, so that steps are counted and not asked for.
+    Rows and samples of the controller end steps of their own, so that steps are counted and not asked for. Where a
+    count of an encoder or a switch at rest tips at another sample, a row of the voltage is off by as much whatever the
+    step: such rows, no more than one in a hundred, are held to the bound of all rows alone.
     """
     bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
     coarse, used, finer = (in_steps(bench, step) for step in (8e-4, 4e-4, 2e-4))
     while steps_of(finer) < 4 * steps_of(coarse):
         finer = in_steps(bench, 0.9 * finer.setting.whole_step)
     fine = at_rows(in_steps(bench, 0.1 * finer.setting.whole_step))
-    off = [{name: np.sqrt(np.mean((x - fine[name]) ** 2)) for name, x in at_rows(b).items()} for b in (coarse, used, finer)]
+    off = [{name: np.sort((x - fine[name]) ** 2) for name, x in at_rows(b).items()} for b in (coarse, used, finer)]
     for name in ("voltage", "current", "angle", "input_speed"):
-        assert off[2][name] < 0.7 * off[0][name] or off[0][name] < 1e-6 * np.ptp(fine[name]), (name, off)
-        assert off[1][name] < 5e-3 * np.ptp(fine[name]), (name, off)
+        height = np.ptp(fine[name])
+        rows = int(0.99 * len(off[0][name]))
+        long, short = (np.sqrt(np.mean(o[name][:rows])) for o in (off[0], off[2]))
+        assert short < 0.7 * long or long < 1e-6 * height, (name, long, short, height)
+        assert np.sqrt(np.mean(off[1][name])) < 5e-3 * height, (name, height)
 
 
 @pytest.mark.slow

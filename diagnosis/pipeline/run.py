@@ -39,6 +39,7 @@ from ..rules import RULES
 from ..search.instants import place_acts, place_jumps, place_jumps_again, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
+from ..search.reach import with_supply
 from ..search.selection import ForwardSelection, Selection
 from ..search.starts import correlated, told
 from ..search.step import so_far
@@ -147,6 +148,7 @@ def _diagnosed(
     rng, given, apart = np.random.default_rng(seed), rig, other[0] == PARTED
     again = lambda *way: _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, way)
     rig, why = (replace(rig, simulate=other[0]), other[1]) if other[0] else whole_where_described(rig, runs)
+    rig = with_supply(rig, runs)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     experiment, train, names, problem = _asked(rig, runs, held, kept)

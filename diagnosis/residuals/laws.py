@@ -46,7 +46,7 @@ def _winding(package: str) -> tuple[str, ...]:
 
 def electric() -> tuple[str, ...]:
     """Parameters of the motor that say what current flows at a voltage and a speed, by name."""
-    return _of_motor(laws.in_force(), ("resistance", "weakening", "drop"), ("torque_constant",))
+    return _of_motor(laws.in_force(), ("resistance", "weakening", "drop", "lost"), ("torque_constant",))
 
 
 def driving() -> tuple[str, ...]:

@@ -7,10 +7,12 @@ and a derivative taken over it says nothing.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import inf
 
 import numpy as np
 
+from ..data.log import MeasuredRun
 from ..data.rig import Rig, split
 from ..data.signals import VOLTAGES
 from ..residuals.drive_experiment import DriveExperiment
@@ -19,7 +21,34 @@ from ..residuals.laws import law
 
 def spread(experiment: DriveExperiment, channel: str) -> float:
     """How far a channel's values reach."""
-    return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in experiment.runs) or 1.0
+    return _farthest(experiment.runs, channel) or 1.0
+
+
+def _farthest(runs: list[MeasuredRun], channel: str) -> float:
+    return max(float(np.nanmax(abs(run.signals[channel]), initial=0.0)) for run in runs)
+
+
+def with_supply(rig: Rig, runs: list[MeasuredRun]) -> Rig:
+    """The rig, with the voltage of each motor's supply where neither it nor the logs say it: the highest that the motor is given, V.
+
+    A supply's resistance acts by the share of its voltage that a driver passes on. That is never more than all of it, and how much
+    more there might be no log tells: the one makes up for the other.
+    """
+    found = {}
+    for prefix in rig.drives:
+        name, duty = prefix + "motor.supply_voltage", prefix + "motor.duty"
+        seen = [prefix + volts for volts in VOLTAGES if prefix + volts in runs[0].signals]
+        if name in runs[0].signals or name in rig.parameters or name in rig.uncertain or duty in seen or not seen:
+            continue
+        limits = [abs(rig.parameters[limit]) for limit in _limits(prefix) if limit in rig.parameters]
+        if (voltage := max(limits or [_farthest(runs, volts) for volts in seen])) > 0.0:
+            found[name] = voltage
+    return replace(rig, parameters=rig.parameters | found) if found else rig
+
+
+def _limits(prefix: str) -> list[str]:
+    """Parameters that limit what a drive's controller commands."""
+    return [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
 
 
 def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExperiment) -> dict[str, float]:
@@ -59,7 +88,7 @@ def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExper
 
 def _voltage(rig: Rig, prefix: str, value: Callable[[str, str], float], channels: set[str], experiment: DriveExperiment) -> float:
     """The highest, V: the controller's limit where the rig gives it, else the highest of the logs, else the controller's own."""
-    limits = [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]
+    limits = _limits(prefix)
     of_supply = {prefix + "motor.duty", prefix + "motor.supply_voltage"} <= channels  # the limits of a duty are no voltage
     supply = spread(experiment, prefix + "motor.supply_voltage") if of_supply else 1.0
     seen = [spread(experiment, prefix + name) for name in VOLTAGES if prefix + name in channels]

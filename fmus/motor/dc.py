@@ -57,6 +57,7 @@ added_resistance = join(EFFECTS, HOOKS, "resistance")
 weakening = join(EFFECTS, HOOKS, "weakening")
 voltage_drop = join(EFFECTS, HOOKS, "drop")
 knee = join(EFFECTS, HOOKS, "knee")
+lost_voltage = join(EFFECTS, HOOKS, "lost")
 added_torque = join(EFFECTS, HOOKS, "torque")
 
 
@@ -170,15 +171,16 @@ def start(p):
 
 def advance(p, s, voltage, speed, dt):
     """A step of dt >= 0 with held voltage (V) and rotor speed (rad/s)."""
-    resistance, strength, drop, angle, heat = p.resistance, 1.0, 0.0, s.angle, s.heat
+    resistance, strength, drop, lost, angle, heat = p.resistance, 1.0, 0.0, 0.0, s.angle, s.heat
     if s.effects > 0.0:
         x = Condition(voltage, speed, s.current, angle, heat)
         resistance += added_resistance(p, x)
         strength = 1.0 / (1.0 + weakening(p, x))
         drop = voltage_drop(p, x)
+        lost = lost_voltage(p, x)
     current = s.current
     if dt > 0.0 or p.inductance == 0.0:
-        net = voltage - p.voltage_constant * strength * speed
+        net = voltage - lost - p.voltage_constant * strength * speed
         if drop == 0.0:  # as next_current, which is a call more at every step of most motors
             current = free_current(current, net, resistance, p.inductance, dt)
         else:

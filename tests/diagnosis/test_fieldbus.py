@@ -204,3 +204,20 @@ def test_a_ripple_has_a_phase_of_its_own_in_a_log_that_began_in_motion_where_a_s
     assert found["reducer.output_ripple"] == pytest.approx(0.6, rel=0.05)
     assert found.get("reducer.output_ripple_order", 1.0) == pytest.approx(1.0, abs=0.01), found
     assert {run["parameter"] for run in result.runs} == {"reducer.output_ripple_phase"}, result.runs
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [761, 772])
+def test_a_supply_that_sags_before_a_linear_stage_is_no_resistance(seed, tmp_path):
+    """A tenth of its current's square flows while the motor brakes, or a three-hundredth: the stage takes it of the supply all the same.
+
+    Seeds of development, since they were looked at.
+    """
+    case = fieldbus.hide(["motor.supply_sag"], seed)
+    rig, train, test = case.write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=seed)
+    assert [cause.label for cause in result.causes] == ["motor supply_sag"], result.summary()
+    found = {name: p["value"] for name, p in result.causes[0].parameters.items()}
+    assert found["motor.supply_resistance"] == pytest.approx(case.true["sag"], rel=0.05)
+    assert found["motor.supply_driver"] == pytest.approx(-1.0, abs=0.05)

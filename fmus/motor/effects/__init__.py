@@ -7,10 +7,11 @@ Hooks are functions hook(p, x) of the Parameters and of the Condition at the sta
     weakening    w >= 0: both constants K_e and K_m are divided by 1 + w     summed
     drop         V lost between terminals and winding, against the current   summed
     knee         A from which on all of that is lost, in proportion below    summed
+    lost         V that the terminals have less, of the voltage's sign        summed
     torque       N.m on the shaft beside K_m I                               summed
 """
 
 from ...effect import discover, largest, total
 
 EFFECTS = discover(__name__, __path__)
-HOOKS = {"active": largest, "resistance": total, "weakening": total, "drop": total, "knee": total, "torque": total}
+HOOKS = {"active": largest} | dict.fromkeys(("resistance", "weakening", "drop", "knee", "lost", "torque"), total)

@@ -15,7 +15,7 @@ from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.fit import scale
 from selflock.diagnosis.search.hypotheses import vocabulary
-from selflock.diagnosis.search.reach import amounts
+from selflock.diagnosis.search.reach import amounts, with_supply
 
 VOLTS = 12.0
 
@@ -97,3 +97,20 @@ def test_an_effect_is_searched_as_far_from_what_a_rig_says_of_its_number_as_any_
     assert much.high == pytest.approx(factor * said)
     assert little.high == 10.0
     assert much.low == little.low == 0.0
+
+
+def test_a_supply_of_which_nothing_is_said_has_the_highest_voltage_that_the_motor_is_given(rng):
+    """Of a law's own 24 V a toy of 6 V took a quarter, and the sag's resistance was as many times what it is."""
+    bench = drive(rng, 0.004, 6.0)
+    name = "motor.supply_voltage"
+    assert with_supply(bench.rig, bench.runs).parameters == bench.rig.parameters | {name: VOLTS}
+    limited = replace(
+        bench.rig, parameters=bench.rig.parameters | {"controller.voltage_min": -15.0, "controller.voltage_max": 9.0}
+    )
+    assert with_supply(limited, bench.runs).parameters[name] == 15.0
+    said = replace(bench.rig, parameters=bench.rig.parameters | {name: 48.0})
+    assert with_supply(said, bench.runs) is said
+    uncertain = replace(bench.rig, uncertain={name: (6.0, 24.0)})
+    assert with_supply(uncertain, bench.runs) is uncertain
+    measured = replace(bench.runs[0], signals=bench.runs[0].signals | {name: np.full(200, 13.0)})
+    assert with_supply(bench.rig, [measured]) is bench.rig

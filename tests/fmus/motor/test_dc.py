@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from selflock.fmus.motor import dc
+from selflock.fmus.motor.effects.supply_sag import supplied
 
 positive = st.floats(1e-3, 1e3)
 volts = st.floats(-50.0, 50.0).map(lambda x: x if abs(x) > 1e-200 else 0.0)  # below, products of doubles lose their digits
@@ -178,12 +179,41 @@ def test_supply_sag_shows_at_high_duty_only():
 
 def test_without_a_capacitor_the_supply_gives_the_motors_current_while_the_switch_is_on():
     """Beside a switch in 200 instants of a period: of the motor's voltage their mean, of what the supply gives while it is on."""
-    p = dc.Parameters(supply_resistance=0.4, supply_voltage=24.0, supply_smoothing=0.0)
+    p = dc.Parameters(supply_resistance=0.4, supply_voltage=24.0, supply_driver=0.0)
     for volts in (-21.0, -6.0, 2.4, 24.0):
         current = stepped(p, volts, 0.0, 1.0, 1)[1].current
         on = round(200 * abs(volts) / 24.0)
         seen = sum(math.copysign(24.0, volts) - 0.4 * current if k < on else 0.0 for k in range(200)) / 200
         assert current == pytest.approx(seen / p.resistance, rel=1e-9)
+
+
+@pytest.mark.parametrize("volts, speed", [(12.0, 0.0), (-12.0, -200.0), (6.0, 500.0), (-0.3, 200.0), (0.0, 300.0), (1.0, -100.0)])
+def test_a_linear_stage_takes_the_motors_whole_current_of_its_supply_in_either_direction(volts, speed):
+    """Beside a fine integration, from a current that was flowing: driving, braking, and where the stage has nothing left to give."""
+    p = dc.Parameters(resistance=1.5, inductance=2e-3, supply_resistance=0.4, supply_voltage=24.0, supply_driver=-1.0)
+
+    def slope(t, y):
+        given = math.copysign(max(abs(volts) - 0.4 * abs(y[0]), 0.0), volts)
+        return [(given - 0.03 * speed - 1.5 * y[0]) / 2e-3]
+
+    s = dc.State(3.0, 0.0, 0.0, 1.0)
+    for _ in range(2000):
+        s, _ = dc.advance(p, s, volts, speed, 2e-6)
+    exact = solve_ivp(slope, (0.0, 4e-3), [3.0], rtol=1e-9, atol=1e-12, max_step=1e-5).y[0, -1]
+    assert s.current == pytest.approx(exact, rel=2e-3, abs=2e-3)
+
+
+def test_a_linear_stage_has_an_end_where_its_motor_drives_more_current_than_its_supply_gives():
+    p = dc.Parameters(resistance=0.5, inductance=0.0, supply_resistance=5.0, supply_voltage=24.0, supply_driver=-1.0)
+    _, out = stepped(p, 6.0, 400.0, 1e-3, 50)
+    assert out.current == pytest.approx(-0.03 * 400.0 / 0.5)  # as short-circuited
+
+
+def test_what_a_supply_is_left_with_goes_with_what_its_driver_takes():
+    p = dc.Parameters(supply_resistance=0.4, supply_voltage=24.0)
+    linear = p._replace(supply_driver=-1.0)
+    assert [supplied(p, u, i) for u, i in ((12.0, 5.0), (12.0, -5.0))] == [23.0, 25.0]
+    assert [supplied(linear, u, i) for u, i in ((12.0, 5.0), (12.0, -5.0), (-12.0, -5.0))] == [22.0, 22.0, 22.0]
 
 
 def test_cogging_needs_no_current():

@@ -153,7 +153,7 @@ def fit_from(
 ) -> End:
     """Least squares from a start, in places of ranges; an infinite loss where the start itself breaks off.
 
-    known: slopes of numbers by name, from which on they are learnt from the fit's own steps, in the place of `sloped`.
+    known: slopes of numbers by name, from which on they are learnt from the fit's own steps; those of others by `sloped`.
 
     A fit that is kept is taken from there, with what it took.
     """
@@ -191,7 +191,8 @@ def _squares(
     known: Mapping[str, np.ndarray] | None,
 ) -> End:
     free = problem.free
-    slopes = sloped(problem.misfit, free) if known is None else Learnt(problem.misfit, free, known)
+    sides = sloped(problem.misfit, free)
+    slopes = sides if known is None else Learnt(sides, known)
     seen = {start.tobytes(): at}
 
     def value(x: np.ndarray) -> np.ndarray:

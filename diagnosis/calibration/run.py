@@ -24,6 +24,7 @@ from .numbers import label, of_rig
 from .page import write
 from .played import Played
 from .result import Calibration, ChannelError, FittedNumber, pairs
+from .slopes import Forward, Slopes
 
 Spread = Callable[[Callable[[Any, Any], Any], list[Any], Any], list[Any]]
 """Calls function(context, item) for each item and gives the answers in their order: here, or on many processes."""
@@ -205,8 +206,13 @@ def reached(problem: Calibrating, ends: list[End], asked: str) -> End:
     return ends[0]
 
 
-def own(problem: Calibrating, judges: set[int], final: End) -> dict[str, float]:
-    """The numbers that runs which judge have of their own, fitted to these with all others as they were found."""
+def own(
+    problem: Calibrating, judges: set[int], final: End, sloped: type[Slopes] | type[Forward] = Slopes, learnt: bool = False
+) -> dict[str, float]:
+    """The numbers that runs which judge have of their own, fitted to these with all others as they were found.
+
+    learnt: from slopes where the fit begins on they are learnt from its own steps.
+    """
     found: dict[str, float] = {}
     for i in sorted(judges):
         mine = [n.name for n in problem.numbers if n.run == i]
@@ -216,7 +222,8 @@ def own(problem: Calibrating, judges: set[int], final: End) -> dict[str, float]:
         alone = replace(problem, which=[i], fixed=shared)
         vars(alone)["played"] = problem.played
         origin = np.array([n.place(n.start) for n in alone.free])
-        found |= alone.values(fit_from(alone, origin, RULES.calibrate.effort_end).places)
+        end = fit_from(alone, origin, RULES.calibrate.effort_end, sloped=sloped, known={} if learnt else None)
+        found |= alone.values(end.places)
     return found
 
 

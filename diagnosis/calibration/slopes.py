@@ -93,16 +93,33 @@ class Forward:
             width = min(rules.widest, width * rules.wider**2)
 
 
+def beside(other: Misfit) -> type[Forward]:
+    """Differences to one side of a misfit that moves alike and takes less time, as in longer steps; of the fit's own where that breaks off."""
+
+    class Beside(Forward):
+        def __init__(self, misfit: Misfit, numbers: Sequence[Number]):
+            super().__init__(misfit, numbers)
+            self.others: tuple[bytes, np.ndarray | None] = b"", None
+
+        def _column(self, j: int, places: np.ndarray, at: np.ndarray) -> np.ndarray:
+            if self.others[0] != (key := places.tobytes()):
+                self.others = key, other(places)
+            there = self.others[1]
+            return super()._column(j, places, at) if there is None else Forward(other, self.numbers)._column(j, places, there)
+
+    return Beside
+
+
 class Learnt:
     """Slopes that are known where a fit begins, and learnt from its own steps from there on: no simulation for them.
 
-    known: of numbers by name, d misfit / d place; of others they are differences to one side. After each step the slopes
+    known: of numbers by name, d misfit / d place; of others they are the differences of `sides`. After each step the slopes
     along it are those that were seen (C. G. Broyden, Math. Comp. 19 (1965) 577). Good enough to see whether a rival is worth
     slopes of its own.
     """
 
-    def __init__(self, misfit: Misfit, numbers: Sequence[Number], known: Mapping[str, np.ndarray]):
-        self.known, self.numbers, self.sides = known, numbers, Forward(misfit, numbers)
+    def __init__(self, sides: Slopes | Forward, known: Mapping[str, np.ndarray]):
+        self.known, self.numbers, self.sides = known, sides.numbers, sides
         self.last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
     def __call__(self, places: np.ndarray, at: np.ndarray) -> np.ndarray:

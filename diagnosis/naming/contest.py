@@ -37,6 +37,7 @@ from .places import Place
 from .round import Rivalled, Round
 from .rounding import between
 from .scene import Scene
+from .whole import learnt
 
 Told = Callable[[Rivalled, dict[str, float]], Extending | None]
 """The problem beside a log that is told better for a rival, from the noise of each output (steps.around); None where there is none."""
@@ -56,9 +57,7 @@ class Contest:
     enough: Limit = field(default_factory=Limit)  # whether time is up: what was fitted by then is judged
     sampled: frozenset[str] = frozenset()  # components that act once a step
     told: Told | None = None  # where rivals take steps that miss something
-    steps: Callable[[Rivalled], Any] | None = (
-        None  # the search in the steps that a rival asks for (steps.stepped); None where in these
-    )
+    steps: Callable[[Rivalled], Any] | None = None  # the search in the steps that a rival asks for; None where in these
     only: Place | None = None  # where something is missing, if that is known
     before: tuple[Guess, dict[str, float]] | None = None  # beside what these steps were asked for, with its values in them
     other: Any = None  # such a search, with which to begin anew
@@ -217,7 +216,7 @@ class Contest:
             self.looks.problem = anew
             self.scene.played = self.played
             try:
-                found = self.fit(rival.guess, rival.values) or rival
+                found = self.fit(rival.guess, rival.values, begun=rival) or rival
             finally:
                 self.problem, self.looks.problem, self.telling = own, own, False
                 self.scene.played = self.played
@@ -389,20 +388,22 @@ class Contest:
                 found[amplitude.name] = columns[:, j] * of[amplitude.name].slope(of[amplitude.name].place(amplitude.nominal))
         return found
 
-    def fit(self, guess: Guess, start: dict[str, float], way: Direction | None = None) -> Rivalled | None:
+    def fit(
+        self, guess: Guess, start: dict[str, float], way: Direction | None = None, begun: Rivalled | None = None
+    ) -> Rivalled | None:
         """A guess fitted from these values of its numbers, and of the base's where they are given.
 
-        way: how the look saw it; then the slopes are those of the base and of the look, and what the fit's own steps say of
-        them. Else they are simulated. None also where it has more numbers than what no other can be better than.
+        way: how the look saw it; then slopes are those of the base and of the look, and what the fit's own steps say of them. begun:
+        the same beside another log, with its slopes, but of what is bent. Else they are simulated. None also of too many numbers.
         """
         if guess.kind != CURVE and guess.count > self.numbers:
             return None
-        key = id(self.problem), guess.label, id(way), tuple(sorted(start.items()))
+        key = id(self.problem), guess.label, id(way), id(begun), tuple(sorted(start.items()))
         if key not in self.made:
-            self.made[key] = self.problem, self._fit_anew(guess, start, way)
+            self.made[key] = self.problem, self._fit_anew(guess, start, way, begun)
         return self.made[key][1]
 
-    def _fit_anew(self, guess: Guess, start: dict[str, float], way: Direction | None) -> Rivalled | None:
+    def _fit_anew(self, guess: Guess, start: dict[str, float], way: Direction | None, begun: Rivalled | None) -> Rivalled | None:
         problem = self.looks.trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
         if guess.law == "quantisation" and guess.place is not None:
@@ -419,7 +420,9 @@ class Contest:
                 break
         if best is None:
             return None
-        slopes = self._known(way, problem) if way is not None else None
+        slopes = None if way is None else self._known(way, problem)
+        if begun and begun.end.jacobian is not None and not begun.rough and learnt(guess.numbers) is not None:
+            slopes = dict(zip((n.name for n in begun.problem.free), begun.end.jacobian.T))
         end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended, Forward, slopes)
         if end.misfit is None or not np.isfinite(end.loss):
             return None

@@ -183,6 +183,28 @@ class Extending(Calibrating):
         return found
 
 
+@dataclass
+class Vanishing(Extending):
+    """The same of a model as it would be in steps that vanish: values that are held for a step err by a part that falls with it.
+
+    What half the step changed is left once more (Richardson). doubled: the problem in steps twice as long.
+    """
+
+    doubled: Extending | None = None
+
+    def unrounded(self, values: dict[str, float], which: Sequence[int] | None = None) -> Rows | None:
+        assert self.doubled is not None
+        chosen = self.which if which is None else which
+        return vanished(super().unrounded(values, chosen), self.doubled.unrounded(values, chosen))
+
+
+def vanished(fine: Rows | None, twice: Rows | None) -> Rows | None:
+    """What is left in steps that vanish, of what is in some and in steps twice as long; None where a run breaks off."""
+    if fine is None or twice is None:
+        return None
+    return {name: [2.0 * a - b for a, b in zip(fine[name], twice[name])] for name in fine}
+
+
 def gone_through(series: dict[str, list[np.ndarray]], name: str, what: int = law.VALUE, beside: str = "") -> np.ndarray:
     """What of a variable, or of two, a law goes with, at all steps of all runs."""
     parts = zip(series[name], series["time"], series[beside or name])

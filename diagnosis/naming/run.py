@@ -27,7 +27,7 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from .answer import told_of
-from .asked import confirmed, told_apart
+from .asked import beyond_steps, confirmed, told_apart
 from .contest import Contest
 from .extend import extend
 from .extended import Extended, Extending
@@ -423,7 +423,8 @@ def _curve_instead(found: Search) -> None:
         return
     tried = lambda one: (wider := found.begins.with_also(one.guess), fitted(wider, one.values, first.curve.problem.fixed))
     wider, after = tried(first.curve)
-    if not helps(after, tried(named[0])[1] if one_shape(found, named) else found.best if named else found.base):
+    left = tried(named[0]) if one_shape(found, named) else (found.work, found.best) if named else (found.begins, found.base)
+    if not helps(after, left[1]) or (named and not beyond_steps((wider, after), left)):
         return
     level, base = first.chance_level, first.base.errors.mean()
     instead, around = first.curve, curves_beside(first.curve, first.fitted, level, base)

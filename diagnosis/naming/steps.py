@@ -14,12 +14,12 @@ import numpy as np
 
 from ..calibration.fit import Rows, fit_from
 from ..calibration.run import sizes
-from ..calibration.slopes import Forward
+from ..calibration.slopes import Forward, beside
 from ..rules import RULES
-from .extended import Extended, Extending
+from .extended import Extended, Extending, vanished
 from .places import Insert
 from .round import Rivalled
-from .whole import falls
+from .whole import falls, learnt
 from .work import Work
 
 
@@ -31,14 +31,14 @@ def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, 
     missing, and strong, neither leaves less but by chance. Beside an FMU that acts once a step, which is another one in half of
     them, they must also leave less; and where they leave less as they were, they are doubled again.
     """
-    least, began = work.given_step / 2.0**RULES.naming.halved, work
-    while work.step > 1.5 * least:
-        other = _in_steps(work, near, places, 0.5)
+    began, sloped = work, beside(near.misfit)
+    while work.step > 1.5 * work.finest:
+        other = _in_steps(work, near, places, 0.5, sloped)
         if other is None:
             break
         work, near, places = other
     while work.others and work is began and work.step < 0.75 * work.given_step:
-        other = _in_steps(work, near, places, 2.0)
+        other = _in_steps(work, near, places, 2.0, sloped)
         if other is None:
             break
         began, near, places = other
@@ -46,13 +46,15 @@ def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, 
     return work, near, places
 
 
-def _in_steps(work: Work, near: Extending, places: np.ndarray, factor: float) -> tuple[Work, Extending, np.ndarray] | None:
+def _in_steps(
+    work: Work, near: Extending, places: np.ndarray, factor: float, sloped: type[Forward]
+) -> tuple[Work, Extending, np.ndarray] | None:
     """The same in steps of another size, fitted again; None where that changes nothing that is seen."""
     stepped = work.in_steps(factor)
     other = replace(near)
     vars(other)["played"] = played = work.played_on(stepped.parts, near.runs, work.numbers)
     played.extend(work.inserts)
-    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, Forward)
+    end = fit_from(other, places, RULES.naming.effort, RULES.naming.ended, sloped, learnt(near.free))
     seen = _moved(near, near.values(places), other, other.values(end.places)) > RULES.naming.coarse
     better = seen and np.isfinite(end.loss) and (not work.others or end.loss < near.loss(near.misfit(places)))
     for unused in (near.played, work.played) if better else (other.played, stepped.played):
@@ -125,41 +127,41 @@ def _sizes(problem: Extending, inserts: Sequence[Insert], values: dict[str, floa
 
 
 def in_own_steps(work: Work, near: Extending, places: np.ndarray) -> Extending:
-    """The problem in the rig's own steps, beside a log without what finer ones change of this model; itself where they are its own."""
-    if work.step > 0.75 * work.given_step:
-        return near
-    values = near.values(places)
-    own = work.in_steps(work.given_step / work.step)
-    own.played.close()  # of all data; only the heads are asked for
-    made = lambda runs: _on(replace(near, runs=runs), work.played_on(own.parts, runs, work.numbers, near.runs), near)
-    coarse = made(near.runs)
-    fine, long = _vanishing(work, near, near, values), coarse.unrounded(values)
-    if fine is None or long is None or any(_large(fine[name], long[name], near.played.spread(name)) for name in fine):
+    """The problem in the rig's own steps, beside a log without what finer ones change of this model; itself where they are its own.
+
+    Where the model is another one in the rig's, it is the one in the longest steps in which it is not.
+    """
+    values, fine, factor = near.values(places), None, work.given_step / work.step
+    while factor > 1.5:
+        fine = fine or _vanishing(work, near, near, values)
+        if fine is None:
+            break
+        own = work.in_steps(factor)
+        own.played.close()  # of all data; only the heads are asked for
+        made = lambda runs, own=own: _on(replace(near, runs=runs), work.played_on(own.parts, runs, work.numbers, near.runs), near)
+        coarse = made(near.runs)
+        long = coarse.unrounded(values)
         coarse.close()
-        return near
-    runs = []
-    for i, run in enumerate(near.runs):
-        moved = {name: run.signals[name] - (long[name][i] - fine[name][i]) for name in fine}
-        runs.append(replace(run, signals=run.signals | moved))
-    coarse.close()
-    return made(runs)
+        if long is not None and not any(_large(fine[name], long[name], near.played.spread(name)) for name in fine):
+            runs = []
+            for i, run in enumerate(near.runs):
+                moved = {name: run.signals[name] - (long[name][i] - fine[name][i]) for name in fine}
+                runs.append(replace(run, signals=run.signals | moved))
+            return made(runs)
+        factor /= 2.0
+    return near
 
 
 def _vanishing(
     work: Work, near: Extending, model: Extending, values: dict[str, float], inserts: Sequence[Insert] = ()
 ) -> Rows | None:
-    """What a model, with these corrections beside what was found, would leave of the log in steps that vanish.
-
-    Values that are held for a step err by a part that falls with it: what half the step changed is left once more (Richardson).
-    """
+    """What a model, with these corrections beside what was found, would leave of the log in steps that vanish."""
     doubled = work.in_steps(2.0)
     doubled.played.close()
     double = _on(replace(near), work.played_on(doubled.parts, near.runs, work.numbers), near)
     fine, twice = (_errors(one, model, values, inserts) for one in (near, double))
     double.close()
-    if fine is None or twice is None:
-        return None
-    return {name: [2.0 * a - b for a, b in zip(fine[name], twice[name])] for name in fine}
+    return vanished(fine, twice)
 
 
 def _errors(problem: Extending, model: Extending, values: dict[str, float], inserts: Sequence[Insert]) -> Rows | None:

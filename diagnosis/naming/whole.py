@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..calibration.fit import End, in_units
+from ..calibration.numbers import Number
 from ..calibration.run import own, sizes
-from ..calibration.slopes import Forward
+from ..calibration.slopes import Forward, beside
 from ..rules import RULES
-from .extended import Extending
+from .extended import Extending, Vanishing
 from .guesses import EVENT
 from .work import Work
 
@@ -35,19 +37,44 @@ def _unseen(work: Work) -> list[np.ndarray]:
     return [every[i] if i in work.judges else every[i] & (not work.judges) & ~work.rows[i] for i in range(len(work.runs))]
 
 
-def fitted(work: Work, values: dict[str, float], fixed: dict[str, float]) -> Whole:
-    """What was found so far, fitted to all that teaches, from these values on, which are near: slopes of there go on from step to step.
+def learnt(numbers: Iterable[Number]) -> dict[str, np.ndarray] | None:
+    """What a fit that starts near its end knows of its slopes: they go on from step to step; None where they do not.
 
-    Simulated anew at each of forty steps they took the most of all time in fine steps, of which a system of six FMUs needs many. Of
-    what is bent slopes that were learnt say little: a limit of a house's radiator, alone in what it left, ended at twice its noise.
+    Of what is bent slopes that were learnt say little: a limit of a house's radiator, alone in what it left, ended at twice its noise.
+    """
+    return None if any(n.name.endswith(".l") for n in numbers) else {}
+
+
+def fitted(work: Work, values: dict[str, float], fixed: dict[str, float], vanishing: bool = False) -> Whole:
+    """What was found so far, fitted to all that teaches, from these values on, which are near: slopes are those in steps twice as long.
+
+    Simulated anew at each of forty steps they took the most of all time in fine ones, of which a system of six FMUs needs many.
+    vanishing: as it would be in steps that vanish; its numbers are not those with which the system runs in its own.
     """
     problem = work.problem()
     known = {n.name for n in problem.numbers}
     problem.fixed |= {name: value for name, value in fixed.items() if name in known}
     places = np.array([np.clip(n.place(values.get(n.name, n.start)), 0.0, 1.0) for n in problem.free])
-    bends = any(n.name.endswith(".l") for numbers in work.found for n in numbers)
-    end = in_units(problem, places, RULES.calibrate.effort_start, RULES.calibrate.ended_start, Forward, None if bends else {})
-    return measured(work, problem, end, problem.values(end.places) | own(problem, work.judges, end))
+    sloped, effort = Forward, RULES.calibrate.effort_start
+    doubled = work.in_steps(2.0) if vanishing or work.step < 0.75 * work.given_step else None
+    if doubled is not None:
+        longer = doubled.problem()
+        longer.fixed = problem.fixed
+
+        def moved(at: np.ndarray) -> np.ndarray | None:
+            longer.units = problem.units  # which are taken anew as the fit goes on
+            return longer.misfit(at)
+
+        sloped, played = beside(moved), problem.played
+        if vanishing:
+            problem = Vanishing(**{f.name: getattr(problem, f.name) for f in fields(problem)}, doubled=longer)
+            vars(problem)["played"] = played
+    goes_on = learnt(n for numbers in work.found for n in numbers)
+    end = in_units(problem, places, effort, RULES.calibrate.ended_start, sloped, goes_on)
+    whole = measured(work, problem, end, problem.values(end.places) | own(problem, work.judges, end, Forward, True))
+    if doubled is not None:
+        doubled.played.close()
+    return whole
 
 
 def measured(work: Work, problem: Extending, end: End, values: dict[str, float]) -> Whole:

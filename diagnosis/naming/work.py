@@ -90,6 +90,11 @@ class Work:
         return self.parts.system.run.step
 
     @property
+    def finest(self) -> float:
+        """The shortest step that may be taken, s."""
+        return self.given_step / 2.0**RULES.naming.halved
+
+    @property
     def others(self) -> frozenset[str]:
         """Components that are others in other steps."""
         return self.sampled - self.keep

@@ -280,7 +280,7 @@ def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of
     contest.inserts = ()
     fitted = []
     anew = cause("held", 1.0, loss=0.09)
-    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew)
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start, begun=None: fitted.append((guess.label, self.problem)) or anew)
     monkeypatch.setattr(contest_module, "distinct", lambda rivals: sorted(rivals, key=lambda r: r.candidate.errors.mean()))
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [best, held, far])
     contest._near_best(outcome)
@@ -303,7 +303,7 @@ def test_nothing_more_is_wanted_where_the_best_leaves_no_more_than_what_the_step
     ends = lambda left: SimpleNamespace(
         guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=left, misfit=np.array([left])), values={}
     )
-    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: ends(told))
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start, begun=None: ends(told))
     contest.noise = {"x": 1.0}
     outcome = Round(None, [ends(1.5)])
     assert contest._wanting(outcome) == wanting
@@ -378,7 +378,9 @@ def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monke
     contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
     fitted = []
     anew = lambda guess: cause(guess.label, 1.0, loss={"won": 0.12, "held": retold}[guess.label])
-    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: fitted.append((guess.label, self.problem)) or anew(guess))
+    monkeypatch.setattr(
+        Contest, "fit", lambda self, guess, start, begun=None: fitted.append((guess.label, self.problem)) or anew(guess)
+    )
     monkeypatch.setattr(order_module, "ordered", lambda real, *_: sorted(real, key=lambda r: r.candidate.errors.mean()))
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [refused, won, held, far], won, [refused, won, held, far])
     assert contest.stands(outcome, lambda rival, noise: None, own) == stands

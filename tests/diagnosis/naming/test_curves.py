@@ -81,6 +81,7 @@ def test_a_law_that_must_be_there_twice_is_none_where_a_curve_leaves_less_than_i
     series = {"time": [x], "first.x": [x], "first.y": [np.sin(9.0 * x)]}
     played = SimpleNamespace(extend=lambda inserts: None, series=lambda settings, which: series)
     values = {f"{law}.a": amount for law, amount in amounts.items()} | {"Coulomb.w": 0.1, "limit.l": 1.0, "of another.a": -1.0}
+    monkeypatch.setattr(run, "beyond_steps", lambda *_: True)
     monkeypatch.setattr(run, "fitted", lambda work, *_: whole(2.0 if of_law(work) else left_by_curve))
     work = Work(None, None, [], (), {1}, [], "", None, played, 1.0)
     monkeypatch.setattr(Work, "which", [0])
@@ -100,6 +101,7 @@ def test_a_law_of_more_numbers_that_does_as_well_as_the_curve_is_its_name(monkey
     curve = free_curve("first.u")
     curve.problem = SimpleNamespace(fixed={})
     whole = lambda of: Whole(None, None, {}, None, {"x": {"Coulomb": 2.0, "Stribeck": left, "far": 0.5, "curve": 1.0}[of]}, {})
+    monkeypatch.setattr(run, "beyond_steps", lambda *_: True)
     monkeypatch.setattr(run, "fitted", lambda work, *_: whole(work.inserts[0].name))
     work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
     base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))

@@ -13,7 +13,7 @@ from selflock.diagnosis import name
 from selflock.diagnosis.calibration import fit
 from selflock.diagnosis.calibration.fit import Calibrating, fit_from
 from selflock.diagnosis.calibration.numbers import Number
-from selflock.diagnosis.calibration.slopes import Learnt
+from selflock.diagnosis.calibration.slopes import Forward, Learnt, beside
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.extended import Extended, Extending
@@ -148,7 +148,7 @@ def test_slopes_learnt_from_steps_are_those_along_them():
     numbers = [Number(n, n, 0.5, 0.0, 1.0) for n in "ab"]
     misfit = lambda x: np.array([x[0] ** 2, x[0] * x[1], x[1]])
     asked = []
-    slopes = Learnt(lambda x: asked.append(x) or misfit(x), numbers, {"a": np.array([1.0, 0.5, 0.0])})
+    slopes = Learnt(Forward(lambda x: asked.append(x) or misfit(x), numbers), {"a": np.array([1.0, 0.5, 0.0])})
     here, there = np.array([0.5, 0.5]), np.array([0.6, 0.4])
     first = slopes(here, misfit(here)).copy()
     assert first[:, 0].tolist() == [1.0, 0.5, 0.0] and first[:, 1] == pytest.approx([0.0, 0.5, 1.0], abs=1e-6)
@@ -157,6 +157,25 @@ def test_slopes_learnt_from_steps_are_those_along_them():
     step, across = there - here, np.array([1.0, 1.0])
     assert second @ step == pytest.approx(misfit(there) - misfit(here))
     assert second @ across == pytest.approx(first @ across)
+
+
+def test_slopes_of_what_takes_less_time_are_its_own_and_those_of_the_fit_where_it_breaks_off():
+    numbers, asked = [Number(n, n, 0.5, 0.0, 1.0) for n in "ab"], []
+    mine, other = (lambda x: asked.append("mine") or np.array([x[0], x[1]])), (lambda x: np.array([2.0 * x[0], x[1] + 0.3]))
+    here = np.array([0.5, 0.5])
+    assert beside(other)(mine, numbers)(here, mine(here)) == pytest.approx(np.array([[2.0, 0.0], [0.0, 1.0]]))
+    assert len(asked) == 1
+    learnt = Learnt(beside(other)(mine, numbers), {"b": np.ones(2)})
+    assert learnt(here, mine(here)) == pytest.approx(np.array([[2.0, 1.0], [0.0, 1.0]]))
+    assert beside(lambda x: None)(mine, numbers)(here, mine(here)) == pytest.approx(np.eye(2))
+
+
+def test_what_adds_nothing_changes_nothing(problem):
+    """Most guesses are looked at from where they do nothing: nothing is to be computed of that."""
+    one = Insert("c", Place(IN, "upper.inflow"), "cubic", over=LEVEL)
+    responses = Responses(problem, {}, (), {one.place: [LEVEL]}, {one.place: 1.0})
+    responses.kept[one.place] = [None], [{"": np.ones(300), LEVEL: np.arange(300.0)}]  # no answers are known
+    assert not responses.change(one, [{"c.a": 0.0}]).any()
 
 
 def test_a_fit_with_slopes_that_are_learnt_ends_where_one_with_its_own_does(problem):

@@ -5,13 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from selflock.diagnosis.naming import asked as asked_module
 from selflock.diagnosis.naming import bent as bent_module
+from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import whole
+from selflock.diagnosis.naming.asked import beyond_steps
 from selflock.diagnosis.naming.bent import from_brims
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, LAW, number
 from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import _ends_beyond
+from selflock.diagnosis.naming.whole import Whole
 
 
 def weighed(**options):
@@ -38,7 +42,7 @@ def rival(count=1, loss=0.1, left=(2.0, 2.0), kind=LAW, law="cubic", rough=False
 def test_what_has_more_numbers_is_not_fitted_where_none_could_leave_enough_less(monkeypatch, left, kind, fits):
     """Beside a Dahl friction that left a house its noise LuGre and Bouc-Wen were fitted at four places, and six overflows."""
     contest = weighed()
-    monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, way: rival(guess.count))
+    monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, *_: rival(guess.count))
     contest.more(rival(2, left=left, kind=kind))
     guess = lambda count, kind=LAW: SimpleNamespace(label=str(count), kind=kind, count=count)
     assert [count for count in (1, 2, 3) if contest.fit(guess(count), {})] == fits
@@ -47,7 +51,7 @@ def test_what_has_more_numbers_is_not_fitted_where_none_could_leave_enough_less(
 
 def test_a_fit_that_was_made_is_not_made_again(monkeypatch):
     contest, count = weighed(), []
-    monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, way: count.append(start) or rival(len(count)))
+    monkeypatch.setattr(Contest, "_fit_anew", lambda self, guess, start, *_: count.append(start) or rival(len(count)))
     guess, way = SimpleNamespace(label="a", kind=LAW, count=1), object()
     first = contest.fit(guess, {"a": 1.0}, way)
     assert contest.fit(guess, {"a": 1.0}, way) is first and len(count) == 1
@@ -102,12 +106,53 @@ def test_a_fit_to_all_that_ended_far_beyond_the_searchs_own_is_made_again_from_t
 def test_what_is_bent_is_fitted_to_all_with_slopes_of_its_own(monkeypatch, laws, learns):
     asked = []
     problem = SimpleNamespace(numbers=(), free=(), fixed={}, values=lambda places: {})
-    work = SimpleNamespace(problem=lambda: problem, found=[[number(name, 0.0, 0.0, 1.0) for name in laws]], judges=())
+    found = [[number(name, 0.0, 0.0, 1.0) for name in laws]]
+    work = SimpleNamespace(problem=lambda: problem, found=found, judges=(), step=1.0, given_step=1.0)
     monkeypatch.setattr(whole, "in_units", lambda *given: asked.append(given[-1] is not None) or SimpleNamespace(places=()))
     monkeypatch.setattr(whole, "own", lambda *given: {})
     monkeypatch.setattr(whole, "measured", lambda *given: None)
     whole.fitted(work, {}, {})
     assert asked == [learns]
+
+
+@pytest.mark.parametrize(("law", "rough", "learns"), [("cubic", False, True), ("cubic", True, False), ("limit", False, False)])
+def test_beside_another_log_a_fit_has_the_slopes_that_it_had_but_of_what_is_bent(monkeypatch, law, rough, learns):
+    """Simulated anew at each of its steps they took a sixth of all time of a house."""
+    contest, asked = weighed(), []
+    numbers = (number("a", 0.0, 0.0, 1.0), *((number("c.l", 0.0, 0.0, 1.0),) if law == "limit" else ()))
+    slopes = np.arange(2.0 * len(numbers)).reshape(2, -1)
+    problem = SimpleNamespace(free=numbers, misfit=lambda places: np.ones(2), loss=lambda misfit: 0.5)
+    begun = SimpleNamespace(problem=problem, rough=rough, end=SimpleNamespace(jacobian=slopes))
+    contest.looks, contest.values = SimpleNamespace(trial=lambda guess: problem), {}
+    guess = SimpleNamespace(law=law, kind=LAW, label=law, count=len(numbers), numbers=numbers)
+    monkeypatch.setattr(contest_module, "fit_from", lambda *given: asked.append(given[-1]) or SimpleNamespace(misfit=None))
+    assert contest.fit(guess, {}, begun=begun) is None
+    if learns:
+        assert asked[0]["a"].tolist() == [0.0, 1.0]
+    else:
+        assert asked == [None]
+
+
+def test_of_what_steps_still_miss_a_curve_that_makes_up_for_it_is_no_answer(monkeypatch):
+    """A limit of a house left 1.25 times its noise in the finest steps, and 1.0 where nothing was missed; a curve 1.1 and 1.0."""
+    asked = []
+    sizes = lambda work, vanishing: {"x": {"curve": 1.1, "limit": 1.25}[work.name] if not vanishing else 1.0 + work.beyond}
+
+    def fit(work, values, fixed, vanishing=False):
+        asked.append((work.name, vanishing))
+        return Whole(None, None, {}, None, sizes(work, vanishing), {})
+
+    monkeypatch.setattr(asked_module, "fitted", fit)
+    models = lambda step, beyond: [
+        (
+            SimpleNamespace(name=name, step=step, finest=0.125, beyond=more),
+            Whole(SimpleNamespace(fixed={}), None, {}, None, {}, {}),
+        )
+        for name, more in (("curve", 0.0), ("limit", beyond))
+    ]
+    assert not beyond_steps(*models(0.125, 0.01)) and asked == [("curve", True), ("limit", True)]
+    assert beyond_steps(*models(0.125, 0.2))
+    assert beyond_steps(*models(0.25, 0.01)) and len(asked) == 4  # finer ones were not asked for
 
 
 @pytest.mark.parametrize("left", [1.0, 2.0])

@@ -7,7 +7,7 @@ import pytest
 
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.naming import steps
-from selflock.diagnosis.naming.extended import Extended, Extending
+from selflock.diagnosis.naming.extended import Extended, Extending, Vanishing
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps, released, stepped
 
@@ -43,7 +43,7 @@ class Model(Extending):
 
 
 class Work:
-    given_step = GIVEN
+    given_step, finest = GIVEN, GIVEN / 8.0
     numbers = inserts = ()
 
     def __init__(self, step, sampled=frozenset()):
@@ -76,6 +76,24 @@ def test_rivals_are_held_against_a_log_that_the_steps_have_left_nothing_in():
     own = in_own_steps(Work(GIVEN / 8.0), near, np.zeros(0))
     assert own.played.step == pytest.approx(GIVEN)
     assert abs(own.errors({})["x"][0]).max() < 0.4 * GIVEN / 100.0  # of 0.04 before
+
+
+@pytest.mark.parametrize(("times", "step"), [(1.0, GIVEN), (2.0, GIVEN / 2.0), (4.0, GIVEN / 4.0), (100.0, GIVEN / 8.0)])
+def test_where_the_rigs_steps_make_another_system_the_longest_are_taken_that_do_not(monkeypatch, times, step):
+    """A house moved by 11 % of its spread: all was looked at in an eighth of its steps, for half a minute of its 143 s."""
+    found = Model.unrounded
+    near = problem(GIVEN / 8.0)
+    errors = lambda self, values, which=None: {"x": [2.5 * times * found(self, values)["x"][0]]}
+    monkeypatch.setattr(Model, "unrounded", errors)
+    assert in_own_steps(Work(GIVEN / 8.0), near, np.zeros(0)).played.step == pytest.approx(step)
+
+
+def test_a_fit_in_steps_that_vanish_leaves_what_half_the_step_changed_once_more(monkeypatch):
+    told = lambda step: {"x": [np.array([2.0 + 3.0 * step])]}
+    monkeypatch.setattr(Extending, "unrounded", lambda self, values, which=None: told(self.units["step"]))
+    doubled = Extending(None, [], (), [0], [], units={"step": 0.2})
+    one = Vanishing(None, [], (), [0], [], units={"step": 0.1}, doubled=doubled)
+    assert one.unrounded({})["x"][0] == pytest.approx([2.0])
 
 
 def test_what_steps_change_of_a_strong_law_is_taken_off_as_it_is_there():

@@ -36,7 +36,7 @@ from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import Mending
 from ..residuals.whole import PARTED, WHOLE, undescribed
 from ..rules import RULES
-from ..search.instants import place_acts, place_jumps, place_jumps_again, place_ticks
+from ..search.instants import place_acts, place_again, place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
 from ..search.reach import with_supply
@@ -153,7 +153,8 @@ def _diagnosed(
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     experiment, train, names, problem = _asked(rig, runs, held, kept)
     judged = ~train
-    placed = partial(place_jumps_again, experiment) if experiment.by_channel else lambda *_: None
+    anew = partial(problem_of, experiment, runs, held, train, kept)
+    placed = partial(place_again, experiment, anew=anew) if experiment.by_channel else lambda *_: None
     selection = ForwardSelection(problem, rng, tell, again=placed)
     outcome = selection.run() if search else selection.run(0)
     for problem in (outcome.problem, outcome.searched):

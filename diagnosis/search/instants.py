@@ -140,6 +140,40 @@ def place_acts(experiment: DriveExperiment, problem: Problem, anew: Callable[[],
     return bool(best)
 
 
+def place_again(
+    experiment: DriveExperiment, problem: Problem, fits: Sequence[Fit], near: Sequence[Fit], anew: Callable[[], Problem]
+) -> tuple[Problem, Fit] | None:
+    """See place_jumps_again; and place_acts_again, where that closes still more."""
+    jumps = place_jumps_again(experiment, problem, fits)
+    least = jumps[0].loss(jumps[1].misfit) if jumps else min(problem.loss(fitted.misfit) for fitted in near)
+    return place_acts_again(experiment, problem, near, least, anew) or jumps
+
+
+def place_acts_again(
+    experiment: DriveExperiment, problem: Problem, fits: Sequence[Fit], least: float, anew: Callable[[], Problem]
+) -> tuple[Problem, Fit] | None:
+    """Of a drive in open loop the problem with its voltage held from each row on where it was taken to go straight to the next, or
+    the other way, and the fit of a cause that is best so; None where none leaves less so than `least`, enough to matter.
+
+    It was asked of the drive as it is described. What is wrong with it may speak for the other way, as a supply that sags in the
+    moment that follows a jump, and beside that for another cause. fits: of all causes that it may be, near to the best. anew: the
+    problem, in the way that is kept.
+    """
+    channels = list(experiment.channels.values())
+    if driven.of(channels[0]) != driven.VOLTAGE or not commanded(channels[0]):
+        return None
+    acts = set(channels[0].run.memory.get(driven.ACTS, ()))
+    _act(channels, acts ^ {driven.BY_ROWS})
+    other = replace(problem.on(anew().experiment), nominal=problem.nominal)
+    best = min((other.fit(f.free, dict(f.values)) for f in fits), key=lambda f: other.loss(f.misfit))
+    if other.loss(best.misfit) < (1.0 - RULES.search.matters) * least:
+        for ch in channels:
+            ch.memory.clear()
+        return anew().with_noise(), best
+    _act(channels, acts)
+    return None
+
+
 def _missed(experiment: DriveExperiment, ch: Channels, values: dict) -> float:
     """How far off the command is of a drive with these values; 0 where it is not compared."""
     for residual in experiment.residuals:

@@ -55,8 +55,8 @@ class ForwardSelection:
 
     clean: times its noise up to which a residual's error has nothing missing, before any cause is found.
     tell: called with what is being done and how much of it is.
-    again: of the problem and fits with the first cause, and with what cannot be told from it, the problem with what belongs to a run
-    found anew, and the fit that it was found with; None where that is as it was.
+    again: of the problem, of fits with the first cause, and with what cannot be told from it, and of all fits that leave little more,
+    the problem with what belongs to a run found anew, and the fit that it was found with; None where that is as it was.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class ForwardSelection:
         rng: np.random.Generator,
         tell: Callable[[str, float], None] = lambda *_: None,
         clean: float = RULES.search.clean,
-        again: Callable[[Problem, list[Fit]], tuple[Problem, Fit] | None] = lambda *_: None,
+        again: Callable[[Problem, list[Fit], list[Fit]], tuple[Problem, Fit] | None] = lambda *_: None,
     ):
         self.problem, self.rng, self.tell, self.clean, self.again = problem, rng, tell, clean, again
         self.chance_level = np.inf
@@ -82,7 +82,7 @@ class ForwardSelection:
         while len(stages) < most:
             stage = self.step(base, [c.hypothesis for c in causes], first)
             rivals = [c.fitted for c in (stage.winner, *stage.tied) if c]
-            if rivals and not causes and (anew := self.again(problem, rivals)):
+            if rivals and not causes and (anew := self.again(problem, rivals, _near(stage))):
                 problem = self.problem = anew[0]
                 first = base = problem.fit(first.free, {p.name: anew[1].values[p.name] for p in first.free})
                 stage = self.step(base, [], first)
@@ -152,3 +152,10 @@ class ForwardSelection:
     def _standing(self, fitted: Fit) -> Candidate:
         """How a set of causes does on unseen blocks."""
         return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self.problem.block_loss(self.problem.held_out(fitted)))
+
+
+def _near(stage: Stage) -> list[Fit]:
+    """Fits of a step that leave no more than a few times what the best of them leaves, whatever speaks against them."""
+    fitted = [c for c in stage.candidates if c.fit]
+    least = min(c.errors.mean() for c in fitted)
+    return [c.fitted for c in fitted if c.errors.mean() <= RULES.search.near_best * least]

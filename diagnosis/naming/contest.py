@@ -39,7 +39,7 @@ from .rounding import between
 from .scene import Scene
 from .whole import learnt
 
-Told = Callable[[Rivalled, dict[str, float]], Extending | None]
+Told = Callable[..., Extending | None]
 """The problem beside a log that is told better for a rival, from the noise of each output (steps.around); None where there is none."""
 
 
@@ -209,17 +209,18 @@ class Contest:
         if self.told is None or id(rival) in self.retold:
             return self.retold.get(id(rival), rival)
         self.retold[id(rival)] = found = rival
-        self.played.extend(self.inserts)
-        if (anew := self.told(rival, self.noise)) is not None:
+        own, last = self.problem, ()
+        for _ in range(RULES.naming.retold):  # what it is there changes what steps miss of it
+            self.played.extend(self.inserts)
+            if (anew := self.told(found, self.noise, *last)) is None:
+                break
             self.tell(f"fits: {rival.guess.label}", 0.88)
-            own, self.problem, self.telling = self.problem, anew, True
-            self.looks.problem = anew
+            self.problem, self.looks.problem, self.telling, last = anew, anew, True, (anew,)
             self.scene.played = self.played
             try:
-                found = self.fit(rival.guess, rival.values, begun=rival) or rival
+                found = self.fit(rival.guess, found.values, begun=found) or found
             finally:
-                self.problem, self.looks.problem, self.telling = own, own, False
-                self.scene.played = self.played
+                self.problem, self.looks.problem, self.telling, self.scene.played = own, own, False, own.played
         self.retold[id(rival)] = self.retold[id(found)] = found
         return found
 
@@ -266,7 +267,7 @@ class Contest:
         own: the problem beside the log as it is told for the base.
         """
         self.problem = self.looks.problem = own
-        self.told, self.retold = lambda rival, noise: told(rival, noise) or own, {}
+        self.told, self.retold = lambda rival, noise, *last: told(rival, noise, *last) or (None if last else own), {}
         self.numbers = np.inf
         self.scene.played = self.played
         anew = replace(outcome, fitted=[r for r in outcome.fitted if not r.candidate.doubt], order=[])

@@ -172,11 +172,14 @@ def _errors(problem: Extending, model: Extending, values: dict[str, float], inse
         return theirs.unrounded(values)
 
 
-def around(work: Work, near: Extending, own: Extending, rival: Rivalled, noise: dict[str, float]) -> Extending | None:
+def around(
+    work: Work, near: Extending, own: Extending, rival: Rivalled, noise: dict[str, float], told: Extending | None = None
+) -> Extending | None:
     """The problem in the rig's own steps beside a log without what finer ones change of a rival's model.
 
     What a rival changes is changed alike in both where it is little. Of a strong one the own steps miss a part that looks like a
-    lag of it: among what comes near the rival that is taken off as it is there. None where it is what was taken off for the base.
+    lag of it: among what comes near the rival that is taken off as it is there. None where it is what was taken off for the base,
+    or for what the rival was before. told: beside the log of that.
     """
     fine = _vanishing(work, near, rival.problem, rival.values, rival.guess.inserts)
     long = _errors(own, rival.problem, rival.values, rival.guess.inserts)
@@ -188,7 +191,7 @@ def around(work: Work, near: Extending, own: Extending, rival: Rivalled, noise: 
         for name, size in noise.items():
             simulated = [one.signals[name] - errors[name][i] for one, errors in ((run, fine), (mine, long))]
             signals[name] = run.signals[name] - (simulated[0] - simulated[1])
-            apart = (signals[name] - mine.signals[name])[near.trusted[name][i]]
+            apart = (signals[name] - (told or own).runs[i].signals[name])[near.trusted[name][i]]
             least = max(size, RULES.pipeline.fine * near.played.spread(name))
             more = max(more, float(np.sqrt(np.mean(apart**2))) / least if len(apart) and least else 0.0)
         runs.append(replace(run, signals=run.signals | signals))

@@ -200,6 +200,7 @@ class NamingRules:
     starts: int = rule(1, "ways to begin, those that look best, from which a hypothesis is fitted", TIME)
     starts_limit: int = rule(2, "the same of one with a limit, which a fit hardly crosses", TIME)
     shifted: int = rule(2, "events whose ends are shifted and fitted again, those that predict most", TIME)
+    retold: int = rule(4, "times that a log is told anew for a rival, for as long as that moves it, at most", TIME)
     polished: int = rule(4, "rivals that are fitted again with slopes of their own, those that predict most", TIME)
     events: int = rule(3, "the same of events that look best", TIME)
     by_fit: int = rule(10, "the same of those that fit most", TIME)

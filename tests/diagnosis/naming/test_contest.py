@@ -274,7 +274,7 @@ def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of
     best, held, far = (cause(name, 1.0, loss=loss) for name, loss in (("best", 0.1), ("held", 0.11), ("far", 0.5)))
     own, its = (SimpleNamespace(played=name) for name in ("own", "its"))
     own.played, its.played = (SimpleNamespace(extend=lambda inserts: None) for _ in range(2))
-    contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=lambda rival, noise: its if rival is held else None)
+    contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=lambda rival, *_: its if rival is held else None)
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise = SimpleNamespace(problem=own), SimpleNamespace(played=own.played), {}
     contest.inserts = ()
@@ -288,11 +288,34 @@ def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of
     assert contest.problem is contest.looks.problem is own and contest.scene.played is own.played
 
 
+@pytest.mark.parametrize(("moves", "fits"), [(1, 1), (2, 2), (9, RULES.naming.retold)])
+def test_what_steps_miss_of_a_rival_is_taken_off_anew_for_as_long_as_that_moves_it(monkeypatch, moves, fits):
+    """A lag of a house's command left 2.9 times the noise beside what its first fit missed, and 1.06 beside what its third did."""
+    own, *others = (SimpleNamespace(played=SimpleNamespace(extend=lambda inserts: None), number=k) for k in range(12))
+    ends = [cause("lag", 1.0) for _ in range(12)]
+    for k, end in enumerate(ends):
+        end.values = {"T": float(k)}
+
+    def told(rival, noise, last=own):
+        assert rival is ends[last.number] and rival.values == {"T": float(last.number)}
+        return others[last.number] if last.number < moves else None
+
+    contest, starts = Contest(own, np.zeros(0), "c", lambda what, share: None, told=told), []
+    monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
+    contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
+    fit = lambda self, guess, start, begun: starts.append(start["T"]) or ends[self.problem.number]
+    monkeypatch.setattr(Contest, "fit", fit)
+    assert contest._retold(ends[0]) is ends[fits] and starts == list(range(fits))
+    assert contest._retold(ends[fits]) is ends[fits] and len(starts) == fits and contest.problem is own
+
+
 @pytest.mark.parametrize(("told", "wanting"), [(None, True), (2.0, True), (1.0, False)])
 def test_nothing_more_is_wanted_where_the_best_leaves_no_more_than_what_the_steps_miss(monkeypatch, told, wanting):
     """A cubic in a house of six FMUs had its rates, integrals and pairs of variables asked for what its steps had left."""
     own = SimpleNamespace(played=SimpleNamespace(extend=lambda inserts: None))
-    contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=told and (lambda rival, noise: own))
+    contest = Contest(
+        own, np.zeros(0), "c", lambda what, share: None, told=told and (lambda rival, noise, last=None: None if last else own)
+    )
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise = SimpleNamespace(), SimpleNamespace(), {}
     contest.arranged, contest.base = (
@@ -383,7 +406,7 @@ def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monke
     )
     monkeypatch.setattr(order_module, "ordered", lambda real, *_: sorted(real, key=lambda r: r.candidate.errors.mean()))
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [refused, won, held, far], won, [refused, won, held, far])
-    assert contest.stands(outcome, lambda rival, noise: None, own) == stands
+    assert contest.stands(outcome, lambda *_: None, own) == stands
     assert fitted == [("won", own), ("held", own)] and contest.problem is own
     assert outcome.winner is won and outcome.fitted == [refused, won, held, far]
 

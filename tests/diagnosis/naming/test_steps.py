@@ -106,6 +106,7 @@ def test_what_steps_change_of_a_strong_law_is_taken_off_as_it_is_there():
     assert abs(anew.errors({})["x"][0]).max() < 3.0 * GIVEN / 100.0  # of 0.26 beside the log of the base
     assert near.played.inserts == own.played.inserts == ()
     assert around(work, near, own, rival, {"x": 10.0}) is None  # beside such a noise it is nothing
+    assert around(work, near, own, rival, {"x": 0.01}, anew) is None  # that log was told for just this
 
 
 @pytest.mark.parametrize(

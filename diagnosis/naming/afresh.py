@@ -44,6 +44,8 @@ def afresh(looks: Looks, laws: Sequence[str]) -> list[tuple[Guess, dict[str, flo
         misfit = one.misfit(np.array([n.place(known[n.name]) for n in one.free]))
         if misfit is None:
             continue
+        if not trial.guess.numbers and np.linalg.norm(misfit) >= np.linalg.norm(at):
+            continue  # a sign that leaves more than none is none
         step = back @ misfit
         left = float(np.linalg.norm(misfit - slopes @ step))
         if left < best.get(trial.guess.label, (np.inf,))[0]:

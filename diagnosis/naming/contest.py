@@ -183,11 +183,18 @@ class Contest:
         """Whether a rival takes off at least this share of the base's loss."""
         return rival.end.loss <= (1.0 - least) * self.problem.loss(self.base.misfit)
 
+    def _clears(self, rival: Rivalled, least: float) -> bool:
+        """The same of what is left in units of the noise: in those of the loss an output that is ten times its noise weighs as any."""
+        return self._energy(rival.end.misfit) <= (1.0 - least) * self._energy(self.base.misfit)
+
+    def _energy(self, misfit: np.ndarray | None) -> float:
+        return np.inf if misfit is None else float(np.mean(self._over_noise(misfit) ** 2))
+
     def _elsewhere(self, best: Rivalled | None, least: float) -> bool:
         """Whether a rival that takes off at least this share of the loss, and leaves something, asks for other steps: then all begins there."""
         if self.steps is None or best is None or best.guess.label in self.asked or self.named or self.enough():
             return False
-        if not self._takes(best, least) or not self.more(best):
+        if not (self._takes(best, least) or self._clears(best, least)) or not self.more(best):
             return False
         self.asked.add(best.guess.label)
         self.tell(f"steps beside {best.guess.label}", 0.5)
@@ -208,19 +215,19 @@ class Contest:
         """A rival fitted once more where what the steps miss beside it is taken off the log; itself where they miss nothing."""
         if self.told is None or id(rival) in self.retold:
             return self.retold.get(id(rival), rival)
-        self.retold[id(rival)] = found = rival
-        own, last = self.problem, ()
+        found, own, last = rival, self.problem, list[Extending]()
         for _ in range(RULES.naming.retold):  # what it is there changes what steps miss of it
             self.played.extend(self.inserts)
             if (anew := self.told(found, self.noise, *last)) is None:
                 break
             self.tell(f"fits: {rival.guess.label}", 0.88)
-            self.problem, self.looks.problem, self.telling, last = anew, anew, True, (anew,)
-            self.scene.played = self.played
+            self.problem, self.looks.problem, self.telling, last = anew, anew, True, [anew]
             try:
+                self.scene.played = self.played
                 found = self.fit(rival.guess, found.values, begun=found) or found
             finally:
-                self.problem, self.looks.problem, self.telling, self.scene.played = own, own, False, own.played
+                self.problem, self.looks.problem, self.telling = own, own, False
+                self.scene.played = self.played
         self.retold[id(rival)] = self.retold[id(found)] = found
         return found
 
@@ -251,15 +258,18 @@ class Contest:
         return more
 
     @staticmethod
-    def _best(found: list[Rivalled]) -> Rivalled | None:
+    def _best(found: list[Rivalled], left: Callable[[Rivalled], float] = lambda rival: rival.end.loss) -> Rivalled | None:
         """The named rival that fits best."""
         named = [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
-        return min(named, key=lambda r: r.end.loss, default=None)
+        return min(named, key=left, default=None)
 
     def _leaves(self, rival: Rivalled) -> np.ndarray:
         """What a rival leaves of each output in units of its noise, as it was asked of the base: a robust loss makes little of what it left."""
-        assert rival.end.misfit is not None and self.base.misfit is not None
-        return self.arranged.deviations(rival.end.misfit) / self.arranged.quieter(self.noise, rival.end.misfit)
+        assert rival.end.misfit is not None
+        return self._over_noise(rival.end.misfit)
+
+    def _over_noise(self, misfit: np.ndarray) -> np.ndarray:
+        return self.arranged.deviations(misfit) / self.arranged.quieter(self.noise, misfit)
 
     def stands(self, outcome: Round, told: Told, own: Extending) -> bool:
         """Whether what is believed first still is where what comes near the best is held against it on logs that are told anew.
@@ -294,7 +304,8 @@ class Contest:
         if stage == g.PLAIN:
             self._as_curve(found)
         found = distinct(found)
-        asks = lambda: not self.told_by_curve(found) and self._elsewhere(self._best(found), RULES.naming.in_reach)
+        best = lambda: (self._best(found), self._best(found, lambda r: self._energy(r.end.misfit)))
+        asks = lambda: not self.told_by_curve(found) and any(self._elsewhere(r, RULES.naming.in_reach) for r in best())
         if stage == g.PLAIN and asks():
             return found
         limits = bent(self, found)
@@ -378,17 +389,6 @@ class Contest:
             return way.shape
         return {**way.shape, **{f.name: f.nominal + float(x) for f, x in zip(way.amplitudes, way.amounts)}}
 
-    def _known(self, way: Direction, problem: Extending) -> dict[str, np.ndarray]:
-        """Slopes of the base's numbers, and of a way's amplitudes, d misfit / d place, as the look has them."""
-        assert self.base.jacobian is not None
-        found = {n.name: self.base.jacobian[:, j] for j, n in enumerate(self.problem.free)}
-        if not way.jump:
-            columns = self.arranged.taken(way.columns, way.part)
-            of = {n.name: n for n in problem.free}
-            for j, amplitude in enumerate(way.amplitudes):
-                found[amplitude.name] = columns[:, j] * of[amplitude.name].slope(of[amplitude.name].place(amplitude.nominal))
-        return found
-
     def fit(
         self, guess: Guess, start: dict[str, float], way: Direction | None = None, begun: Rivalled | None = None
     ) -> Rivalled | None:
@@ -421,7 +421,7 @@ class Contest:
                 break
         if best is None:
             return None
-        slopes = None if way is None else self._known(way, problem)
+        slopes = None if way is None else self.looks.slopes(way, problem)
         if begun and begun.end.jacobian is not None and not begun.rough and learnt(guess.numbers) is not None:
             slopes = dict(zip((n.name for n in begun.problem.free), begun.end.jacobian.T))
         end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended, Forward, slopes)

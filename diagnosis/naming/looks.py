@@ -151,6 +151,17 @@ class Looks:
         self._column(Trial(guess, shape, acting))
         return self.ways[-1] if len(self.ways) > count else None
 
+    def slopes(self, way: Direction, problem: Extending) -> dict[str, np.ndarray]:
+        """Slopes of the base's numbers, and of a way's amplitudes, d misfit / d place, as seen here."""
+        assert self.base.jacobian is not None
+        found = {n.name: self.base.jacobian[:, j] for j, n in enumerate(self.problem.free)}
+        if not way.jump:
+            columns = self.arranged.taken(way.columns, way.part)
+            of = {n.name: n for n in problem.free}
+            for j, amplitude in enumerate(way.amplitudes):
+                found[amplitude.name] = columns[:, j] * of[amplitude.name].slope(of[amplitude.name].place(amplitude.nominal))
+        return found
+
     def alone(self, way: Direction) -> np.ndarray:
         """What a way changes by its amounts that the base cannot make up for, (blocks times samples), of length 1; else 0."""
         weights, changed = self.linear.weights[:, way.part], np.zeros(self.linear.weights.shape)

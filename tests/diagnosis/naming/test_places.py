@@ -216,6 +216,9 @@ def test_what_is_late_is_looked_at_from_the_numbers_that_the_rig_has(rng):
     # a command of the wrong sign: the base is as slow as it may be, and a sign is fitted from where the rig's numbers are
     ((guess, start),) = afresh(looks, ("sign",))
     assert (guess.law, start) == ("sign", {"rate": 1.0})
+    looks.problem, turned.misfit = turned, looks.problem.misfit  # and not where it leaves more than none does
+    turned.values = model((rate,), False).values
+    assert afresh(looks, ("sign",)) == []
 
 
 def test_points_of_a_curve_lie_where_straight_lines_between_them_leave_little_whatever_the_curve(rng):

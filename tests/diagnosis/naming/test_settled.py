@@ -93,6 +93,17 @@ def test_other_steps_are_asked_for_once_beside_each_and_not_where_a_name_leaves_
     assert not contest.more(rival(3, left=(1.0, 1.0))) and not contest._elsewhere(rival(4), 0.0) and len(count) == 2
 
 
+@pytest.mark.parametrize(("left", "asked"), [((5.0, 1.0), True), ((5.0, 9.0), False)])
+def test_steps_are_asked_for_beside_what_leaves_least_over_the_noise_whatever_the_units(monkeypatch, left, asked):
+    """A dead zone took a house's wall from 10.7 times its noise to 1.2, and a Dahl friction that made up for its steps 60 % of the loss."""
+    count = []
+    monkeypatch.setattr(Contest, "played", property(lambda self: None))
+    contest = weighed(steps=lambda rival: count.append(rival.guess.label))
+    contest.base = SimpleNamespace(misfit=np.array([5.0, 10.0]))
+    contest._elsewhere(rival(1, loss=0.7, left=left), 0.5)
+    assert bool(count) == asked
+
+
 @pytest.mark.parametrize(("values", "beyond"), [({"a": 0.6}, True), ({"a": 0.501}, False), ({}, True), ({"a": 9.0}, True)])
 def test_a_fit_to_all_that_ended_far_beyond_the_searchs_own_is_made_again_from_there(values, beyond):
     """A limit of a house began where coarser steps had it, and ended at a third more than its noise: a curve was the answer."""

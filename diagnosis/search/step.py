@@ -16,6 +16,7 @@ from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, STEP
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
 from ..rules import RULES
+from .arrived import arrived
 from .candidate import (
     Candidate,
     amount,
@@ -153,21 +154,6 @@ class Step:
             stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
             stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or same_law(c, winner, problem.alike))]
         return stage
-
-    def _arrived(self, candidates: list[Candidate]) -> list[Candidate]:
-        """Of a whole drive the best, and what comes near it, fitted again from where they ended, until that brings nothing.
-
-        Far from its noise a robust loss bends little, and steps along a valley of it are short: what a fit that ended on its way
-        leaves would be sold as one more cause.
-        """
-        best = min((c.errors.mean() for c in candidates if c.fit), default=0.0)
-        for i, c in enumerate(candidates):
-            if not (self.problem.by_channel and c.fit and c.errors.mean() <= RULES.search.near_best * best):
-                continue
-            fitted = self.problem.to_its_end(c.fit, 1.0 - RULES.search.matters)
-            if fitted is not c.fit:
-                candidates[i] = self._candidate(c.hypothesis, c.free, fitted, c.linear)
-        return candidates
 
     def _weigh(self, stage: Stage, fitted: list[Candidate]) -> list[Candidate]:
         """What each gains over the base, in units of what the best leaves, how often chance does, and what speaks against it.
@@ -335,7 +321,9 @@ class Step:
                 return self._judge(*self._raced(ways), np.inf)
             return self._judge(ways, first.get(ways[0].hypothesis.label), least)
 
-        candidates = self._arrived(self._each("fits", judge, chosen))
+        candidates = self._each("fits", judge, chosen)
+        if self.problem.by_channel:
+            candidates = arrived(self.problem, candidates, lambda c, fit: self._candidate(c.hypothesis, c.free, fit, c.linear))
         candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 

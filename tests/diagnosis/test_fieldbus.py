@@ -221,3 +221,14 @@ def test_a_supply_that_sags_before_a_linear_stage_is_no_resistance(seed, tmp_pat
     found = {name: p["value"] for name, p in result.causes[0].parameters.items()}
     assert found["motor.supply_resistance"] == pytest.approx(case.true["sag"], rel=0.05)
     assert found["motor.supply_driver"] == pytest.approx(-1.0, abs=0.05)
+
+
+@pytest.mark.in_turn
+@pytest.mark.slow
+def test_a_viscous_friction_is_no_damping_of_the_load_because_its_fit_read_the_log_otherwise(tmp_path):
+    """One law by two names, of which one had a filter of the controller's speed of 0.3 ms and the other of 1.3 ms."""
+    case = fieldbus.hide(["reducer.viscous"], fieldbus.DEVELOPMENT + 300)
+    rig, train, test = case.write(tmp_path)
+    result = diagnose(rig, train, test=[test], out=None, seed=10_300)
+    assert result.causes[0].label == "reducer viscous", result.summary()
+    assert result.causes[0].parameters["reducer.viscous_damping"]["value"] == pytest.approx(case.true["viscous"], rel=0.02)

@@ -1,0 +1,51 @@
+"""Fits of a whole drive that ended on their way, before they are held against one another, gone on with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..rules import RULES
+from .candidate import Candidate
+from .fit import Fit
+from .problem import Problem
+
+
+def arrived(problem: Problem, candidates: list[Candidate], fitted: Callable[[Candidate, Fit], Candidate]) -> list[Candidate]:
+    """The best, and what comes near it, fitted again from where they ended, until that brings nothing; then each as the best was read.
+
+    Far from its noise a robust loss bends little, and steps along a valley of it are short: what a fit that ended on its way
+    leaves would be sold as one more cause. fitted: a candidate with another fit of its numbers.
+    """
+    found, rules = list(candidates), RULES.search
+    asked = [i for i, c in enumerate(found) if c.fit]
+    least = min((found[i].errors.mean() for i in asked), default=0.0)
+    for i in asked:
+        if found[i].errors.mean() <= rules.near_best * least:
+            _put(found, i, problem.to_its_end(found[i].fitted, 1.0 - rules.matters), fitted)
+    for _ in range(
+        2 if len(asked) > 1 else 0
+    ):  # each from the other: the one that was read better may be the one that leaves more
+        best = min(asked, key=lambda i: found[i].errors.mean())
+        for i in asked:
+            _put(found, i, read_as(problem, found[i].fitted, found[best].fitted), fitted)
+    return found
+
+
+def _put(found: list[Candidate], i: int, fit: Fit, fitted: Callable[[Candidate, Fit], Candidate]) -> None:
+    if fit is not found[i].fit:
+        found[i] = fitted(found[i], fit)
+
+
+def read_as(problem: Problem, fit: Fit, other: Fit) -> Fit:
+    """A fit made again with what another says of the recorder, where it leaves less with that; else the fit itself.
+
+    A log was recorded in one way, whatever is wrong with its drive. But a filter of the controller's speed, a mean of the voltage and
+    when it was read make up for one another, and far from the noise there is more than one valley of them.
+    """
+    told = {p.name: other.values[p.name] for p in fit.free if p.of_recorder and p.name in other.values}
+    enough = (1.0 - RULES.search.matters) * problem.loss(fit.misfit)
+    start = fit.values | told
+    if problem.loss(problem.misfit(start)) >= enough:
+        return fit
+    again = problem.to_its_end(problem.fit(fit.free, start), 1.0 - RULES.search.matters)
+    return again if problem.loss(again.misfit) < enough else fit

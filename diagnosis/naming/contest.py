@@ -188,7 +188,7 @@ class Contest:
         return self._energy(rival.end.misfit) <= (1.0 - least) * self._energy(self.base.misfit)
 
     def _energy(self, misfit: np.ndarray | None) -> float:
-        return np.inf if misfit is None else float(np.mean(self._over_noise(misfit) ** 2))
+        return float(np.mean(self._leaves(misfit) ** 2))
 
     def _elsewhere(self, best: Rivalled | None, least: float) -> bool:
         """Whether a rival that takes off at least this share of the loss, and leaves something, asks for other steps: then all begins there."""
@@ -224,7 +224,10 @@ class Contest:
             self.problem, self.looks.problem, self.telling, last = anew, anew, True, [anew]
             try:
                 self.scene.played = self.played
-                found = self.fit(rival.guess, found.values, begun=found) or found
+                fits = [self.fit(rival.guess, found.values, begun=found)]
+                if fits[0] is None or fits[0].end.loss > found.end.loss:  # slopes of its own may lead on where those do not
+                    fits.append(self.fit(rival.guess, found.values))
+                found = min((r for r in fits if r is not None), key=lambda r: r.end.loss, default=found)
             finally:
                 self.problem, self.looks.problem, self.telling = own, own, False
                 self.scene.played = self.played
@@ -247,9 +250,9 @@ class Contest:
 
     def more(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
         """Whether a rival leaves more than so many times the noise, also where what the steps miss beside it is taken off."""
-        left = self._leaves(rival)
+        left = self._leaves(rival.end.misfit)
         if (left > times).any():
-            left = self._leaves(self._retold(rival))
+            left = self._leaves(self._retold(rival).end.misfit)
         more = bool((left > times).any())
         if not more and rival.guess.kind != CURVE and times == RULES.search.clean:
             self.named = True
@@ -263,12 +266,9 @@ class Contest:
         named = [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
         return min(named, key=left, default=None)
 
-    def _leaves(self, rival: Rivalled) -> np.ndarray:
-        """What a rival leaves of each output in units of its noise, as it was asked of the base: a robust loss makes little of what it left."""
-        assert rival.end.misfit is not None
-        return self._over_noise(rival.end.misfit)
-
-    def _over_noise(self, misfit: np.ndarray) -> np.ndarray:
+    def _leaves(self, misfit: np.ndarray | None) -> np.ndarray:
+        """What is left of each output in units of its noise, as it was asked of the base: a robust loss makes little of what it left."""
+        assert misfit is not None
         return self.arranged.deviations(misfit) / self.arranged.quieter(self.noise, misfit)
 
     def stands(self, outcome: Round, told: Told, own: Extending) -> bool:

@@ -19,7 +19,7 @@ def cause(name, amount, place="first.u", over="first.x", loss=0.1):
     numbers = (Number(f"{name}.a", f"{name}.a", 0.0, -amount, amount),)
     guess = Guess(LAW, "cubic", name, (Insert(name, Place(IN, place), "cubic", False, over),), numbers)
     candidate = Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), loss))
-    return SimpleNamespace(guess=guess, candidate=candidate, values={})
+    return SimpleNamespace(guess=guess, candidate=candidate, values={}, end=SimpleNamespace(loss=loss))
 
 
 def free_curve(place, over="first.x", loss=0.1, points=5):

@@ -303,10 +303,21 @@ def test_what_steps_miss_of_a_rival_is_taken_off_anew_for_as_long_as_that_moves_
     contest, starts = Contest(own, np.zeros(0), "c", lambda what, share: None, told=told), []
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
-    fit = lambda self, guess, start, begun: starts.append(start["T"]) or ends[self.problem.number]
+    fit = lambda self, guess, start, begun=None: starts.append(start["T"]) or ends[self.problem.number]
     monkeypatch.setattr(Contest, "fit", fit)
     assert contest._retold(ends[0]) is ends[fits] and starts == list(range(fits))
     assert contest._retold(ends[fits]) is ends[fits] and len(starts) == fits and contest.problem is own
+
+
+def test_beside_another_log_slopes_of_its_own_are_asked_for_where_those_before_lead_nowhere(monkeypatch):
+    """A curve in a house left 2.5 times its noise, and 7 beside what steps missed of it: its slopes were those of another place."""
+    own, told = (SimpleNamespace(played=SimpleNamespace(extend=lambda inserts: None)) for _ in range(2))
+    first, lost, right = (cause("curve", 1.0, loss=loss) for loss in (0.1, 0.3, 0.05))
+    contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=lambda rival, noise, *last: None if last else told)
+    monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
+    contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
+    monkeypatch.setattr(Contest, "fit", lambda self, guess, start, begun=None: lost if begun else right)
+    assert contest._retold(first) is right
 
 
 @pytest.mark.parametrize(("told", "wanting"), [(None, True), (2.0, True), (1.0, False)])
@@ -396,6 +407,7 @@ def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monke
     won, held, far, refused = (cause(name, 1.0, loss=loss) for name, loss in losses)
     refused.candidate.doubt = "it does not lower the error of what judges"
     own = SimpleNamespace(played=SimpleNamespace(extend=lambda inserts: None))
+    won.end.loss = held.end.loss = 1.0
     contest = Contest(None, np.zeros(0), "c", lambda what, share: None)
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()

@@ -145,8 +145,9 @@ class Contest:
         outcome.fitted = distinct(turned)
         if best is not None and self._takes(best, 0.0) and not self.more(best):
             return  # what has no number would be believed before all else
-        if self.before is not None and (known := self.fit(self.before[0], self.values | self.before[1])) is not None:
+        if self.before and (known := self.fit(self.before[0], at := self.values | self.before[1])) is not None:
             turned.append(known)
+            self._retold(known, at)  # what steps miss is known there
             self.more(known)
         if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
@@ -211,11 +212,11 @@ class Contest:
                 outcome.fitted[k] = self._retold(rival)
         outcome.fitted = distinct(outcome.fitted)
 
-    def _retold(self, rival: Rivalled) -> Rivalled:
-        """A rival fitted once more where what the steps miss beside it is taken off the log; itself where they miss nothing."""
+    def _retold(self, rival: Rivalled, at: dict[str, float] | None = None) -> Rivalled:
+        """A rival fitted anew where what steps miss beside it, or beside it at such values, is taken off; itself where they miss nothing."""
         if self.told is None or id(rival) in self.retold:
             return self.retold.get(id(rival), rival)
-        found, own, last = rival, self.problem, list[Extending]()
+        found, own, last = rival.moved(at) if at else rival, self.problem, list[Extending]()
         for _ in range(RULES.naming.retold):  # what it is there changes what steps miss of it
             self.played.extend(self.inserts)
             if (anew := self.told(found, self.noise, *last)) is None:
@@ -231,7 +232,7 @@ class Contest:
             finally:
                 self.problem, self.looks.problem, self.telling = own, own, False
                 self.scene.played = self.played
-        self.retold[id(rival)] = self.retold[id(found)] = found
+        self.retold[id(rival)] = self.retold[id(found)] = found = found if last else rival
         return found
 
     def _wanting(self, outcome: Round) -> bool:
@@ -286,8 +287,6 @@ class Contest:
         self.played.extend(self.inserts)
         first, winner = anew.order[:1], outcome.winner
         return bool(first) and winner is not None and first[0].guess.label == winner.guess.label
-
-    # --- fits --------------------------------------------------------------------------------------------------------
 
     def _fits(self, stage: int) -> list[Rivalled]:
         """The guesses of a stage that look best, fitted; best first."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,6 +27,11 @@ class Rivalled:
     @property
     def values(self) -> dict[str, float]:
         return self.problem.values(self.end.places)
+
+    def moved(self, values: dict[str, float]) -> Rivalled:
+        """The same where these are the values of its numbers."""
+        places = np.array([np.clip(n.place(values[n.name]), 0.0, 1.0) for n in self.problem.free])
+        return replace(self, end=replace(self.end, places=places))
 
 
 @dataclass

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from selflock.diagnosis.calibration.fit import End
 from selflock.diagnosis.naming import asked as asked_module
 from selflock.diagnosis.naming import bent as bent_module
 from selflock.diagnosis.naming import contest as contest_module
@@ -13,7 +14,7 @@ from selflock.diagnosis.naming.asked import beyond_steps
 from selflock.diagnosis.naming.bent import from_brims
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, LAW, number
-from selflock.diagnosis.naming.round import Round
+from selflock.diagnosis.naming.round import Rivalled, Round
 from selflock.diagnosis.naming.run import _ends_beyond
 from selflock.diagnosis.naming.whole import Whole
 
@@ -124,6 +125,24 @@ def test_what_is_bent_is_fitted_to_all_with_slopes_of_its_own(monkeypatch, laws,
     monkeypatch.setattr(whole, "measured", lambda *given: None)
     whole.fitted(work, {}, {})
     assert asked == [learns]
+
+
+def test_what_steps_miss_is_taken_off_first_where_other_steps_had_been_asked_for(monkeypatch):
+    """A limit of a house fitted beside what the base's steps missed ended in another valley, and three times all began anew."""
+    seen = []
+    own = SimpleNamespace(played=SimpleNamespace(extend=lambda inserts: None))
+    known = Rivalled(
+        SimpleNamespace(label="limit"),
+        SimpleNamespace(free=[number("l", 0.0, 0.0, 1.0)]),
+        End(None, np.array([0.3]), 1.0),
+        None,
+        None,
+    )
+    known.problem.values = lambda places: {"l": float(places[0])}
+    contest = weighed(told=lambda rival, noise, *last: seen.append(rival.values["l"]))
+    contest.problem, contest.inserts = own, ()
+    monkeypatch.setattr(Contest, "played", property(lambda self: own.played))
+    assert contest._retold(known, {"l": 0.6}) is known and seen == [0.6] and known.values == {"l": 0.3}
 
 
 @pytest.mark.parametrize(("law", "rough", "learns"), [("cubic", False, True), ("cubic", True, False), ("limit", False, False)])

@@ -128,12 +128,12 @@ class DriveExperiment(Experiment):
         """The same residuals at all samples; this one where it has them all."""
         if all(ch.take is None for ch in self.channels.values()):
             return self
-        setting = replace(self.setting, whole_step=RULES.residuals.whole_step)
+        setting = replace(self.setting, whole_step=RULES.residuals.whole_step, shaft_step=RULES.residuals.shaft_step)
         return self.but(setting=setting, channels=self._channels(setting, takes=[None] * len(self.runs)))
 
     def glance(self, seconds: float) -> Self:
         """The same residuals over the first so many seconds of all runs, a whole drive in the longest steps that show it."""
-        setting = replace(self.setting, whole_step=RULES.residuals.whole_look)
+        setting = replace(self.setting, whole_step=RULES.residuals.whole_look, shaft_step=RULES.residuals.shaft_look)
         return self.but(
             setting=setting, channels=self._channels(setting, takes=[self._spread(run, seconds) for run in self.runs])
         )

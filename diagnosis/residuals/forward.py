@@ -76,15 +76,17 @@ def by_turns(reducer, load, step: float) -> tuple[float, float, int]:
     return stiffness, max(min(reducer.shaft_damping, most * usual), least * usual), parts
 
 
-def stable(reducer, load, step: float, fastest: float = np.inf) -> tuple[float, float, int]:
+def stable(
+    reducer, load, step: float, fastest: float = np.inf, shaft_step: float = RULES.residuals.shaft_step
+) -> tuple[float, float, int]:
     """The same for the simulation of second order: as given, or what most parts carry.
 
-    fastest: rad/s, beyond which nobody sees how fast the shaft swings.
+    fastest: rad/s, beyond which nobody sees how fast the shaft swings. shaft_step: rad of that swing in a part, at most.
     """
     rules, together = RULES.residuals, swinging(reducer, load)
     swings = max(np.sqrt(reducer.shaft_stiffness / together), reducer.shaft_damping / together)
-    parts = int(np.clip(np.ceil(step * min(swings, fastest) / rules.shaft_step - 1e-9), 1, rules.shaft_parts))
-    most = min(rules.shaft_step * parts / step, fastest)
+    parts = int(np.clip(np.ceil(step * min(swings, fastest) / shaft_step - 1e-9), 1, rules.shaft_parts))
+    most = min(shaft_step * parts / step, fastest)
     return min(reducer.shaft_stiffness, together * most**2), min(reducer.shaft_damping, together * most), parts
 
 

@@ -20,6 +20,7 @@ class Setting:
     kernels: SimpleNamespace  # loops by name: compiled laws, or FMUs in their places
     smoothing: Mapping[str, int]  # samples, by drive
     whole_step: float = RULES.residuals.whole_step  # s, longest of a whole drive's simulation
+    shaft_step: float = RULES.residuals.shaft_step  # rad, longest of its output shaft's swing
     windows: Mapping[str, float] = field(default_factory=dict)  # s over which a channel's speed is a difference, by its full name
     balanced: bool = True  # False: the balance at the motor's shaft is not smoothed, while the smoothing is chosen
 

@@ -160,7 +160,7 @@ def plain(values: dict, ch: Channels) -> dict[str, np.ndarray]:
 def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:
     """Stiffness and damping of the output shaft and parts of a step with which a run is simulated."""
     step, fastest = float(grid(ch).dt[1:].max(initial=1e-9)), ch.run.memory.get(FASTEST, np.inf)
-    return stable(drive.law("reducer", values, ch), drive.law("load", values, ch), step, fastest)
+    return stable(drive.law("reducer", values, ch), drive.law("load", values, ch), step, fastest, ch.setting.shaft_step)
 
 
 def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = None) -> dict[str, np.ndarray]:

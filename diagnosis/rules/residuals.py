@@ -124,6 +124,11 @@ class ResidualRules:
         "theory: Verlet's step is stable below 2, and its frequency off by (0.1)^2 / 24, which a drive that swings for a hundred "
         "waves does not yet show",
     )
+    shaft_look: float = rule(
+        0.3,
+        "the same in a first look at all hypotheses",
+        "theory: the frequency is off by (0.3)^2 / 24, 0.4 %; a look needs to know what changes, not where",
+    )
     shaft_parts: int = rule(
         12, "parts of a step in a whole drive, at most; a shaft too stiff for them is softened", "a limit of time; " + WHOLE
     )

@@ -92,10 +92,10 @@ def test_what_is_not_shown_is_softened_alike_in_steps_of_any_length(rng):
     reducer = reducer._replace(gear_ratio=RATIO, shaft_inertia=ROTOR, shaft_stiffness=TOGETHER * 5e3**2, shaft_damping=0.0)
     load = law("load").Parameters(**{p.name: p.off for p in law("load").BASE})._replace(inertia=INERTIA)
     fastest = float(rng.uniform(200.0, 900.0))
-    for step in (5e-4, 1e-3):
-        stiffness, _, parts = stable(reducer, load, step, fastest)
+    for step, most in ((5e-4, RULES.residuals.shaft_step), (1e-3, RULES.residuals.shaft_look)):
+        stiffness, _, parts = stable(reducer, load, step, fastest, most)
         assert np.sqrt(stiffness / swinging(reducer, load)) == pytest.approx(fastest)
-        assert step * fastest / parts <= RULES.residuals.shaft_step * (1.0 + 1e-9)
+        assert step * fastest / parts <= most * (1.0 + 1e-9)
     assert stable(reducer, load, 5e-4) == stable(reducer, load, 5e-4, np.inf)
 
 

@@ -23,12 +23,19 @@ from .recorder import commanded, counts
 
 
 def shaft(channels: list[Channels]) -> str:
-    """MOTOR where most of what the load's angle misses of the command is told by the wind-up; else LOAD."""
-    found = [one for ch in channels if (one := _misses(ch)) is not None]
-    if not found:
-        return LOAD
-    misses, wound = (np.concatenate(parts) for parts in zip(*found))
-    return MOTOR if np.linalg.norm(misses - wound) < RULES.residuals.seen_at_motor * np.linalg.norm(misses) else LOAD
+    """MOTOR where most of what the load's angle misses of the command is told by the wind-up; else LOAD.
+
+    Whether a controller was told the speeds that are logged, or those of its angles, nobody says: a difference over many rows is
+    late and blurred, a tacho has an error of its own. Each shaft is asked with those that suit it best.
+    """
+    at_load, at_motor = [], []
+    for logged in (True, False):
+        found = [one for ch in channels if (one := _misses(ch, logged)) is not None]
+        if found:
+            misses, wound = (np.concatenate(parts) for parts in zip(*found))
+            at_load.append(np.linalg.norm(misses))
+            at_motor.append(np.linalg.norm(misses - wound))
+    return MOTOR if at_load and min(at_motor) < RULES.residuals.seen_at_motor * min(at_load) else LOAD
 
 
 def ahead(ch: Channels) -> bool:
@@ -165,35 +172,42 @@ def _zero(ratio: float, law, ch: Channels) -> float:
     return float(np.linalg.lstsq(told, off, rcond=None)[0][0])
 
 
-def _asked(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray]:
+def _asked(ch: Channels, command: str, side: str, logged: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """The command, V, that the measured motion of one shaft asks for, and where a controller that does not let go would give it."""
-    asked, _, inside = _law(ch, command, side)
+    asked, _, inside = _law(ch, command, side, logged)
     rate = drive.speed_setpoint(ch.raw("controller.angle_setpoint"), {}, ch)
     moving = binary_erosion(rate != 0.0, iterations=RULES.residuals.near)  # at rest it may have let go
     return asked, moving & inside
 
 
-def _law(ch: Channels, command: str, side: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The command, V, that the measured motion of one shaft asks for, that shaft's speed, and where neither is at a limit."""
+def _law(ch: Channels, command: str, side: str, logged: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The command, V, that the measured motion of one shaft asks for, that shaft's speed, and where neither is at a limit.
+
+    logged: with the shaft's speed as it is logged, where it is, and not that of its angle.
+    """
     law, time = drive.law("controller", {}, ch), np.cumsum(ch.dt)
     ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {}) if side != "load." else 1.0
     wanted, angle = ch.raw("controller.angle_setpoint"), ch.raw(f"{side}angle") / ratio
-    speed = ch.raw(f"{side}speed") / ratio if ch.has(f"{side}speed") else derivative(angle, time)
+    logged = logged and ch.has(f"{side}speed")
+    speed = ch.raw(f"{side}speed") / ratio if logged else derivative(angle, time)
     asked = law.angle_gain * (wanted - angle) + law.speed_gain * (drive.speed_setpoint(wanted, {}, ch) - speed)
     inside = lambda u: (u > law.voltage_min) & (u < law.voltage_max)
-    count = 0.0 if ch.has(f"{side}speed") else law.speed_gain * counts(f"{side}angle", ch)[0] / ratio / float(np.median(ch.dt))
+    count = 0.0 if logged else law.speed_gain * counts(f"{side}angle", ch)[0] / ratio / float(np.median(ch.dt))
     # a difference jumps with every count, and rows without one would be all that is inside: a mean over as many as even that out
     rows = int(np.ceil(count / (RULES.residuals.coarse * (law.voltage_max - law.voltage_min)))) if count else 1
     usual = uniform_filter1d(asked, rows) if rows > 1 else asked
     return asked, speed, inside(usual) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{side}angle")
 
 
-def _misses(ch: Channels) -> tuple[np.ndarray, np.ndarray] | None:
-    """What the load's motion misses of a run's command, and what the wind-up makes of it, V, as far as set-points tell; None where nothing can."""
+def _misses(ch: Channels, logged: bool) -> tuple[np.ndarray, np.ndarray] | None:
+    """What the load's motion misses of a run's command, and what the wind-up makes of it, V, as far as set-points tell; None where nothing can.
+
+    logged: with speeds as they are logged.
+    """
     command = commanded(ch)
     if ch.steady or not command or not ch.has("controller.angle_setpoint", "load.angle", "reducer.input_angle"):
         return None
-    (asked, good), (other, sound) = (_asked(ch, command, side) for side in ("load.", "reducer.input_"))
+    (asked, good), (other, sound) = (_asked(ch, command, side, logged) for side in ("load.", "reducer.input_"))
     good, time, wanted = good & sound, np.cumsum(ch.dt), ch.raw("controller.angle_setpoint")
     rate = drive.speed_setpoint(wanted, {}, ch)
     bend = derivative(rate, time)

@@ -27,8 +27,8 @@ drives = ["arm_"]
 """
 
 
-def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, limit=None):
-    """A swinging shaft that follows late, wound up by what an arm weighs, both angles in counts."""
+def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, limit=None, over=0):
+    """A swinging shaft that follows late, wound up by what an arm weighs, both angles in counts; its speed a difference `over` rows."""
     time = 1e-3 * np.arange(6000)
     angle = lambda t: 0.9 * np.sin(2.1 * t) + 0.2 * np.sin(5.3 * t)
     rate = lambda t: 1.89 * np.cos(2.1 * t) + 1.06 * np.cos(5.3 * t)
@@ -40,9 +40,14 @@ def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, l
     rounded = lambda x, step: step * np.floor(x / step) if step else x
     motor = 40.0 * rounded(angle(time - 0.02) + wound(time), count / 5.0) + zero
     table = {"time": time, "wanted": angle(time), "u": u, "motor": motor, "load": rounded(angle(time - 0.02), count)}
+    columns = RIG
+    if over:
+        before = angle(np.maximum(time - 1e-3 * over, 0.0) - 0.02)
+        table["speed"] = (angle(time - 0.02) - before) / np.maximum(np.minimum(time, 1e-3 * over), 1e-3)
+        columns = RIG.replace("[parameters]", '"arm_load.speed" = "speed"\n[parameters]')
     pd.DataFrame(table).to_csv(folder / "log.csv", index=False, float_format="%.12g")
     limits = [f'"arm_controller.voltage_{end}" = {sign}{limit}' for end, sign in (("min", "-"), ("max", "")) if limit]
-    (folder / "rig.toml").write_text(RIG + "\n".join(limits))
+    (folder / "rig.toml").write_text(columns + "\n".join(limits))
     rig = load(folder / "rig.toml")
     (run,) = read(folder / "log.csv", rig)
     return Channels(run, "", Setting(rig, len(run), kernels(), {"": 1}))
@@ -52,6 +57,13 @@ def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, l
 def test_the_command_tells_at_which_shaft_the_controllers_sensors_are(at_motor, tmp_path, rng):
     """Through a wind-up of two counts, an encoder's zero, and a command that was read a row and a half early."""
     ch = channels(tmp_path, rng, at_motor, early=1.5)
+    assert shaft([ch]) == (MOTOR if at_motor else LOAD)
+
+
+@pytest.mark.parametrize("at_motor", [True, False])
+def test_a_speed_that_is_logged_late_does_not_move_them(at_motor, tmp_path, rng):
+    """What the controller was told is the speed of its angle; that of the log, a difference over many rows, is 20 to 40 ms old."""
+    ch = channels(tmp_path, rng, at_motor, over=int(rng.integers(40, 80)))
     assert shaft([ch]) == (MOTOR if at_motor else LOAD)
 
 

@@ -219,8 +219,11 @@ def _misses(ch: Channels, logged: bool) -> tuple[np.ndarray, np.ndarray] | None:
     if good.sum() <= RULES.residuals.noise_samples * (count := len(told(slice(0)))):
         return None
     centred = lambda x: x - x[good].mean()
-    parts = centred(ch.raw(command) - asked), centred(other - asked), centred(derivative(asked, time))
-    del asked, other, time
+    speed = derivative(ch.raw("load.angle"), time)
+    # set-points stand in their rows: it is the motion that a recorder has late, its angle and its speed, and the command
+    late = derivative(asked, time), speed, derivative(speed, time)
+    parts = [centred(x) for x in (ch.raw(command) - asked, other - asked, *late)]
+    del asked, other, time, speed, late
     pieces = [slice(i, i + RULES.residuals.piece) for i in range(0, len(good), RULES.residuals.piece)]
     mean = sum(told(rows).sum(1, keepdims=True) for rows in pieces) / good.sum()  # encoders' zeros are nobody's fault
     sizes = np.sqrt(sum(((told(rows) - mean) ** 2).sum(1, keepdims=True) for rows in pieces))
@@ -231,6 +234,8 @@ def _misses(ch: Channels, logged: bool) -> tuple[np.ndarray, np.ndarray] | None:
         shares += some @ np.stack([x[rows][good[rows]] for x in parts], axis=1)
     _, lengths, ways = np.linalg.svd(np.concatenate(triangles))
     felt = lengths > 1e-6
-    misses, wound, late = (ways[: len(lengths)][felt] @ shares / lengths[felt, None]).T  # by an orthonormal basis of what is told
-    late = late / max(np.linalg.norm(late), 1e-300)  # which a recorder may be: nothing is made of it
-    return misses - (late @ misses) * late, wound - (late @ wound) * late
+    by_told = (ways[: len(lengths)][felt] @ shares / lengths[felt, None]).T  # by an orthonormal basis of what is told
+    misses, wound, *moved = by_told
+    nothing = np.stack([x / max(np.linalg.norm(x), 1e-300) for x in moved], axis=1)  # is made of these
+    known = nothing @ np.linalg.lstsq(nothing, np.stack([misses, wound], axis=1), rcond=None)[0]
+    return misses - known[:, 0], wound - known[:, 1]

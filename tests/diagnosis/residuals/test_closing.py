@@ -27,8 +27,8 @@ drives = ["arm_"]
 """
 
 
-def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, limit=None, over=0):
-    """A swinging shaft that follows late, wound up by what an arm weighs, both angles in counts; its speed a difference `over` rows."""
+def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, limit=None, over=0, late=0.0):
+    """A swinging shaft that follows late, wound up by what an arm weighs, both angles in counts; its speed a difference `over` rows, the load `late`, s."""
     time = 1e-3 * np.arange(6000)
     angle = lambda t: 0.9 * np.sin(2.1 * t) + 0.2 * np.sin(5.3 * t)
     rate = lambda t: 1.89 * np.cos(2.1 * t) + 1.06 * np.cos(5.3 * t)
@@ -39,7 +39,7 @@ def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, l
     u = 100.0 * (angle(then) - seen(then)) + 5.0 * (rate(then) - turned(then)) + noise * rng.standard_normal(len(time))
     rounded = lambda x, step: step * np.floor(x / step) if step else x
     motor = 40.0 * rounded(angle(time - 0.02) + wound(time), count / 5.0) + zero
-    table = {"time": time, "wanted": angle(time), "u": u, "motor": motor, "load": rounded(angle(time - 0.02), count)}
+    table = {"time": time, "wanted": angle(time), "u": u, "motor": motor, "load": rounded(angle(time - 0.02 - late), count)}
     columns = RIG
     if over:
         before = angle(np.maximum(time - 1e-3 * over, 0.0) - 0.02)
@@ -57,6 +57,13 @@ def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, l
 def test_the_command_tells_at_which_shaft_the_controllers_sensors_are(at_motor, tmp_path, rng):
     """Through a wind-up of two counts, an encoder's zero, and a command that was read a row and a half early."""
     ch = channels(tmp_path, rng, at_motor, early=1.5)
+    assert shaft([ch]) == (MOTOR if at_motor else LOAD)
+
+
+@pytest.mark.parametrize("at_motor", [True, False])
+def test_an_angle_that_is_logged_late_does_not_move_them(at_motor, tmp_path, rng):
+    """By up to 2 ms, which is more of a wind-up than there is; set-points stand in their rows."""
+    ch = channels(tmp_path, rng, at_motor, late=float(rng.uniform(-2e-3, 2e-3)))
     assert shaft([ch]) == (MOTOR if at_motor else LOAD)
 
 

@@ -131,7 +131,8 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
     spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
     spikes |= {name: _beyond(run, name, rig) for name, bare in bares.items() if bare == "controller.voltage"}
-    spikes |= {name: spikes[name] | _over_lost_rows(run, name) for name in spikes if bares[name] in ANGLE_OF}
+    speeds = {name: name.removesuffix(bares[name]) + ANGLE_OF[bares[name]] for name in spikes if bares[name] in ANGLE_OF}
+    spikes |= {name: spikes[name] & ~_of_a_count(run, name, angle) | _over_lost_rows(run, name) for name, angle in speeds.items()}
     spikes |= {name: _outside(run, name, spikes[name]) for name in spikes if bares[name] == "motor.supply_voltage"}
     places: dict[str, list[np.ndarray]] = {}
     for name, bare in bares.items():
@@ -141,7 +142,7 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     for name, bad in spikes.items():
         if bares[name] in TORQUES and bad.any():
             spikes[name] = bad & ~_impacts(bad, [there for place, there in places.items() if place != name])
-        elif bares[name] in ANGLE_OF and bad.any() and name.removesuffix(bares[name]) + ANGLE_OF[bares[name]] not in bares:
+        elif bad.any() and name in speeds and speeds[name] not in bares:
             torques = [there for place, there in places.items() if split(place, rig.drives)[1] in TORQUES]
             spikes[name] = bad & ~_impacts(bad, torques, 1)
     return spikes
@@ -193,6 +194,16 @@ def _outside(run: MeasuredRun, name: str, bad: np.ndarray) -> np.ndarray:
     """Those of the bad samples that are beyond all others: a supply goes to and fro between its levels with what hangs on it."""
     x, rest = run.signals[name], run.signals[name][run.good[name] & ~bad]
     return bad & ((x < rest.min()) | (x > rest.max())) if bad.any() and len(rest) else bad
+
+
+def _of_a_count(run: MeasuredRun, name: str, angle: str) -> np.ndarray:
+    """First rows of a speed in which it is no more than a count of its angle makes: a difference has as many rows as there are yet."""
+    told = np.zeros(len(run), bool)
+    if angle in run.signals:
+        rows = min(RULES.search.differenced, len(run) - 1)
+        since = run.time[np.maximum(np.arange(rows), 1)] - run.time[0]
+        told[:rows] = abs(run.signals[name][:rows]) * since < 1.5 * resolution(run.signals[angle])  # of one, and not of two
+    return told
 
 
 def _over_lost_rows(run: MeasuredRun, name: str) -> np.ndarray:

@@ -104,6 +104,21 @@ def test_a_corrupted_sample_of_a_coarse_speed(rig, run):
     assert [(f.kind, f.first, f.last) for f in check([run], rig)] == [("corrupted", 1800, 1800)]
 
 
+@pytest.mark.parametrize("counts, told", [(1, False), (-1, False), (3, True)])
+def test_the_first_rows_of_a_difference_may_be_of_one_count(rig, run, rng, counts, told):
+    """A difference over five rows has one in the first, where a count is five times as much."""
+    still, count = run.time < 0.3, 2.0 * np.pi / 700.0
+    speed = np.where(still, 0.0, np.sin(3.0 * (run.time - 0.3)))
+    angle = count * np.round(np.cumsum(speed) * 1e-3 / count + rng.uniform(-0.4, 0.4))
+    run.signals["reducer.input_angle"] = angle
+    back = np.maximum(np.arange(N) - 5, 0)
+    made = (angle - angle[back]) / np.maximum(run.time - run.time[back], 1e-3)
+    made[0] = counts * count / 1e-3
+    run.signals["reducer.input_speed"] = made
+    found = [(f.channel, f.first) for f in check([run], rig) if f.kind == "corrupted" and f.first < 20]
+    assert found == ([("reducer.input_speed", 0)] if told else [])
+
+
 @pytest.mark.parametrize("rows, lost", [(1, 1), (4, 3), (9, 120)])
 def test_a_difference_over_lost_rows_is_no_speed(rig, run, rows, lost):
     """A recorder that divides by the time of as many rows as usual, and one that knows the time."""

@@ -29,7 +29,8 @@ def shaft(channels: list[Channels]) -> str:
     late and blurred, a tacho has an error of its own. Each shaft is asked with those that suit it best.
     """
     at_load, at_motor = [], []
-    for logged in (True, False):
+    speeds = any(ch.has(name) for ch in channels for name in ("load.speed", "reducer.input_speed"))
+    for logged in (True, False) if speeds else (False,):
         found = [one for ch in channels if (one := _misses(ch, logged)) is not None]
         if found:
             misses, wound = (np.concatenate(parts) for parts in zip(*found))

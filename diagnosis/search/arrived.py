@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..rules import RULES
-from .candidate import Candidate
+from .candidate import Candidate, near_best
 from .fit import Fit
 from .problem import Problem
 
@@ -16,15 +16,13 @@ def arrived(problem: Problem, candidates: list[Candidate], fitted: Callable[[Can
     Far from its noise a robust loss bends little, and steps along a valley of it are short: what a fit that ended on its way
     leaves would be sold as one more cause. fitted: a candidate with another fit of its numbers.
     """
-    found, rules = list(candidates), RULES.search
-    asked = [i for i, c in enumerate(found) if c.fit]
-    least = min((found[i].errors.mean() for i in asked), default=0.0)
+    found = list(candidates)
+    asked, near = [i for i, c in enumerate(found) if c.fit], {id(c) for c in near_best(candidates)}
     for i in asked:
-        if found[i].errors.mean() <= rules.near_best * least:
-            _put(found, i, problem.to_its_end(found[i].fitted, 1.0 - rules.matters), fitted)
-    for _ in range(
-        2 if len(asked) > 1 else 0
-    ):  # each from the other: the one that was read better may be the one that leaves more
+        if id(found[i]) in near:
+            _put(found, i, problem.to_its_end(found[i].fitted, 1.0 - RULES.search.matters), fitted)
+    # each from the other: the one that was read better may be the one that leaves more
+    for _ in range(2 if len(asked) > 1 else 0):
         best = min(asked, key=lambda i: found[i].errors.mean())
         for i in asked:
             _put(found, i, read_as(problem, found[i].fitted, found[best].fitted), fitted)

@@ -41,6 +41,13 @@ class Candidate:
         return self.losses.sum(1)
 
 
+def near_best(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Of those that were fitted, what leaves no more than a few times what the best of them leaves, whatever speaks against them."""
+    fitted = [c for c in candidates if c.fit]
+    least = min((c.errors.mean() for c in fitted), default=0.0)
+    return [c for c in fitted if c.errors.mean() <= RULES.search.near_best * least]
+
+
 def more(a: Candidate, b: Candidate) -> tuple[float, np.ndarray]:
     """How much more a leaves than b on unseen blocks, as a share, and for each block.
 

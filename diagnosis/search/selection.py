@@ -16,7 +16,7 @@ import numpy as np
 from selflock.fmus.effect import LAG
 
 from ..rules import RULES
-from .candidate import Candidate, worse
+from .candidate import Candidate, near_best, worse
 from .fit import Fit
 from .hypotheses import Hypothesis
 from .look import Known
@@ -82,7 +82,7 @@ class ForwardSelection:
         while len(stages) < most:
             stage = self.step(base, [c.hypothesis for c in causes], first)
             rivals = [c.fitted for c in (stage.winner, *stage.tied) if c]
-            if rivals and not causes and (anew := self.again(problem, rivals, _near(stage))):
+            if rivals and not causes and (anew := self.again(problem, rivals, [c.fitted for c in near_best(stage.candidates)])):
                 problem = self.problem = anew[0]
                 first = base = problem.fit(first.free, {p.name: anew[1].values[p.name] for p in first.free})
                 stage = self.step(base, [], first)
@@ -152,10 +152,3 @@ class ForwardSelection:
     def _standing(self, fitted: Fit) -> Candidate:
         """How a set of causes does on unseen blocks."""
         return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self.problem.block_loss(self.problem.held_out(fitted)))
-
-
-def _near(stage: Stage) -> list[Fit]:
-    """Fits of a step that leave no more than a few times what the best of them leaves, whatever speaks against them."""
-    fitted = [c for c in stage.candidates if c.fit]
-    least = min(c.errors.mean() for c in fitted)
-    return [c.fitted for c in fitted if c.errors.mean() <= RULES.search.near_best * least]

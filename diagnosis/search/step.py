@@ -25,6 +25,7 @@ from .candidate import (
     harmonic,
     may_be_nothing,
     more,
+    near_best,
     one_wave,
     order_of,
     reaches_an_end,
@@ -165,10 +166,9 @@ class Step:
             c.chance = (1 + int((stage.by_chance >= c.gain).sum())) / (1 + RULES.search.draws)
             c.doubt = self._doubt(c)
         real = [c for c in fitted if not c.doubt]
-        for c in real if self.problem.by_channel else ():
-            if c.errors.mean() <= RULES.search.near_best * real[0].errors.mean():
-                left = self.problem.excess(c.fitted.values, (self.first or self.base).values)
-                c.complete = bool(left.max() <= RULES.search.natural)
+        for c in near_best(real) if self.problem.by_channel else ():
+            left = self.problem.excess(c.fitted.values, (self.first or self.base).values)
+            c.complete = bool(left.max() <= RULES.search.natural)
         return real
 
     def _waves_beside(self, winner: Candidate, fitted: list[Candidate]) -> list[Candidate]:

@@ -39,6 +39,7 @@ def test_its_gear_holds_a_rope_that_pulls_and_slides_by_the_law_of_the_wedge(rng
     assert even[3] * s["constant"] == pytest.approx(0.9 * s["supply"] - s["resistance"] * even[1], rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_second_log_begins_in_motion_and_files_are_written_as_a_user_would(tmp_path):
     case = fieldbus.hide([], fieldbus.DEVELOPMENT + 1, 3.0)
     rig, train, test = case.write(tmp_path)
@@ -47,6 +48,7 @@ def test_the_second_log_begins_in_motion_and_files_are_written_as_a_user_would(t
     assert len(case.logs[1]) < len(case.logs[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("span", [1e-3, 5e-3, 20e-3])
 def test_what_its_senders_average_is_over_all_of_their_time(span, rng):
     """A motor that turns evenly under an even current: a step too few of 250 was a scale of 0.996, which the diagnosis named."""

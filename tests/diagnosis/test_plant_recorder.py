@@ -107,6 +107,7 @@ def test_the_true_model_leaves_the_noise_and_the_strength_is_what_it_mends(seed)
         assert case.floor["current"] == pytest.approx(np.hypot(case.recorder.noise["current"], grain), rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("name", [*MORE, "controller.sampling"])
 def test_a_further_cause_is_nothing_at_strength_zero_and_something_at_its_strength(name):

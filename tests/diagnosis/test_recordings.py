@@ -296,6 +296,7 @@ def test_faults_are_told_whatever_the_recorder(seeds, tmp_path):
     assert told > 0.5 * put and right > 0.5 * said, counts
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("change", [dict(viscous=1e-3), dict(preload=3.0)], ids=str)
 def test_a_smaller_torque_constant_makes_no_error_smaller(change, tmp_path):

@@ -105,6 +105,7 @@ def test_a_copy_that_is_off_is_made_again(home, harm):
     assert [p.name for p in home.iterdir()] == ["laws"]
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("harm", ["flip", "cut", "gone", "folder", "seal", "open"])
 def test_an_fmu_that_is_off_is_built_again(home, harm):

@@ -93,6 +93,7 @@ def test_more_samples_than_anybody_waits_for(tmp_path):
         read_study(tmp_path / "x.toml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", [log(run=""), log("1.0,1e300,0.1,0"), log(f"1.0,{DIGITS},0.1,0"), log(f"{DIGITS},1,0.1,0"), log("1.0")]
 )

@@ -18,6 +18,7 @@ LIVELY = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("name", LIVELY)
 def test_a_whole_life_with_the_numbers_of_fmpy(host, extracted, name):
@@ -154,6 +155,7 @@ def test_another_guid_makes_no_instance(host, extracted):
     assert answers == ["0", "null", "0"] and "the GUID another is not that of this FMU" in said[0] and len(said) == 1
 
 
+@pytest.mark.slow
 def test_a_damaged_state_is_refused_and_a_sound_one_goes_on(host, extracted):
     fmu = extracted("Motor")
     for place in (1, 65, 200):  # in the checksum, at the end of the content, in its midst
@@ -177,6 +179,7 @@ def test_a_damaged_state_is_refused_and_a_sound_one_goes_on(host, extracted):
         assert answers[-1] == undisturbed[-1]
 
 
+@pytest.mark.slow
 def test_tunable_parameters_change_while_it_runs(host, extracted):
     """Both limits change between two steps, one after the other; the voltage is theirs from the next step on."""
     fmu = extracted("Controller")
@@ -208,6 +211,7 @@ def test_paths_of_any_kind(host, extracted, folder):
     assert set(answers) == {"0"} and said == []
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("locale", ["C", "C.UTF-8", "POSIX"])
 def test_accents_in_any_locale(host, extracted, locale):

@@ -178,6 +178,7 @@ def test_a_structure_in_itself_comes_to_an_end(tmp_path):
         master.load(path)
 
 
+@pytest.mark.slow
 def test_a_script_that_is_not_there_is_a_message(tmp_path, counter):
     for text in (b"", b"no_such_script", b"../../../etc/passwd", b"\xff\xfe\x00", b"a" * 5000):
         with zipfile.ZipFile(counter) as good:

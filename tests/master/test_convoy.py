@@ -73,6 +73,7 @@ def test_fmus_of_fmi_3(monkeypatch, native, algorithm, ends_at):
     assert ends_at < 2.0 or master.run(master.from_dict(pure)).table[fast.table.columns].equals(fast.table)
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 def test_rows_at_an_interval_and_more_rows_than_are_kept_at_once(monkeypatch, native, algorithm, tmp_path):
     slow, fast = both_ways(monkeypatch, ring(native, algorithm, step=0.001, stop=30.0, interval=0.003))

@@ -75,12 +75,14 @@ def test_a_step_of_an_fmu_in_the_compiled_loop_is_three_c_calls(monkeypatch, nat
     assert [made.count(name) for name in ("writes", "step", "reads")] == [60, 60, 60]
 
 
+@pytest.mark.slow
 def test_python_does_nothing_at_each_step_of_the_compiled_loop(monkeypatch, native):
     monkeypatch.setattr(simulation, "WORTH", 0)
     for count in (2, 8):  # once in a thousand steps results are looked at: 14 calls
         assert calls(ring(native, count, "jacobi"), 3000) - calls(ring(native, count, "jacobi"), 1000) < 2 * 25
 
 
+@pytest.mark.slow
 def test_a_step_in_python_costs_the_same_for_each_part(system):
     """Parts in process, one on the next: what a part adds does not depend on how many there are."""
 

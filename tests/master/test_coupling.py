@@ -145,6 +145,7 @@ def test_what_cannot_be_stepped_again_is_refused(system, refused, monkeypatch):
     refused(lambda: master.run(two_masses(system, step=0.1, algorithm="iterated")), "iterated", "s does not roll back")
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("interface", ["me", "cs"])
 def test_anybodys_fmus_on_a_loop(system, native, interface):

@@ -27,6 +27,7 @@ def sampler(native):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_values_of_every_type_go_in_and_come_out(sampler, way):
     given = {"i8_in": -100, "u8_in": 200, "i16_in": -30000, "u16_in": 60000, "i32_in": 7, "u32_in": 4_000_000_000}

@@ -163,6 +163,7 @@ def test_a_warning_does_not_end_a_run(system, native):
     assert master.run(description, settings={"t.end": 1, "t.ends_at": 0.5}).table["t.count_out"].iloc[-1] == 2
 
 
+@pytest.mark.slow
 def test_an_error_behind_the_last_step_is_a_note(system, native):
     """All rows are there by then, and nothing of them is lost."""
     result = master.run(system({"t": (native("teller"), {"end": 7})}, stop=0.5, step=0.1, open_inputs=True))

@@ -289,6 +289,7 @@ def test_sources_alone_are_refused_with_what_to_do(altered, refused):
     refused(lambda: single(path), "it has: c-code", "fmpy compile odd.fmu")
 
 
+@pytest.mark.slow
 def test_a_library_beside_the_binary_is_found(native, tmp_path, refused):
     """Linked to one that lies beside it, without a path: Linux alone would not look there."""
     source = Path(__file__).parents[1] / "native"

@@ -69,6 +69,7 @@ def test_parts_of_any_step_go_on(system, interrupted, ending, algorithm):
     interrupted(description, ending, (0.25, 0.26, 0.9))
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_our_fmus_in_the_compiled_loop_go_on(interrupted, ending, monkeypatch):

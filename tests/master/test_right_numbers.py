@@ -225,6 +225,7 @@ def test_a_part_of_ones_own_may_end_the_run(system, more):
     assert last[["time", "t.y"]].tolist() == pytest.approx([0.5, 0.5]) and result.ended == {"t": pytest.approx(0.5)}
 
 
+@pytest.mark.slow
 def test_a_figure_beyond_the_end_is_no_figure(native, tmp_path):
     from selflock.sweep import sweep
 

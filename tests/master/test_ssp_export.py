@@ -74,6 +74,7 @@ def documents(path):
     return found
 
 
+@pytest.mark.slow
 def test_every_document_is_valid_and_every_file_is_there(packed):
     found = documents(packed)
     sets = [b.get("source") for b in found["SystemStructure.ssd"].iterfind(".//ssd:ParameterBinding", SPACES)]

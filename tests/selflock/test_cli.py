@@ -211,6 +211,7 @@ def test_ctrl_c_leaves_rows_and_their_summary(typed, tmp_path, monkeypatch):
     assert len(read(tmp_path / "x.csv")[0]) == 11
 
 
+@pytest.mark.slow
 def test_a_help_lists_commands_by_what_they_are_for_and_loads_nothing_that_draws(typed):
     code, out, _ = typed("--help")
     assert not code and [line for line in out.splitlines() if line.endswith(":") and line[0] != " "] == [
@@ -226,6 +227,7 @@ def test_a_help_lists_commands_by_what_they_are_for_and_loads_nothing_that_draws
 FEW = ("scipy.signal", "scipy.stats", "dask", "pint", "matplotlib")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room, more", [("pipeline.replay", ("fmpy", "lxml")), ("answered", ())], ids=["replay", "diagnose"])
 def test_what_replays_and_diagnoses_loads_no_library_that_few_need(room, more):
     ask = f"import sys, selflock.diagnosis.calls, selflock.diagnosis.{room}; print(sorted(sys.modules))"

@@ -38,6 +38,7 @@ def test_speed_and_acceleration_are_the_derivatives(turns, rng):
         assert (after.speed - before.speed) / (2 * h) == pytest.approx(here.acceleration, abs=2e-3)
 
 
+@pytest.mark.slow
 @BOTH
 def test_acceleration_is_continuous(turns):
     time = np.linspace(0, 10, 100001)

@@ -23,6 +23,7 @@ def table(mode="kinematic", looked=False, **settings):
     return master.run(runs.system(mode), settings, stop=STOP, observe=observe).table
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["kinematic", "dynamic"])
 def test_a_run_that_is_one_compiled_loop_has_the_bits_of_one_in_python(sails, monkeypatch, mode):
     found = table(mode)

@@ -143,6 +143,7 @@ def test_stiffer_or_lighter_segments_are_stepped_as_finely_as_they_ask(rng, run)
     assert np.std(usual) < np.std(fine) + 0.005 * abs(np.mean(fine))
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("track", TRACKS)
 def test_on_a_slope_it_stands_without_creep_or_slides_as_coulomb_says(track, run):
@@ -158,6 +159,7 @@ def test_on_a_slope_it_stands_without_creep_or_slides_as_coulomb_says(track, run
     assert rate == pytest.approx(-G * (math.sin(slope) - 0.3 * math.cos(slope)) * math.cos(slope), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("track", TRACKS)
 def test_driven_sprockets_carry_the_downhill_force(track, run):

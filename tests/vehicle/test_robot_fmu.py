@@ -86,6 +86,7 @@ def test_it_is_valid_and_builds_the_same_bytes_twice(fmu, tmp_path):
         build(tmp_path, wheels=4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("track", ["segmented", "belt"])
 def test_its_numbers_are_the_parts_to_the_last_bit(fmu, track, tmp_path):
     host = Host(fmu, tmp_path / "fmu", track=track, ground="stairs:0.05,0.3,3,0.7", settling_time=0.2)

@@ -141,6 +141,7 @@ def test_a_motion_that_lacks_its_factor_is_one_all_the_same(tmp_path):
     assert begun.kind == "forward" and begun.lacks.startswith("factor of column 'enc_counts'")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("whole", ["run", "experiment"])
 def test_the_name_of_the_structure_that_all_are_in_claims_nothing(whole, tmp_path):
     held = {"t": T, "u": TRUTH["voltage"], "i": TRUTH["current"], "speed": TRUTH["motor_speed"]}
@@ -427,6 +428,7 @@ def test_an_encoder_that_is_set_anew_still_tells_its_speed_and_the_ratio(tmp_pat
     assert guess.ratio and guess.ratio[0] == pytest.approx(RATIO, rel=2e-3) and guess.taken["load.angle"].sure == "sure"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_a_run_s_result_is_placed_by_its_names(ending, tmp_path):
     """What the motor is given by the master leads what it came from by a row, and is no set-point; a manoeuvre is one."""

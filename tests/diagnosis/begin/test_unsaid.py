@@ -140,6 +140,7 @@ def test_what_is_no_utf_8_is_told_as_that(tmp_path):
         read(tmp_path / "x.csv")
 
 
+@pytest.mark.slow
 def test_info_tells_of_what_a_drive_exports(tmp_path):
     (tmp_path / "x.csv").write_text("Kopf;1\n\nZeit [ms];Winkel [°]\n" + "".join(f"{k},0;{k},5\n" for k in range(20)))
     text = info(tmp_path / "x.csv")

@@ -16,6 +16,7 @@ def lacking(rng, rows, judged, left=1.0):
     return ChannelError("y", "", 9.0, 1.0, noise, 9.0, rows, 9.0, held_out, judged).lacking
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", [100, 1200, 12_000])
 def test_noise_alone_lacks_nothing(rng, rows):
     """At most in `significant` of the cases; of 600 a share of a fiftieth scatters by 0.6 %."""

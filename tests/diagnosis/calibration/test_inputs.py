@@ -37,6 +37,7 @@ def forgetful(native, tmp_path):
     return shutil.copy(native("forgetful"), tmp_path / "any name.fmu").name
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize(
     "wanted, words",
     [

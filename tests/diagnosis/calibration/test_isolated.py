@@ -57,6 +57,7 @@ def test_the_command_line_asks_for_it(rig, call, tmp_path, monkeypatch):
     assert asked == [False, True]
 
 
+@pytest.mark.slow
 def test_other_commands_load_none(oscillator, tmp_path, monkeypatch):
     """They read what an FMU says of itself; `export` asks it which variables act at once."""
     monkeypatch.setattr(binary.Binary, "library", refuse)

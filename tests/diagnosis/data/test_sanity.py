@@ -117,6 +117,7 @@ INVERSES = {
 }
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("slip", FORWARDS)
 def test_a_slip_of_a_forward_rig_is_told_in_a_sentence(slip, tmp_path):
     changes, log, words = FORWARDS[slip]
@@ -253,6 +254,7 @@ def lasting(log, times=60):
     return pd.concat([every.assign(time=every.time + whole * k) for k in range(times)])
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize(
     "slip", ["ms as s", "degrees as radians", "milliamperes", "columns exchanged", "sign of a torque", "inertia in g.cm2"]
@@ -264,12 +266,14 @@ def test_a_slip_is_told_of_a_long_log_too(slip, tmp_path):
     assert all(word in text for word in words if not any(c.isdigit() for c in word)), text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["forward", "inverse"])
 def test_a_right_rig_of_a_long_log_passes(kind, tmp_path):
     found = boxed(tmp_path, written(kind), lasting(LOG))
     assert not found.findings and any("(rig 60)" in line for line in found.shows), found.lines()
 
 
+@pytest.mark.slow
 def test_a_long_log_whose_angle_lags_a_little_has_no_other_zero(tmp_path):
     """Means over its pieces, of many motions each, lie closer together than what a load pulls them off."""
     every = LOG.iloc[::20]
@@ -413,6 +417,7 @@ def test_what_a_diagnosis_is_there_to_find_passes(name, kind, tmp_path):
         assert not box(rig, runs).findings, box(rig, runs).lines()
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.skipif(
     not DATA.exists(), reason="the measured data are not in ../shared/data (docs/measurements.md names their sources)"
@@ -449,6 +454,7 @@ OVER = {  # what somebody wrote, and the words that tell it
 SEEN = [(slip, by) for slip in OVER for by in LIFTED if (slip, "whatever" in by) != ("friction in percent", True)]
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("slip, by", SEEN)
 def test_what_no_motor_could_lift_is_told(slip, by, tmp_path):
     changes, words = OVER[slip]

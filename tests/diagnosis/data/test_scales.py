@@ -88,6 +88,7 @@ SLIPS = {  # as it was written, whether it stops, and words of the sentence
 }  # fmt: skip
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("slip", SLIPS)
 def test_a_unit_that_the_log_contradicts_is_told_in_a_sentence(slip, tmp_path):
     changes, stops, words = SLIPS[slip]
@@ -167,6 +168,7 @@ def test_of_a_duty_the_supplys_unit_is_told_and_its_own(columns, words, tmp_path
     assert any(words in sentence for sentence in gross), gross
 
 
+@pytest.mark.slow
 def test_a_duty_is_held_against_gains_of_a_duty(tmp_path):
     """Its limits are no voltages, and its gains are per rad of 1."""
     changes = {"controller__angle_gain": GAIN / 24.0, "controller__speed_gain": DAMPS / 24.0, "controller__voltage_max": 1.0, "controller__voltage_min": -1.0}  # fmt: skip

@@ -46,6 +46,7 @@ def near(number, truth, slack=0.0):
     assert abs(number.value - truth) < 2.0 * (number.high - number.low) + slack, (number, truth)
 
 
+@pytest.mark.slow
 def test_nothing_that_runs_is_left_open_by_what_stops_a_search(tmp_path, native, rng, monkeypatch):
     """Also where half the steps are tried, and their systems stand beside those that were there."""
     every, went = [], extended.Extended.__init__

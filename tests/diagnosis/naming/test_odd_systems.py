@@ -17,6 +17,7 @@ def bodies(tmp_path, native, rng):
     return rig, logs
 
 
+@pytest.mark.slow
 def test_what_cannot_be_reset_is_reset_nowhere(tmp_path, native, rng, monkeypatch):
     """Also not in the heads of the logs, nor in other steps: a reset that spoils memory spoils all that comes after it."""
     every, begun = [], Extended.__init__

@@ -48,6 +48,7 @@ def named(tmp_path, native):
     return written
 
 
+@pytest.mark.slow
 def test_inputs_are_planned_under_which_two_laws_differ(named, tmp_path):
     """A loss with the third power and one with the square, alike where the body hardly moves."""
     folder = named(model("cubic", -0.05, "heater", "relaxation.x"), model("drag", -0.06, "heater", "relaxation.x"))
@@ -62,6 +63,7 @@ def test_inputs_are_planned_under_which_two_laws_differ(named, tmp_path):
     assert np.array_equal(again.inputs["relaxation.u"], result.inputs["relaxation.u"])
 
 
+@pytest.mark.slow
 def test_what_acts_alike_under_all_inputs_is_told_as_that(named, tmp_path):
     """An offset of the heater and one of the body's sensor, where the run's begin is free."""
     offset, sensor = model("constant", 0.1, "heater"), model("constant", 0.1, "body")
@@ -94,6 +96,7 @@ def test_limits_that_are_none(named, limits, words):
         plan(named(*both), limits, None)
 
 
+@pytest.mark.slow
 def test_one_thing_by_two_names_is_told_as_one_and_two_laws_that_other_inputs_tell_apart_are_not(tmp_path, native, rng):
     """An offset before a linear body is one behind it, wherever runs begin; a cubic law is a drag of no inputs that go so far."""
     rig = hidden.rig(tmp_path, native("relaxation"))

@@ -91,6 +91,7 @@ ADDED = [
 ]
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize(("one", "numbers", "near"), ADDED, ids=lambda x: x.law if isinstance(x, Insert) else "")
 def test_outputs_answer_what_is_added_as_in_the_simulation(problem, one, numbers, near):
     """What a tank makes of its inflow changes with its level; answers are known at twelve times. What is recorded is exact."""
@@ -261,6 +262,7 @@ def test_what_stops_looking_answers_with_the_best_so_far(tmp_path, native):
     assert not whole.stopped and whole.effort["simulations"] > result.effort["simulations"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("at", "fitted"), [("the base", 0), ("first look", 0), ("best so far", 1)])
 def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, at, fitted):
     """Where a step of the search took longer than the rest of its time, all of it ended without a word of what was found."""
@@ -287,6 +289,7 @@ def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, a
     assert len(result.causes) == min(fitted, 1)
 
 
+@pytest.mark.slow
 def test_time_that_is_up_when_all_was_looked_at_has_stopped_nothing(tmp_path, native, monkeypatch):
     from selflock.diagnosis.naming import run
 

@@ -56,6 +56,7 @@ def test_what_computes_or_counts_acts_once_a_step_and_what_has_a_state_does_not(
     assert sampled._acts_once(played, "a", {"a.u": U}, {}) == once
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("domain", "found"), [("mechanical", {"controller"}), ("electrical", set()), ("house", {"thermostat"})])
 def test_of_the_plants_the_controller_acts_once_a_step(tmp_path, monkeypatch, domain, found):
     monkeypatch.setattr(strangers, "ROWS", 60)

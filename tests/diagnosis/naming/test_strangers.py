@@ -144,6 +144,7 @@ def named(tmp_path, kinds, **how):
     return name(tmp_path / "rig.toml", logs[:1], test=logs[1:], out=None, starts=1, kinds=kinds)
 
 
+@pytest.mark.slow
 def test_a_late_command_of_what_it_multiplies_is_seen(tmp_path):
     """How a vessel answers its valve changes with all that acts on it, so that sums of answers to steps say little of a delay.
 
@@ -155,6 +156,7 @@ def test_a_late_command_of_what_it_multiplies_is_seen(tmp_path):
     assert not any("next row" in note for note in result.notes)
 
 
+@pytest.mark.slow
 def test_an_output_that_was_read_in_the_row_of_what_it_follows_at_once_is_compared_a_row_later(tmp_path):
     """It was `unknown`: the flow jumps with the valve, in the model a row behind it. What hides beside it has its name."""
     result = named(tmp_path, ["path"], late=4, at_once=True)
@@ -164,6 +166,7 @@ def test_an_output_that_was_read_in_the_row_of_what_it_follows_at_once_is_compar
     assert flow.after == pytest.approx(0.015, rel=0.2)  # the sensor's noise
 
 
+@pytest.mark.slow
 def test_what_an_fmu_has_not_computed_before_its_first_step_is_no_error(tmp_path):
     """Its flow is 0 there, as it was written; the log's is not. It was `unknown`, of a battery's voltage a law of 20 s."""
     result = named(tmp_path, ["path"], late=0)
@@ -172,6 +175,7 @@ def test_what_an_fmu_has_not_computed_before_its_first_step_is_no_error(tmp_path
     assert flow.after == pytest.approx(0.015, rel=0.15)  # the sensor's noise; four standard errors of 500 samples
 
 
+@pytest.mark.slow
 def test_what_a_law_does_beyond_what_taught_can_not_be_closed(monkeypatch):
     monkeypatch.setattr(strangers, "ROWS", 120)
     farther, within = (strangers.hide("outside: ripple", seed, "electrical") for seed in (10_011, 10_012))

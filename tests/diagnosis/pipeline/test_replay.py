@@ -143,6 +143,7 @@ def sound(tmp_path_factory):
     return bench.hide([], seed=10_002, duration=4.0).write(tmp_path_factory.mktemp("sound"))[:2]
 
 
+@pytest.mark.slow
 def test_parts_are_shown_and_beside_them_the_whole_drive_that_the_rig_describes(sound):
     rig = load(sound[0])
     parts = [residual.name for residual in DriveExperiment(rig, gathered(sound[1], rig)[0]).residuals]
@@ -153,6 +154,7 @@ def test_parts_are_shown_and_beside_them_the_whole_drive_that_the_rig_describes(
     assert all(one.error < 2.0 * one.noise_floor for one in whole)  # it is sound
 
 
+@pytest.mark.slow
 def test_it_compares_what_a_diagnosis_judges(sound, tmp_path):
     """A log that was not taken in step with its controller is judged as a whole drive, and is shown so."""
     (tmp_path / "rig.toml").write_text(sound[0].read_text() + '"controller.sample_period" = 0.0013\n')
@@ -164,6 +166,7 @@ def test_it_compares_what_a_diagnosis_judges(sound, tmp_path):
     assert [one.name for one in replay(rig.path, sound[1], None).comparisons] == judged
 
 
+@pytest.mark.slow
 def test_a_call_has_one_thread_of_blas_also_where_it_is_the_first_to_load_it():
     asked = (
         "from threadpoolctl import threadpool_info\n"

@@ -45,6 +45,7 @@ def told(bench):
     return dilution._of_current(bench, of(bench, "motor.current"), {})
 
 
+@pytest.mark.slow
 def test_noise_of_the_voltage_is_found_in_the_current_and_carried_on_to_the_speed(case, rng, tmp_path):
     """What is said of both is by how much the simulation from the noisy voltage is another than that from the clean one."""
     volts = 0.05 * case.sheet["supply"]
@@ -61,6 +62,7 @@ def test_noise_of_the_voltage_is_found_in_the_current_and_carried_on_to_the_spee
     assert slow == pytest.approx(np.sqrt(all_of_it**2 - fast**2), rel=0.5)
 
 
+@pytest.mark.slow
 def test_noise_of_the_current_alone_is_none_of_the_voltage(case, rng, tmp_path):
     spread = 5.0 * float(case.logs[0]["i"].std())
     loud = replace(case, logs=[log.assign(i=log["i"] + spread * rng.standard_normal(len(log))) for log in case.logs])
@@ -81,6 +83,7 @@ def between_rows(bench):
     return dilution.between_rows([bench.channels[i, ""] for i in range(len(bench.runs))])
 
 
+@pytest.mark.slow
 def test_what_a_voltage_does_between_its_rows_is_told_by_how_far_each_lies_from_the_line_between_its_neighbours(
     case, rng, tmp_path
 ):
@@ -101,6 +104,7 @@ def test_what_a_voltage_does_between_its_rows_is_told_by_how_far_each_lies_from_
     assert found == pytest.approx(np.sqrt(np.mean(np.square(off))), rel=0.25)
 
 
+@pytest.mark.slow
 def test_a_voltage_that_goes_straight_or_is_held_from_each_row_on_does_nothing_between_them(case, tmp_path):
     size = 0.3 * case.sheet["supply"]
     slow, _ = told_of(case, tmp_path / "slow", lambda time, n: size * np.sin(3.0 * time))

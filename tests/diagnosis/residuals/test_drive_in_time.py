@@ -98,7 +98,9 @@ def solved(last, period=0.0, driven=None, supply=np.ones_like):
     return np.array(rows).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duty", [False, True], ids=["voltage", "duty"])
+@pytest.mark.alike
 @pytest.mark.parametrize("period", [0.0, 0.008], ids=["continuous", "sampled"])
 def test_a_loop_is_of_second_order_in_its_step(period, duty):
     """Half the step leaves a quarter of the error, of every signal: of a first order it would be half. A duty counts times its supply."""
@@ -115,6 +117,7 @@ def test_a_loop_is_of_second_order_in_its_step(period, duty):
     assert np.all(off[1] < 2e-3 * size), off[1] / size
 
 
+@pytest.mark.slow
 def test_an_open_loop_is_of_second_order_in_its_step():
     """As a loop that is closed: driven by its voltage, which a step has as in its middle."""
     last, p, off = 0.4, parameters(), []

@@ -53,6 +53,7 @@ def test_lost_rows_leave_messages_their_ages(rng, tmp_path):
     np.testing.assert_allclose(found[20:][~behind[20:]], (old - old.min())[kept][20:][~behind[20:]], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rows", "phase"), [(1, 0.5), (1, 0.9), (2, 1.1)])
 def test_uneven_rows_hold_what_was_sent_at_even_times(rows, phase, rng, tmp_path):
     """Where messages come within what rows scatter by, too: but for rows in which nobody can say which they have."""

@@ -65,6 +65,7 @@ def experiment(rng, speed=None):
     return DriveExperiment(rig, [run])
 
 
+@pytest.mark.slow
 def test_a_speed_that_a_controller_makes_by_differences_is_half_its_period_late(rng):
     bench = experiment(rng)
     asked = Problem.of(bench, np.ones(bench.layout.count, bool)).with_noise()

@@ -102,6 +102,7 @@ def steps(rng, size):
     return lambda t: float(heights[int(t / 0.47)])
 
 
+@pytest.mark.slow
 @pytest.mark.in_turn
 @pytest.mark.parametrize("duty", [False, True], ids=["voltage", "duty"])
 def test_a_controller_that_acts_row_by_row_is_found(rng, duty):
@@ -130,6 +131,7 @@ def test_a_command_tells_whether_it_answers_its_own_row(rng, duty):
     assert not ask(simulated(wanted, duty=duty, counted=False))
 
 
+@pytest.mark.slow
 @pytest.mark.in_turn
 def test_what_acts_late_behind_the_logged_command_is_a_delay_of_it(rng):
     """As long as it is, and the command itself is not read late: in no way of acting is such a drive right without it."""
@@ -143,6 +145,7 @@ def test_what_acts_late_behind_the_logged_command_is_a_delay_of_it(rng):
     assert driven.AT_ONCE in found.experiment.channels[0, ""].run.memory[driven.ACTS]
 
 
+@pytest.mark.slow
 @pytest.mark.in_turn
 @pytest.mark.parametrize("told", [True, False], ids=["behind", "before"])
 def test_what_a_power_stage_loses_is_not_in_the_command_that_a_controller_writes(rng, told):
@@ -169,6 +172,7 @@ def test_what_a_table_gives_an_open_loop_is_held(rng):
     assert volts() == pytest.approx(heights[rows])
 
 
+@pytest.mark.slow
 @pytest.mark.in_turn
 def test_whether_a_voltage_is_held_is_asked_again_of_the_drive_with_its_cause(rng):
     """A sag behind a table of duties, taken to go straight from row to row: with it the voltage is held, and that is the end of it."""
@@ -189,6 +193,7 @@ def test_whether_a_voltage_is_held_is_asked_again_of_the_drive_with_its_cause(rn
     assert driven.row_by_row(found.experiment.channels[0, ""])
 
 
+@pytest.mark.slow
 @pytest.mark.in_turn
 def test_counts_in_a_loop_are_noise_of_what_follows_them(rng):
     """A controller of a coarse encoder moves its drive by what it makes of counts: what that is the command tells, and nothing where it saw none."""

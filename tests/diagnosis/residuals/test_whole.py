@@ -152,6 +152,7 @@ def test_a_channel_that_is_early_is_read_to_the_last_row_as_far_as_was_simulated
         assert around.min() - 1e-6 <= x[-1] <= around.max() + 1e-6, (name, x[-3:], around)
 
 
+@pytest.mark.slow
 def test_an_encoder_that_rounds_down_is_no_bias(seed, tmp_path):
     """Its reading is half a count too little on average, as no data sheet tells; what is beyond a count is not its zero."""
     recorder = replace(draw(np.random.default_rng(seed), ("angle",), True), **DIFFERENCED)
@@ -192,6 +193,7 @@ def test_whether_a_controller_sees_counts_is_told_by_its_voltage(told, gain, rng
     assert sees_counts(ch) is told
 
 
+@pytest.mark.slow
 def test_what_a_controller_makes_of_counts_is_noise_of_its_voltage(seed, tmp_path):
     """The same drive, once with a controller that sees counts: what it differs by is of the size that is told, in voltage and current."""
     recorder = replace(draw(np.random.default_rng(seed), ("angle",), True), **DIFFERENCED, control=1e-4)
@@ -254,6 +256,7 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     assert abs(np.diff(simulated["angle"])[behind:]).max() < 0.01 * travel  # and goes on from there
 
 
+@pytest.mark.slow
 def test_a_gap_through_which_the_set_point_went_on_is_simulated_through(tmp_path):
     """Some lost rows, and a rest: the drive goes on, and its next rows are compared. Where the set-point turned it begins anew."""
     case = recordings.hide([], recordings.DEVELOPMENT + 1, longest=3.0, duration=3.0)
@@ -357,6 +360,7 @@ def test_what_describes_no_loop_is_told_by_name(lost, said, tmp_path):
         DriveExperiment(rig, [replace(bench.runs[0], signals=signals)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("channel", ["controller.voltage", "motor.voltage"])
 def test_a_controller_slower_than_its_log_acts_when_it_did(seed, channel, tmp_path):
     """Whatever its voltage is called, and wherever the instants of the simulation lie."""
@@ -377,6 +381,7 @@ def test_a_controller_slower_than_its_log_acts_when_it_did(seed, channel, tmp_pa
     assert whole.grid(ch).dt.min() > 0.0
 
 
+@pytest.mark.slow
 def test_of_less_than_a_wave_no_tachos_ripple_is_asked(seed, tmp_path):
     slow = Speed("tacho", ripple=0.01, order=1.0)
     recorder = replace(draw(np.random.default_rng(seed), ("speed", "motor_speed")), duration=3.0, step=1e-3)

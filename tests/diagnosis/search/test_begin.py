@@ -36,6 +36,7 @@ def left(step, start):
     return step.problem.loss(step.problem.misfit({**step.base.values, **start}))
 
 
+@pytest.mark.slow
 def test_a_fit_begins_with_as_much_as_leaves_no_more_than_nothing_does(step, rng):
     """Of the cause, ten to a hundred times too much of which the look promised; none of what is there already, but what the look saw."""
     right, wrong = way(step, RESISTANCE, rng.uniform(10.0, 100.0) * R), way(step, "load.damping", rng.uniform(10.0, 100.0))
@@ -44,6 +45,7 @@ def test_a_fit_begins_with_as_much_as_leaves_no_more_than_nothing_does(step, rng
     assert 0.0 < step._start(wrong)["load.damping"] <= wrong.little()["load.damping"] < wrong.start()["load.damping"]
 
 
+@pytest.mark.slow
 def test_what_is_fitted_is_told_by_what_is_left_where_it_begins(step, rng):
     """And not by what a linear look sees in it: of two ways, and of two hypotheses, the other one promises more."""
     amounts = rng.uniform(0.3, 0.4) * R * np.array([0.02, 1.0])
@@ -55,6 +57,7 @@ def test_what_is_fitted_is_told_by_what_is_left_where_it_begins(step, rng):
     assert [ways[0].hypothesis for ways in chosen][0] is right.hypothesis and RESISTANCE in first
 
 
+@pytest.mark.slow
 def test_a_cause_of_which_there_is_nothing_is_none_whatever_it_frees_beside(step):
     """A damping that ended at 0 beside the resistance that it freed; the same fit is a resistance that freed a damping."""
     (r,), (d,) = way(step, RESISTANCE, 0.3 * R).free, way(step, "load.damping", 0.0).free

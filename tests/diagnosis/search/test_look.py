@@ -31,6 +31,7 @@ def of(problem, name):
     return next(h for h in problem.hypotheses if name in [p.name for p in h.free])
 
 
+@pytest.mark.slow
 def test_what_has_no_memory_gains_the_same(sampled, monkeypatch):
     problem, base = sampled
     friction = of(problem, "reducer.friction_kinetic")
@@ -42,6 +43,7 @@ def test_what_has_no_memory_gains_the_same(sampled, monkeypatch):
         assert one.shape == other.shape and one.gain == pytest.approx(other.gain, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_an_excerpt_shows_otherwise_is_looked_at_in_the_whole_log(sampled, monkeypatch):
     """Here it is of a gear that feels half as much load again."""
     problem, base = sampled
@@ -60,6 +62,7 @@ def test_what_an_excerpt_shows_otherwise_is_looked_at_in_the_whole_log(sampled, 
     assert [way.gain for way in looked(problem, base, friction)] != pytest.approx(everywhere, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_what_a_new_base_does_not_touch_is_not_looked_at_again(sampled, monkeypatch):
     problem, base = sampled
     made, plain, known, friction = [], looks.directions, {}, of(problem, "reducer.friction_kinetic")
@@ -100,6 +103,7 @@ def test_a_fit_of_an_excerpt_is_that_of_the_whole_log(sampled, monkeypatch):
     np.testing.assert_allclose(near.jacobian, whole.jacobian, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.alike
 @pytest.mark.parametrize("share", [0.0, 0.5])
 def test_where_an_excerpt_says_otherwise_of_where_a_fit_ends_the_whole_log_is_fitted(sampled, share, monkeypatch):
     """Here it feels a share of the change alone; of none of it nothing but the slope tells."""

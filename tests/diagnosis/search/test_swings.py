@@ -99,6 +99,7 @@ def test_what_is_not_shown_is_softened_alike_in_steps_of_any_length(rng):
     assert stable(reducer, load, 5e-4) == stable(reducer, load, 5e-4, np.inf)
 
 
+@pytest.mark.slow
 def test_a_shaft_of_which_a_rig_says_nothing_is_the_one_that_leaves_only_noise(rng):
     """As stiff as it is; one that the rig says is left as it says."""
     swing = float(rng.uniform(120.0, 300.0))
@@ -109,6 +110,7 @@ def test_a_shaft_of_which_a_rig_says_nothing_is_the_one_that_leaves_only_noise(r
     assert not place_shaft(told.experiment, told)
 
 
+@pytest.mark.slow
 def test_a_shaft_makes_up_for_nothing_that_is_wrong_elsewhere(rng):
     """Nor is it asked for where the drive is right as it is described."""
     swing = float(rng.uniform(120.0, 300.0))

@@ -72,6 +72,7 @@ def test_the_plain_law_stays_plain():
     assert type(shaft.advance).__name__ == "function" and type(wedge.cone).__name__ == "function"
 
 
+@pytest.mark.slow
 @pytest.mark.alike
 @pytest.mark.parametrize("changes", [{"shaft_stiffness": 1e12, "shaft_damping": 0.0}, {"output_ripple_torque": 1e-3}])
 def test_a_step_of_too_many_pieces_ends_without_a_number(fast, changes):

@@ -61,6 +61,16 @@ def numbers(system: System) -> dict[str, float | bool]:
     return known
 
 
+def made_of(system: System, value: Any) -> str:
+    """A sentence about what `value` is computed from, where it is an expression: so that who set a value finds it in a message."""
+    text = formula(value)
+    if text is None:
+        return ""
+    known = numbers(system)
+    those = ", ".join(f"{name} = {known[name]:g}" for name in parse(text).names)
+    return f' It is "{value}"{" with " if those else ""}{those}.'
+
+
 def _connected(target: str, connection: Connection, known: Mapping[str, Any]) -> Connection:
     where = f"[connections] {target}"
     found = {key: _of(f"{where} {key}", getattr(connection, key), known) for key in ("factor", "offset")}

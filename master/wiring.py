@@ -18,7 +18,7 @@ from .manoeuvre import Manoeuvre
 from .slips import checked
 from .system import Component, Connection, System, did_you_mean
 from .units import conversion
-from .values import given, resolved
+from .values import given, made_of, resolved
 
 STARTING = ("exact", "approx")  # `initial` of what is computed from a start value on
 SIGNALS = ("input", "output")  # what a pattern of recorded names stands for
@@ -99,7 +99,8 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
     Parts in `keep` are taken out of it and reset instead of made again.
     """
     system, settings = given(checked(system), settings or {})
-    wiring = Wiring(system := resolved(system))
+    written, system = system, resolved(system)
+    wiring = Wiring(system)
     if not system.components:
         raise DescriptionError("The system has no components: add at least one [components.name] with an fmu or a part.")
     try:
@@ -112,7 +113,7 @@ def wire(system: System, settings: dict[str, Any] | None = None, keep: dict[str,
             wiring.parts[name] = kept or make(name, replace(component, start=component.start | mine), system)
             if kept:
                 kept.reset()
-        _values(wiring, settings)
+        _values(wiring, written, settings)
         for target, connection in system.connections.items():
             wiring.links.append(linked(wiring, target, connection))
         if not system.run.open_inputs:
@@ -205,7 +206,8 @@ def fmu_path(component: Component, system: System):
 # --- values ------------------------------------------------------------------------------------------------------
 
 
-def _values(wiring: Wiring, settings: dict[str, Any]) -> None:
+def _values(wiring: Wiring, written: System, settings: dict[str, Any]) -> None:
+    """Start values and settings, checked; `written`: the system with the expressions from which start values were computed."""
     given = [
         (f"[components.{name}.start]", name, variable, value)
         for name, component in wiring.system.components.items()
@@ -214,7 +216,11 @@ def _values(wiring: Wiring, settings: dict[str, Any]) -> None:
     given += [("settings", *wiring.system.split(name, "settings"), value) for name, value in settings.items()]
     for where, name, variable, value in given:
         _, known = wiring.variable(f"{name}.{variable}", where)
-        wiring.values.setdefault(name, {})[variable] = typed(known, value, f"{where} {name}.{variable}")
+        try:
+            wiring.values.setdefault(name, {})[variable] = typed(known, value, f"{where} {name}.{variable}")
+        except DescriptionError as error:
+            of = made_of(written, written.components[name].start.get(variable)) if where != "settings" else ""
+            raise DescriptionError(f"{error}{of}") from None
 
 
 def typed(variable: Variable, value: Any, where: str) -> Any:

@@ -101,6 +101,14 @@ def test_a_ratio_that_contradicts_the_gear_is_told_with_both_names():
     assert factor in result.summary() and "[values]" in factor
 
 
+def test_a_value_beyond_its_range_is_told_by_what_was_set(refused):
+    beyond = "[components.gear.start] gear.gear_ratio = -1.0 is outside its range: it must be at least 1e-06"
+    refused(lambda: master.run(master.from_dict(DRIVE), {"ratio": -1}), beyond, '. It is "= ratio" with ratio = -1.')
+    plain = master.from_dict(DRIVE)
+    plain.components["gear"].start["gear_ratio"] = "= -3"
+    refused(lambda: master.run(plain), '. It is "= -3".')
+
+
 def test_two_gears_in_a_row_are_no_contradiction():
     system = master.from_dict(
         {

@@ -366,9 +366,12 @@ def _candidates(stills: Stills, name: str) -> list[_Still]:
     if bare not in MOVES or never:
         found = [_Still(start, length, name) for start, length in zip(starts[odd], lengths[odd])]
     witnesses = stills.witnesses(name)
-    if bare in SPEED_OF and not witnesses:  # no shaft jumps; what often does after a rest is how the channel is written
+    if bare in ANGLE_OF or (bare in SPEED_OF and not witnesses):
         jumps = np.array([_let_go(stills, name, int(end)) for end in starts + lengths])
-        found += [_Still(a, n, name) for a, n in zip(starts[jumps], lengths[jumps]) if jumps.sum() <= rules.usual_stills]
+        if bare in ANGLE_OF:  # a speed may stay for as long as its noise lets it, and change in an impact
+            jumps &= (lengths > stills.chance(name)) & ~rests
+        if jumps.sum() <= rules.usual_stills:  # no shaft jumps; what often does after a rest is how the channel is written
+            found += [_Still(start, length, name) for start, length in zip(starts[jumps], lengths[jumps])]
     ways, times, said = (np.full((len(witnesses), len(starts)), np.nan) for _ in range(3))
     for k, witness in enumerate(witnesses):
         ways[k], times[k], said[k] = _moved(stills, name, witness, starts, lengths)

@@ -284,3 +284,18 @@ def test_an_only_angle_that_is_elsewhere_after_it_stood_still_was_frozen(rig, rn
     honest, found = ([f for f in check([run_of(**{INPUT: x})], rig) if f.kind == "frozen"] for x in (angle, stood))
     assert not honest
     assert [(f.channel, f.last) for f in found] == [(INPUT, first + 199)] and abs(found[0].first - first - 1) <= 3
+
+
+def test_a_speed_that_froze_while_its_shaft_turned_back_is_told_by_its_leap(rig, rng):
+    """The load's angle, in few counts, is where it was before: of that turn it shows nothing."""
+    slow = 2.0 * np.pi * np.arange(12_000) * STEP
+    speed = 0.3 * np.sin(0.2 * slow + rng.uniform(0.0, 6.3)) + 0.1 * np.sin(slow + rng.uniform(0.0, 6.3))
+    sound = run_of(**{SPEED: difference(counted(RATIO * turned(speed), 16_000), 2), OUTPUT: counted(turned(speed), 1250)})
+    assert check([sound], rig) == []
+    turns = 500 + np.flatnonzero(np.diff(np.sign(speed[500:-500])))
+    first = int(turns[np.argmax(abs(np.diff(speed))[turns])]) - 125
+    stuck = sound.signals[SPEED].copy()
+    stuck[first : first + 250] = stuck[first]
+    found = check([run_of(**{SPEED: stuck, OUTPUT: sound.signals[OUTPUT]})], rig)
+    told = rows(found, "frozen", SPEED, len(speed))
+    assert told[first + 1 : first + 250].all() and (stuck[told] == stuck[first]).all() and told.sum() < 275

@@ -79,7 +79,7 @@ class Arranged:
         problem, found = self.problem, []
         for k, name in enumerate(problem.played.outputs):
             mine = misfit[self.output == k]
-            own = float(of_samples([mine], [np.ones(len(mine), bool)])) * problem.units[name]
+            own = float(of_samples([mine], [np.ones(len(mine), bool)], every=True)) * problem.units[name]
             found.append(max(min(noise[name], own), RULES.pipeline.fine * problem.played.spread(name)) / problem.units[name])
         return np.array(found)
 

@@ -20,6 +20,7 @@ from ..calibration.played import Played, Settings, closed
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..errors import DataError
+from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..systems.parts import LOG, Parts
 from .places import IN, Insert, Place, extended, listening
@@ -138,7 +139,7 @@ class Extending(Calibrating):
     def floor(self, name: str, errors: list[np.ndarray], quantum: float = 0.0) -> float:
         """Of what was rounded no more than it has about its steps: from row to row a rounding differs as noise does."""
         assert isinstance(self.played, Extended)
-        found, rounded = super().floor(name, errors, quantum), self.played.rounded
+        found, rounded = float(of_samples(errors, self.trusted[name], 1, quantum, every=True)), self.played.rounded
         return min(found, rounded[name].noise) if name in rounded else found
 
     def begins(self) -> list[Any]:

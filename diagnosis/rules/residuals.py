@@ -210,6 +210,9 @@ class ResidualRules:
         "standard error of such a noise of n samples, in units of itself / sqrt(n)",
         "theory: a median of differences of neighbours in white noise, by simulation (tests/diagnosis/residuals)",
     )
+    noise_off: float = rule(
+        3.0, "of these, by which noise as a median has it is off at most", "theory: beyond chance, 1 in 700 of a normal law"
+    )
     normal_tenth: float = rule(1.645, "absolute value that a tenth of a normal law of deviation 1 exceeds", "theory: Φ⁻¹(0.95)")
     no_count: float = rule(1e-9, "rad; what turned by less did not", "theory: digits of a log")
     on_a_count: float = rule(

@@ -137,3 +137,16 @@ def test_points_that_are_rows_have_the_scatter_about_their_neighbours(tmp_path, 
 def test_what_is_found_scatters_as_its_rule_says(rng, count):
     of_each = [found(rng.standard_normal(count)) for _ in range(800)]  # whose own deviation is told to 2.5 %
     assert np.std(of_each) == pytest.approx(RULES.residuals.noise_scatter / np.sqrt(count), rel=0.12)
+
+
+def test_noise_alone_is_hardly_above_what_all_of_it_tells(rng):
+    drawn = [rng.standard_normal(500) for _ in range(600)]
+    above = lambda **more: np.mean([np.std(one) > RULES.search.clean * found(one, **more) for one in drawn])
+    assert above() > 0.025 and above(every=True) < 0.012  # 0.0005 of many more
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_what_some_samples_change_by_for_another_reason_hides_no_more_from_all_than_the_median_may_be_off(rng, share):
+    error = SIGMA * (rng.standard_normal(N) + 2.5 * np.sign(rng.standard_normal(N)) * (rng.random(N) < share))
+    off = RULES.residuals.noise_off * RULES.residuals.noise_scatter / np.sqrt(N)
+    assert found(error) < found(error, every=True) <= (1.001 + off) * found(error) < np.std(error)

@@ -32,7 +32,7 @@ from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, carried, refined, starts
-from .order import believe, curve_of, distinct, far, ordered
+from .order import believe, curve_of, distinct, far, leading, ordered
 from .places import Place
 from .round import Rivalled, Round
 from .rounding import between
@@ -262,10 +262,10 @@ class Contest:
         return more
 
     @staticmethod
-    def _best(found: list[Rivalled], left: Callable[[Rivalled], float] = lambda rival: rival.end.loss) -> Rivalled | None:
+    def _best(found: list[Rivalled]) -> Rivalled | None:
         """The named rival that fits best."""
         named = [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
-        return min(named, key=left, default=None)
+        return min(named, key=lambda r: r.end.loss, default=None)
 
     def _leaves(self, misfit: np.ndarray | None) -> np.ndarray:
         """What is left of each output in units of its noise, as it was asked of the base: a robust loss makes little of what it left."""
@@ -303,8 +303,8 @@ class Contest:
         if stage == g.PLAIN:
             self._as_curve(found)
         found = distinct(found)
-        best = lambda: (self._best(found), self._best(found, lambda r: self._energy(r.end.misfit)))
-        asks = lambda: not self.told_by_curve(found) and any(self._elsewhere(r, RULES.naming.in_reach) for r in best())
+        lead = lambda: leading(found, self.gained, lambda r: self._energy(r.end.misfit), self._far)
+        asks = lambda: not self.told_by_curve(found) and any(self._elsewhere(r, RULES.naming.in_reach) for r in lead())
         if stage == g.PLAIN and asks():
             return found
         limits = bent(self, found)

@@ -14,6 +14,7 @@ from selflock.diagnosis.naming.asked import beyond_steps
 from selflock.diagnosis.naming.bent import from_brims
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, LAW, number
+from selflock.diagnosis.naming.order import leading
 from selflock.diagnosis.naming.round import Rivalled, Round
 from selflock.diagnosis.naming.run import _ends_beyond
 from selflock.diagnosis.naming.whole import Whole
@@ -103,6 +104,20 @@ def test_steps_are_asked_for_beside_what_leaves_least_over_the_noise_whatever_th
     contest.base = SimpleNamespace(misfit=np.array([5.0, 10.0]))
     contest._elsewhere(rival(1, loss=0.7, left=left), 0.5)
     assert bool(count) == asked
+
+
+@pytest.mark.parametrize(("loss", "asked"), [(0.16, True), (0.4, False)])
+def test_steps_are_asked_for_beside_what_acts_on_what_moves_where_it_does_nearly_as_well(loss, asked):
+    """A friction that turned round within a step of its controller was named at the controller's reading of it: it asks for no finer steps."""
+    read, worse = rival(4, 0.14, law="read"), rival(2, 0.2, law="read")
+    moving, less = rival(4, loss), rival(4, loss + 0.01)
+    curve, quiet = rival(17, 0.1, kind=CURVE), rival(1, 0.3, (1.0, 1.0), law="read")
+    before = lambda guess: (False, guess.law == "read")
+    found = leading(
+        [curve, less, worse, quiet, read, moving], lambda r: 1.0 - r.end.loss, lambda r: float(r.end.misfit.max()), before
+    )
+    assert found == ([read, quiet, moving] if asked else [read, quiet])
+    assert leading([curve], lambda r: 1.0 - r.end.loss, lambda r: 0.0, before) == []
 
 
 @pytest.mark.parametrize(("values", "beyond"), [({"a": 0.6}, True), ({"a": 0.501}, False), ({}, True), ({"a": 9.0}, True)])

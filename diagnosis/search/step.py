@@ -11,7 +11,7 @@ from math import tau
 import numpy as np
 from numba.core import config
 
-from selflock.fmus.effect import LAG, LATE, ORDER, PERIOD, PHASE, STEP
+from selflock.fmus.effect import DELAY, LAG, LATE, ORDER, PERIOD, PHASE, STEP
 
 from ..residuals.mending import Mending
 from ..residuals.whole import HOLD
@@ -414,7 +414,8 @@ class Step:
                             return self._candidate(way.hypothesis, extra, one, ways[0].gain)
                         continue
                     begin |= one.values
-                fitted = self.problem.fit((*base.free, *extra), begin)
+                free, begin = _delayed(base, extra, begin)
+                fitted = self.problem.fit((*free, *extra), begin)
                 found = self._candidate(way.hypothesis, extra, fitted, ways[0].gain)
                 if extra is fewest and best is not None:
                     best = found if more(found, best)[0] <= rules.matters else best
@@ -476,6 +477,18 @@ class Step:
         drop = 1.0 - np.maximum(errors / np.maximum(self.errors, 1e-300), on_fit)
         drop = np.where(self.off, drop, 0.0)  # where only noise is left there is nothing to explain
         return Candidate(hypothesis, extra, fitted, losses, float(drop.max()), linear=linear)
+
+
+def _delayed(base: Fit, extra: tuple[Free, ...], begin: dict) -> tuple[tuple[Free, ...], dict]:
+    """What else is free beside a cause, and where its fit begins: what a fast controller holds is all of a delay that is free.
+
+    The two are one in a simulation, and each took some of the other: a delay of two samples was one within a sample.
+    """
+    delays = [p.name for p in extra if p.role == DELAY]
+    if not delays or HOLD not in begin:
+        return base.free, begin
+    whole = begin[delays[0]] + begin[HOLD]
+    return tuple(p for p in base.free if p.name != HOLD), {**begin, HOLD: 0.0, delays[0]: whole}
 
 
 def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:

@@ -414,7 +414,7 @@ class Step:
                             return self._candidate(way.hypothesis, extra, one, ways[0].gain)
                         continue
                     begin |= one.values
-                free, begin = _delayed(base, extra, begin)
+                free, begin = delayed(base, extra, begin)
                 fitted = self.problem.fit((*free, *extra), begin)
                 found = self._candidate(way.hypothesis, extra, fitted, ways[0].gain)
                 if extra is fewest and best is not None:
@@ -479,7 +479,7 @@ class Step:
         return Candidate(hypothesis, extra, fitted, losses, float(drop.max()), linear=linear)
 
 
-def _delayed(base: Fit, extra: tuple[Free, ...], begin: dict) -> tuple[tuple[Free, ...], dict]:
+def delayed(base: Fit, extra: tuple[Free, ...], begin: dict) -> tuple[tuple[Free, ...], dict]:
     """What else is free beside a cause, and where its fit begins: what a fast controller holds is all of a delay that is free.
 
     The two are one in a simulation, and each took some of the other: a delay of two samples was one within a sample.

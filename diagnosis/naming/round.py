@@ -56,3 +56,8 @@ class Round:
     def quiet(self) -> bool:
         """Whether its base left no more than noise, so that nothing was held against it."""
         return bool(len(self.off)) and not self.off.any()
+
+    @property
+    def told(self) -> bool:
+        """Whether what steps still miss is all that is left: its base left no more than noise beside it, or the curve that won does."""
+        return self.quiet or (self.only is not None and self.winner is not None and self.winner is self.curve)

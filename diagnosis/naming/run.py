@@ -134,7 +134,7 @@ class Search:
         best = self.best
         if best.taught is None:
             return False
-        if self.outcomes and self.outcomes[-1].quiet:
+        if self.outcomes and self.outcomes[-1].told:
             return True
         self.work.played.extend(self.work.inserts)
         noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}

@@ -35,7 +35,7 @@ from .near import beside_best, carried, refined, starts
 from .order import believe, curve_of, distinct, far, leading, ordered
 from .places import Place
 from .round import Rivalled, Round
-from .rounding import between
+from .rounding import between, stepped
 from .scene import Scene
 from .whole import learnt
 
@@ -406,8 +406,8 @@ class Contest:
     def _fit_anew(self, guess: Guess, start: dict[str, float], way: Direction | None, begun: Rivalled | None) -> Rivalled | None:
         problem = self.looks.trial(guess)
         values = self.values | {n.name: n.start for n in guess.numbers} | start
-        if guess.law == "quantisation" and guess.place is not None:
-            values = between(problem, guess, values, float(abs(self.scene.signal(guess.place)).max()))
+        size = abs(self.scene.signal(guess.place)).max() if guess.law == "quantisation" and guess.place is not None else 0.0
+        values = between(problem, guess, values, size) if size else values
         best: End | None = None
         for share in (1.0, 0.3):  # far from linear the whole of what the look says may be too much
             scaled = values | {n.name: n.start + share * (values[n.name] - n.start) for n in guess.numbers if n.name in start}
@@ -423,7 +423,9 @@ class Contest:
         slopes = None if way is None else self.looks.slopes(way, problem)
         if begun and begun.end.jacobian is not None and not begun.rough and learnt(guess.numbers) is not None:
             slopes = dict(zip((n.name for n in begun.problem.free), begun.end.jacobian.T))
-        end = fit_from(problem, best.places, RULES.naming.effort, RULES.naming.ended, Forward, slopes)
+        fitted = lambda at, known=None: fit_from(problem, at, RULES.naming.effort, RULES.naming.ended, Forward, known)
+        end = fitted(best.places, slopes)
+        end = stepped(problem, guess, end, size, fitted) if size else end
         if end.misfit is None or not np.isfinite(end.loss):
             return None
         unseen = self._held_out(problem, end)

@@ -5,7 +5,7 @@ What is rounded jumps where a step of it does, and no slope leads from one to th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from ..data.values import arrivals, resolution
 from ..rules import RULES
 
 if TYPE_CHECKING:
+    from ..calibration.fit import End
     from .extended import Extending
     from .guesses import Guess
 
@@ -95,17 +96,35 @@ def _gathered(parts: Sequence[np.ndarray]) -> Rounded | None:
     return Rounded(step, noise) if there > max(RULES.naming.on_steps, chance) and noise > resolution(y) else None
 
 
-def between(problem: Extending, guess: Guess, values: dict[str, float], size: float) -> dict[str, float]:
+def between(
+    problem: Extending, guess: Guess, values: dict[str, float], size: float, reach: float = RULES.naming.counted
+) -> dict[str, float]:
     """These values with that step, of those up to the next that is looked at, with which the model leaves least.
 
-    size: of the signal's largest value. Levels of a command that are held for rows count otherwise on one side of such a step: of a
+    size: of the signal's largest value; reach: how many steps more or fewer it may have. Levels of a command that are held for rows count otherwise on one side of such a step: of a
     fortieth of them a third of the error is left, and a fit goes after that. In units of a step of that value those that are looked
     at lie `counted` apart.
     """
     rules, (step,) = RULES.naming, guess.numbers
     if values[step.name] <= 0.0:
         return values
-    counts = size / values[step.name] + np.linspace(-rules.counted, rules.counted, 2 * rules.roundings + 1)
+    counts = size / values[step.name] + np.linspace(-reach, reach, 2 * rules.roundings + 1)
     tried = [values | {step.name: float(np.clip(size / count, step.low, step.high))} for count in counts[counts > 0.0]]
     losses = [problem.loss(problem.misfit(np.array([n.place(one[n.name]) for n in problem.free]))) for one in tried]
     return tried[int(np.argmin(losses))] if np.isfinite(losses).any() else values
+
+
+def stepped(problem: Extending, guess: Guess, end: End, size: float, fitted: Callable[[np.ndarray], End]) -> End:
+    """A fit of a rounding, made again from a step near by that leaves less, as long as there is one: it ends where levels count otherwise.
+
+    First as far as to the next step that is looked at, then nearer: levels that count otherwise may be as near on both sides.
+    """
+    rules = RULES.naming
+    for reach in (rules.counted, rules.counted / rules.roundings):
+        for _ in range(rules.roundings):
+            near = between(problem, guess, {n.name: n.at(x) for n, x in zip(problem.free, end.places)}, size, reach)
+            again = fitted(np.array([n.place(near[n.name]) for n in problem.free]))
+            if not again.loss < end.loss:
+                break
+            end = again
+    return end

@@ -9,12 +9,13 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from selflock.diagnosis import DataError, name
+from selflock.diagnosis.calibration.fit import End
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.naming.afresh import LATE, afresh, elsewhere
 from selflock.diagnosis.naming.extended import component, taken
 from selflock.diagnosis.naming.guesses import EVENT, PATH, Guess, number, paths, points_over
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system, quantities
-from selflock.diagnosis.naming.rounding import between
+from selflock.diagnosis.naming.rounding import between, stepped
 from selflock.diagnosis.naming.scene import Scene, one_to_one, order
 from selflock.diagnosis.systems.parts import Parts
 from selflock.fmus.correction import law
@@ -258,15 +259,18 @@ def test_a_rounding_is_fitted_from_one_step_to_the_next(rng):
         misfit=lambda places: told(rate.at(places[0]), max(step.at(places[1]), 0.05)) - seen,
         loss=lambda misfit: float(np.sum(misfit**2)),
     )
-    fitted = lambda at: least_squares(
-        problem.misfit, [n.place(at[n.name]) for n in problem.free], bounds=(0.0, 1.0), diff_step=1e-4
-    )
-    begun = {"rate": 1.18, "c.q": 0.2985}
-    first = fitted(begun).cost
-    assert first > 100.0 * 480 * 0.002**2
-    found = fitted(between(problem, Guess(PATH, "quantisation", "", (), (step,)), begun, float(abs(u).max())))
-    assert found.cost < 0.02 * first and step.at(found.x[1]) == pytest.approx(0.3, rel=5e-3)
-    assert between(problem, Guess(PATH, "quantisation", "", (), (step,)), begun | {"c.q": 0.0}, 2.0)["c.q"] == 0.0
+
+    def fitted(places):
+        found = least_squares(problem.misfit, places, bounds=(0.0, 1.0), diff_step=1e-4)
+        return End(places, found.x, problem.loss(found.fun))
+
+    places = lambda at: np.array([n.place(at[n.name]) for n in problem.free])
+    begun, guess, size = {"rate": 1.18, "c.q": 0.2985}, Guess(PATH, "quantisation", "", (), (step,)), float(abs(u).max())
+    first = fitted(places(begun))
+    assert first.loss > 200.0 * 480 * 0.002**2
+    found = stepped(problem, guess, fitted(places(between(problem, guess, begun, size))), size, fitted)
+    assert found.loss < 0.02 * first.loss and step.at(found.places[1]) == pytest.approx(0.3, rel=5e-3)
+    assert between(problem, guess, begun | {"c.q": 0.0}, 2.0)["c.q"] == 0.0
 
 
 def test_an_event_is_looked_at_elsewhere_from_the_numbers_that_fit_beside_it(rng):

@@ -167,7 +167,7 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
     if of(ch) == VOLTAGE:
         first, *supply = (ch.true(name, values)[:n] for name in inputs(ch))
         if volts_of_noise := values.get(NOISE, 0.0):
-            noise = np.random.default_rng(len(ch.run)).standard_normal(len(ch.run))[:n] * _lively(first)
+            noise = np.random.default_rng(len(ch.run)).standard_normal(len(ch.run))[:n] * lively(first)
             first = first + volts_of_noise * noise / (np.maximum(abs(supply[0]), 1e-9) if supply else 1.0)
         times = [time - age(name, ch)[:n] for name in inputs(ch)]
 
@@ -184,7 +184,7 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
     return lambda when: np.stack([between(when, time, x, known) for x in both])
 
 
-def _lively(x: np.ndarray) -> np.ndarray:
+def lively(x: np.ndarray) -> np.ndarray:
     """By how much noise a row has more than all have on average: none where a command stays as it is, as at rest or at a limit."""
     stays = x[1:] == x[:-1]
     lively = ~(np.append(True, stays) & np.append(stays, True))

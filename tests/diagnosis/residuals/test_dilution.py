@@ -105,6 +105,31 @@ def test_what_a_voltage_does_between_its_rows_is_told_by_how_far_each_lies_from_
 
 
 @pytest.mark.slow
+def test_what_is_new_in_each_row_is_missed_by_as_much_over_many_of_them(case, rng, tmp_path):
+    """Of a controller that acts on counts several times in a row the log has one of these: what its line misses of twenty rows adds up."""
+    fine, many, missed = 5, 20, []
+
+    def spikes(time, n):
+        acted = 0.5 * rng.standard_normal(fine * len(time))
+        rows = acted[::fine]
+        off = acted.reshape(-1, fine).mean(1)[:-1] - 0.5 * (rows[1:] + rows[:-1])
+        missed.extend(off[: len(off) // many * many].reshape(-1, many).sum(1) / np.sqrt(many))
+        return rows
+
+    found, _ = told_of(case, tmp_path / "spikes", spikes)
+    assert found == pytest.approx(np.sqrt(np.mean(np.square(missed))), rel=0.3)
+
+
+def test_a_command_that_stays_as_it_is_has_no_noise(rng):
+    """And the others as much more, so that all have as much on average."""
+    command = np.concatenate([np.zeros(40), rng.standard_normal(50), np.full(30, 5.0)])
+    times = driven.lively(command)
+    assert not times[:39].any() and not times[91:].any() and (times[40:90] > 1.0).all()
+    assert np.mean(times**2) == pytest.approx(1.0)
+    assert not driven.lively(np.full(9, 2.0)).any()
+
+
+@pytest.mark.slow
 def test_a_voltage_that_goes_straight_or_is_held_from_each_row_on_does_nothing_between_them(case, tmp_path):
     size = 0.3 * case.sheet["supply"]
     slow, _ = told_of(case, tmp_path / "slow", lambda time, n: size * np.sin(3.0 * time))

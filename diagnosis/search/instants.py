@@ -156,12 +156,15 @@ def place_acts_again(
     the other way, and the fit of a cause that is best so; None where none leaves less so than `least`, enough to matter.
 
     It was asked of the drive as it is described. What is wrong with it may speak for the other way, as a supply that sags in the
-    moment that follows a jump, and beside that for another cause. fits: of all causes that it may be, near to the best. anew: the
-    problem, in the way that is kept.
+    moment that follows a jump, and beside that for another cause. Nor may it be farther from its noise: where nothing happens
+    between the rows there is less of that. fits: of all causes that it may be, near to the best. anew: the problem, in the way that
+    is kept.
     """
     channels = list(experiment.channels.values())
     if driven.of(channels[0]) != driven.VOLTAGE or not commanded(channels[0]):
         return None
+    now = min(fits, key=lambda f: problem.loss(f.misfit))
+    off = max(RULES.search.sound, problem.excess(now.values).max())
     acts = set(channels[0].run.memory.get(driven.ACTS, ()))
     _act(channels, acts ^ {driven.BY_ROWS})
     other = replace(problem.on(anew().experiment), nominal=problem.nominal)
@@ -169,7 +172,11 @@ def place_acts_again(
     if other.loss(best.misfit) < (1.0 - RULES.search.matters) * least:
         for ch in channels:
             ch.memory.clear()
-        return anew().with_noise(), best
+        kept = anew().with_noise()
+        if kept.excess(best.values).max() <= off:
+            return kept, best
+        for ch in channels:
+            ch.memory.clear()
     _act(channels, acts)
     return None
 

@@ -101,9 +101,9 @@ def between(
 ) -> dict[str, float]:
     """These values with that step, of those up to the next that is looked at, with which the model leaves least.
 
-    size: of the signal's largest value; reach: how many steps more or fewer it may have. Levels of a command that are held for rows count otherwise on one side of such a step: of a
-    fortieth of them a third of the error is left, and a fit goes after that. In units of a step of that value those that are looked
-    at lie `counted` apart.
+    size: of the signal's largest value; reach: how many steps more or fewer it may have. Levels of a command that are held for rows
+    count otherwise on one side of such a step: of a fortieth of them a third of the error is left, and a fit goes after that. In
+    units of a step of that value those that are looked at lie `counted` apart.
     """
     rules, (step,) = RULES.naming, guess.numbers
     if values[step.name] <= 0.0:

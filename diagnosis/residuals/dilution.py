@@ -95,7 +95,9 @@ def between_rows(runs: Sequence[Channels]) -> float:
         at = np.flatnonzero(new)
         for rows, off in ((1, near), (2, far)):
             off.append(_off_lines(x[at], time[at], rows, (1.0 + RULES.data.uneven) * usual))
-    one, two = (float(np.mean(joined**2)) if len(joined := np.concatenate(off)) else 0.0 for off in (near, far))
+    one, two = (float(np.mean(joined**2)) if len(joined := np.concatenate(off)) else np.inf for off in (near, far))
+    if not np.isfinite(one):
+        return 0.0
     walked = 2.0 * min(max(two - one, 0.0), one)
     return float(np.sqrt(walked / 12.0 + (one - 0.5 * walked) / 1.5))
 

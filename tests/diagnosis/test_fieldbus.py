@@ -96,7 +96,7 @@ def test_a_shaft_in_motion_is_as_fast_as_it_was_when_its_log_began(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [111, 116])
+@pytest.mark.parametrize("seed", [pytest.param(111, marks=pytest.mark.in_turn(1)), 116])
 def test_jumps_are_placed_by_noise_and_not_by_what_a_drive_at_rest_errs(seed, tmp_path):
     """A spindle that rests for most of its log: in units of its median error there all places of a jump were as wrong.
 
@@ -109,6 +109,7 @@ def test_jumps_are_placed_by_noise_and_not_by_what_a_drive_at_rest_errs(seed, tm
 
 
 @pytest.mark.slow
+@pytest.mark.in_turn(4)
 def test_jumps_that_were_placed_for_a_wrong_drive_are_placed_again_for_the_right_one(rng, tmp_path):
     """Of two fits for that which leaves less; what is right by then is not asked again."""
     problem = _problem(116, tmp_path)

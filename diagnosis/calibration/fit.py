@@ -15,7 +15,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -48,6 +48,7 @@ class Calibrating:
     fixed: dict[str, float] = field(default_factory=dict)  # by name, of numbers that are not fitted
     units: dict[str, float] = field(default_factory=dict)  # of each output
     kept: Kept | None = None  # where fits are kept
+    every: ClassVar[bool] = False  # whether noise is told by all changes from row to row, and not by their median alone
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "played"}
@@ -99,7 +100,7 @@ class Calibrating:
 
     def floor(self, name: str, errors: list[np.ndarray], quantum: float = 0.0) -> float:
         """Noise of an output, in its unit, by its errors in the runs that teach. quantum: resolution of what was recorded."""
-        return float(of_samples(errors, self.trusted[name], 1, quantum))
+        return float(of_samples(errors, self.trusted[name], 1, quantum, self.every))
 
     def loss(self, misfit: np.ndarray | None) -> float:
         return np.inf if misfit is None else float(rho(misfit, RULES.search.loss_scale).sum())

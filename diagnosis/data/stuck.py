@@ -137,6 +137,13 @@ class Stills:
         single = abs(np.diff(x)) < 1.5 * resolution(x[self.sound[name]])
         return np.concatenate([[0], 1 + np.flatnonzero(~single), [len(x)]])
 
+    def leap(self, name: str) -> float:
+        """A large usual change from row to row."""
+        return self.once(self._leap, name)
+
+    def _leap(self, name: str) -> float:
+        return float(np.quantile(abs(np.diff(self.run.signals[name][self.sound[name]])), RULES.data.range_quantiles[1]))
+
     def chance(self, name: str) -> float:
         """Rows for which a channel's own noise may leave its value as it is, once in a thousand million logs."""
         usual = np.clip(self.repeats(name), *RULES.data.frozen_shares)
@@ -303,8 +310,7 @@ def _let_go(stills: Stills, name: str, row: int) -> bool:
     x, sound = stills.run.signals[name], stills.sound[name]
     if row >= len(x) or not sound[row] or stills.gaps[row]:
         return False
-    usual = float(np.quantile(abs(np.diff(x[sound])), RULES.data.range_quantiles[1]))
-    return bool(abs(x[row] - x[row - 1]) > RULES.data.let_go * usual)
+    return bool(abs(x[row] - x[row - 1]) > RULES.data.let_go * stills.leap(name))
 
 
 def _crowded(stills: Stills, name: str, side: float) -> bool:
@@ -367,9 +373,9 @@ def _candidates(stills: Stills, name: str) -> list[_Still]:
         found = [_Still(start, length, name) for start, length in zip(starts[odd], lengths[odd])]
     witnesses = stills.witnesses(name)
     if bare in ANGLE_OF or (bare in SPEED_OF and not witnesses):
-        jumps = np.array([_let_go(stills, name, int(end)) for end in starts + lengths])
-        if bare in ANGLE_OF:  # a speed may stay for as long as its noise lets it, and change in an impact
-            jumps &= (lengths > stills.chance(name)) & ~rests
+        # a speed may stay for as long as its noise lets it, and change in an impact
+        jumps = (lengths > stills.chance(name)) & ~rests if bare in ANGLE_OF else np.ones(len(starts), bool)
+        jumps[jumps] = [_let_go(stills, name, int(end)) for end in (starts + lengths)[jumps]]
         if jumps.sum() <= rules.usual_stills:  # no shaft jumps; what often does after a rest is how the channel is written
             found += [_Still(start, length, name) for start, length in zip(starts[jumps], lengths[jumps])]
     ways, times, said = (np.full((len(witnesses), len(starts)), np.nan) for _ in range(3))

@@ -32,7 +32,7 @@ from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, carried, refined, starts
-from .order import believe, curve_of, distinct, far, leading, ordered
+from .order import believe, curve_of, distinct, far, leading, ordered, with_names
 from .places import Place
 from .round import Rivalled, Round
 from .rounding import between, stepped
@@ -264,8 +264,7 @@ class Contest:
     @staticmethod
     def _best(found: list[Rivalled]) -> Rivalled | None:
         """The named rival that fits best."""
-        named = [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
-        return min(named, key=lambda r: r.end.loss, default=None)
+        return min(with_names(found), key=lambda r: r.end.loss, default=None)
 
     def _leaves(self, misfit: np.ndarray | None) -> np.ndarray:
         """What is left of each output in units of its noise, as it was asked of the base: a robust loss makes little of what it left."""

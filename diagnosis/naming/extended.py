@@ -20,7 +20,6 @@ from ..calibration.played import Played, Settings, closed
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..errors import DataError
-from ..residuals.noise import of_samples
 from ..rules import RULES
 from ..systems.parts import LOG, Parts
 from .places import IN, Insert, Place, extended, listening
@@ -135,11 +134,12 @@ class Extending(Calibrating):
     """A fit of a system with corrections. `acts`: of a number that sets others than its own variable, which ones, and by how much of it."""
 
     acts: dict[str, dict[str, float]] = field(default_factory=dict)
+    every = True
 
     def floor(self, name: str, errors: list[np.ndarray], quantum: float = 0.0) -> float:
         """Of what was rounded no more than it has about its steps: from row to row a rounding differs as noise does."""
         assert isinstance(self.played, Extended)
-        found, rounded = float(of_samples(errors, self.trusted[name], 1, quantum, every=True)), self.played.rounded
+        found, rounded = super().floor(name, errors, quantum), self.played.rounded
         return min(found, rounded[name].noise) if name in rounded else found
 
     def begins(self) -> list[Any]:

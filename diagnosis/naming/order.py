@@ -91,6 +91,11 @@ def nearest(curves: list[Rivalled], level: float, far: Callable[[Guess], tuple[b
     return min(alike, key=lambda r: (far(r.guess), computed(r.guess, parts), r.candidate.errors.mean()))
 
 
+def with_names(found: Sequence[Rivalled]) -> list[Rivalled]:
+    """Rivals that have a name and whose fit broke off nowhere."""
+    return [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
+
+
 def leading(
     found: Sequence[Rivalled],
     takes: Callable[[Rivalled], float],
@@ -102,12 +107,12 @@ def leading(
     And, where it does nearly as well, what takes most before an FMU that does not only compute: before what acts once a step a
     law is as it is in any steps of the others. A friction that turns round within one was named at a controller's reading of it.
     """
-    named = [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
-    most = max(named, key=takes, default=None)
+    fitted = with_names(found)
+    most = max(fitted, key=takes, default=None)
     if most is None:
         return []
-    moving = [r for r in named if not far(r.guess)[1] and takes(r) >= RULES.naming.as_much * takes(most)]
-    return list({id(r): r for r in (most, min(named, key=left), *sorted(moving, key=takes)[-1:])}.values())
+    moving = [r for r in fitted if not far(r.guess)[1] and takes(r) >= RULES.naming.as_much * takes(most)]
+    return list({id(r): r for r in (most, min(fitted, key=left), *sorted(moving, key=takes)[-1:])}.values())
 
 
 def far(guess: Guess, parts: Parts, sampled: Collection[str]) -> tuple[bool, bool]:

@@ -123,8 +123,8 @@ def stepped(problem: Extending, guess: Guess, end: End, size: float, fitted: Cal
     for reach in (rules.counted, rules.counted / rules.roundings):
         for _ in range(rules.roundings):
             near = between(problem, guess, {n.name: n.at(x) for n, x in zip(problem.free, end.places)}, size, reach)
-            again = fitted(np.array([n.place(near[n.name]) for n in problem.free]))
-            if not again.loss < end.loss:
+            places = np.array([n.place(near[n.name]) for n in problem.free])
+            if not problem.loss(problem.misfit(places)) < end.loss:  # most often: and a fit is many simulations
                 break
-            end = again
+            end = fitted(places)
     return end

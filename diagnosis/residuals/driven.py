@@ -187,8 +187,8 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
 def lively(x: np.ndarray) -> np.ndarray:
     """By how much noise a row has more than all have on average: none where a command stays as it is, as at rest or at a limit."""
     stays = x[1:] == x[:-1]
-    lively = ~(np.append(True, stays) & np.append(stays, True))
-    return lively / np.sqrt(max(float(lively.mean()), 1e-12)) if len(x) else np.ones(0)
+    moves = ~(np.append(True, stays) & np.append(stays, True))
+    return moves / np.sqrt(max(float(moves.mean()), 1e-12))
 
 
 def supply(when: np.ndarray, time: np.ndarray, values: dict, ch: Channels) -> np.ndarray:

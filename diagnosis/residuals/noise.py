@@ -59,11 +59,10 @@ def of_samples(
     if len(steps) <= rules.noise_samples:
         return 0.0
     usual = float(np.median(steps)) / rules.normal_median
-    together = float(np.sqrt(np.mean(steps[steps <= rules.coarse_steps * max(usual, quantum)] ** 2)))
-    if quantum > rules.coarse * usual:  # differences are then a few multiples of the step, among which a median jumps
-        usual = together
-    elif every:
-        usual = min(together, (1.0 + rules.noise_off * rules.noise_scatter / np.sqrt(len(steps))) * usual)
+    coarse = quantum > rules.coarse * usual  # differences are then a few multiples of the step, among which a median jumps
+    if coarse or every:
+        together = float(np.sqrt(np.mean(steps[steps <= rules.coarse_steps * max(usual, quantum)] ** 2)))
+        usual = together if coarse else min(together, (1.0 + rules.noise_off * rules.noise_scatter / np.sqrt(len(steps))) * usual)
     return max(usual / np.sqrt(2.0), quantum / np.sqrt(12.0))
 
 

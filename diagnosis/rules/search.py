@@ -301,7 +301,7 @@ class SearchRules:
         2.0, "times what the best leaves up to which a whole drive's fits are made again from where they ended", "a limit of time"
     )
     again: int = rule(
-        8, "times, at most, that such a fit is made again, while that closes `matters` of what it left", "a limit of time"
+        8, "times, at most, that such a fit is made again, while it leaves less by a factor of `alike`", "a limit of time"
     )
     matters: float = rule(0.02, "share of the error's energy by which a rival must be worse to be beaten", GUESSES)
     apart: float = rule(

@@ -20,7 +20,7 @@ def arrived(problem: Problem, candidates: list[Candidate], fitted: Callable[[Can
     asked, near = [i for i, c in enumerate(found) if c.fit], {id(c) for c in near_best(candidates)}
     for i in asked:
         if id(found[i]) in near:
-            _put(found, i, problem.to_its_end(found[i].fitted, 1.0 - RULES.search.matters), fitted)
+            _put(found, i, problem.to_its_end(found[i].fitted), fitted)
     # each from the other: the one that was read better may be the one that leaves more
     for _ in range(2 if len(asked) > 1 else 0):
         best = min(asked, key=lambda i: found[i].errors.mean())
@@ -38,12 +38,12 @@ def read_as(problem: Problem, fit: Fit, other: Fit) -> Fit:
     """A fit made again with what another says of the recorder, where it leaves less with that; else the fit itself.
 
     A log was recorded in one way, whatever is wrong with its drive. But a filter of the controller's speed, a mean of the voltage and
-    when it was read make up for one another, and far from the noise there is more than one valley of them.
+    when it was read make up for one another, and far from the noise there is more than one valley of them. How much that brings is seen
+    at the end of a fit: what a start there leaves less is little, and two candidates may differ by no more than it brings.
     """
     told = {p.name: other.values[p.name] for p in fit.free if p.of_recorder and p.name in other.values}
-    enough = (1.0 - RULES.search.matters) * problem.loss(fit.misfit)
-    start = fit.values | told
-    if problem.loss(problem.misfit(start)) >= enough:
+    left, start = problem.loss(fit.misfit), fit.values | told
+    if problem.loss(problem.misfit(start)) >= left:
         return fit
-    again = problem.to_its_end(problem.fit(fit.free, start), 1.0 - RULES.search.matters)
-    return again if problem.loss(again.misfit) < enough else fit
+    again = problem.to_its_end(problem.fit(fit.free, start))
+    return again if problem.loss(again.misfit) < left / RULES.search.alike else fit

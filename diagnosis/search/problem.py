@@ -244,11 +244,11 @@ class Problem:
         self.kept.put(key, values=at_end, misfit=fitted.misfit, jacobian=fitted.jacobian, weights=fitted.weights)
         return fitted
 
-    def to_its_end(self, fitted: Fit, share: float) -> Fit:
-        """A fit made again from where it ended, as long as that leaves no more than this share of the loss."""
+    def to_its_end(self, fitted: Fit) -> Fit:
+        """A fit made again from where it ended, as long as what it leaves then differs."""
         for _ in range(RULES.search.again):
             further = self.fit(fitted.free, dict(fitted.values))
-            if self.loss(further.misfit) > share * self.loss(fitted.misfit):
+            if self.loss(fitted.misfit) < RULES.search.alike * self.loss(further.misfit):
                 break
             fitted = further
         return fitted

@@ -186,7 +186,7 @@ class Step:
             start = {**self.base.values, **c.fitted.values, **others, **order_of(best, c)}
             again = self.problem.fit((*self.base.free, *c.free), self._in_phase(start, c.free))
             # of one law by two names both leave the same to the last digits
-            again = self.problem.to_its_end(again, 1.0 / RULES.search.alike)
+            again = self.problem.to_its_end(again)
             better = self._candidate(c.hypothesis, c.free, again, c.linear)
             found += [better] if better.errors.mean() < c.errors.mean() else []
         return found

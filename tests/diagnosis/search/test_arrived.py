@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -43,7 +44,7 @@ class Read:
         rules = RULES.search
         return fit(self.misfit, start, free, start, self.rows, inf, rules.effort, rules.tolerances_whole, True)
 
-    def to_its_end(self, fitted, share):
+    def to_its_end(self, fitted):
         return fitted
 
     def of(self, name, shift):
@@ -69,6 +70,17 @@ def test_a_fit_in_a_far_valley_of_the_recorder_is_made_again_from_a_nearer_one(p
     assert again.values[SHIFT.name] == pytest.approx(problem.shift, abs=1e-3)
     assert again.values["reducer.viscous_damping"] == pytest.approx(problem.amount, rel=1e-2)
     assert read_as(problem, right, wrong) is right
+
+
+def test_a_nearer_valley_is_seen_from_a_start_that_leaves_hardly_less(problem):
+    """It is at the rim of that valley; what a start leaves says little of where a fit ends."""
+    wrong = problem.of("reducer.viscous_damping", problem.shift + 0.95)
+    left = problem.loss(wrong.misfit)
+    of = lambda shift: problem.loss(problem.misfit(wrong.values | {SHIFT.name: shift}))
+    rim = max((s for s in problem.shift + np.linspace(0.0, 0.5, 5000) if of(s) < left))
+    assert (1.0 - RULES.search.matters) * left < of(rim)
+    other = replace(problem.of("load.damping", problem.shift), values={SHIFT.name: float(rim)})
+    assert problem.loss(read_as(problem, wrong, other).misfit) < 0.1 * left
 
 
 def test_which_cause_is_best_hangs_on_no_valley_that_its_fit_ended_in(problem):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ from ..errors import DataError
 from ..rules import RULES
 from .plain import NumberTable, arrow
 from .rig import SHARES, LogColumn, Rig, split, suggest
-from .signals import SIGNALS, canonical, unit
+from .signals import ALIASES, SIGNALS, canonical, unit
 from .table import table as read_table
 from .units import agree, conversion, is_unit
 
@@ -91,7 +92,7 @@ def read(path: str | Path, rig: Rig) -> list[MeasuredRun]:
         raise DataError(
             f"{path}: is empty. Export the log again; it needs a header line and at least {RULES.data.shortest_log} samples."
         )
-    named = _named(table, rig) if rig.named else []
+    named = _named(path, table, rig) if rig.named else []
     columns = list(rig.columns) + named
     data: dict[str, np.ndarray] = {}
     turns: dict[str, float] = {}
@@ -164,18 +165,39 @@ def _bare(header: str) -> str:
     return _parts(header)[0]
 
 
-def _named(table: pd.DataFrame | NumberTable, rig: Rig) -> list[LogColumn]:
+def _named(path: Path, table: pd.DataFrame | NumberTable, rig: Rig) -> list[LogColumn]:
+    """The columns that are called as what they hold; what is called as nothing is left out, unless it seems misspelt."""
     taken = {column.signal for column in rig.columns}
-    found = []
-    for name in map(_bare, table.columns):
+    found, other = [], []
+    for name, said in map(_parts, table.columns):
         prefix, bare = split(name.removeprefix(rig.alone), rig.drives)
-        if not name.startswith(rig.alone):
+        if not name.startswith(rig.alone) or "." not in name:
             continue
         signal = name if rig.system else prefix + canonical(bare)
-        if "." in name and signal not in taken and (canonical(bare) in SIGNALS or signal in rig.units):
+        if canonical(bare) not in SIGNALS and signal not in rig.units:
+            other.append((name, said, prefix, bare))
+        elif signal not in taken:
             taken.add(signal)
             found.append(LogColumn(name, signal))
+    for name, said, prefix, bare in other if not rig.system else ():
+        near = get_close_matches(bare.lower(), [*SIGNALS, *ALIASES], 1, RULES.data.like_name)
+        meant = canonical(near[0]) if near else ""
+        as_unit = not is_unit(said) or _converts(said, unit(meant, rig.linear))  # else it is another quantity
+        if meant and prefix + meant not in taken and as_unit:
+            raise DataError(
+                f"{path}: column {name!r} is no variable of the drive. Did you mean {prefix + meant!r}? "
+                "If it is another quantity, write its unit behind it in brackets, or give it another name."
+            )
     return found
+
+
+def _converts(said: str, wanted: str) -> bool:
+    """Whether a number of the one unit can be one of the other."""
+    try:
+        conversion(said, wanted)
+    except ValueError:
+        return False
+    return True
 
 
 def _find(path: Path, table: pd.DataFrame | NumberTable, name: str, rig: Rig) -> str:

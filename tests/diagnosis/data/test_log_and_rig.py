@@ -309,6 +309,29 @@ def test_logs_of_named_columns_must_be_alike(tmp_path):
         diagnosis.diagnose(tmp_path / "rig.toml", [tmp_path / "a.csv", tmp_path / "b.csv"], out=None)
 
 
+@pytest.mark.parametrize(
+    "wrong, right",
+    [("reducer.input_sped", "reducer.input_speed"), ("Motor.Torqe [N.m]", "motor.torque"), ("motor.sped [rpm]", "reducer.input_speed")],
+)
+def test_a_misspelt_name_is_not_left_out_without_a_word(tmp_path, wrong, right):
+    (tmp_path / "rig.toml").write_text('[rig]\nkind = "inverse"\nnamed = true\n')
+    data = table(1000).rename(columns={"n": "reducer.input_speed", "m": "motor.torque"}).rename(columns={right: wrong})
+    data.to_csv(tmp_path / "a.csv", index=False)
+    name = wrong.partition(" ")[0]
+    with pytest.raises(diagnosis.DataError, match=f"a.csv: column '{name}' is no variable of the drive. Did you mean '{right}'"):
+        gather(rigs.load(tmp_path / "rig.toml"), [tmp_path / "a.csv"], [])
+
+
+def test_what_a_run_tells_beside_its_signals_is_no_slip(tmp_path):
+    """Of another unit it is another quantity, and beside what it is like it is not that."""
+    (tmp_path / "rig.toml").write_text('[rig]\nkind = "inverse"\nnamed = true\n')
+    data = table(1000).rename(columns={"n": "reducer.input_speed", "m": "motor.torque"})
+    more = {"reducer.output_power [W]": 0.0, "motor.torques": 0.0, "reducer.friction_torque": 0.0, "gear.tooth": 1.0}
+    data.assign(**more).to_csv(tmp_path / "a.csv", index=False)
+    runs, _, _ = gather(rigs.load(tmp_path / "rig.toml"), [tmp_path / "a.csv"], [])
+    assert set(runs[0].signals) == {"reducer.input_speed", "motor.torque"}
+
+
 def test_samples_that_do_not_count_are_no_fault(tmp_path):
     data = table(3000).assign(n=lambda d: 60.0 * np.sin(5.0 * d.time), on=lambda d: (d.index % 1000 < 300).astype(int))
     data.to_csv(tmp_path / "log.csv", index=False)

@@ -59,9 +59,11 @@ class Contest:
     told: Told | None = None  # where rivals take steps that miss something
     steps: Callable[[Rivalled], Any] | None = None  # the search in the steps that a rival asks for; None where in these
     only: Place | None = None  # where something is missing, if that is known
-    before: tuple[Guess, dict[str, float]] | None = None  # beside what these steps were asked for, with its values in them
+    before: tuple[Guess, Sequence[dict[str, float]]] | None = (
+        None  # beside what these steps were asked for, its values in them and before
+    )
     other: Any = None  # such a search, with which to begin anew
-    asker: Guess | None = None  # beside what it was asked for
+    asker: Rivalled | None = None  # beside what it was asked for
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come
     retold: dict[int, Rivalled] = field(default_factory=dict)  # by id, what was fitted on a log that is told better for it
     made: dict[tuple, tuple[Any, Rivalled | None]] = field(default_factory=dict)  # fits, by what decides them, with their problem
@@ -145,10 +147,12 @@ class Contest:
         outcome.fitted = distinct(turned)
         if best is not None and self._takes(best, 0.0) and not self.more(best):
             return  # what has no number would be believed before all else
-        if self.before and (known := self.fit(self.before[0], at := self.values | self.before[1])) is not None:
-            turned.append(known)
-            self._retold(known, at)  # what steps miss is known there
-            self.more(known)
+        for values in self.before[1] if self.before else ():
+            if self.before and (known := self.fit(self.before[0], at := self.values | values)) is not None:
+                turned.append(known)
+                self._retold(known, at)  # what steps miss is known there
+                if not self.more(known):
+                    break
         if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
         outcome.fitted = distinct(turned + self._fits(g.PLAIN))
@@ -199,7 +203,8 @@ class Contest:
             return False
         self.asked.add(best.guess.label)
         self.tell(f"steps beside {best.guess.label}", 0.5)
-        self.other, self.asker = self.steps(self._retold(best)), best.guess
+        self.asker = self._retold(best)
+        self.other = self.steps(self.asker)
         self.scene.played = self.played
         return self.other is not None
 
@@ -280,12 +285,13 @@ class Contest:
         self.told, self.retold = lambda rival, noise, *last: told(rival, noise, *last) or (None if last else own), {}
         self.numbers = np.inf
         self.scene.played = self.played
-        anew = replace(outcome, fitted=[r for r in outcome.fitted if not r.candidate.doubt], order=[])
+        anew, winner = replace(outcome, fitted=[r for r in outcome.fitted if not r.candidate.doubt], order=[]), outcome.winner
+        if winner is not None:
+            self.more(self._retold(winner))  # where it leaves no more than noise what has more numbers is not fitted anew
         self._near_best(anew)
         believe(anew, self._far)
         self.played.extend(self.inserts)
-        first, winner = anew.order[:1], outcome.winner
-        return bool(first) and winner is not None and first[0].guess.label == winner.guess.label
+        return bool(anew.order) and winner is not None and anew.order[0].guess.label == winner.guess.label
 
     def _fits(self, stage: int) -> list[Rivalled]:
         """The guesses of a stage that look best, fitted; best first."""
@@ -478,12 +484,7 @@ class Contest:
         self.tell("chance", 0.92)
         left = self.arranged.put(best.misfit * best.weights)
         energy = max(float((left**2).sum()), 1e-300)
-        draws = {}
-        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):  # what is asked first pays for no more than what was asked by then
-            ways = [way for way, guess in self.looks.ways if guess.stage == stage]
-            draws[stage] = self.linear.chance(ways, left, rules.draws, rng) / energy
-            if stage:
-                draws[stage] = np.maximum(draws[stage], draws[stage - 1])
+        draws = {stage: gains / energy for stage, gains in self.looks.chance(left, rng).items()}
         outcome.chance_level = float(np.quantile(draws[g.PLAIN], rules.chance_quantile))
         for rival in fitted:
             c, by_chance = rival.candidate, draws[rival.guess.stage]

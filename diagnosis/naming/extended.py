@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -192,6 +192,12 @@ class Vanishing(Extending):
     """
 
     doubled: Extending | None = None
+
+    @classmethod
+    def of(cls, problem: Extending, doubled: Extending) -> Vanishing:
+        found = cls(**{f.name: getattr(problem, f.name) for f in fields(problem)}, doubled=doubled)
+        vars(found)["played"], vars(found)["trusted"] = problem.played, problem.trusted
+        return found
 
     def unrounded(self, values: dict[str, float], which: Sequence[int] | None = None) -> Rows | None:
         assert self.doubled is not None

@@ -151,6 +151,16 @@ class Looks:
         self._column(Trial(guess, shape, acting))
         return self.ways[-1] if len(self.ways) > count else None
 
+    def chance(self, left: np.ndarray, rng: np.random.Generator) -> dict[int, np.ndarray]:
+        """What each draw of chance gains at most, by the stages of guesses: what is asked first pays for no more than what was asked by then."""
+        draws: dict[int, np.ndarray] = {}
+        for stage in (g.PLAIN, g.DERIVED, g.PAIRS):
+            ways = [way for way, guess in self.ways if guess.stage == stage]
+            draws[stage] = self.linear.chance(ways, left, RULES.search.draws, rng)
+            if stage:
+                draws[stage] = np.maximum(draws[stage], draws[stage - 1])
+        return draws
+
     def slopes(self, way: Direction, problem: Extending) -> dict[str, np.ndarray]:
         """Slopes of the base's numbers, and of a way's amplitudes, d misfit / d place, as seen here."""
         assert self.base.jacobian is not None

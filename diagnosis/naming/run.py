@@ -41,7 +41,7 @@ from .round import Round
 from .rows import followed
 from .sampled import sampled
 from .shape import one_shape
-from .steps import Model, around, fine_enough, in_own_steps, released, widened
+from .steps import Model, around, fine_enough, in_own_steps, in_vanishing, released, widened
 from .whole import Whole, falls, fitted, helps, measured
 from .work import Work, heads, without
 
@@ -270,6 +270,8 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
     while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
         prefix, known = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
+        if found.outcomes and (last := found.outcomes[-1].winner) is not None:
+            places = in_vanishing(work, near, places, last.values)
         own = in_own_steps(work, near, places)
         if found.outcomes and own.errors(own.values(places)) is None:
             break  # what was found breaks off here: nothing can be looked at beside it
@@ -280,7 +282,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         contest.only, contest.before = found.outcomes[-1].only if found.outcomes else None, before
         outcome = contest.play(asked.rng)
         if contest.other is not None and contest.asker is not None:
-            before = contest.asker, contest.other[2]
+            before = contest.asker.guess, (contest.other[2], contest.asker.values)
             found, work, near, places = _anew(asked, contest.other, numbers)
             again -= 1
             continue
@@ -300,7 +302,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
             anew = logs is plain[1] or not contest.stands(outcome, partial(around, *plain, logs), logs)
             cast(Extended, near.played).extend(work.inserts)
         if anew:  # found in steps that hide or feign something, it is looked for anew
-            before = outcome.winner.guess, near.values(places)
+            before = outcome.winner.guess, (near.values(places), outcome.winner.values)
             found, work, near, places = _anew(asked, (work, near, found.best.values), numbers)
             again -= 1
             continue

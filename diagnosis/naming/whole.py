@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -65,10 +65,9 @@ def fitted(work: Work, values: dict[str, float], fixed: dict[str, float], vanish
             longer.units = problem.units  # which are taken anew as the fit goes on
             return longer.misfit(at)
 
-        sloped, played = beside(moved), problem.played
+        sloped = beside(moved)
         if vanishing:
-            problem = Vanishing(**{f.name: getattr(problem, f.name) for f in fields(problem)}, doubled=longer)
-            vars(problem)["played"] = played
+            problem = Vanishing.of(problem, longer)
     goes_on = learnt(n for numbers in work.found for n in numbers)
     end = in_units(problem, places, effort, RULES.calibrate.ended_start, sloped, goes_on)
     whole = measured(work, problem, end, problem.values(end.places) | own(problem, work.judges, end, Forward, True))

@@ -417,6 +417,7 @@ def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monke
         Contest, "fit", lambda self, guess, start, begun=None: fitted.append((guess.label, self.problem)) or anew(guess)
     )
     monkeypatch.setattr(order_module, "ordered", lambda real, *_: sorted(real, key=lambda r: r.candidate.errors.mean()))
+    monkeypatch.setattr(Contest, "more", lambda self, rival: True)  # so that others are fitted as well
     outcome = Round(SimpleNamespace(errors=np.ones(4)), [refused, won, held, far], won, [refused, won, held, far])
     assert contest.stands(outcome, lambda *_: None, own) == stands
     assert fitted == [("won", own), ("held", own)] and contest.problem is own
@@ -452,7 +453,7 @@ def test_a_law_of_a_shape_is_fitted_with_that_which_it_has_where_it_fitted_bette
 
 def test_beside_what_breaks_off_nothing_is_looked_for(monkeypatch):
     """What was found in the rig's steps ran away in finer ones, and the naming ended with an assertion."""
-    found = SimpleNamespace(named=[], outcomes=["one"])
+    found = SimpleNamespace(named=[], outcomes=[SimpleNamespace(winner=None)])
     breaks = SimpleNamespace(errors=lambda values: None, values=lambda places: {})
     for name, instead in {
         "_begun": found,

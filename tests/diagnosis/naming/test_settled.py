@@ -1,9 +1,11 @@
 """What a contest does not fit, or ask for: what could not be believed beside what it has."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rivals import cause
 
 from selflock.diagnosis.calibration.fit import End
 from selflock.diagnosis.naming import asked as asked_module
@@ -18,6 +20,7 @@ from selflock.diagnosis.naming.order import leading
 from selflock.diagnosis.naming.round import Rivalled, Round
 from selflock.diagnosis.naming.run import _ends_beyond
 from selflock.diagnosis.naming.whole import Whole
+from selflock.diagnosis.search.candidate import Candidate
 
 
 def weighed(**options):
@@ -200,11 +203,41 @@ def test_of_what_steps_still_miss_a_curve_that_makes_up_for_it_is_no_answer(monk
     assert beyond_steps(*models(0.25, 0.01)) and len(asked) == 4  # finer ones were not asked for
 
 
-@pytest.mark.parametrize("left", [1.0, 2.0])
-def test_beside_what_had_other_steps_taken_all_begins_with_that(monkeypatch, left):
-    """A lag of a house's command was found in finer steps, and looked for anew in the rig's own behind all that looked better."""
-    contest, fitted = weighed(before=(SimpleNamespace(label="lag", kind=LAW, count=1, law="lag"), {"T": 2.0})), []
-    monkeypatch.setattr(Contest, "fit", lambda self, guess, start: fitted.append(start) or rival(1, left=(left, left)))
+@pytest.mark.parametrize(("left", "first"), [(1.0, "limit"), (1.5, "overflow")])
+def test_what_is_believed_stands_beside_what_steps_miss_where_it_leaves_no_more_than_noise(monkeypatch, rng, left, first):
+    """Beside a house's limit, which left 1.02 times the noise, its overflow, fitted anew, left 3 % less: all was looked for anew."""
+    limit, overflow = cause("limit", 1.0, loss=0.2), cause("overflow", 1.0, loss=0.9)
+    overflow.guess = replace(overflow.guess, numbers=overflow.guess.numbers * 2)
+    better = {"limit": 0.2, "overflow": 0.17}
+
+    def anew(self, guess, start, *_):
+        made = cause(guess.label, 1.0, loss=better[guess.label])
+        candidate = Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), better[guess.label]))
+        end = SimpleNamespace(loss=better[guess.label], misfit=np.full(2, left) + 0.01 * rng.random(2))
+        return SimpleNamespace(guess=guess, candidate=candidate, values=made.values, end=end, rough=False)
+
+    monkeypatch.setattr(Contest, "_fit_anew", anew)
+    monkeypatch.setattr(Contest, "played", property(lambda self: SimpleNamespace(extend=lambda inserts: None)))
+    monkeypatch.setattr(Contest, "_far", lambda self, guess: (False, False))
+    contest = weighed()
+    contest.inserts, contest.looks, contest.values = (), SimpleNamespace(), {}
+    base = Candidate(None, (), None, np.full((4, 1), 9.0))
+    outcome = Round(base, [limit, overflow], limit, [limit, overflow])
+    told = lambda rival, noise, *last: None if last else SimpleNamespace(loss=lambda misfit: 1.0)
+    assert contest.stands(outcome, told, contest.problem) == (first == "limit")
+
+
+@pytest.mark.parametrize(("left", "begun"), [((1.0,), [2.0]), ((2.0, 1.0), [2.0, 3.0]), ((2.0, 2.0), [2.0, 3.0])])
+def test_beside_what_had_other_steps_taken_all_begins_with_that(monkeypatch, left, begun):
+    """A lag of a house's command was found in finer steps, and looked for anew in the rig's own behind all that looked better.
+
+    A limit that fits in finer steps may swing in the rig's own: it is begun where it was found in these as well.
+    """
+    values = {"T": 2.0}, {"T": 3.0}
+    contest, fitted = weighed(before=(SimpleNamespace(label="lag", kind=LAW, count=1, law="lag"), values)), []
+    leaves = lambda: left[len(fitted) - 1]
+    fit = lambda self, guess, start: fitted.append(start) or rival(1, left=(leaves(), leaves()))
+    monkeypatch.setattr(Contest, "fit", fit)
     monkeypatch.setattr(Contest, "_afresh", lambda self, laws: [])
     monkeypatch.setattr(Contest, "_fits", lambda self, stage: [])
     contest.values, contest.looks = (
@@ -212,5 +245,5 @@ def test_beside_what_had_other_steps_taken_all_begins_with_that(monkeypatch, lef
         SimpleNamespace(ways=[], first=lambda: None, further=lambda: None, pairs=lambda: None),
     )
     contest._stages(outcome := Round(None, []))
-    assert fitted == [{"T": 2.0, "rate": 1.0}] and len(outcome.fitted) == 1
-    assert contest.numbers == (1 if left == 1.0 else np.inf)
+    assert fitted == [{"T": T, "rate": 1.0} for T in begun] and len(outcome.fitted) == 1
+    assert contest.numbers == (1 if left[-1] == 1.0 else np.inf)

@@ -1,5 +1,6 @@
 """What steps miss of a model, and what of it is taken off the log before rivals are held against it."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.naming import steps
 from selflock.diagnosis.naming.extended import Extended, Extending, Vanishing
+from selflock.diagnosis.naming.guesses import number
 from selflock.diagnosis.naming.places import IN, Insert, Place
-from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps, released, stepped
+from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps, in_vanishing, released, stepped
 
 GIVEN = 0.1  # s, the rig's step
 LAW = Insert("law", Place(IN, "b.drawn"), "proportional", over="b.v")
@@ -20,6 +22,8 @@ TRUTH = np.sin(TIME)
 class Played(Extended):
     """A system whose output errs by a share of its step, and by more of it where a law is in it."""
 
+    outputs = ("x",)
+
     def __init__(self, step):
         self.step, self.inserts, self.parts, self.kept = step, (), SimpleNamespace(step=step), {}
         self.rounded, self.rounding = {}, {}
@@ -29,6 +33,11 @@ class Played(Extended):
 
     def spread(self, name):
         return 1.0
+
+    def trusted(self, name, which):
+        return [np.ones(len(TIME), bool) for _ in which]
+
+    def forget(self): ...
 
     def close(self): ...
 
@@ -94,6 +103,26 @@ def test_a_fit_in_steps_that_vanish_leaves_what_half_the_step_changed_once_more(
     doubled = Extending(None, [], (), [0], [], units={"step": 0.2})
     one = Vanishing(None, [], (), [0], [], units={"step": 0.1}, doubled=doubled)
     assert one.unrounded({})["x"][0] == pytest.approx([2.0])
+
+
+@pytest.mark.parametrize(("halved", "begun"), [(3, 1.0), (3, 1.9), (2, 1.0)])
+def test_numbers_made_up_for_what_the_finest_steps_miss_and_what_is_taken_off_is_beside_those_of_vanishing_ones(
+    monkeypatch, rng, halved, begun
+):
+    """A house's limit of 1.02 times the noise where no steps missed anything left 1.7 beside what was taken off for eighths of them."""
+    near, true, noise = problem(step := GIVEN / 2.0**halved), 2.0, 1e-3
+    simulated = lambda self, values: values["a"] * (1.0 + 5.0 * self.played.step) * np.cos(TIME)
+    left = lambda self, values, which=None: {"x": [self.runs[0].signals["x"] - simulated(self, values)]}
+    monkeypatch.setattr(Extending, "unrounded", left)
+    run = replace(near.runs[0], signals={"x": true * np.cos(TIME) + noise * rng.standard_normal(len(TIME))})
+    model = Extending(None, [run], (number("a", 1.0, 0.0, 4.0),), [0], [np.ones(len(TIME), bool)], units={"x": 1.0})
+    vars(model)["played"] = near.played
+    places = np.array([model.numbers[0].place(true / (1.0 + 5.0 * step))])  # where it fits in these steps
+    found = model.values(in_vanishing(Work(step), model, places, {"a": begun}))["a"]
+    if halved == 3:
+        assert found == pytest.approx(true, abs=15.0 * noise)  # 50 samples, errors of 2 e1 - e2: five standard errors are 1.6e-3
+    else:  # finer ones were not asked for
+        assert found == pytest.approx(true / (1.0 + 5.0 * step))
 
 
 def test_what_steps_change_of_a_strong_law_is_taken_off_as_it_is_there():

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import strangers
 
+from benchmarks.cases import rate
 from selflock.diagnosis import name
 
 
@@ -184,6 +185,12 @@ def test_what_a_law_does_beyond_what_taught_can_not_be_closed(monkeypatch):
     assert least < low and most > high and all(farther.beyond[n] > 3.0 * size for n, size in farther.noise.items())
     (low, high), (least, most) = goes(within, "voltage")
     assert low < least and most < high and set(within.beyond.values()) == {0.0}
+
+
+def test_the_interval_of_none_and_of_all_has_no_sign():
+    """None of fifteen was told as -0 to 20 %."""
+    assert all(rate([one] * n).partition("; ")[2].startswith("0 to") != one for n in range(1, 200) for one in (False, True))
+    assert rate([False] * 15) == "0 % (0 of 15; 0 to 20 %)" and rate([True] * 15) == "100 % (15 of 15; 80 to 100 %)"
 
 
 def test_an_overflow_is_known_by_the_words_in_which_it_is_told():

@@ -18,6 +18,16 @@ from .laws import lags
 
 def law(component: str, values: dict, ch: Channels):
     """A component's Parameters: nominal, with `values` in their place; what the rig says of this log alone stands."""
+    known, free, own = _law(component, ch)
+    given: dict[str, float] = {}
+    for called in (free, own):
+        if not called.keys().isdisjoint(values):
+            given |= {called[name]: float(values[name]) for name in values if name in called}
+    return known._replace(**given) if given else known
+
+
+def _law(component: str, ch: Channels) -> tuple[Any, dict[str, str], dict[str, str]]:
+    """A component's nominal Parameters, and which of them are whose that `values` may hold, of all runs and of this one alone."""
     key = ("law", component)
     if key not in ch.memory:
         rig, name = ch.setting.rig, ch.prefix + component
@@ -25,12 +35,18 @@ def law(component: str, values: dict, ch: Channels):
         free = {full: field for field, full in laws.names(component, name) if full not in alone}
         own = {phase.name(ch.run, full): field for full, field in free.items()}
         ch.memory[key] = laws.parameters(component, name, {**rig.parameters, **alone}), free, own
-    nominal, free, own = ch.memory[key]
-    given: dict[str, float] = {}
-    for called in (free, own):
-        if not called.keys().isdisjoint(values):
-            given |= {called[name]: float(values[name]) for name in values if name in called}
-    return nominal._replace(**given) if given else nominal
+    return ch.memory[key]
+
+
+def nominal(ch: Channels) -> dict[str, float]:
+    """Values of all that `values` may change of the components' laws, by name: as they are where nothing is said of them."""
+    if "nominal" not in ch.memory:
+        found: dict[str, float] = {}
+        for part in laws.COMPONENTS:
+            known, free, _ = _law(part, ch)
+            found |= {name: getattr(known, field) for name, field in free.items()}
+        ch.memory["nominal"] = found
+    return ch.memory["nominal"]
 
 
 def kept(what: str, key: Hashable, ch: Channels, make: Callable[[], Any]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,6 +26,16 @@ class Grid:
     supply: np.ndarray  # V, of which a duty is commanded, else 0
     acts: np.ndarray  # 0 between the acts of a controller that acts row by row, else 1
     places: np.ndarray  # rad, of the load as measured, where no controller holds its angle
+
+    @cached_property
+    def usual(self) -> float:
+        """The usual step, s."""
+        return float(np.median(self.dt))
+
+    @cached_property
+    def longest(self) -> float:
+        """The longest step, s."""
+        return float(self.dt[1:].max(initial=1e-9))
 
 
 def grid(ch: Channels) -> Grid:

@@ -9,7 +9,7 @@ from math import floor, pi
 from selflock.fmus.controller import pd
 from selflock.fmus.load import load
 from selflock.fmus.motor import dc
-from selflock.fmus.reducer import law, shaft
+from selflock.fmus.reducer import flow, law, shaft
 from selflock.fmus.sensor import sensor
 
 
@@ -127,27 +127,29 @@ def _rests(pr, pl, g, l):
     return go.output_torque, _pull(pl, l, go.output_torque, 0.0, 0.0)
 
 
-def _together(pm, pr, pl, m, g, l, pull, rise, voltage, beside, h):
-    """Motor, gear and load after h, s, under a held voltage, V, and a torque beside F at the motor's shaft, N.m.
+def _together(pm, pr, pl, m, g, l, pull, rise, voltage, beside, pace, known):
+    """Motor, gear and load after a step of the motor's pace, h, s, under a held voltage, V, and a torque beside F at the motor's shaft, N.m.
 
     The load takes the step as Verlet's method has it, half a kick, the way, half a kick: its angle is known to the end of the step
     before the gear takes it, and what swings undamped neither grows nor fades (Hairer, Lubich, Wanner, Geometric numerical
     integration, 2006, ch. I). The gear is exact for a load that turns evenly, the motor for an even speed: that in the middle of
     the step, as its last rise, rad/s2, has it. What the gear is given is the mean torque. So all is of second order in h.
-    pull: the load's acceleration, rad/s2. Returns the same anew, and the output of the motor and the output torque, N.m.
+    pull: the load's acceleration, rad/s2. known: the gear's response of the step before. Returns the same anew, and the output of
+    the motor and the output torque, N.m.
     """
-    turned, before = g.speed, m
-    pace = turned + 0.5 * h * rise if turned != 0.0 else 0.0
+    h, turned, before = pace.dt, g.speed, m
+    middle = turned + 0.5 * h * rise if turned != 0.0 else 0.0
     moved = l.speed + 0.5 * h * pull
-    m, mo = dc.advance(pm, m, voltage, pace, h)
-    g, go = shaft.advance(pr, g, dc.mean_torque(pm, before, m, voltage, pace, h) - beside, l.angle, moved, h)
+    m, mo = dc.paced(pm, m, voltage, middle, pace)
+    motor_torque = dc.mean_torque(pm, before, m, voltage, middle, pace) - beside
+    g, go, known = shaft.advance_on(pr, g, motor_torque, l.angle, moved, h, known)
     delivered = go.output_torque
     damping = pr.shaft_damping if delivered != 0.0 else 0.0
     l = load.State(l.angle + h * moved, moved)
     pull = _pull(pl, l, delivered, damping, h)
     delivered -= damping * 0.5 * h * pull  # its damper was told the speed in the middle of the step
     l = load.State(l.angle, moved + 0.5 * h * pull)
-    return m, g, l, pull, (g.speed - turned) / h, mo, delivered
+    return m, g, l, pull, (g.speed - turned) / h, mo, delivered, known
 
 
 def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, speed_setpoint, dt, parts, start, out):
@@ -163,12 +165,15 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
     g = shaft.start(pr, start[0], start[1], angle, speed)
     l = load.State(angle, speed)
     delivered = u = 0.0
+    pace, known = dc.pace(pm, dt[0] / parts), flow.NONE
     for i in range(len(dt)):
         if i > 0:
             h = dt[i] / parts
+            if h != pace.dt:
+                pace = dc.pace(pm, h)
             for _ in range(parts):
-                m, mo = dc.advance(pm, m, u, g.speed, h)
-                g, go = shaft.advance(pr, g, mo.torque, l.angle, l.speed, h)
+                m, mo = dc.paced(pm, m, u, g.speed, pace)
+                g, go, known = shaft.advance_on(pr, g, mo.torque, l.angle, l.speed, h, known)
                 delivered = go.output_torque
                 l, lo = load.advance(pl, l, delivered, h)
             out[1, i] = mo.current
@@ -279,9 +284,11 @@ def closed(
     delivered, pull = _rests(pr, pl, g, l)
     current = torque = rise = strayed = 0.0
     last, made_of, aged = speed, _counted(stepped, angle), ticked - dt[0]
+    pace, known = dc.pace(pm, dt[0] / parts), flow.NONE
     for i in range(len(dt)):
         if i > 0:
-            h = dt[i] / parts
+            if dt[i] / parts != pace.dt:
+                pace = dc.pace(pm, dt[i] / parts)
             for _ in range(parts):
                 given, beside = u, 0.0
                 if place > 0:
@@ -292,7 +299,7 @@ def closed(
                         beside = push if g.speed > 0.0 else -push if g.speed < 0.0 else 0.0
                     elif place == 3:
                         given = u - push
-                m, g, l, pull, rise, mo, delivered = _together(pm, pr, pl, m, g, l, pull, rise, given, beside, h)
+                m, g, l, pull, rise, mo, delivered, known = _together(pm, pr, pl, m, g, l, pull, rise, given, beside, pace, known)
             current, torque, since = mo.current, mo.torque, since + dt[i]
         anew = put < len(at) and at[put] == i
         if anew:

@@ -63,7 +63,12 @@ def _difference(name: str, runs: list[Channels]) -> tuple[float, int]:
 def over_lost_rows(name: str, ch: Channels) -> np.ndarray:
     """Rows in which a speed that is a difference goes over rows that are lost: by how much it is off depends on who lost them."""
     rows = counts(name, ch)[1] if name in ANGLE_OF else 0
-    return over_losses(ch.run.time, rows) if rows else np.zeros(len(ch.run), bool)
+    if not rows:
+        return np.zeros(len(ch.run), bool)
+    known = ch.run.memory.setdefault("over lost rows", {})
+    if rows not in known:
+        known[rows] = over_losses(ch.run.time, rows)
+    return known[rows]
 
 
 def commanded(ch: Channels) -> str:
@@ -185,8 +190,9 @@ def step_of(x: np.ndarray, least: float) -> float:
     first = found[0]
     near = first + int(np.argmax(like[first : first + np.searchsorted(frequency[first:], rules.step_lobes * frequency[first])]))
     closer = np.linspace(frequency[near - 1], frequency[near + 1], rules.step_closer)
-    places = np.arange(len(counts)) * fine
-    step = float(1.0 / closer[int(np.argmax([abs(counts @ np.exp(2j * np.pi * f * places)) for f in closer]))])
+    there = np.flatnonzero(counts)  # of two hundred thousand places no more than there are rows
+    often, places = counts[there], there * fine
+    step = float(1.0 / closer[int(np.argmax([abs(often @ np.exp(2j * np.pi * f * places)) for f in closer]))])
     return step if reach >= rules.step_most * step or _goes_by(x, step) else 0.0
 
 

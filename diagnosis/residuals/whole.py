@@ -129,8 +129,12 @@ def needs_speed(ch: Channels) -> bool:
 
 
 def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
-    """All signals of the drive at the instants of the run's grid; remembered, for all channels ask for the same."""
-    key = tuple(sorted((name, value) for name, value in values.items() if matters(name, ch)))
+    """All signals of the drive at the instants of the run's grid; remembered, for all channels ask for the same.
+
+    A value that is what the drive has anyway makes no other: looks ask for many that differ from the base in nothing else.
+    """
+    known = drive.nominal(ch)
+    key = tuple(sorted((name, value) for name, value in values.items() if known.get(name) != value and matters(name, ch)))
     most = min(RULES.residuals.wholes_remembered, max(1, RULES.residuals.motions_remembered // len(grid(ch).time)))
     return memory.kept(ch.memory.setdefault(WHOLE, {}), key, lambda: _simulated(values, ch, grid(ch)), most)
 
@@ -159,8 +163,10 @@ def plain(values: dict, ch: Channels) -> dict[str, np.ndarray]:
 
 def carried_in(values: dict, ch: Channels) -> tuple[float, float, int]:
     """Stiffness and damping of the output shaft and parts of a step with which a run is simulated."""
-    step, fastest = float(grid(ch).dt[1:].max(initial=1e-9)), ch.run.memory.get(FASTEST, np.inf)
-    return stable(drive.law("reducer", values, ch), drive.law("load", values, ch), step, fastest, ch.setting.shaft_step)
+    fastest = ch.run.memory.get(FASTEST, np.inf)
+    return stable(
+        drive.law("reducer", values, ch), drive.law("load", values, ch), grid(ch).longest, fastest, ch.setting.shaft_step
+    )
 
 
 def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = None) -> dict[str, np.ndarray]:
@@ -176,13 +182,13 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
     by_rows = here.acts.min() == 0.0
     if driven.row_by_row(ch):  # where a grid does not say which rows these are, it acts as often
         late, period = 0.0, 0.0 if by_rows else float(np.median(np.diff(ch.run.time)))
-    if 0.0 < period <= np.median(here.dt):
+    if 0.0 < period <= here.usual:
         late, period = late + 0.5 * period, 0.0
     if ticked is None:
         ticked = ticks(period, ch) if period > 0.0 else 0.0
         if period > 0.0 and period != ch.setting.value(ch.prefix + "controller.sample_period", {}):
             here = refined(ch, period)
-    stepped = _stepped(values, period or max(2.0 * late, float(np.median(here.dt))), ch, by_rows)
+    stepped = _stepped(values, period or max(2.0 * late, here.usual), ch, by_rows)
     pc = pc._replace(command_delay=pc.command_delay + late, sample_period=period)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
     if driven.of(ch) == driven.SPEED:
@@ -209,7 +215,7 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
     rows = dict(zip(ROWS, out if here is told else (np.interp(told.time, here.time, x) for x in out)))
     if supply.any():
         rows[DUTY] = rows["voltage"] / np.interp(told.time, here.time, supply)
-    return rows | {SUPPLY: supplied(pm, rows["voltage"], rows["current"])}
+    return rows | ({SUPPLY: supplied(pm, rows["voltage"], rows["current"])} if ch.has("motor.supply_voltage") else {})
 
 
 def _stepped(values: dict, period: float, ch: Channels, by_rows: bool) -> np.ndarray:

@@ -12,7 +12,7 @@ known too.
 Plain functions on floats, as numba compiles them too. Torque is positive in the direction of positive speed.
 """
 
-from math import copysign, exp, expm1, inf, log
+from math import copysign, exp, expm1, inf, log, nan
 from typing import NamedTuple
 
 from ..effect import Parameter, join, parameters_type
@@ -40,6 +40,15 @@ class Output(NamedTuple):
     torque: float  # N.m on the rotor
     electric_power: float  # W, eq 18
     mechanical_power: float  # W, eq 20
+
+
+class Pace(NamedTuple):
+    """What a step makes of the current in a winding without effects, x = R t / L: the same for all steps as long."""
+
+    dt: float  # s
+    left: float  # e^-x; no number where resistance or inductance is 0
+    gone: float  # e^-x - 1
+    share: float  # of what a current falls by in the step, in its mean
 
 
 class Condition(NamedTuple):
@@ -138,15 +147,25 @@ def torque_law(p, x):
     return p.torque_constant / (1.0 + weakening(p, x)), added_torque(p, x)
 
 
-def mean_torque(p, before, after, voltage, speed, dt):
-    """Torque on the rotor, N.m, as a mean over a step of `advance`, from the states before and after it.
+def pace(p, dt):
+    """What `paced` and `mean_torque` know of steps of dt.
 
     A current that goes exponentially from I_0 to I_1 in x = R t / L time constants has the mean I_1 + (I_0 - I_1)
-    (1/x - 1/(e^x - 1)); what effects make of it is the mean of both ends.
+    (1/x - 1/(e^x - 1)).
     """
     x = p.resistance * dt / p.inductance if p.inductance > 0.0 else inf
     share = 0.5 - x / 12.0 if x < 1e-4 else 1.0 / x - 1.0 / expm1(x) if x < 700.0 else 1.0 / x
-    current = after.current + share * (before.current - after.current)
+    if p.resistance == 0.0 or p.inductance == 0.0:
+        return Pace(dt, nan, nan, share)
+    return Pace(dt, exp(-x), expm1(-x), share)
+
+
+def mean_torque(p, before, after, voltage, speed, known):
+    """Torque on the rotor, N.m, as a mean over a step of this pace, from the states before and after it.
+
+    What effects make of the mean current is the mean of both ends.
+    """
+    current = after.current + known.share * (before.current - after.current)
     if before.effects == 0.0:
         return p.torque_constant * current
     first, beside = torque_law(p, Condition(voltage, speed, before.current, before.angle, before.heat))
@@ -195,3 +214,12 @@ def advance(p, s, voltage, speed, dt):
         angle += speed * dt
         torque = torque_of_current(p, Condition(voltage, speed, current, angle, heat))
     return State(current, angle, heat, s.effects), Output(current, torque, voltage * current, torque * speed)
+
+
+def paced(p, s, voltage, speed, known):
+    """As `advance`, to the bit, over a step of this pace, for loops: where no effect acts, exponentials are those of the step before."""
+    if s.effects > 0.0 or known.left != known.left:
+        return advance(p, s, voltage, speed, known.dt)
+    current = s.current * known.left - (voltage - p.voltage_constant * speed) / p.resistance * known.gone
+    torque = p.torque_constant * current
+    return State(current, s.angle, s.heat, s.effects), Output(current, torque, voltage * current, torque * speed)

@@ -16,6 +16,9 @@ SMALL = 1e-5  # |(delta^2 - w) tau^2| below which both poles are taken as one, w
 ULP = 2.220446049250313e-16
 
 
+NONE = (math.nan, math.nan, math.nan, 0.0, 0.0, 0.0)  # delta, w, tau and their response where none is known
+
+
 def response(delta, w, tau):
     """S, S' and Q at tau, each to a few units of the last place: delta [1/s], w [1/s^2], tau [s]."""
     d = delta * tau

@@ -23,6 +23,7 @@ casing. A step from t to t + dt is given the inputs at t and returns state and o
 import math
 from typing import NamedTuple
 
+from .flow import NONE
 from .law import (
     BASE,
     EFFECTS,
@@ -52,7 +53,7 @@ from .wedge import (
     wedge_tangent,
 )
 
-__all__ = ["BASE", "EFFECTS", "Output", "Parameters", "State", "advance", "impose", "relaxed", "start"]
+__all__ = ["BASE", "EFFECTS", "Output", "Parameters", "State", "advance", "advance_on", "impose", "relaxed", "start"]
 
 INNER_STEP = 2.5e-4  # s
 
@@ -98,10 +99,19 @@ def relaxed(p, output_torque, speed, output_angle, output_speed):
 
 def advance(p, s, motor_torque, output_angle, output_speed, dt):
     """Dynamic mode: state and outputs after dt, s, under a held motor torque, N.m; dt = 0 gives the outputs as they are."""
+    state, out, _ = advance_on(p, s, motor_torque, output_angle, output_speed, dt, NONE)
+    return state, out
+
+
+def advance_on(p, s, motor_torque, output_angle, output_speed, dt, known):
+    """As `advance`, to the bit, for loops: `known` is the response of a step before (flow.py), which comes back as that of this one.
+
+    To compute it is a third of a step, and under the same law steps as long have the same.
+    """
     ratio = p.gear_ratio
     t = wedge_tangent(ratio, p.wedge_angle)
     if s.effects > 0.0:
-        return _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt)
+        return _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt, known)
 
     # The usual step: it rests, or slides on one line of F, from beginning to end.
     speed = s.speed
@@ -122,7 +132,7 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
             if low <= motor_torque <= high:
                 low, high = cone_of(torque1, drive, back, level, ratio)
                 if low <= motor_torque <= high:
-                    return s, Output(
+                    out = Output(
                         motor_torque,
                         torque1,
                         motor_torque - torque1 / ratio,
@@ -135,13 +145,14 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
                         torque1 * output_speed,
                         c * v * v,
                     )
+                    return s, out, known
     else:
         mu = p.friction_kinetic
         level = preload_torque(mu, p.preload, t)
         drive = driving_slope(mu, t, ratio)
         back = backdriving_slope(mu, t, ratio)
-        fine, wound, speed1, torque1 = glide(
-            drive, back, level, 0.0, 0.0, k, c, 0.0, ratio, p.shaft_inertia, windup, speed, motor_torque, output_speed, dt
+        fine, wound, speed1, torque1, known = glide(
+            drive, back, level, 0.0, 0.0, k, c, 0.0, ratio, p.shaft_inertia, windup, speed, motor_torque, output_speed, dt, known
         )
         if fine > 0.0:
             way = 1.0 if speed > 0.0 else -1.0
@@ -150,7 +161,7 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
             angle = s.angle + ratio * (wound + output_speed * dt)
             friction = force - torque1 / ratio
             v1 = speed1 / ratio - output_speed
-            return State(angle, speed1, 0.0, s.time, s.heat, s.distance), Output(
+            out = Output(
                 force,
                 torque1,
                 friction,
@@ -163,11 +174,12 @@ def advance(p, s, motor_torque, output_angle, output_speed, dt):
                 torque1 * output_speed,
                 friction * speed1 + c * v1 * v1,
             )
+            return State(angle, speed1, 0.0, s.time, s.heat, s.distance), out, known
 
     law = plain(p, t)
     angle, speed, _, _ = travel(law, ratio, p.shaft_inertia, s.angle, speed, motor_torque, output_angle, output_speed, dt)
     state = State(angle, speed, 0.0, s.time, s.heat, s.distance)
-    return state, _outputs(law, t, ratio, state, motor_torque, output_angle + output_speed * dt, output_speed)
+    return state, _outputs(law, t, ratio, state, motor_torque, output_angle + output_speed * dt, output_speed), known
 
 
 def impose(p, s, imposed_angle, imposed_speed, output_angle, output_speed, dt):
@@ -224,7 +236,7 @@ def _impose_extended(p, s, t, angle, speed, output_angle, output_speed, inertial
     )
 
 
-def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
+def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt, known):
     """Dynamic mode with effects on: inner steps, each with the coefficients of its middle where they vary."""
     end = output_angle + output_speed * dt
     count = 1
@@ -232,7 +244,7 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
     if s.effects > 1.0 and dt > INNER_STEP:
         if not 2.0 * dt <= INNER_STEP * PIECES:  # each takes two at least
             bad = State(s.angle, math.nan, s.effects, s.time + dt, s.heat, s.distance)
-            return bad, _affected_outputs(p, t, bad, motor_torque, end, output_speed)
+            return bad, _affected_outputs(p, t, bad, motor_torque, end, output_speed), known
         count = math.ceil(dt / INNER_STEP - 1e-9)
     step = dt / count
     state = s
@@ -240,7 +252,7 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
         now = output_angle + output_speed * (step * i)
         fine, after = 0.0, state
         if state.speed != 0.0 and p.heat_coefficient == 0.0:
-            fine, after = _glided(p, t, state, motor_torque, now, output_speed, step)
+            fine, after, known = _glided(p, t, state, motor_torque, now, output_speed, step, known)
         if fine > 0.0:
             pieces -= 2
         else:
@@ -248,32 +260,32 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt):
         state = after
         if state.speed != state.speed:
             break
-    return state, _affected_outputs(p, t, state, motor_torque, end, output_speed)
+    return state, _affected_outputs(p, t, state, motor_torque, end, output_speed), known
 
 
-def _glided(p, t, s, motor_torque, output_angle, output_speed, dt):
+def _glided(p, t, s, motor_torque, output_angle, output_speed, dt, known):
     """An inner step of plain sliding, the usual one: 1.0 and the state after it; 0.0 where there may be an event."""
     ratio = p.gear_ratio
     windup = s.angle / ratio - output_angle
     law = _sliding_law(p, t, s, output_angle, output_speed)
     if s.effects > 1.0:
         half = 0.5 * dt
-        fine, wound, speed, _ = _glide(p, law, windup, s.speed, motor_torque, output_speed, half)
+        fine, wound, speed, _, _ = _glide(p, law, windup, s.speed, motor_torque, output_speed, half, NONE)
         if fine == 0.0:
-            return 0.0, s
+            return 0.0, s, known
         moved = ratio * (wound + output_speed * half)
         middle = State(s.angle + moved, speed, s.effects, s.time + half, s.heat, s.distance + abs(moved))
         law = _sliding_law(p, t, middle, output_angle + output_speed * half, output_speed)
-    fine, wound, speed, _ = _glide(p, law, windup, s.speed, motor_torque, output_speed, dt)
+    fine, wound, speed, _, known = _glide(p, law, windup, s.speed, motor_torque, output_speed, dt, known)
     moved = ratio * (wound + output_speed * dt)
-    return fine, State(s.angle + moved, speed, s.effects, s.time + dt, s.heat, s.distance + abs(moved))
+    return fine, State(s.angle + moved, speed, s.effects, s.time + dt, s.heat, s.distance + abs(moved)), known
 
 
-def _glide(p, law, windup, speed, motor_torque, output_speed, dt):
+def _glide(p, law, windup, speed, motor_torque, output_speed, dt, known):
     f, push = law.friction, motor_torque - law.torque
     return glide(
         f.driving, f.backdriving, f.level, f.drag, f.viscous, law.stiffness, p.shaft_damping, law.half_play,
-        p.gear_ratio, p.shaft_inertia, windup, speed, push, output_speed, dt,
+        p.gear_ratio, p.shaft_inertia, windup, speed, push, output_speed, dt, known,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ change of the line, touch or parting of the flanks (backlash). At rest P moves l
 
 import math
 
-from .flow import ULP, first_fall, reach, response, whole
+from .flow import NONE, ULP, first_fall, reach, response, whole
 from .law import contact, friction_at
 
 PIECES = 1000  # of one step, at most, with all its inner steps; a step that needs more has no result (NaN)
@@ -34,10 +34,12 @@ def glide(
     push,
     output_speed,
     dt,
+    known=NONE,
 ):
     """A step of plain sliding, without an event: 1.0, the change of the wind-up, rad, speed, rad/s, and output torque, N.m, after it.
 
-    0.0 in the place of 1.0, and nothing told, where there may be an event: `travel` then looks for it.
+    0.0 in the place of 1.0, and nothing told, where there may be an event: `travel` then looks for it. known: the response of a step
+    before, which comes last of what is returned, for the next: under the same law steps as long have the same.
     """
     s = 1.0 if speed > 0.0 else -1.0
     v = speed / ratio - output_speed
@@ -54,15 +56,18 @@ def glide(
         line, slope, spare = -1.0, backdriving, x * backdriving - force
         force = x * backdriving
     elif level == 0.0 and touching > 0.0:
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, known
     per_inertia = 1.0 / (inertia * ratio)
     a = (push - s * (force + drag + viscous * abs(speed))) * per_inertia
     delta = 0.5 * (slope * c * per_inertia + viscous / inertia)
     w = slope * k * per_inertia
     z = (delta * delta - w) * dt * dt
     if not -9.0 < z < 900.0:
-        return 0.0, 0.0, 0.0, 0.0
-    shape, slant, area = response(delta, w, dt)
+        return 0.0, 0.0, 0.0, 0.0, known
+    before, beside, long, shape, slant, area = known
+    if delta != before or w != beside or dt != long:
+        shape, slant, area = response(delta, w, dt)
+        known = (delta, w, dt, shape, slant, area)
     wound = v * (shape + 2.0 * delta * area) + a * area
     v1 = v * (slant + 2.0 * delta * shape) + a * shape
     a1 = a * slant - w * v * shape
@@ -71,10 +76,10 @@ def glide(
     # short against the time constants, a rate stays within twice the sum of its values at both ends.
     short = 2.0 * dt if -2.0 < z < 1.0 and abs(delta) * dt < 0.5 else math.inf
     if not (s * speed1 > 0.0 and (s * a >= 0.0 or s * a1 < 0.0 or short * (abs(a) + abs(a1)) * ratio < s * speed)):
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, known
     if touching == 0.0:  # the flanks apart, and so at the end
         near = v * v1 > 0.0 and abs(windup) < half_play and abs(windup + wound) < half_play
-        return 1.0 if near else 0.0, wound, speed1, 0.0
+        return 1.0 if near else 0.0, wound, speed1, 0.0, known
     torque1 = k * (windup - edge + wound) + c * v1
     x1 = torque1 * s
     level_force = x1 / ratio + level
@@ -91,7 +96,7 @@ def glide(
         calm = v * v1 > 0.0 or short * (abs(v) + abs(v1)) <= abs(windup) - half_play
         same = same and calm and torque1 * output_torque > 0.0 and (windup + wound) * edge > edge * edge
         steady = steady and (rate * rate1 > 0.0 or swing <= abs(output_torque))
-    return 1.0 if same and steady else 0.0, wound, speed1, torque1
+    return 1.0 if same and steady else 0.0, wound, speed1, torque1, known
 
 
 def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output_speed, dt, pieces=PIECES):

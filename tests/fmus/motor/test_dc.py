@@ -51,11 +51,25 @@ def test_the_mean_torque_is_what_the_charge_says(r, l, u, i, h):
     p = dc.Parameters(resistance=r, inductance=l, voltage_constant=0.0, torque_constant=2.0)
     before = dc.State(i, 0.0, 0.0, 0.0)
     after, _ = dc.advance(p, before, u, 0.0, h)
-    found, size = dc.mean_torque(p, before, after, u, 0.0, h), 2.0 * max(abs(i), abs(after.current))
+    found, size = dc.mean_torque(p, before, after, u, 0.0, dc.pace(p, h)), 2.0 * max(abs(i), abs(after.current))
     if r * h / l > 1e-5:
         assert found == pytest.approx(2.0 * (u - l * (after.current - i) / h) / r, rel=1e-8, abs=1e-8 * size)
     else:
         assert found == pytest.approx(i + after.current, rel=1e-8, abs=1e-5 * size)
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"resistance": 0.0}, {"inductance": 0.0}, {"brush_voltage": 0.5}, {"winding_thermal_resistance": 20.0}]
+)
+def test_steps_of_a_pace_are_steps_to_the_bit(changes, rng):
+    p = dc.Parameters(**changes)
+    for h in (1e-5, 1e-3, 0.2):
+        one = other = dc.start(p)
+        pace = dc.pace(p, h)
+        for voltage, speed in zip(rng.uniform(-24.0, 24.0, 50).tolist(), rng.uniform(-300.0, 300.0, 50).tolist()):
+            one, out = dc.advance(p, one, voltage, speed, h)
+            other, paced = dc.paced(p, other, voltage, speed, pace)
+            assert (other, paced) == (one, out)
 
 
 def test_the_mean_torque_of_a_wave_is_of_second_order():
@@ -68,7 +82,7 @@ def test_the_mean_torque_of_a_wave_is_of_second_order():
         for _ in range(steps):
             before = m
             m, _ = dc.advance(p, m, 3.0, 20.0, 2e-3 / steps)
-            total += dc.mean_torque(p, before, m, 3.0, 20.0, 2e-3 / steps) / steps
+            total += dc.mean_torque(p, before, m, 3.0, 20.0, dc.pace(p, 2e-3 / steps)) / steps
         off.append(total - p.torque_constant * 5.0 - waves)
     assert off[1] / off[0] == pytest.approx(0.25, rel=0.1) and off[2] / off[1] == pytest.approx(0.25, rel=0.1)
 

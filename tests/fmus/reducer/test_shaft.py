@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from selflock.fmus.reducer import shaft, wedge
+from selflock.fmus.reducer.flow import NONE
 from selflock.fmus.reducer.law import Friction, Law, plain
 from selflock.fmus.reducer.travel import PIECES, glide, travel
 
@@ -341,7 +342,7 @@ def test_what_glides_travels_alike(mu, level, drag, viscous, half_play, windup, 
     """glide() says of a step that no event lies in it: travel(), which looks for events, must end at the same place."""
     friction = Friction(wedge.driving_slope(mu, 0.02, 50.0), wedge.backdriving_slope(mu, 0.02, 50.0), level, drag, viscous)
     law = Law(friction, friction, friction, friction, 2e3, 2.0, half_play, 0.0)
-    fine, wound, after, _ = glide(*friction, 2e3, 2.0, half_play, 50.0, 2e-5, windup, speed, push, output_speed, dt)
+    fine, wound, after, _, _ = glide(*friction, 2e3, 2.0, half_play, 50.0, 2e-5, windup, speed, push, output_speed, dt)
     event(f"glides {fine}")
     assume(fine > 0.0)
     angle, end, _, _ = travel(law, 50.0, 2e-5, 50.0 * windup, speed, push, 0.0, output_speed, dt)
@@ -354,9 +355,27 @@ def test_a_shaft_that_runs_under_load_glides():
     windup = 3.0 / 2e3
     push = 3.0 * friction.driving + 0.001 + 1e-5 * 20.0
     for half_play in (0.0, 0.004):
-        fine, _, speed, torque = glide(*friction, 2e3, 2.0, half_play, 50.0, 2e-5, windup + half_play, 20.0, push, 0.4, 1e-3)
+        fine, _, speed, torque, _ = glide(*friction, 2e3, 2.0, half_play, 50.0, 2e-5, windup + half_play, 20.0, push, 0.4, 1e-3)
         assert (fine, speed, torque) == pytest.approx((1.0, 20.0, 3.0), rel=1e-9)
     assert glide(*friction, 2e3, 2.0, 0.0, 50.0, 2e-5, windup, 20.0, -10.0, 0.4, 1e-3)[0] == 0.0  # it stops in this step
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"viscous_damping": 1e-4}, {"output_ripple_torque": 0.01}], ids=["plain", "viscous", "ripple"]
+)
+def test_what_a_step_before_knew_changes_no_bit(changes, rng):
+    """Steps of three lengths in turn, through rest and back, so that what is known is right for some and wrong for others."""
+    p = P(friction_kinetic=0.02, friction_static=0.03, **changes)
+    one = other = relaxed(p, speed=10.0)
+    known, used = NONE, 0
+    for i, torque in enumerate((0.1 * np.sin(0.02 * np.arange(400)) + rng.normal(0.0, 0.01, 400)).tolist()):
+        inputs = torque, 1e-4 * i, 0.1, (1e-4, 1e-4, 2e-4, 1e-3)[i // 10 % 4]
+        one, out = shaft.advance(p, one, *inputs)
+        before = known
+        other, further, known = shaft.advance_on(p, other, *inputs, known)
+        used += known is before and one.speed != 0.0
+        assert (other, further) == (one, out)
+    assert used > 30
 
 
 def test_the_longest_step_is_as_many_inner_steps():

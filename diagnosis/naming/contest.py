@@ -58,7 +58,7 @@ class Contest:
     sampled: frozenset[str] = frozenset()  # components that act once a step
     told: Told | None = None  # where rivals take steps that miss something
     steps: Callable[[Rivalled], Any] | None = None  # the search in the steps that a rival asks for; None where in these
-    only: Place | None = None  # where something is missing, if that is known
+    only: tuple[Place, str] | None = None  # where something is missing that goes with which variable, if that is known
     before: tuple[Guess, Sequence[dict[str, float]]] | None = (
         None  # beside what these steps were asked for, its values in them and before
     )
@@ -134,8 +134,8 @@ class Contest:
         outcome.looked = len({guess.label for _, guess in self.looks.ways})
         if outcome.fitted:
             self._judge(outcome, rng)
-            told = self.told_by_curve([outcome.curve] if outcome.curve else [])
-            outcome.only = outcome.curve.guess.place if told and outcome.curve else None
+            if (curve := outcome.curve) and curve.guess.place and self.told_by_curve([curve]):
+                outcome.only = curve.guess.place, curve.guess.over[0]
         self.played.extend(self.inserts)
         return outcome
 

@@ -51,6 +51,8 @@ class Looks:
 
     def __post_init__(self) -> None:
         assert self.base.misfit is not None
+        if self.scene.only is not None:  # beside what does a part of what a curve does, the rest is a law of its variable there
+            self.kinds = [g.LAW]
         self.drawn: Draws = self.linear.draws(
             self.arranged.put(self.base.misfit * weight(self.base.misfit, RULES.search.loss_scale))
         )
@@ -268,7 +270,7 @@ class Looks:
         self._curve(place, over, what, multiplies)
         for trial in g.sines(self.scene, place, over, what, multiplies):
             self._column(trial)
-        for trial in g.with_state(self.scene, place, over, what) if not multiplies else ():
+        for trial in g.with_state(self.scene, place, over, what) if not multiplies and self.scene.only is None else ():
             self._column(trial)
 
     def pairs(self) -> None:

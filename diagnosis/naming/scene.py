@@ -27,7 +27,7 @@ class Scene:
     series: dict[str, list[np.ndarray]]
     prefix: str  # of the names of new corrections
     smooth: bool = False
-    only: Place | None = None  # where corrections are looked for, if not everywhere
+    only: tuple[Place, str] | None = None  # where corrections are looked for, and of what, if not everywhere and of all
 
     @cached_property
     def span(self) -> float:
@@ -57,7 +57,7 @@ class Scene:
     def places(self) -> list[Place]:
         """Where corrections may sit; only what varies, or is not zero, is worth one."""
         if self.only is not None:
-            return [self.only]
+            return [self.only[0]]
         fed = [feed.target for feed in self.played.group.feeds]
         known = self.parts.rig.known
         places = of_system(self.parts, self.played.group.members, fed, self.played.outputs)
@@ -73,6 +73,9 @@ class Scene:
         mine, others = quantities(self.parts, self.parts.owner(place.variable), [n for n in self.series if n != "time"])
         wanted = [(n, law.VALUE) for n in mine + others]
         wanted += [(n, what) for what in (law.RATE, law.INTEGRAL, law.SINCE_TURN) for n in mine]
+        if self.only is not None:
+            told = self.only[1], law.VALUE, ""
+            wanted = [(n, what) for n, what in wanted if what == law.VALUE and self.one_thing((n, what, ""), told)]
         kept: list[np.ndarray] = []
         for name, what in wanted:
             x = self.joined(name, what)

@@ -38,7 +38,7 @@ def fine_enough(work: Work, near: Extending, places: np.ndarray) -> tuple[Work, 
             break
         work, near, places = other
     while work.others and work is began and work.step < 0.75 * work.given_step:
-        other = _in_steps(work, near, places, 2.0, sloped)
+        other = _in_steps(work, near, places, 2.0, Forward)  # its own slopes are those of the longest steps
         if other is None:
             break
         began, near, places = other

@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 from rivals import cause, free_curve
 
+from selflock.diagnosis.naming import looks as looks_module
 from selflock.diagnosis.naming import run
+from selflock.diagnosis.naming import scene as scene_module
 from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.contest import Contest
+from selflock.diagnosis.naming.guesses import KINDS, LAW
+from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.order import curves_beside, nearest
 from selflock.diagnosis.naming.places import IN, Place
 from selflock.diagnosis.naming.round import Round
@@ -18,6 +22,7 @@ from selflock.diagnosis.naming.scene import Scene
 from selflock.diagnosis.naming.whole import Whole
 from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.search.candidate import Candidate
+from selflock.fmus.correction.law import VALUE
 
 
 def test_of_curves_over_what_tells_the_same_that_over_a_state_comes_first():
@@ -138,9 +143,41 @@ def test_where_a_curve_leaves_nothing_nothing_else_is_asked_for(left, more):
     assert [rival.guess.law for rival in bent(contest, found)] == (["limit", "overflow"] if more else ["limit"])
 
 
-def test_beside_a_first_cause_only_the_place_of_such_a_curve_is_looked_at():
-    place = Place(IN, "first.u")
-    assert Scene(None, None, {}, "c", only=place).places == [place]
+def test_beside_a_first_cause_only_laws_of_such_a_curves_variable_at_its_place_are_looked_at(monkeypatch, rng):
+    """A bump over a house's wall: beside a limit of it frictions of a thermometer and events were fitted for 77 s; it is a curve."""
+    place, time = Place(IN, "tank.u"), np.arange(100.0)
+    level = 1.0 + rng.random(100)
+    series = {
+        "time": [time],
+        "tank.level": [level],
+        "tank.flow": [level**0.5],
+        "tank.u": [rng.random(100)],
+        "far": [rng.random(100)],
+    }
+    known = {n: SimpleNamespace(causality="output" if n != "tank.u" else "input", type="Real") for n in series if n != "time"}
+    parts = SimpleNamespace(variables=known, links={}, owner=lambda name: name.partition(".")[0])
+    monkeypatch.setattr(
+        scene_module, "quantities", lambda parts, component, names: (["tank.level", "tank.flow", "tank.u"], ["far"])
+    )
+    of = lambda only: Scene(parts, None, series, "c", only=only)
+    assert of((place, "tank.flow")).places == [place]
+    assert list(of((place, "tank.flow")).variables(place)) == [("tank.level", VALUE)]  # which tells the flow
+    assert list(of((place, "far")).variables(place)) == [("far", VALUE)]
+    assert len(list(of(None).variables(place))) > 3
+    monkeypatch.setattr(Looks, "_overs", lambda self, place: [])
+    monkeypatch.setattr(looks_module, "Responses", lambda *_: None)
+    base = SimpleNamespace(misfit=np.zeros(1))
+    still = SimpleNamespace(places=[place], spread=lambda place: 1.0, only=(place, "far"))
+    linear, put = SimpleNamespace(draws=lambda misfit: None), SimpleNamespace(put=lambda misfit: misfit)
+    asked = []
+    monkeypatch.setattr(Looks, "_curve", lambda *_: None)
+    monkeypatch.setattr(Looks, "_column", lambda self, trial: asked.append(trial))
+    monkeypatch.setattr(looks_module.g, "sines", lambda *_: ["sine"])
+    monkeypatch.setattr(looks_module.g, "with_state", lambda *_: ["Dahl"])
+    looks = Looks(None, base, {}, put, linear, still, (), set(), list(KINDS), lambda *_: None)
+    assert looks.kinds == [LAW]  # no path, parameter or event
+    looks._laws(place, "far", VALUE, False)
+    assert asked == ["sine"]  # of what remembers no curve leaves as little
 
 
 @pytest.mark.parametrize(("finer", "curves"), [(True, 2), (False, 1)])

@@ -179,7 +179,7 @@ def test_beside_a_curve_that_left_no_more_than_noise_only_steps_leave_more(monke
     """Steps over a house's wall were found after 245 s, and looked for once more: what eighths of its steps miss was 1.4 times a radiator's noise."""
     monkeypatch.setattr(run, "remaining", lambda problem, values: {"x": (1.0, 0.5)})
     whole, curve, law = Whole(None, None, {}, {"x": 2.0}, None, {}), cause("curve", 1.0), cause("law", 1.0)
-    only = curve.guess.place if told else None
+    only = (curve.guess.place, curve.guess.over[0]) if told else None
     outcome = Round(None, [], curve if won else law, curve=curve, only=only, off=np.array([True]))
     work = SimpleNamespace(played=SimpleNamespace(extend=list), inserts=())
     assert Search(work, None, whole, whole, [outcome], [], work, lambda: False).leaves_noise() == leaves

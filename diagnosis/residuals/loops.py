@@ -9,7 +9,7 @@ from math import floor, pi
 from selflock.fmus.controller import pd
 from selflock.fmus.load import load
 from selflock.fmus.motor import dc
-from selflock.fmus.reducer import flow, law, shaft
+from selflock.fmus.reducer import flow, law, shaft, wedge
 from selflock.fmus.sensor import sensor
 
 
@@ -127,14 +127,14 @@ def _rests(pr, pl, g, l):
     return go.output_torque, _pull(pl, l, go.output_torque, 0.0, 0.0)
 
 
-def _together(pm, pr, pl, m, g, l, pull, rise, voltage, beside, pace, known):
+def _together(pm, pr, pl, t, m, g, l, pull, rise, voltage, beside, pace, known):
     """Motor, gear and load after a step of the motor's pace, h, s, under a held voltage, V, and a torque beside F at the motor's shaft, N.m.
 
     The load takes the step as Verlet's method has it, half a kick, the way, half a kick: its angle is known to the end of the step
     before the gear takes it, and what swings undamped neither grows nor fades (Hairer, Lubich, Wanner, Geometric numerical
     integration, 2006, ch. I). The gear is exact for a load that turns evenly, the motor for an even speed: that in the middle of
     the step, as its last rise, rad/s2, has it. What the gear is given is the mean torque. So all is of second order in h.
-    pull: the load's acceleration, rad/s2. known: the gear's response of the step before. Returns the same anew, and the output of
+    t: tangent of the gear's wedge. pull: the load's acceleration, rad/s2. known: the gear's response of the step before. Returns the same anew, and the output of
     the motor and the output torque, N.m.
     """
     h, turned, before = pace.dt, g.speed, m
@@ -142,7 +142,7 @@ def _together(pm, pr, pl, m, g, l, pull, rise, voltage, beside, pace, known):
     moved = l.speed + 0.5 * h * pull
     m, mo = dc.paced(pm, m, voltage, middle, pace)
     motor_torque = dc.mean_torque(pm, before, m, voltage, middle, pace) - beside
-    g, go, known = shaft.advance_on(pr, g, motor_torque, l.angle, moved, h, known)
+    g, go, known = shaft.advance_on(pr, g, t, motor_torque, l.angle, moved, h, known)
     delivered = go.output_torque
     damping = pr.shaft_damping if delivered != 0.0 else 0.0
     l = load.State(l.angle + h * moved, moved)
@@ -165,7 +165,7 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
     g = shaft.start(pr, start[0], start[1], angle, speed)
     l = load.State(angle, speed)
     delivered = u = 0.0
-    pace, known = dc.pace(pm, dt[0] / parts), flow.NONE
+    pace, known, t = dc.pace(pm, dt[0] / parts), flow.NONE, wedge.wedge_tangent(pr.gear_ratio, pr.wedge_angle)
     for i in range(len(dt)):
         if i > 0:
             h = dt[i] / parts
@@ -173,7 +173,7 @@ def whole(pc, pm, pr, pl, closed, powered, supply, voltage, angle_setpoint, spee
                 pace = dc.pace(pm, h)
             for _ in range(parts):
                 m, mo = dc.paced(pm, m, u, g.speed, pace)
-                g, go, known = shaft.advance_on(pr, g, mo.torque, l.angle, l.speed, h, known)
+                g, go, known = shaft.advance_on(pr, g, t, mo.torque, l.angle, l.speed, h, known)
                 delivered = go.output_torque
                 l, lo = load.advance(pl, l, delivered, h)
             out[1, i] = mo.current
@@ -284,7 +284,7 @@ def closed(
     delivered, pull = _rests(pr, pl, g, l)
     current = torque = rise = strayed = 0.0
     last, made_of, aged = speed, _counted(stepped, angle), ticked - dt[0]
-    pace, known = dc.pace(pm, dt[0] / parts), flow.NONE
+    pace, known, t = dc.pace(pm, dt[0] / parts), flow.NONE, wedge.wedge_tangent(pr.gear_ratio, pr.wedge_angle)
     for i in range(len(dt)):
         if i > 0:
             if dt[i] / parts != pace.dt:
@@ -299,7 +299,9 @@ def closed(
                         beside = push if g.speed > 0.0 else -push if g.speed < 0.0 else 0.0
                     elif place == 3:
                         given = u - push
-                m, g, l, pull, rise, mo, delivered, known = _together(pm, pr, pl, m, g, l, pull, rise, given, beside, pace, known)
+                m, g, l, pull, rise, mo, delivered, known = _together(
+                    pm, pr, pl, t, m, g, l, pull, rise, given, beside, pace, known
+                )
             current, torque, since = mo.current, mo.torque, since + dt[i]
         anew = put < len(at) and at[put] == i
         if anew:

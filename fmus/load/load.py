@@ -73,7 +73,8 @@ def gravity_moment(p, s):
 
 def opposing_torque(p, weight, lean, angle, speed):
     """What gravity (m g d = `weight`, N.m), damping and the constant torque oppose to positive motion, N.m."""
-    return weight * cos(angle + lean) + p.damping * speed + p.constant_torque
+    pulled = weight * cos(angle + lean) if weight != 0.0 else 0.0  # the cosine is a tenth of a simulated step of a whole drive
+    return pulled + p.damping * speed + p.constant_torque
 
 
 def driving_torque(p, s, acceleration):

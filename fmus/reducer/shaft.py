@@ -99,17 +99,18 @@ def relaxed(p, output_torque, speed, output_angle, output_speed):
 
 def advance(p, s, motor_torque, output_angle, output_speed, dt):
     """Dynamic mode: state and outputs after dt, s, under a held motor torque, N.m; dt = 0 gives the outputs as they are."""
-    state, out, _ = advance_on(p, s, motor_torque, output_angle, output_speed, dt, NONE)
+    state, out, _ = advance_on(
+        p, s, wedge_tangent(p.gear_ratio, p.wedge_angle), motor_torque, output_angle, output_speed, dt, NONE
+    )
     return state, out
 
 
-def advance_on(p, s, motor_torque, output_angle, output_speed, dt, known):
+def advance_on(p, s, t, motor_torque, output_angle, output_speed, dt, known):
     """As `advance`, to the bit, for loops: `known` is the response of a step before (flow.py), which comes back as that of this one.
 
-    To compute it is a third of a step, and under the same law steps as long have the same.
+    To compute it is a third of a step, and under the same law steps as long have the same. t: tangent of the wedge (wedge.py).
     """
     ratio = p.gear_ratio
-    t = wedge_tangent(ratio, p.wedge_angle)
     if s.effects > 0.0:
         return _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt, known)
 

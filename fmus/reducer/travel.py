@@ -50,10 +50,10 @@ def glide(
     force = x * slope + level
     spare = min(force - x * driving, force - x * backdriving)  # to the next line
     if x * driving > force or (level == 0.0 and x > 0.0):
-        line, slope, spare = 1.0, driving, x * driving - force
+        line, slope, spare = 1.0, driving, max(x * driving - force, 0.0)
         force = x * driving
     elif x * backdriving > force or (level == 0.0 and x < 0.0):
-        line, slope, spare = -1.0, backdriving, x * backdriving - force
+        line, slope, spare = -1.0, backdriving, max(x * backdriving - force, 0.0)
         force = x * backdriving
     elif level == 0.0 and touching > 0.0:
         return 0.0, 0.0, 0.0, 0.0, known
@@ -83,10 +83,10 @@ def glide(
     torque1 = k * (windup - edge + wound) + c * v1
     x1 = torque1 * s
     level_force = x1 / ratio + level
-    if line > 0.0:
-        same = x1 * driving >= level_force and x1 > 0.0
+    if line > 0.0:  # without a preload a line ends at P = 0; of a gear without friction all are one, but for their last bits
+        same = x1 > 0.0 and (level == 0.0 or x1 * driving >= level_force)
     elif line < 0.0:
-        same = x1 * backdriving >= level_force and x1 < 0.0
+        same = x1 < 0.0 and (level == 0.0 or x1 * backdriving >= level_force)
     else:
         same = level_force >= x1 * driving and level_force >= x1 * backdriving
     rate, rate1 = k * v + c * a, k * v1 + c * a1

@@ -311,7 +311,11 @@ def test_logs_of_named_columns_must_be_alike(tmp_path):
 
 @pytest.mark.parametrize(
     "wrong, right",
-    [("reducer.input_sped", "reducer.input_speed"), ("Motor.Torqe [N.m]", "motor.torque"), ("motor.sped [rpm]", "reducer.input_speed")],
+    [
+        ("reducer.input_sped", "reducer.input_speed"),
+        ("Motor.Torqe [N.m]", "motor.torque"),
+        ("motor.sped [rpm]", "reducer.input_speed"),
+    ],
 )
 def test_a_misspelt_name_is_not_left_out_without_a_word(tmp_path, wrong, right):
     (tmp_path / "rig.toml").write_text('[rig]\nkind = "inverse"\nnamed = true\n')

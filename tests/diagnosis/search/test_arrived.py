@@ -77,7 +77,7 @@ def test_a_nearer_valley_is_seen_from_a_start_that_leaves_hardly_less(problem):
     wrong = problem.of("reducer.viscous_damping", problem.shift + 0.95)
     left = problem.loss(wrong.misfit)
     of = lambda shift: problem.loss(problem.misfit(wrong.values | {SHIFT.name: shift}))
-    rim = max((s for s in problem.shift + np.linspace(0.0, 0.5, 5000) if of(s) < left))
+    rim = max(s for s in problem.shift + np.linspace(0.0, 0.5, 5000) if of(s) < left)
     assert (1.0 - RULES.search.matters) * left < of(rim)
     other = replace(problem.of("load.damping", problem.shift), values={SHIFT.name: float(rim)})
     assert problem.loss(read_as(problem, wrong, other).misfit) < 0.1 * left

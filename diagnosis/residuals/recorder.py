@@ -168,6 +168,15 @@ def _jumps(ch: Channels, rows: int = 1) -> tuple[np.ndarray, np.ndarray]:
     return abs(command[rows:] - command[:-rows]), 0.5 * (time[rows:] + time[:-rows])
 
 
+def lies_in(name: str, ch: Channels) -> float:
+    """The step in which a channel's values lie; 0 where they lie in none above their own resolution. See step_of."""
+    known, full = ch.run.memory.setdefault("lies in", {}), ch.prefix + name
+    if full not in known:
+        x = ch.raw(name)[ch.good(name)]
+        known[full] = step_of(x, resolution(x))
+    return known[full]
+
+
 def step_of(x: np.ndarray, least: float) -> float:
     """The step in which the values of x lie, above `least`; 0 where they lie in none.
 

@@ -11,14 +11,13 @@ from selflock.fmus.effect import CONSTANT, OFFSET, ORDER, PERIOD, STEP, SWITCH, 
 
 from ..data.rig import Rig, split
 from ..data.signals import COMMANDS, MOVES, RELATIVE, VOLTAGES, along, unit
-from ..data.values import resolution
 from ..residuals import driven, whole
 from ..residuals.drive import both
 from ..residuals.drive import electric as electric_of
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import COMPONENTS, effects, law
 from ..residuals.propagated import in_step
-from ..residuals.recorder import counts, period, step_of, written_step
+from ..residuals.recorder import counts, lies_in, period, written_step
 from ..rules import RULES
 from .reach import amounts, spread
 
@@ -144,8 +143,7 @@ def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, .
         if p.role == PERIOD and p.low < (of_command := period(ch)) < p.high:
             found.add(of_command)
         if p.role == STEP:
-            x = ch.raw(channel)[ch.good(channel)]
-            found.add(step_of(x, resolution(x)))
+            found.add(lies_in(channel, ch))
     return tuple(sorted(found - {0.0}))
 
 

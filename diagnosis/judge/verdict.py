@@ -82,9 +82,10 @@ class Judge:
             why = f"there is little to explain, and it closes {100 * found.gain.closed:.0f} % of that in held-out data"
             found = replace(self._gained(nothing, before), dropped=found, why=why)
         found.left = self._dependences(found.mending.after, found.mending.before if found.outcome.causes else None)
-        if found.left and self.experiment.by_channel and outcome.stages:
+        remains = bool(found.left) or self._far_off(found)
+        if remains and self.experiment.by_channel and outcome.stages:
             found.free = free_laws(outcome.searched, outcome.stages[0].base.fitted)
-        if found.outcome.causes and found.left:
+        if found.outcome.causes and remains:
             missing = self._dependences(before)
             why = self._doubted(found, missing, silent)
             if why:
@@ -178,6 +179,15 @@ class Judge:
             off = excess(experiment, values, np.ones(experiment.layout.count, bool), without) > RULES.judge.excess
             found = [d for d in found if off[experiment.residuals.index(self._residual(d))]]
         return found
+
+    def _far_off(self, found: Judgement) -> bool:
+        """Whether something is missing beside the causes of a whole drive in what judges, whether or not anything is seen to go with it.
+
+        As where there are none: else what closes little of an error would be all of its cause where that goes with nothing.
+        """
+        after, without = found.mending.after, found.mending.before
+        told = self.experiment.by_channel and bool(found.outcome.causes)
+        return told and bool(excess(self.experiment, after, self.judged, without).max() > RULES.judge.excess)
 
     def _most_off(self, outcome: Selection) -> Residual:
         """The residual that is off most; the gear's where none is."""

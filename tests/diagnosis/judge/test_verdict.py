@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from selflock.diagnosis.judge import verdict
 from selflock.diagnosis.judge.depends import Dependence
-from selflock.diagnosis.judge.verdict import Judge, _ahead, _beyond_noise
+from selflock.diagnosis.judge.verdict import Judge, Judgement, _ahead, _beyond_noise
 from selflock.diagnosis.residuals.mending import Mending
 from selflock.diagnosis.search.selection import Selection
 from selflock.diagnosis.search.step import Step
@@ -97,6 +98,23 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows, r
     problem = SimpleNamespace(experiment=experiment, train=np.ones(10, bool), absolute=dict, by_channel=False)
     base, fit = (SimpleNamespace(values={"amount": amount}) for amount in (0.0, effect))
     assert Step._shows(SimpleNamespace(problem=problem, base=base), SimpleNamespace(fitted=fit)) == shows
+
+
+@pytest.mark.parametrize("off, closed, believed", [
+    ((1.0, 2.4), 0.2, False),
+    ((1.0, 2.4), 0.9, True),  # nature's formula is not the cause's
+    ((1.0, 1.2), 0.2, True),  # as good as noise is left
+])  # fmt: skip
+@pytest.mark.parametrize("causes", [1, 0])
+def test_what_closes_little_is_not_all_where_the_rest_goes_with_nothing(monkeypatch, off, closed, believed, causes):
+    """Of a whole drive: a dent was a preload. Where no cause is named there is none to doubt."""
+    judge = Judge(SimpleNamespace(by_channel=True, residuals=[]), None, None, [], None)
+    monkeypatch.setattr(verdict, "excess", lambda *_: np.array(off))
+    gain = SimpleNamespace(closed=closed)
+    outcome = Selection(None, [], [SimpleNamespace(drop=0.5)] * causes, [], None, None, None)
+    found = Judgement(outcome, SimpleNamespace(before={}, after={}), gain, [])
+    doubted = judge._far_off(found) and bool(judge._doubted(found, [], False))
+    assert doubted == (bool(causes) and not believed)
 
 
 @pytest.mark.parametrize("before, after, floor, stays", [

@@ -59,9 +59,7 @@ class Contest:
     told: Told | None = None  # where rivals take steps that miss something
     steps: Callable[[Rivalled], Any] | None = None  # the search in the steps that a rival asks for; None where in these
     only: tuple[Place, str] | None = None  # where something is missing that goes with which variable, if that is known
-    before: tuple[Guess, Sequence[dict[str, float]]] | None = (
-        None  # beside what these steps were asked for, its values in them and before
-    )
+    before: tuple[Guess, Sequence[dict[str, float]]] | None = None  # what asked for these steps, its values in them and before
     other: Any = None  # such a search, with which to begin anew
     asker: Rivalled | None = None  # beside what it was asked for
     fitted: list[Rivalled] = field(default_factory=list)  # all, as they come

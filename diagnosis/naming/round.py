@@ -44,9 +44,7 @@ class Round:
     order: list[Rivalled] = field(default_factory=list)  # named ones that are real, the most believed first
     beside: list[Rivalled] = field(default_factory=list)  # as good as the winner, with no more numbers
     curve: Rivalled | None = None  # the free curve that predicts most
-    only: tuple[Place, str] | None = (
-        None  # its place and variable where it leaves no more than noise: there alone something is missing
-    )
+    only: tuple[Place, str] | None = None  # its place and variable, where it leaves noise: something is missing there alone
     chance_level: float = 0.0
     looked: int = 0
     noise: dict[str, float] = field(default_factory=dict)

@@ -306,11 +306,15 @@ def _agreed(said: np.ndarray) -> np.ndarray:
 
 
 def _let_go(stills: Stills, name: str, row: int) -> bool:
-    """Whether a channel jumps to this row, as a frozen one does when it is let go; from its limit it comes back as it went."""
+    """Whether a channel jumps to this row, as a frozen one does when it is let go; from its limit it comes back as it went.
+
+    A ramp that is steeper than others goes on as it begins.
+    """
     x, sound = stills.run.signals[name], stills.sound[name]
     if row >= len(x) or not sound[row] or stills.gaps[row]:
         return False
-    return bool(abs(x[row] - x[row - 1]) > RULES.data.let_go * stills.leap(name))
+    goes_on = abs(x[row + 1] - x[row]) if row + 1 < len(x) and sound[row + 1] and not stills.gaps[row + 1] else 0.0
+    return bool(abs(x[row] - x[row - 1]) > RULES.data.let_go * max(stills.leap(name), goes_on))
 
 
 def _crowded(stills: Stills, name: str, side: float) -> bool:

@@ -241,6 +241,16 @@ def test_without_noise_what_is_steady_repeats(rig, speed):
     assert check([run], rig) == []
 
 
+def test_a_ramp_steeper_than_all_others_lets_nothing_go(rig, rng):
+    """A speed that is constant before it was not frozen: a ramp goes on as it begins."""
+    slow = np.concatenate([np.linspace(0.0, 1.0, 2000), np.ones(600), np.linspace(1.0, 0.0, 2000)])
+    fast = rng.uniform(2.0, 4.0) * np.concatenate([np.linspace(0.0, 1.0, 1500), np.ones(600), np.linspace(1.0, 0.0, 60)])
+    speed = np.concatenate([slow, np.zeros(300), -slow, np.zeros(300), fast, np.zeros(300)])
+    angle = turned(speed)
+    run = run_of(**{INPUT: RATIO * angle, SPEED: RATIO * speed, OUTPUT: angle, LOAD: speed})
+    assert check([run], rig) == []
+
+
 def test_a_channel_frozen_at_its_extreme_is_not_clipped(rig, rng, speed):
     run, length = recorded(rng, speed), 300
     first = int(np.argmax(run.signals[SPEED][500:-1000])) + 500

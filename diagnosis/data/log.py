@@ -185,8 +185,8 @@ def _named(path: Path, table: pd.DataFrame | NumberTable, rig: Rig) -> list[LogC
         as_unit = not is_unit(said) or _converts(said, unit(meant, rig.linear))  # else it is another quantity
         if meant and prefix + meant not in taken and as_unit:
             raise DataError(
-                f"{path}: column {name!r} is no variable of the drive. Did you mean {prefix + meant!r}? "
-                "If it is another quantity, write its unit behind it in brackets, or give it another name."
+                f"{path}: column {name!r} is no variable of the drive. Did you mean {rig.alone + prefix + meant!r}? "
+                f"If it is another quantity, give it another name{'' if said else ', or its unit in brackets behind it'}."
             )
     return found
 

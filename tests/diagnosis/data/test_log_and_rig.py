@@ -326,6 +326,17 @@ def test_a_misspelt_name_is_not_left_out_without_a_word(tmp_path, wrong, right):
         gather(rigs.load(tmp_path / "rig.toml"), [tmp_path / "a.csv"], [])
 
 
+@pytest.mark.parametrize("drives", ['["arm_"]', '["arm_", "leg_"]'])
+def test_a_misspelt_name_is_told_with_the_prefix_of_its_drive(tmp_path, drives):
+    (tmp_path / "rig.toml").write_text(f'[rig]\nkind = "inverse"\nnamed = true\ndrives = {drives}\n')
+    data = table(1000).rename(columns={"n": "arm_reducer.input_sped [rad/s]", "m": "arm_motor.torque"})
+    data.to_csv(tmp_path / "a.csv", index=False)
+    with pytest.raises(
+        diagnosis.DataError, match=r"Did you mean 'arm_reducer.input_speed'\? If it is another quantity, give it another name\.$"
+    ):
+        gather(rigs.load(tmp_path / "rig.toml"), [tmp_path / "a.csv"], [])
+
+
 def test_what_a_run_tells_beside_its_signals_is_no_slip(tmp_path):
     """Of another unit it is another quantity, and beside what it is like it is not that."""
     (tmp_path / "rig.toml").write_text('[rig]\nkind = "inverse"\nnamed = true\n')

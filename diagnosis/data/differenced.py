@@ -34,13 +34,18 @@ def difference(runs: list[SpeedRows], own: float = 0.0) -> tuple[float, int]:
         count, levels = _on_counts(runs, rows)
         if count == 0.0:
             continue
-        if (told := _missing(levels, [_together(run, rows) for run in runs])) and (its := _on_counts(runs, told)[0]) > 0.0:
+        if (told := _missing(levels, [_together(run, rows) for run in runs])) and _its(its := _on_counts(runs, told)[0], own):
             return its, told
-        if rows > 1 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own:
+        if _its(count, own) and (rows > 1 or own > 0.0):
             return count, rows
         if own == 0.0:
             return (count, 1) if _once(runs) else (0.0, 0)
     return 0.0, 0
+
+
+def _its(count: float, own: float) -> bool:
+    """Whether a difference's count may be that of its angle, where that is known: a speed's own last digit makes counts as well."""
+    return count > 0.0 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own
 
 
 def _of_angle(runs: list[SpeedRows], own: float) -> int:

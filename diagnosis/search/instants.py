@@ -33,6 +33,16 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
     for _ in range(rounds):
         problem = problem.with_noise()
         problem = _placed(experiment, channels, problem, problem.fit(problem.base_free, problem.nominal))
+    fitted = problem.fit(problem.base_free, problem.nominal)
+    for _ in range(RULES.search.again):
+        if problem.excess(fitted.values).max() <= RULES.search.sound:
+            break
+        before, other = _instants(channels), _placed(experiment, channels, problem, fitted, with_shifts=True)
+        further = other.fit(other.base_free, dict(fitted.values))
+        if other.loss(further.misfit) > (1.0 - RULES.search.matters) * problem.loss(fitted.misfit):
+            _put(channels, before)
+            break
+        problem, fitted = other, further
     return True
 
 
@@ -78,12 +88,14 @@ def _closer(
     return found
 
 
-def _placed(experiment: DriveExperiment, channels: list[Channels], problem: Problem, fitted: Fit) -> Problem:
-    """The problem with each jump of all runs where it came for a drive as it is fitted."""
+def _placed(
+    experiment: DriveExperiment, channels: list[Channels], problem: Problem, fitted: Fit, with_shifts: bool = False
+) -> Problem:
+    """The problem with each jump of all runs where it came for a drive as it is fitted; with_shifts: whenever it was read."""
     values = problem.settled(experiment, problem.absolute(fitted.values), fitted.free)
     noise = _noise(experiment, values)
     for ch in channels:
-        _place(experiment, ch, values, noise)
+        (_place_with_shifts if with_shifts else _place)(experiment, ch, values, noise)
     return problem.on(problem.experiment.but_with(problem.experiment.setting))
 
 
@@ -261,27 +273,61 @@ def _noise(experiment: DriveExperiment, values: dict) -> list[float]:
     ]
 
 
-def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float]) -> None:
-    """Each jump of a run at the best of some places, then of some about it."""
+def _place_with_shifts(experiment: DriveExperiment, ch, values: dict, noise: list[float]) -> None:
+    """Each jump of a run at its best place where all channels are read as much sooner or later as leaves least of the whole run.
+
+    Shifts that were fitted with the jumps elsewhere keep them there: where both are wrong by as much the motion after a jump is right,
+    and all other motion is not.
+    """
+    pairs, everywhere = driven.jumped(ch), [np.ones(len(ch.taken(ch.run.time)), bool)]
+    if not len(pairs):
+        return
+    late = {residual.output: whole.lateness(residual.output, values, ch) for residual in experiment.residuals}
+    shifts = [name for residual in experiment.residuals if (name := f"recorder.{residual.output}.shift") in values]
+    known, found, apart = driven.sooner(ch), {}, float(np.median(np.diff(ch.run.time))) / (RULES.search.jump_places - 1)
+    for n in range(-RULES.search.jump_places // 2 + 1, RULES.search.jump_places // 2 + 1):
+        moved = values | {name: values[name] + n * apart for name in shifts}
+        _place(experiment, ch, moved, noise, late)
+        ch.memory[whole.LATE] = late
+        found[float(_losses(experiment, ch, moved, everywhere, noise)[0])] = dict(known)
+        del ch.memory[whole.LATE]
+    known.update(found[min(found)])
+    _forget(ch)
+
+
+def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float], late: dict[str, float] | None = None) -> None:
+    """Each jump of a run at the best of some places, then of some about it, last where its loss, of a square, is least.
+
+    late: how much later each channel is read than in the first run, s; as fits best.
+    """
     pairs, time = driven.jumped(ch), ch.taken(ch.run.time)
     known, rules = driven.sooner(ch), RULES.search
     if not len(pairs):
         return
-    late = {residual.output: whole.lateness(residual.output, values, ch) for residual in experiment.residuals}
+    if late is None:
+        late = {residual.output: whole.lateness(residual.output, values, ch) for residual in experiment.residuals}
     ch.memory[whole.LATE] = late  # which would follow wherever all jumps are tried
     rows = pairs[:, 1]
     ends = np.minimum(ch.run.time[rows] + rules.jump_shows, np.append(ch.run.time[pairs[1:, 0]], np.inf))
     windows = [(time >= ch.run.time[row]) & (time < end) for row, end in zip(rows, ends)]
+
+    def losses(places: np.ndarray) -> np.ndarray:
+        known.update(zip(map(int, rows), map(float, places)))
+        return _losses(experiment, ch, values, windows, noise)
+
     apart = 1.0 / (rules.jump_places - 1)
     best, closer = np.zeros(len(pairs)), np.array([-0.5, 0.0, 0.5]) * apart
     halved = range(int(np.ceil(np.log2((rows - pairs[:, 0]).max()))) + 1)  # to the same part of a row, however many it may take
     for offsets in (np.linspace(0.0, 1.0, rules.jump_places), *(closer / 2**n for n in halved)):
         tried = np.clip(best[:, None] + offsets, 0.0, 1.0 - 2.0 * RULES.residuals.upright)
-        losses = []
-        for places in tried.T:
-            known.update(zip(map(int, rows), map(float, places)))
-            losses.append(_losses(experiment, ch, values, windows, noise))
-        best = tried[np.arange(len(rows)), np.argmin(losses, axis=0)]
+        best = tried[np.arange(len(rows)), np.argmin([losses(places) for places in tried.T], axis=0)]
+    before, here, behind = (losses(best + offset) for offset in offsets)
+    bend = before - 2.0 * here + behind
+    lowest = best + np.where(bend > 0.0, 0.5 * offsets[2] * (before - behind) / np.where(bend > 0.0, bend, 1.0), 0.0)
+    lowest = np.clip(
+        lowest, np.maximum(best + offsets[0], 0.0), np.minimum(best + offsets[2], 1.0 - 2.0 * RULES.residuals.upright)
+    )
+    best = np.where(losses(lowest) < here, lowest, best)
     known.update(zip(map(int, rows), map(float, best)))
     del ch.memory[whole.LATE]
     _forget(ch)

@@ -187,7 +187,7 @@ def _diagnosed(
     result.recorder = recorded(problem, found.outcome.final, why, given)
     result.correlations = correlated(found.outcome.final, problem.rows)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)
-    if apart and not (causes and answer != "unknown" and _hunts(experiment, train, found)):
+    if apart and not (causes and answer != "unknown" and not any(c.weak for c in causes) and _hunts(experiment, train, found)):
         return None
     if answer == "unknown" and search and rig.simulate == WHOLE != given.simulate and not other[0]:
         experiment.forget()

@@ -93,16 +93,25 @@ class Experiment:
         for i, run in enumerate(self.runs):
             ch = self.channels[i, residual.prefix]
             simulated, measured, good = residual.compute(values, ch)
-            sound = _sound(run, residual)
-            if sound is not None:
-                good = good & compared(sound, ch.take, len(good))
-            settled = self._away_from_gaps(i, residual)
-            if settled is not None:
-                good = good & compared(settled, ch.take, len(good))
-            if ch.take is not None and len(good) == len(run):  # what has all samples counts no more than what has few
-                good = good & _among(ch.take, len(run))
-            found.append((simulated, measured, good))
+            found.append((simulated, measured, self._trusted(i, residual, good, ch.take, run)))
         return found
+
+    def _trusted(self, i: int, residual: Residual, good: np.ndarray, take: np.ndarray | None, run: MeasuredRun) -> np.ndarray:
+        """Of the samples of a run that a residual itself trusts those that are trusted; of what it has for good, found once."""
+        known, key = self.remembered("trusted"), (i, residual.name)
+        own, trusted = known.get(key, (None, good))
+        if own is good:
+            return trusted
+        trusted = good
+        for more in (_sound(run, residual), self._away_from_gaps(i, residual)):
+            if more is not None:
+                trusted = trusted & compared(more, take, len(good))
+        if take is not None and len(good) == len(run):  # what has all samples counts no more than what has few
+            trusted = trusted & _among(take, len(run))
+        if not good.flags.writeable:
+            trusted.flags.writeable = False
+            known[key] = good, trusted
+        return trusted
 
     def _away_from_gaps(self, i: int, residual: Residual) -> np.ndarray | None:
         """Samples of a run that no gap reaches, by smoothing or by what the drive did in it; None where there is none.
@@ -132,10 +141,22 @@ class Experiment:
                 wild = ~finite & good  # a simulation that breaks down is wrong, not absent
                 known = measured[np.isfinite(measured)]
                 error = np.where(wild, RULES.residuals.broken * np.std(known) if len(known) else np.inf, error)
-            sums, counts = layout.bin(self._place(i, residual, len(error)), error, good)
+            sums, counts = self._summed(i, residual, error, good)
             total += sums
             count += counts
         return (total / np.maximum(count, 1)).reshape(layout.count, layout.bins), count.reshape(layout.count, layout.bins)
+
+    def _summed(self, i: int, residual: Residual, error: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sums and counts of the trusted samples of a run in all bins; where these lie is found once of what is trusted for good."""
+        layout, place = self.layout, self._place(i, residual, len(error))
+        if good.flags.writeable:
+            return layout.bin(place, error, good)
+        known, key = self.remembered("bins"), (i, residual.name)
+        if known.get(key, (None,))[0] is not good:
+            rows = np.flatnonzero(good)
+            known[key] = good, rows, place[rows], layout.bin(place, error, good)[1]
+        _, rows, place, counts = known[key]
+        return np.bincount(place, error[rows], len(counts)), counts
 
     def _place(self, i: int, residual: Residual, samples: int) -> np.ndarray:
         """The bin of each of the samples of a run that a residual compares."""

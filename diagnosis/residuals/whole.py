@@ -141,6 +141,13 @@ def simulate(values: dict, ch: Channels) -> dict[str, np.ndarray]:
 
 def matters(name: str, ch: Channels) -> bool:
     """Whether a value changes the motion itself: a component's, or a sensor's that the controller sees."""
+    known = ch.memory.setdefault("matters", {})
+    if name not in known:
+        known[name] = _matters(name, ch)
+    return known[name]
+
+
+def _matters(name: str, ch: Channels) -> bool:
     if name.startswith("recorder."):
         return name in (*MOVING, driven.NOISE, driven.STEPS)
     if of := free_law.channel(name) if name.startswith(free_law.PREFIX) else "":
@@ -350,23 +357,35 @@ def lateness(name: str, values: dict, ch: Channels) -> float:
 def _compared(name: str, values: dict, ch: Channels, late: float) -> Compared:
     """A channel that is read so much later than in the first run, s."""
     simulated, measured = read(name, values, ch, late=late), ch.taken(ch.raw(name))
-    good = ch.taken(settled(ch) & ~over_lost_rows(name, ch) & told(name, ch))
-    if driven.by_change(name, ch):
-        before = earlier(name, ch)
-        good = good & (before >= 0) & (settled(ch) & told(name, ch) & ch.good(name))[before]
+    good, before = _asked(name, ch)
+    if before is not None:
         return simulated - read(name, values, ch, before, late), measured - ch.raw(name)[before], good
     if name == "reducer.input_angle":
         ratio = ch.setting.value("reducer.gear_ratio", values)
         if ch.has("load.angle"):  # what the gear winds up; where both are is the other angle's comparison
             simulated = simulated / ratio - read("load.angle", values, ch, late=lateness("load.angle", values, ch))
             measured = measured / ratio - ch.taken(ch.raw("load.angle"))
-            good = good & ch.taken(ch.good("load.angle") & told("load.angle", ch))
         trusted = good & ch.taken(ch.good(name))
         if trusted.any():  # where the encoders' zeros lie is nobody's fault
             simulated = simulated - np.mean((simulated - measured)[trusted])
     if SHOWN[name] == SUPPLY:  # its voltage without load is nobody's fault
         simulated = drive.level(simulated, measured, good & ch.taken(ch.good(name)), ch.taken(ch.run.time))
     return simulated, measured, good
+
+
+def _asked(name: str, ch: Channels) -> tuple[np.ndarray, np.ndarray | None]:
+    """Which rows of a channel are compared, not to be written to: the same whatever is simulated. And `earlier`, where that is asked for."""
+    key = "asked", name
+    if key not in ch.memory:
+        good, before = ch.taken(settled(ch) & ~over_lost_rows(name, ch) & told(name, ch)), None
+        if driven.by_change(name, ch):
+            before = earlier(name, ch)
+            good = good & (before >= 0) & (settled(ch) & told(name, ch) & ch.good(name))[before]
+        elif name == "reducer.input_angle" and ch.has("load.angle"):
+            good = good & ch.taken(ch.good("load.angle") & told("load.angle", ch))
+        good.flags.writeable = False
+        ch.memory[key] = good, before
+    return ch.memory[key]
 
 
 def earlier(name: str, ch: Channels) -> np.ndarray:
@@ -448,18 +467,18 @@ def read(name: str, values: dict, ch: Channels, at: np.ndarray | None = None, la
 
 def _waves(turns: str, order: int, rows: dict[str, np.ndarray], ch: Channels) -> tuple[np.ndarray, np.ndarray]:
     """Cosine and sine of so many times a simulated angle, kept beside it: a fit asks for them far oftener than it moves the drive."""
-    name = f"{order} waves of {turns}"
-    if name in rows:
-        return rows[name][0], rows[name][1]
+    names = f"cosine of {order} {turns}", f"sine of {order} {turns}"
+    if names[1] in rows:
+        return rows[names[0]], rows[names[1]]
     if order % 2 == 0:  # twice an angle, which is cheaper than an angle
         cos, sin = _waves(turns, order // 2, rows, ch)
-        found = np.stack([(cos - sin) * (cos + sin), 2.0 * sin * cos])
+        found = (cos - sin) * (cos + sin), 2.0 * sin * cos
     else:
         angle = order * turned(turns, rows, ch)
-        found = np.stack([np.cos(angle), np.sin(angle)])
+        found = np.cos(angle), np.sin(angle)
     if rows[turns].size * RULES.residuals.wholes_remembered <= RULES.residuals.motions_remembered:
-        rows[name] = found
-    return found[0], found[1]
+        rows.update(zip(names, found))
+    return found
 
 
 def differences(angle: np.ndarray, time: np.ndarray, sent: np.ndarray, rows: int, ch: Channels) -> np.ndarray:

@@ -112,7 +112,8 @@ def jacobian(
     """Forward differences, inside the bounds; of these `rows`, over these lengths of the values (1)."""
     found = np.zeros((len(at[rows]), len(free)))
     beside = _beside(misfit, fixed, [p for p in free if p.part], values)
-    for number, parameter in enumerate(free):
+    # what a recorder did first, while the motion that it read is remembered
+    for number, parameter in sorted(enumerate(free), key=lambda one: not one[1].of_recorder):
         value = values[parameter.name]
         if value in parameter.trials:  # what acts in steps has no slope that is worth following
             continue

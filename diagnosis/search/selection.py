@@ -100,6 +100,8 @@ class ForwardSelection:
         standing = (stages[-1].winner or stages[-1].base) if causes else None
         if standing and len(causes) > 1:
             causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
+            causes, kept, standing = self._other_two(causes, kept, standing, first)
+            stages[-1:-1] = [one for one in kept if not any(one.candidates is stage.candidates for stage in stages)]
             base = standing.fitted
         searched, whole = problem, problem.experiment.whole()
         if whole is not problem.experiment:  # the last word on the numbers has the whole log
@@ -148,6 +150,36 @@ class ForwardSelection:
                     begun = replace(opening, winner=rival, tied=[], aside=[*opening.aside, *beaten])
                     best = merit, [rival, cause], [begun, stage], pair
         return best[1:] if best else (causes, stages, whole)
+
+    def _other_two(self, causes: list[Candidate], stages: list[Stage], whole: Candidate, first: Fit):
+        """The first of two causes was found alone: with as many numbers another may leave less beside the second.
+
+        As a motor's constant that stood for a mass and an inertia. Where one of those that were passed over does, all are asked again
+        beside the second.
+        """
+        if len(causes) != 2:
+            return causes, stages, whole
+        (_, cause), named, beaten = causes, [c.hypothesis for c in causes], False
+        for stage in stages:
+            least = RULES.search.rivals * (stage.winner.gain if stage.winner else 0.0)
+            for rival in (c for c in stage.candidates if c.fit is not None and not c.doubt and c.gain >= least):
+                free = tuple({p.name: p for p in (*self.problem.base_free, *rival.free, *cause.free)}.values())
+                if beaten or len(free) > len(whole.free) or any(rival.hypothesis.same_cause(h) for h in named):
+                    continue
+                start = {**whole.fitted.values, **rival.fitted.values} | {p.name: whole.fitted.values[p.name] for p in cause.free}
+                pair = self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
+                beaten = worse(whole, pair, self.chance_level)
+        if not beaten:
+            return causes, stages, whole
+        anew = self.step(self.problem.with_these([cause], pair.fitted), [cause.hypothesis], first)
+        if anew.winner is None or anew.winner.hypothesis.same_cause(cause.hypothesis):
+            return causes, stages, whole
+        other = self._standing(anew.winner.fitted)
+        return (
+            ([cause, anew.winner], [stages[1], anew], other)
+            if worse(whole, other, self.chance_level)
+            else (causes, stages, whole)
+        )
 
     def _standing(self, fitted: Fit) -> Candidate:
         """How a set of causes does on unseen blocks."""

@@ -1,0 +1,77 @@
+"""What stood alone for two causes is asked again beside the second of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from selflock.diagnosis.search.candidate import Candidate
+from selflock.diagnosis.search.fit import Fit
+from selflock.diagnosis.search.hypotheses import Free, Hypothesis
+from selflock.diagnosis.search.selection import ForwardSelection
+from selflock.diagnosis.search.step import Stage
+
+BLOCKS = 36
+LEFT = {"constant": 5.0, "mass": 6.0, "inertia": 8.0, "constant inertia": 1.3, "inertia mass": 1.0, "constant mass": 4.0}
+"""What each alone leaves, and two: a constant stands for a mass and an inertia better than either, and not as well as both."""
+
+
+def hypothesis(name):
+    return Hypothesis("drive", name, (Free(name, 0.0, 0.0, 1.0),))
+
+
+class Problem:
+    """What a selection asks of one."""
+
+    base_free = ()
+
+    def __init__(self, rng, left):
+        self.blocks, self.left = rng.uniform(0.9, 1.1, BLOCKS), left
+
+    def fit(self, free, start, *_):
+        return Fit(
+            tuple(free), dict(start), self.left[" ".join(sorted(start))] * self.blocks, np.ones((BLOCKS, 1)), np.ones(BLOCKS)
+        )
+
+    def with_these(self, causes, fitted):
+        free = tuple(p for c in causes for p in c.free)
+        return self.fit(free, {p.name: fitted.values[p.name] for p in free})
+
+    def held_out(self, fitted):
+        return fitted.misfit
+
+    def block_loss(self, misfit):
+        return misfit[:, None]
+
+
+class Search(ForwardSelection):
+    """Whose steps are those of the three names."""
+
+    def step(self, base, found, first=None):
+        names = [name for name in ("constant", "mass", "inertia") if name not in [h.effect for h in found]]
+        candidates = []
+        for name in names:
+            free = hypothesis(name).free
+            fitted = self.problem.fit((*base.free, *free), {**base.values, name: 0.5})
+            losses = fitted.misfit[:, None]
+            candidates.append(Candidate(hypothesis(name), free, fitted, losses, gain=float(base.misfit.sum() - losses.sum())))
+        candidates.sort(key=lambda c: c.errors.mean())
+        nothing = Candidate(Hypothesis("", "none", ()), base.free, base, base.misfit[:, None])
+        return Stage(nothing, candidates, candidates[0])
+
+
+@pytest.mark.parametrize("beside", [1.0, 1.29], ids=["better", "as good"])
+def test_a_first_guess_goes_where_another_leaves_less_beside_the_second(rng, beside):
+    problem = Problem(rng, LEFT | {"inertia mass": beside, "": 20.0})
+    search = Search(problem, rng)
+    base = problem.fit((), {})
+    first = search.step(base, [])
+    second = search.step(first.winner.fitted, [first.winner.hypothesis])
+    causes = [first.winner, second.winner]
+    assert [c.hypothesis.effect for c in causes] == ["constant", "inertia"]
+    whole = search._standing(second.winner.fitted)
+    found, stages, standing = search._other_two(causes, [first, second], whole, base)
+    named = ["inertia", "mass"] if beside == 1.0 else ["constant", "inertia"]
+    assert [c.hypothesis.effect for c in found] == named
+    assert [stage.winner for stage in stages] == found
+    assert standing.errors.mean() == pytest.approx((1.0 if beside == 1.0 else 1.3) * problem.blocks.mean())

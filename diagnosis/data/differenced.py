@@ -34,16 +34,16 @@ def difference(runs: list[SpeedRows], own: float = 0.0) -> tuple[float, int]:
         count, levels = _on_counts(runs, rows)
         if count == 0.0:
             continue
-        if (told := _missing(levels, [_together(run, rows) for run in runs])) and _its(its := _on_counts(runs, told)[0], own):
+        if (told := _missing(levels, [_together(run, rows) for run in runs])) and _may_be(its := _on_counts(runs, told)[0], own):
             return its, told
-        if _its(count, own) and (rows > 1 or own > 0.0):
+        if _may_be(count, own) and (rows > 1 or own > 0.0):
             return count, rows
         if own == 0.0:
             return (count, 1) if _once(runs) else (0.0, 0)
     return 0.0, 0
 
 
-def _its(count: float, own: float) -> bool:
+def _may_be(count: float, own: float) -> bool:
     """Whether a difference's count may be that of its angle, where that is known: a speed's own last digit makes counts as well."""
     return count > 0.0 if own == 0.0 else abs(count - own) < RULES.residuals.on_a_count * own
 

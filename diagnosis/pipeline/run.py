@@ -142,8 +142,8 @@ def _diagnosed(
 ) -> Diagnosis | None:
     """As diagnose_runs. other: how a drive is compared that was compared in another way, which explained nothing, and why.
 
-    Of its parts then None unless their causes make the whole hunt, and so say why it met no log; of the whole None unless it makes
-    the voltage that was logged.
+    Of its parts then None unless their causes, none of them weak, make the whole hunt, and so say why it met no log; of the whole
+    None unless it makes the voltage that was logged.
     """
     rng, given, apart = np.random.default_rng(seed), rig, other[0] == PARTED
     again = lambda *way: _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, way)

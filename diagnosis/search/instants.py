@@ -34,15 +34,9 @@ def place_jumps(experiment: DriveExperiment, problem: Problem) -> bool:
         problem = problem.with_noise()
         problem = _placed(experiment, channels, problem, problem.fit(problem.base_free, problem.nominal))
     fitted = problem.fit(problem.base_free, problem.nominal)
-    for _ in range(RULES.search.again):
-        if problem.excess(fitted.values).max() <= RULES.search.sound:
-            break
-        before, other = _instants(channels), _placed(experiment, channels, problem, fitted, with_shifts=True)
-        further = other.fit(other.base_free, dict(fitted.values))
-        if other.loss(further.misfit) > (1.0 - RULES.search.matters) * problem.loss(fitted.misfit):
-            _put(channels, before)
-            break
-        problem, fitted = other, further
+    first = _instants(channels)
+    closer = _closer(experiment, channels, problem, fitted, with_shifts=True, enough=RULES.search.sound)
+    _put(channels, closer[2] if closer else first)
     return True
 
 
@@ -71,15 +65,22 @@ def place_jumps_again(experiment: DriveExperiment, problem: Problem, fits: Seque
 
 
 def _closer(
-    experiment: DriveExperiment, channels: list[Channels], problem: Problem, fitted: Fit
+    experiment: DriveExperiment,
+    channels: list[Channels],
+    problem: Problem,
+    fitted: Fit,
+    with_shifts: bool = False,
+    enough: float = 0.0,
 ) -> tuple[Problem, Fit, list[dict[int, float]], float] | None:
     """Jumps placed for a fit, and that made again, one after the other until that closes no more; None where it closes nothing.
 
-    Problem, fit, when the jumps came, what the fit leaves.
+    Problem, fit, when the jumps came, what the fit leaves. enough: times its noise, with which a drive needs no closer ones.
     """
     found = None
     for _ in range(RULES.search.again):
-        other = _placed(experiment, channels, problem, fitted)
+        if enough > 0.0 and problem.excess(fitted.values).max() <= enough:
+            break
+        other = _placed(experiment, channels, problem, fitted, with_shifts)
         further = other.fit(fitted.free, dict(fitted.values))
         if other.loss(further.misfit) > (1.0 - RULES.search.matters) * problem.loss(fitted.misfit):
             break
@@ -282,31 +283,35 @@ def _place_with_shifts(experiment: DriveExperiment, ch, values: dict, noise: lis
     pairs, everywhere = driven.jumped(ch), [np.ones(len(ch.taken(ch.run.time)), bool)]
     if not len(pairs):
         return
-    late = {residual.output: whole.lateness(residual.output, values, ch) for residual in experiment.residuals}
+    late, half = _late(experiment, ch, values), RULES.search.jump_places // 2
     shifts = [name for residual in experiment.residuals if (name := f"recorder.{residual.output}.shift") in values]
-    known, found, apart = driven.sooner(ch), {}, float(np.median(np.diff(ch.run.time))) / (RULES.search.jump_places - 1)
-    for n in range(-RULES.search.jump_places // 2 + 1, RULES.search.jump_places // 2 + 1):
+    known, found = driven.sooner(ch), []
+    apart = float(np.median(np.diff(ch.run.time))) / (RULES.search.jump_places - 1)
+    for n in range(-half, half + 1):
         moved = values | {name: values[name] + n * apart for name in shifts}
         _place(experiment, ch, moved, noise, late)
         ch.memory[whole.LATE] = late
-        found[float(_losses(experiment, ch, moved, everywhere, noise)[0])] = dict(known)
+        found.append((float(_losses(experiment, ch, moved, everywhere, noise)[0]), dict(known)))
         del ch.memory[whole.LATE]
-    known.update(found[min(found)])
+    known.update(min(found, key=lambda one: one[0])[1])
     _forget(ch)
 
 
-def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float], late: dict[str, float] | None = None) -> None:
-    """Each jump of a run at the best of some places, then of some about it, last where its loss, of a square, is least.
+def _late(experiment: DriveExperiment, ch, values: dict) -> dict[str, float]:
+    """How much later than in the first run each channel is read, s, as fits best."""
+    return {residual.output: whole.lateness(residual.output, values, ch) for residual in experiment.residuals}
 
-    late: how much later each channel is read than in the first run, s; as fits best.
+
+def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float], late: dict[str, float] | None = None) -> None:
+    """Each jump of a run at the best of some places, then of some about it, last where a parabola through these is lowest.
+
+    late: how much later than in the first run each channel is read, s; as fits best.
     """
     pairs, time = driven.jumped(ch), ch.taken(ch.run.time)
-    known, rules = driven.sooner(ch), RULES.search
+    known, rules, most = driven.sooner(ch), RULES.search, 1.0 - 2.0 * RULES.residuals.upright
     if not len(pairs):
         return
-    if late is None:
-        late = {residual.output: whole.lateness(residual.output, values, ch) for residual in experiment.residuals}
-    ch.memory[whole.LATE] = late  # which would follow wherever all jumps are tried
+    ch.memory[whole.LATE] = late or _late(experiment, ch, values)  # which would follow wherever all jumps are tried
     rows = pairs[:, 1]
     ends = np.minimum(ch.run.time[rows] + rules.jump_shows, np.append(ch.run.time[pairs[1:, 0]], np.inf))
     windows = [(time >= ch.run.time[row]) & (time < end) for row, end in zip(rows, ends)]
@@ -319,14 +324,13 @@ def _place(experiment: DriveExperiment, ch, values: dict, noise: list[float], la
     best, closer = np.zeros(len(pairs)), np.array([-0.5, 0.0, 0.5]) * apart
     halved = range(int(np.ceil(np.log2((rows - pairs[:, 0]).max()))) + 1)  # to the same part of a row, however many it may take
     for offsets in (np.linspace(0.0, 1.0, rules.jump_places), *(closer / 2**n for n in halved)):
-        tried = np.clip(best[:, None] + offsets, 0.0, 1.0 - 2.0 * RULES.residuals.upright)
+        tried = np.clip(best[:, None] + offsets, 0.0, most)
         best = tried[np.arange(len(rows)), np.argmin([losses(places) for places in tried.T], axis=0)]
-    before, here, behind = (losses(best + offset) for offset in offsets)
+    step = 0.5 * apart / 2 ** halved[-1]
+    before, here, behind = (losses(best + n * step) for n in (-1, 0, 1))
     bend = before - 2.0 * here + behind
-    lowest = best + np.where(bend > 0.0, 0.5 * offsets[2] * (before - behind) / np.where(bend > 0.0, bend, 1.0), 0.0)
-    lowest = np.clip(
-        lowest, np.maximum(best + offsets[0], 0.0), np.minimum(best + offsets[2], 1.0 - 2.0 * RULES.residuals.upright)
-    )
+    ahead = np.divide(0.5 * step * (before - behind), bend, out=np.zeros(len(rows)), where=bend > 0.0)
+    lowest = np.clip(best + np.clip(ahead, -step, step), 0.0, most)
     best = np.where(losses(lowest) < here, lowest, best)
     known.update(zip(map(int, rows), map(float, best)))
     del ch.memory[whole.LATE]

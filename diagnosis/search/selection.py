@@ -101,6 +101,7 @@ class ForwardSelection:
         if standing and len(causes) > 1:
             causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
             causes, kept, standing = self._other_two(causes, kept, standing, first)
+            # what was asked again is among the rivals that are told
             stages[-1:-1] = [one for one in kept if not any(one.candidates is stage.candidates for stage in stages)]
             base = standing.fitted
         searched, whole = problem, problem.experiment.whole()
@@ -130,21 +131,13 @@ class ForwardSelection:
 
     def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Two causes may do with fewer numbers what a first guess and its helpers did."""
-        opening, values, best = stages[0], whole.fitted.values, None
-        named = [c.hypothesis for c in causes]
-        for rival in opening.candidates:
-            strong = rival.fit is not None and rival.gain >= RULES.search.rivals * (
-                opening.winner.gain if opening.winner else 0.0
-            )
-            if not strong or any(rival.hypothesis.same_cause(h) for h in named):
-                continue
+        opening, best = stages[0], None
+        for rival in self._strong(opening, causes):
             for cause, stage in zip(causes[1:], stages[1:]):
-                free = tuple({p.name: p for p in (*self.problem.base_free, *rival.free, *cause.free)}.values())
-                if len(free) >= len(whole.free):
+                pair = self._pair(rival, cause, whole, len(whole.free) - 1)
+                if not pair:
                     continue
-                start = {**values, **rival.fitted.values, **{p.name: values[p.name] for p in cause.free}}
-                pair = self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
-                merit = len(free), pair.errors.mean()
+                merit = len(pair.free), pair.errors.mean()
                 if not worse(pair, whole, self.chance_level) and (best is None or merit < best[0]):
                     beaten = [c for c in opening.candidates if c.fit and c.errors.mean() <= rival.errors.mean()]
                     begun = replace(opening, winner=rival, tied=[], aside=[*opening.aside, *beaten])
@@ -159,27 +152,34 @@ class ForwardSelection:
         """
         if len(causes) != 2:
             return causes, stages, whole
-        (_, cause), named, beaten = causes, [c.hypothesis for c in causes], False
-        for stage in stages:
-            least = RULES.search.rivals * (stage.winner.gain if stage.winner else 0.0)
-            for rival in (c for c in stage.candidates if c.fit is not None and not c.doubt and c.gain >= least):
-                free = tuple({p.name: p for p in (*self.problem.base_free, *rival.free, *cause.free)}.values())
-                if beaten or len(free) > len(whole.free) or any(rival.hypothesis.same_cause(h) for h in named):
-                    continue
-                start = {**whole.fitted.values, **rival.fitted.values} | {p.name: whole.fitted.values[p.name] for p in cause.free}
-                pair = self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
-                beaten = worse(whole, pair, self.chance_level)
-        if not beaten:
+        cause = causes[1]
+        rivals = [rival for stage in stages for rival in self._strong(stage, causes) if not rival.doubt]
+        pairs = (self._pair(rival, cause, whole, len(whole.free)) for rival in rivals)
+        pair = next((pair for pair in pairs if pair and worse(whole, pair, self.chance_level)), None)
+        if not pair:
             return causes, stages, whole
         anew = self.step(self.problem.with_these([cause], pair.fitted), [cause.hypothesis], first)
         if anew.winner is None or anew.winner.hypothesis.same_cause(cause.hypothesis):
             return causes, stages, whole
         other = self._standing(anew.winner.fitted)
-        return (
-            ([cause, anew.winner], [stages[1], anew], other)
-            if worse(whole, other, self.chance_level)
-            else (causes, stages, whole)
-        )
+        if not worse(whole, other, self.chance_level):
+            return causes, stages, whole
+        return [cause, anew.winner], [stages[1], anew], other
+
+    def _strong(self, stage: Stage, causes: list[Candidate]) -> list[Candidate]:
+        """Of what was fitted in a stage what gains nearly as much as its winner, and is none of these causes."""
+        least = RULES.search.rivals * (stage.winner.gain if stage.winner else 0.0)
+        others = lambda rival: not any(rival.hypothesis.same_cause(cause.hypothesis) for cause in causes)
+        return [c for c in stage.candidates if c.fit is not None and c.gain >= least and others(c)]
+
+    def _pair(self, rival: Candidate, cause: Candidate, whole: Candidate, most: int) -> Candidate | None:
+        """A rival in the place of all other causes of a whole beside one; None where that is more than so many numbers."""
+        free = tuple({p.name: p for p in (*self.problem.base_free, *rival.free, *cause.free)}.values())
+        if len(free) > most:
+            return None
+        values = whole.fitted.values
+        start = {**values, **rival.fitted.values, **{p.name: values[p.name] for p in cause.free}}
+        return self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
 
     def _standing(self, fitted: Fit) -> Candidate:
         """How a set of causes does on unseen blocks."""

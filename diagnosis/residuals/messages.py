@@ -82,29 +82,47 @@ def standing(name: str, ch: Channels) -> tuple[int, float | None]:
         equal = (x[1:] == x[:-1])[asked]
         even = evenly_sent(ch)
         place = _even(ch.run.time)[1] if even else _places(ch.run.time)
-        sure = lambda rows, phase: _surer(equal, (np.diff(_numbers(place, rows, phase)) == 0)[asked])
         parts = rules.message_parts if even else 1
+        pairs = np.stack([place[:-1], place[1:]])[:, asked]
         tried = [
-            (sure(rows, phase), rows, float(phase))
-            for rows in range(1, rules.message_rows + 1)
-            for phase in (np.arange(rows * parts) / parts if equal.any() else ())
+            (sure, rows, k / parts)
+            for rows in (range(1, rules.message_rows + 1) if equal.any() else ())
+            for k, sure in enumerate(_surest(equal, pairs, rows, parts))
         ]
         most, rows, phase = max(tried, default=(0.0, 1, 0.0))
         if even:  # no row lies between the ends of what does as well
             closer = phase + np.arange(-parts, parts + 1) / parts**2
-            likely = np.array([sure(rows, near) for near in closer])
+            likely = np.array([_surest(equal, pairs - near, rows, 1)[0] for near in closer])
             phase = float(np.mean(closer[likely == likely.max()]))
         ch.run.memory[key] = (rows, phase) if most > rules.message_sure else (1, None)
     return ch.run.memory[key]
 
 
-def _surer(equal: np.ndarray, again: np.ndarray) -> float:
-    """How much likelier it is that these rows are equal where a message stands again than anywhere, as a logarithm."""
-    total = 0.0
-    for part, share in ((equal[again], 1.0 - RULES.residuals.message_wrong), (equal[~again], None)):
-        own = (part.mean() if len(part) else 0.0) if share is None else share
-        for count, p, usual in ((part.sum(), own, equal.mean()), ((~part).sum(), 1.0 - own, 1.0 - equal.mean())):
-            total += count * np.log(p / usual) if count else 0.0
+def _surest(equal: np.ndarray, pairs: np.ndarray, rows: int, parts: int) -> list[float]:
+    """How much likelier rows are equal where a message stands again than anywhere, as a logarithm: wherever in its rows the first came.
+
+    equal: whether a row is as the one before; pairs: places of that one and of itself, (2, n). The first is tried to come at
+    every of so many parts of a row; all at once: between two rows a message came where the first came from one place to another.
+    """
+    every = rows * parts
+    sent = np.floor(pairs * parts).astype(np.int64)
+    near = sent[1] - sent[0] < every  # else one came between them, wherever the first did
+    counts = []
+    for among in (slice(None), equal):
+        short = near[among]
+        first, last = (sent[:, among][:, short] + 1) % every
+        new = np.cumsum(np.bincount(first, minlength=every) - np.bincount(last, minlength=every)) + np.sum(last < first)
+        counts.append(np.sum(short) - new)
+    return [_surer(len(equal), int(equal.sum()), int(again), int(both)) for again, both in zip(*counts)]
+
+
+def _surer(n: int, equal: int, again: int, both: int) -> float:
+    """How much likelier it is that of n rows so many are equal where a message stands again than anywhere, as a logarithm."""
+    total, usual = 0.0, equal / n if n else 0.0
+    for alike, of, share in ((both, again, 1.0 - RULES.residuals.message_wrong), (equal - both, n - again, None)):
+        own = (alike / of if of else 0.0) if share is None else share
+        for count, p, often in ((alike, own, usual), (of - alike, 1.0 - own, 1.0 - usual)):
+            total += count * np.log(p / often) if count else 0.0
     return float(total)
 
 

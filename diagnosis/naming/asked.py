@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from ..rules import RULES
 from .guesses import EVENT
 from .round import Rivalled, Round
-from .whole import Whole, fitted, helps
+from .whole import Whole, falls, fitted, helps, missed
 from .work import Work
 
 Tried = Callable[[Rivalled], tuple[Work, Whole]]
@@ -55,7 +55,15 @@ def beyond_steps(curve: tuple[Work, Whole], left: tuple[Work, Whole]) -> bool:
 
     What they still miss of a law a curve makes up for: beside a limit of a house's radiator they left 1.25 times the noise.
     """
-    if curve[0].step > 1.5 * curve[0].finest:
+    if curve[0].step > 1.5 * curve[0].finest or _by_far(curve, left):
         return True
     after, before = (fitted(one, whole.values, whole.problem.fixed, vanishing=True) for one, whole in (curve, left))
     return helps(after, before)
+
+
+def _by_far(curve: tuple[Work, Whole], left: tuple[Work, Whole]) -> bool:
+    """Whether it does so though steps missed all that steps twice as long move, for it and against what is left: no fit is asked."""
+    (most, least), (after, before) = (missed(*one) for one in (curve, left)), (curve[1].held, left[1].held)
+    if most is None or least is None or after is None or before is None:
+        return False
+    return falls({name: after[name] + most[name] for name in after}, {name: before[name] - least[name] for name in before})

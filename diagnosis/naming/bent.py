@@ -15,11 +15,14 @@ if TYPE_CHECKING:
     from .round import Rivalled
 
 
-def from_brims(contest: Contest, rival: Rivalled) -> list[Rivalled]:
-    """A limit fitted with slopes of its own, from where it ended; and from other heights where it is in reach of the best so."""
+def from_brims(contest: Contest, rival: Rivalled, curve: Rivalled | None) -> list[Rivalled]:
+    """A limit fitted with slopes of its own, from where it ended; and from other heights where it is in reach of the best so.
+
+    curve: one that leaves no more than noise, which is the best but for limits of its variable at its place.
+    """
     contest.tell(f"fits: {rival.guess.label}{contest.so_far([rival])}", 0.7)
-    first = contest.fit(rival.guess, rival.values)
-    if first is None or contest.gained(first) < RULES.naming.in_reach * contest.most:
+    first, here = contest.fit(rival.guess, rival.values), curve is not None and curve.guess.goes == rival.guess.goes
+    if first is None or contest.gained(first) < RULES.naming.in_reach * contest.takes_most(None if here else curve):
         return [first] if first is not None else []
     begun = [contest.values | start for start in g.brims(contest.scene, rival.guess)]
     return [first, *(one for start in begun if (one := contest.fit(rival.guess, start)) is not None)]
@@ -32,7 +35,7 @@ def bent(contest: Contest, found: list[Rivalled]) -> list[Rivalled]:
     Where a curve at one place leaves no more nothing goes on to another, as an overflow's surplus.
     """
     most, fewest = (1.0 - RULES.naming.bent) * contest.problem.loss(contest.base.misfit), np.inf
-    laws = ("limit",) if contest.told_by_curve(found) else ("limit", "overflow")
+    laws = ("limit",) if contest.told_by_curve(found) is not None else ("limit", "overflow")
     bent = [r for r in found if r.rough and r.guess.law in laws and r.end.loss <= most]
     for count in sorted({r.guess.count for r in found if r.guess.count < max((b.guess.count for b in bent), default=0)}):
         named = [k for k, r in enumerate(found) if r.guess.count == count and r.guess.kind != CURVE and r not in bent]

@@ -32,12 +32,11 @@ from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
 from .near import beside_best, carried, refined, starts
-from .order import believe, curve_of, distinct, far, leading, ordered, with_names
+from .order import believe, curve_of, distinct, far, fits_best, leading, only_beside, ordered
 from .places import Place
 from .round import Rivalled, Round
 from .rounding import between, stepped
 from .scene import Scene
-from .whole import learnt
 
 Told = Callable[..., Extending | None]
 """The problem beside a log that is told better for a rival, from the noise of each output (steps.around); None where there is none."""
@@ -134,6 +133,7 @@ class Contest:
             self._judge(outcome, rng)
             if (curve := outcome.curve) and curve.guess.place and self.told_by_curve([curve]):
                 outcome.only = curve.guess.place, curve.guess.over[0]
+                only_beside(outcome)
         self.played.extend(self.inserts)
         return outcome
 
@@ -154,7 +154,7 @@ class Contest:
         if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
         outcome.fitted = distinct(turned + self._fits(g.PLAIN))
-        if self.other is not None or (self._wanting(outcome) and self._elsewhere(self._best(outcome.fitted), 0.0)):
+        if self.only or self.other or (self._wanting(outcome) and self._elsewhere(fits_best(outcome.fitted), 0.0)):
             return
         if self._wanting(outcome):
             outcome.fitted = distinct(outcome.fitted + self._afresh(LATE))
@@ -243,14 +243,14 @@ class Contest:
 
         Not where another that has a name leaves nothing once that is taken off beside it, or a curve does.
         """
-        best = self._best(outcome.fitted)
-        return not self.named and (best is None or self.more(best)) and not self.told_by_curve(outcome.fitted)
+        best = fits_best(outcome.fitted)
+        return not self.named and (best is None or self.more(best)) and self.told_by_curve(outcome.fitted) is None
 
-    def told_by_curve(self, found: list[Rivalled]) -> bool:
-        """Whether a free curve of one variable as it is leaves no more than noise: what is missing acts there, and nowhere else."""
+    def told_by_curve(self, found: list[Rivalled]) -> Rivalled | None:
+        """A free curve of one variable as it is that leaves no more than noise: what is missing acts there, and nowhere else."""
         curves = [r for r in found if r.guess.kind == CURVE and r.guess.plain]
         best = min(curves, key=lambda r: r.end.loss, default=None)
-        return best is not None and not self.more(best, RULES.search.left)  # as a round beside it would ask
+        return None if best is None or self.more(best, RULES.search.left) else best  # as a round beside it would ask
 
     def more(self, rival: Rivalled, times: float = RULES.search.clean) -> bool:
         """Whether a rival leaves more than so many times the noise, also where what the steps miss beside it is taken off."""
@@ -263,11 +263,6 @@ class Contest:
             if float(np.mean(left**2)) <= 1.0 + RULES.search.matters:  # of its energy another would have to leave less
                 self.numbers = min(self.numbers, rival.guess.count)
         return more
-
-    @staticmethod
-    def _best(found: list[Rivalled]) -> Rivalled | None:
-        """The named rival that fits best."""
-        return min(with_names(found), key=lambda r: r.end.loss, default=None)
 
     def _leaves(self, misfit: np.ndarray | None) -> np.ndarray:
         """What is left of each output in units of its noise, as it was asked of the base: a robust loss makes little of what it left."""
@@ -288,6 +283,7 @@ class Contest:
             self.more(self._retold(winner))  # where it leaves no more than noise what has more numbers is not fitted anew
         self._near_best(anew)
         believe(anew, self._far)
+        only_beside(anew)
         self.played.extend(self.inserts)
         return bool(anew.order) and winner is not None and anew.order[0].guess.label == winner.guess.label
 
@@ -307,13 +303,15 @@ class Contest:
             self._as_curve(found)
         found = distinct(found)
         lead = lambda: leading(found, self.gained, lambda r: self._energy(r.end.misfit), self._far)
-        asks = lambda: not self.told_by_curve(found) and any(self._elsewhere(r, RULES.naming.in_reach) for r in lead())
+        asks = lambda: self.told_by_curve(found) is None and any(self._elsewhere(r, RULES.naming.in_reach) for r in lead())
         if stage == g.PLAIN and asks():
             return found
-        limits = bent(self, found)
+        limits, curve = bent(self, found), self.told_by_curve(found)
         if stage == g.PLAIN and asks():  # with slopes of its own another may be the best
             return found
-        found = self._polished(distinct(found + fewest_first(limits, lambda one: from_brims(self, one), self.more)), 0.72)
+        found = self._polished(
+            distinct(found + fewest_first(limits, lambda one: from_brims(self, one, curve), self.more)), 0.72, curve
+        )
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
@@ -344,17 +342,17 @@ class Contest:
                 guess, start = finer
                 self.tell(f"fits: {guess.label}", 0.85)
                 found += [rival] if (rival := self.fit(guess, start)) is not None else []
-        return self._polished(distinct(found), 0.87)
+        return self._polished(distinct(found), 0.87, curve)
 
     def _first(self, found: list[Rivalled]) -> Guess | None:
         """What would be believed of what was fitted by now, whatever chance says of it."""
         named = [rival for rival in found if rival.guess.kind != CURVE]
         return ordered(named, np.inf, float(self.losses.sum(1).mean()), self._far)[0].guess if named else None
 
-    def _polished(self, found: list[Rivalled], done: float) -> list[Rivalled]:
-        """The rivals that predict or fit most fitted again with slopes of their own, where they were fitted without."""
+    def _polished(self, found: list[Rivalled], done: float, curve: Rivalled | None = None) -> list[Rivalled]:
+        """The rivals that predict or fit most, beside what a curve may tell, fitted again with slopes of their own, where without."""
         unseen = lambda rival: self.losses.sum(1).mean() - rival.candidate.errors.mean()
-        chosen = again(found, self.gained, unseen, self.most, self._far, self.looks.gains())
+        chosen = again(found, self.gained, unseen, self.takes_most(curve), self._far, self.looks.gains())
         for k, rival in enumerate(found):
             if rival.rough and rival.guess.label in chosen:
                 if not found[0].rough and self.enough():
@@ -367,6 +365,10 @@ class Contest:
     def gained(self, rival: Rivalled) -> float:
         """What a rival takes off the base's loss."""
         return self.problem.loss(self.base.misfit) - rival.end.loss
+
+    def takes_most(self, curve: Rivalled | None) -> float:
+        """What any that has a name takes off it, or a curve that leaves no more than noise."""
+        return self.most if curve is None else max(self.most, self.gained(curve))
 
     def _as_curve(self, found: list[Rivalled]) -> None:
         """Where a curve fits best it has slopes of its own, and all its points where its variable goes: what it leaves is asked first."""
@@ -424,8 +426,7 @@ class Contest:
         if best is None:
             return None
         slopes = None if way is None else self.looks.slopes(way, problem)
-        if begun and begun.end.jacobian is not None and not begun.rough and learnt(guess.numbers) is not None:
-            slopes = dict(zip((n.name for n in begun.problem.free), begun.end.jacobian.T))
+        slopes = (begun and begun.slopes) or slopes
         fitted = lambda at, known=None: fit_from(problem, at, RULES.naming.effort, RULES.naming.ended, Forward, known)
         end = fitted(best.places, slopes)
         end = stepped(problem, guess, end, size, fitted) if size else end

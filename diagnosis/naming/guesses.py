@@ -48,6 +48,11 @@ class Guess:
         return (self.inserts[0].over, self.inserts[0].taken, self.inserts[0].beside) if self.inserts else ("", law.VALUE, "")
 
     @property
+    def goes(self) -> tuple[Place | None, str]:
+        """Where it acts, and what it goes with."""
+        return self.place, self.over[0]
+
+    @property
     def stage(self) -> int:
         """When it is asked: PLAIN what goes with variables as they are and is added, or is no law at all; last what goes with two."""
         if any(one.beside for one in self.inserts):

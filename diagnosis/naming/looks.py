@@ -298,7 +298,7 @@ class Looks:
             if guess.law == "proportional" and guess.inserts[0].own and not multiplies and "scale" in paths:
                 continue
             self._keep(guess, shape, [f for f in guess.free if f.name in amplitudes], columns @ heights)
-        for coarser, heights in g.coarser(table, knots):
+        for coarser, heights in g.coarser(table, knots) if scene.only is None else ():  # there it is known what a curve leaves
             self._keep_curve(coarser, columns @ heights, "curve")
 
     def _hats(self, table: Insert) -> np.ndarray | None:

@@ -69,6 +69,24 @@ def believe(outcome: Round, far: Callable[[Guess], tuple[bool, bool]]) -> None:
         outcome.winner = outcome.order[0]
 
 
+def only_beside(outcome: Round) -> None:
+    """Where one curve leaves no more than noise, without what is neither a law of its variable at its place nor does as well.
+
+    What is missing acts there: an event of a house's wall that left ten times the noise was held against the data that judge,
+    with three overflows, and fitted to all that teaches five times.
+    """
+    if outcome.only is None or outcome.curve is None:
+        return
+    base = outcome.base.errors.mean()
+    least = RULES.naming.as_much * (base - outcome.curve.candidate.errors.mean())
+    for rival in outcome.order:
+        there = rival.guess.kind == LAW and rival.guess.goes == outcome.only and len(rival.guess.inserts) == 1
+        if not there and base - rival.candidate.errors.mean() < least:
+            rival.candidate.doubt = "what is missing goes with one variable at one place, where a curve leaves no more than noise"
+    outcome.order = [rival for rival in outcome.order if not rival.candidate.doubt]
+    outcome.winner = outcome.order[0] if outcome.order else None
+
+
 def curve_of(
     fitted: Sequence[Rivalled], level: float, far: Callable[[Guess], tuple[bool, bool]], parts: Parts
 ) -> Rivalled | None:
@@ -94,6 +112,11 @@ def nearest(curves: list[Rivalled], level: float, far: Callable[[Guess], tuple[b
 def with_names(found: Sequence[Rivalled]) -> list[Rivalled]:
     """Rivals that have a name and whose fit broke off nowhere."""
     return [r for r in found if r.guess.kind != CURVE and r.end.misfit is not None]
+
+
+def fits_best(found: Sequence[Rivalled]) -> Rivalled | None:
+    """The rival with a name that fits best."""
+    return min(with_names(found), key=lambda r: r.end.loss, default=None)
 
 
 def leading(

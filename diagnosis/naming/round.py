@@ -11,6 +11,7 @@ from ..search.candidate import Candidate
 from .extended import Extending
 from .guesses import Guess
 from .places import Place
+from .whole import learnt
 
 
 @dataclass
@@ -27,6 +28,14 @@ class Rivalled:
     @property
     def values(self) -> dict[str, float]:
         return self.problem.values(self.end.places)
+
+    @property
+    def slopes(self) -> dict[str, np.ndarray] | None:
+        """What a fit of it that begins near its end knows of its slopes: its own, where it has such and they go on."""
+        known = learnt(self.guess.numbers)
+        if self.rough or known is None or self.end.jacobian is None:
+            return known
+        return dict(zip((n.name for n in self.problem.free), self.end.jacobian.T))
 
     def moved(self, values: dict[str, float]) -> Rivalled:
         """The same where these are the values of its numbers."""

@@ -82,11 +82,16 @@ def widened(near: Extending, winner: Rivalled, work: Work) -> tuple[Extending, n
     found = replace(near, numbers=winner.problem.numbers, acts=winner.problem.acts, units=winner.problem.units)
     vars(found)["played"] = near.played
     near.played.extend(work.inserts)
-    if winner.problem.played is not near.played:
-        winner.problem.played.close()
-    elif not winner.rough:  # else what a better fit changes would be taken for what steps do
-        return found, winner.end.places
-    return found, fit_from(found, winner.end.places, RULES.naming.effort, RULES.naming.ended, Forward).places
+    ends = RULES.naming.effort, RULES.naming.ended
+    if winner.problem.played is near.played:
+        if not winner.rough:  # else what a better fit changes would be taken for what steps do
+            return found, winner.end.places
+        return found, fit_from(found, winner.end.places, *ends, Forward).places
+    winner.problem.played.close()
+    double = _doubled(work, found)
+    places = fit_from(found, winner.end.places, *ends, beside(double.misfit), winner.slopes).places
+    double.close()
+    return found, places
 
 
 Model = tuple[Work, Extending, dict[str, float]]

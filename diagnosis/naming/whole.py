@@ -11,6 +11,7 @@ from ..calibration.fit import End, in_units
 from ..calibration.numbers import Number
 from ..calibration.run import own, sizes
 from ..calibration.slopes import Forward, beside
+from ..residuals.mending import rms
 from ..rules import RULES
 from .extended import Extending, Vanishing
 from .guesses import EVENT
@@ -89,6 +90,19 @@ def measured(work: Work, problem: Extending, end: End, values: dict[str, float])
             label = np.concatenate([work.layout.block(i)[t] for i, t in zip(which, trusted[name])])
             blocks[name] = np.stack([np.bincount(label, squares), np.bincount(label)], -1)[np.unique(label)]
     return Whole(problem, end, values, sizes(problem, values, taught), sizes(problem, values, unseen), blocks)
+
+
+def missed(work: Work, whole: Whole) -> dict[str, float] | None:
+    """By how much steps twice as long move each output on the data that judge, at a fit's values; None where a run breaks off."""
+    doubled, rows = work.in_steps(2.0), _unseen(work)
+    which = [i for i, one in enumerate(rows) if one.any()]
+    problem = work.problem()
+    fine, twice = (one.errors(whole.values, which) for one in (problem, doubled.problem()))
+    doubled.played.close()
+    if fine is None or twice is None:
+        return None
+    trusted = problem.counted(which, rows)
+    return {name: rms([(a - b)[t] for a, b, t in zip(fine[name], twice[name], trusted[name])]) for name in fine}
 
 
 def helps(after: Whole, before: Whole, kind: str = "") -> bool:

@@ -12,9 +12,9 @@ from selflock.diagnosis.naming import run
 from selflock.diagnosis.naming import scene as scene_module
 from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.contest import Contest
-from selflock.diagnosis.naming.guesses import KINDS, LAW
+from selflock.diagnosis.naming.guesses import EVENT, KINDS, LAW
 from selflock.diagnosis.naming.looks import Looks
-from selflock.diagnosis.naming.order import curves_beside, nearest
+from selflock.diagnosis.naming.order import curves_beside, nearest, only_beside
 from selflock.diagnosis.naming.places import IN, Place
 from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search
@@ -194,3 +194,41 @@ def test_what_a_curve_leaves_is_asked_of_it_fitted_on_its_own_and_with_all_its_p
     assert len(found) == before + curves and len(fits) == 2 - curves
     contest._as_curve(found[:2])
     assert len(fits) == 2 - curves  # of what has a name nothing is asked there
+
+
+@pytest.mark.parametrize("tells", [True, False])
+def test_what_does_not_as_well_as_a_curve_that_leaves_nothing_is_no_cause_but_a_law_of_it_there(tells):
+    """Beside steps over a house's wall an event of it was believed first, and with three overflows fitted to all that teaches."""
+    event, limit, other = (
+        cause("event", 1.0, loss=0.4),
+        cause("limit", 1.0, loss=0.5),
+        cause("of another", 1.0, over="first.y", loss=0.5),
+    )
+    alike, surplus = cause("alike", 1.0, "first.w", loss=0.15), cause("overflow", 1.0, loss=0.5)
+    event.guess = replace(event.guess, kind=EVENT)
+    surplus.guess = replace(surplus.guess, inserts=surplus.guess.inserts * 2)
+    order = [alike, event, other, surplus, limit]
+    curve, base = free_curve("first.u"), Candidate(None, (), None, np.ones((4, 1)))
+    only = (curve.guess.place, "first.x") if tells else None
+    outcome = Round(base, [curve, *order], event, list(order), curve=curve, only=only)
+    only_beside(outcome)
+    assert outcome.order == ([alike, limit] if tells else order)
+    assert outcome.winner is (alike if tells else event) and bool(event.candidate.doubt) == tells
+    outcome.order = [surplus]
+    only_beside(outcome)
+    assert outcome.winner is (None if tells else event)
+
+
+@pytest.mark.parametrize(("only", "curves"), [(None, 2), ("first.x", 0)])
+def test_no_curve_is_fitted_again_where_one_told_of_what_and_where_something_is_missing(monkeypatch, only, curves):
+    table, kept = free_curve("first.u").guess.inserts[0], []
+    looks = SimpleNamespace(
+        scene=SimpleNamespace(only=only), tables=[], paths={}, _hats=lambda table: np.ones((3, 2)),
+        _keep=lambda guess, *_: kept.append("law"), _keep_curve=lambda *_: kept.append("curve"),
+    )  # fmt: skip
+    law = SimpleNamespace(law="cubic", free=())
+    monkeypatch.setattr(looks_module.g, "curve", lambda *_: (table, np.arange(2.0)))
+    monkeypatch.setattr(looks_module.g, "laws", lambda *_: [(law, {}, (), np.ones(2))])
+    monkeypatch.setattr(looks_module.g, "coarser", lambda *_: [(table, np.ones((2, 2)))] * 2)
+    Looks._curve(looks, table.place, "first.x", VALUE, False)
+    assert kept == ["law"] + ["curve"] * curves

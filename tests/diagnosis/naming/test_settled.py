@@ -77,15 +77,23 @@ def test_nothing_more_is_wanted_where_another_than_the_best_leaves_nothing_as_it
     assert contest._wanting(Round(None, [first, second])) == wanting
 
 
-@pytest.mark.parametrize(("loss", "heights"), [(0.4, 3), (0.6, 1)])
-def test_a_limit_is_begun_from_other_heights_where_it_is_in_reach_of_the_best(monkeypatch, loss, heights):
-    """Six overflows of a house were fitted from four heights each, which took a quarter of what the best did."""
-    contest = weighed()
-    contest.most = 0.9
+@pytest.mark.parametrize(
+    ("loss", "curve", "heights"), [(0.4, None, 3), (0.6, None, 1), (0.52, None, 3), (0.52, "elsewhere", 1), (0.52, "here", 3)]
+)
+def test_a_limit_is_begun_from_other_heights_where_it_is_in_reach_of_the_best(monkeypatch, loss, curve, heights):
+    """Six overflows of a house were fitted from four heights each, which took a quarter of what the best did.
+
+    So were four limits beside a curve of its wall that left nothing, of which they took a quarter, too.
+    """
+    contest, limit = weighed(), rival(2, 0.7, law="limit", rough=True)
+    contest.most, limit.guess.goes = 0.9, "here"
+    tells = None if curve is None else rival(17, 0.0, kind=CURVE)
+    if tells is not None:
+        tells.guess.goes = curve
     monkeypatch.setattr(Contest, "fit", lambda self, guess, start: rival(2, loss, law="limit"))
     monkeypatch.setattr(bent_module.g, "brims", lambda scene, guess: [{"l": 0.1}, {"l": 0.2}])
     contest.values = {}
-    assert len(from_brims(contest, rival(2, 0.7, law="limit", rough=True))) == heights
+    assert len(from_brims(contest, limit, tells)) == heights
 
 
 def test_other_steps_are_asked_for_once_beside_each_and_not_where_a_name_leaves_nothing(monkeypatch):
@@ -170,9 +178,9 @@ def test_beside_another_log_a_fit_has_the_slopes_that_it_had_but_of_what_is_bent
     numbers = (number("a", 0.0, 0.0, 1.0), *((number("c.l", 0.0, 0.0, 1.0),) if law == "limit" else ()))
     slopes = np.arange(2.0 * len(numbers)).reshape(2, -1)
     problem = SimpleNamespace(free=numbers, misfit=lambda places: np.ones(2), loss=lambda misfit: 0.5)
-    begun = SimpleNamespace(problem=problem, rough=rough, end=SimpleNamespace(jacobian=slopes))
     contest.looks, contest.values = SimpleNamespace(trial=lambda guess: problem), {}
     guess = SimpleNamespace(law=law, kind=LAW, label=law, count=len(numbers), numbers=numbers)
+    begun = Rivalled(guess, problem, SimpleNamespace(jacobian=slopes), None, None, rough)
     monkeypatch.setattr(contest_module, "fit_from", lambda *given: asked.append(given[-1]) or SimpleNamespace(misfit=None))
     assert contest.fit(guess, {}, begun=begun) is None
     if learns:
@@ -191,16 +199,28 @@ def test_of_what_steps_still_miss_a_curve_that_makes_up_for_it_is_no_answer(monk
         return Whole(None, None, {}, None, sizes(work, vanishing), {})
 
     monkeypatch.setattr(asked_module, "fitted", fit)
+    monkeypatch.setattr(asked_module, "missed", lambda work, whole: {"x": 0.3})
     models = lambda step, beyond: [
         (
             SimpleNamespace(name=name, step=step, finest=0.125, beyond=more),
-            Whole(SimpleNamespace(fixed={}), None, {}, None, {}, {}),
+            Whole(SimpleNamespace(fixed={}), None, {}, None, {"x": left}, {}),
         )
-        for name, more in (("curve", 0.0), ("limit", beyond))
+        for name, left, more in (("curve", 1.1, 0.0), ("limit", 1.25, beyond))
     ]
     assert not beyond_steps(*models(0.125, 0.01)) and asked == [("curve", True), ("limit", True)]
     assert beyond_steps(*models(0.125, 0.2))
     assert beyond_steps(*models(0.25, 0.01)) and len(asked) == 4  # finer ones were not asked for
+
+
+@pytest.mark.parametrize(("missed", "fits"), [({"x": 0.3}, 0), ({"x": 9.0}, 2), (None, 2)])
+def test_what_steps_miss_is_asked_only_where_it_could_be_all_that_a_curve_leaves_less(monkeypatch, missed, fits):
+    """A curve left a house's wall 1.3 times its noise and a limit 18 times: both were fitted once more in steps that vanish."""
+    asked, left = [], {"curve": 1.3, "limit": 18.0}
+    whole = lambda name: Whole(SimpleNamespace(fixed={}), None, {}, None, {"x": left[name]}, {})
+    monkeypatch.setattr(asked_module, "fitted", lambda work, *_, vanishing: asked.append(work.name) or whole(work.name))
+    monkeypatch.setattr(asked_module, "missed", lambda work, whole: missed)
+    model = lambda name: (SimpleNamespace(name=name, step=0.125, finest=0.125), whole(name))
+    assert beyond_steps(model("curve"), model("limit")) and len(asked) == fits
 
 
 @pytest.mark.parametrize(("left", "first"), [(1.0, "limit"), (1.5, "overflow")])
@@ -247,3 +267,14 @@ def test_beside_what_had_other_steps_taken_all_begins_with_that(monkeypatch, lef
     contest._stages(outcome := Round(None, []))
     assert fitted == [{"T": T, "rate": 1.0} for T in begun] and len(outcome.fitted) == 1
     assert contest.numbers == (1 if left[-1] == 1.0 else np.inf)
+
+
+def test_a_second_law_beside_a_part_of_a_curve_has_one_look(monkeypatch):
+    """Rates, pairs, and curves at that place: they leave what the first round's curve did, and no name comes of them."""
+    contest, looked = weighed(only=("here", "x")), []
+    monkeypatch.setattr(Contest, "_afresh", lambda self, laws: [])
+    monkeypatch.setattr(Contest, "_fits", lambda self, stage: looked.append(stage) or [rival(1, left=(3.0, 3.0))])
+    more = lambda: looked.append("more")
+    contest.looks = SimpleNamespace(ways=[], first=lambda: None, further=more, pairs=more)
+    contest._stages(outcome := Round(None, []))
+    assert looked == [0] and len(outcome.fitted) == 1

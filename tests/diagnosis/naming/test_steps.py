@@ -11,7 +11,17 @@ from selflock.diagnosis.naming import steps
 from selflock.diagnosis.naming.extended import Extended, Extending, Vanishing
 from selflock.diagnosis.naming.guesses import number
 from selflock.diagnosis.naming.places import IN, Insert, Place
-from selflock.diagnosis.naming.steps import _vanishing, around, fine_enough, in_own_steps, in_vanishing, released, stepped
+from selflock.diagnosis.naming.round import Rivalled
+from selflock.diagnosis.naming.steps import (
+    _vanishing,
+    around,
+    fine_enough,
+    in_own_steps,
+    in_vanishing,
+    released,
+    stepped,
+    widened,
+)
 
 GIVEN = 0.1  # s, the rig's step
 LAW = Insert("law", Place(IN, "b.drawn"), "proportional", over="b.v")
@@ -192,3 +202,24 @@ def test_what_computes_all_the_time_takes_finer_steps_where_that_leaves_less_bes
     monkeypatch.setattr(steps, "stepped", lambda one, near, rival: (mine if finer else None) if one is work else other)
     monkeypatch.setattr(steps, "_sizes", lambda problem, inserts, values: {"x": left if problem == "all" else 1.0, "y": 1.0})
     assert released(work, None, base, rival) is (other if taken else mine if finer else None)
+
+
+@pytest.mark.parametrize("bent", [False, True])
+def test_who_won_in_the_rigs_steps_is_fitted_in_finer_ones_with_the_slopes_that_it_has(monkeypatch, bent):
+    """Slopes simulated in eighths of a house's steps took 9 s of each cause, which is fitted from where it ended."""
+    near, own, fits, simulated = problem(GIVEN / 8.0), problem(GIVEN), [], []
+    word = "law.l" if bent else "law.a"
+    guess = SimpleNamespace(numbers=(number(word, 0.0, 0.0, 1.0),))
+    own.numbers = guess.numbers
+    end = SimpleNamespace(places=np.array([0.2]), jacobian=np.array([[1.0], [2.0]]))
+    winner = Rivalled(guess, own, end, None, None)
+    work = Work(GIVEN / 8.0)
+    work.inserts = (LAW,)
+    monkeypatch.setattr(steps, "fit_from", lambda *given: fits.append(given) or SimpleNamespace(places=np.array([0.3])))
+    monkeypatch.setattr(Model, "misfit", lambda self, places: simulated.append(self.played.step) or places * np.ones(2))
+    found, places = widened(near, winner, work)
+    _, start, *_, sloped, known = fits[0]
+    assert places == [0.3] and start == [0.2] and found.played is near.played and near.played.inserts == (LAW,)
+    assert known is None if bent else known[word].tolist() == [1.0, 2.0]
+    sloped(found.misfit, found.free)(np.array([0.3]), np.ones(2))
+    assert set(simulated) == {GIVEN / 4.0}  # and not in those of the fit

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from .round import Rivalled
 
 
+def takes_most(contest: Contest, curve: Rivalled | None) -> float:
+    """What any that has a name takes off the base's loss, or a curve that leaves no more than noise."""
+    return contest.most if curve is None else max(contest.most, contest.gained(curve))
+
+
 def from_brims(contest: Contest, rival: Rivalled, curve: Rivalled | None) -> list[Rivalled]:
     """A limit fitted with slopes of its own, from where it ended; and from other heights where it is in reach of the best so.
 
@@ -22,7 +27,7 @@ def from_brims(contest: Contest, rival: Rivalled, curve: Rivalled | None) -> lis
     """
     contest.tell(f"fits: {rival.guess.label}{contest.so_far([rival])}", 0.7)
     first, here = contest.fit(rival.guess, rival.values), curve is not None and curve.guess.goes == rival.guess.goes
-    if first is None or contest.gained(first) < RULES.naming.in_reach * contest.takes_most(None if here else curve):
+    if first is None or contest.gained(first) < RULES.naming.in_reach * takes_most(contest, None if here else curve):
         return [first] if first is not None else []
     begun = [contest.values | start for start in g.brims(contest.scene, rival.guess)]
     return [first, *(one for start in begun if (one := contest.fit(rival.guess, start)) is not None)]

@@ -25,7 +25,7 @@ from ..search.screen import Direction
 from . import guesses as g
 from .afresh import LATE, afresh, elsewhere
 from .arranged import Arranged, determined, lasting, over_noise
-from .bent import bent, from_brims
+from .bent import bent, from_brims, takes_most
 from .chosen import again, chosen, fewest_first
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
@@ -139,18 +139,20 @@ class Contest:
 
     def _stages(self, outcome: Round) -> None:
         """Look and fit: what is simple first, and what is not where something is left."""
-        self.looks.first()
-        turned = self._afresh(("sign",))
-        best = min(turned, key=lambda r: r.end.loss, default=None)
-        outcome.fitted = distinct(turned)
-        if best is not None and self._takes(best, 0.0) and not self.more(best):
-            return  # what has no number would be believed before all else
+        turned: list[Rivalled] = []
         for values in self.before[1] if self.before else ():
             if self.before and (known := self.fit(self.before[0], at := self.values | values)) is not None:
                 turned.append(known)
                 self._retold(known, at)  # what steps miss is known there
                 if not self.more(known):
                     break
+        self.looks.most = self.numbers
+        self.looks.first()
+        turned += (signs := self._afresh(("sign",)))
+        best = min(signs, key=lambda r: r.end.loss, default=None)
+        outcome.fitted = distinct(turned)
+        if best is not None and self._takes(best, 0.0) and not self.more(best):
+            return  # what has no number would be believed before all else
         if self._elsewhere(best, RULES.naming.as_much) or self._elsewhere(self._looks_best(), RULES.naming.as_much):
             return
         outcome.fitted = distinct(turned + self._fits(g.PLAIN))
@@ -352,7 +354,7 @@ class Contest:
     def _polished(self, found: list[Rivalled], done: float, curve: Rivalled | None = None) -> list[Rivalled]:
         """The rivals that predict or fit most, beside what a curve may tell, fitted again with slopes of their own, where without."""
         unseen = lambda rival: self.losses.sum(1).mean() - rival.candidate.errors.mean()
-        chosen = again(found, self.gained, unseen, self.takes_most(curve), self._far, self.looks.gains())
+        chosen = again(found, self.gained, unseen, takes_most(self, curve), self._far, self.looks.gains())
         for k, rival in enumerate(found):
             if rival.rough and rival.guess.label in chosen:
                 if not found[0].rough and self.enough():
@@ -365,10 +367,6 @@ class Contest:
     def gained(self, rival: Rivalled) -> float:
         """What a rival takes off the base's loss."""
         return self.problem.loss(self.base.misfit) - rival.end.loss
-
-    def takes_most(self, curve: Rivalled | None) -> float:
-        """What any that has a name takes off it, or a curve that leaves no more than noise."""
-        return self.most if curve is None else max(self.most, self.gained(curve))
 
     def _as_curve(self, found: list[Rivalled]) -> None:
         """Where a curve fits best it has slopes of its own, and all its points where its variable goes: what it leaves is asked first."""

@@ -46,6 +46,7 @@ class Looks:
     kinds: Sequence[str]
     tell: Tell
     enough: Callable[[], bool] = lambda: False  # whether time is up
+    most: float = np.inf  # numbers that what has a name may have: what has more would not be believed
     ways: list[tuple[Direction, Guess]] = field(default_factory=list)
     paths: dict[Place, set[str]] = field(default_factory=dict)  # laws of those among them, by where they are
 
@@ -113,7 +114,7 @@ class Looks:
     def _keep(
         self, guess: Guess, shape: dict[str, float], amplitudes: Sequence[Free], columns: np.ndarray, jump: float = 0.0
     ) -> None:
-        if not np.isfinite(columns).all() or not columns.any():
+        if not self._wanted(guess) or not np.isfinite(columns).all() or not columns.any():
             return
         way = Direction(guess.hypothesis, shape, tuple(amplitudes), self.arranged.put(columns), jump=jump)
         self.linear.look(way, self.drawn)
@@ -122,8 +123,13 @@ class Looks:
             if guess.kind == g.PATH and guess.place is not None:
                 self.paths.setdefault(guess.place, set()).add(guess.law)
 
+    def _wanted(self, guess: Guess) -> bool:
+        return guess.kind == CURVE or guess.count <= self.most
+
     def _column(self, trial: Trial) -> None:
         guess = trial.guess
+        if not self._wanted(guess):
+            return
         off = {n.name: n.start for n in guess.numbers} | trial.at
         if trial.acting:
             at = self._misfit(guess, off)
@@ -230,6 +236,8 @@ class Looks:
                     if what == law.VALUE:
                         self._laws(place, over, what, False)
         for one, knots, columns in self.tables:
+            if not any(self._wanted(guess) for guess, *_ in g.overflow(scene, one, knots, one)):
+                continue  # what the surplus changes is not simulated, either
             for other, more in self._elsewhere(one):
                 for guess, shape, amplitudes, heights in g.overflow(scene, one, knots, other):
                     frees = [f for f in guess.free if f.name in amplitudes]
@@ -398,7 +406,8 @@ class Looks:
         added, most, in_words = shift
         step = RULES.naming.unit * most
         steps: dict[tuple[int, int], np.ndarray | None] = {}
-        for i, times in zip(longest, edges):
+        wanted = [one for one in g.events(scene, added, most, in_words, edges, longest) if self._wanted(one[1])]
+        for i, times in zip(longest if wanted else [], edges):
             numbers = (Number(a, a, 0.0, -step, step, run=i), g.number(since, 0.0, 0.0, float(times[-1])))
             probe = Guess(g.EVENT, "event", "", (replace(added, fixed=(*added.fixed, ("until", g.FAR))),), numbers)
             at = self.base.misfit
@@ -406,7 +415,7 @@ class Looks:
                 moved = self._misfit(probe, {a: step, since: float(time)})
                 steps[i, k] = None if moved is None or at is None else (moved - at) / step
             steps[i, len(times) - 1] = np.zeros(self.arranged.block.shape)
-        for i, guess, first, last in g.events(scene, added, most, in_words, edges, longest):
+        for i, guess, first, last in wanted:
             begin, end = steps[i, first], steps[i, last]
             if begin is None or end is None or (first == 0 and last == count):
                 continue

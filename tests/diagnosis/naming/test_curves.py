@@ -5,14 +5,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from rivals import cause, free_curve
+from rivals import a_law, cause, free_curve
 
+from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.naming import looks as looks_module
 from selflock.diagnosis.naming import run
 from selflock.diagnosis.naming import scene as scene_module
 from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.contest import Contest
-from selflock.diagnosis.naming.guesses import EVENT, KINDS, LAW
+from selflock.diagnosis.naming.guesses import EVENT, KINDS, LAW, Trial
 from selflock.diagnosis.naming.looks import Looks
 from selflock.diagnosis.naming.order import curves_beside, nearest, only_beside
 from selflock.diagnosis.naming.places import IN, Place
@@ -232,3 +233,24 @@ def test_no_curve_is_fitted_again_where_one_told_of_what_and_where_something_is_
     monkeypatch.setattr(looks_module.g, "coarser", lambda *_: [(table, np.ones((2, 2)))] * 2)
     Looks._curve(looks, table.place, "first.x", VALUE, False)
     assert kept == ["law"] + ["curve"] * curves
+
+
+@pytest.mark.parametrize(("most", "looked"), [(np.inf, ["path", "edge", "law"]), (2, ["path", "law"]), (1, [])])
+def test_what_has_more_numbers_than_a_name_that_leaves_noise_is_not_looked_at(monkeypatch, most, looked):
+    """A house's cause that had finer steps taken leaves noise in them: all others were looked at all the same, for 14 s and more."""
+    of_two, of_three = (a_law("limit", "first.u", "first.x", count) for count in (2, 3))
+    asked = []
+    looks = SimpleNamespace(
+        most=most, base=SimpleNamespace(misfit=np.zeros(2)), arranged=SimpleNamespace(block=np.zeros(2), put=lambda columns: columns[None]),
+        problem=SimpleNamespace(which=[0], runs=[MeasuredRun("log.csv", "", np.arange(9), np.arange(9.0), {})]), scene=SimpleNamespace(prefix="c"),
+        linear=SimpleNamespace(look=lambda way, drawn: asked.append("law")), drawn=None, ways=[],
+    )  # fmt: skip
+    looks._wanted = lambda guess: Looks._wanted(looks, guess)
+    looks._keep = lambda *_: asked.append("path")
+    looks._misfit = lambda guess, at: (asked.append("edge") if guess.kind == EVENT else None) or np.ones(2)
+    shift = replace(of_three.inserts[0], law="constant"), 1.0, "added"
+    monkeypatch.setattr(looks_module.g, "events", lambda *_: [(0, replace(of_three, kind=EVENT), 0, 1)])
+    Looks._column(looks, Trial(of_two, {}, ("c.0",)))
+    Looks._events(looks, of_three.place, shift)
+    Looks._keep(looks, of_two, {}, of_two.free, np.ones((2, 2)))
+    assert list(dict.fromkeys(asked)) == looked

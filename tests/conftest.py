@@ -52,8 +52,10 @@ def pytest_generate_tests(metafunc):
 def pytest_collection_modifyitems(config, items):
     """Of tests that are marked `alike` all but the first are slow. Under --turns, skip those whose day it is not.
 
-    What a change breaks at one place shows in many of them at once.
+    What a change breaks at one place shows in many of them at once. The longest, which take turns, begin first: a worker was left
+    with the last of them, and the other with nothing to do.
     """
+    items.sort(key=lambda item: item.get_closest_marker("in_turn") is None)
     if config.getoption("--draws") > 1:
         items[:] = [item for item in items if "rng" in getattr(item, "fixturenames", ())]
     first = set()

@@ -13,10 +13,14 @@ def every_unit():
     return sorted({row.unit for face in faces for row in (*face.inputs, *face.outputs, *face.parameters) if row.unit})
 
 
+@pytest.fixture(scope="module")
+def registry():
+    return pint.UnitRegistry()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("text", every_unit())
-def test_base_units(text):
-    registry = pint.UnitRegistry()
+def test_base_units(registry, text):
     first, *below = text.replace("Ohm", "ohm").split("/")
     factors = [part for part in first.split(".")]
     spelled = "*".join(_power(part) for part in factors) + "".join(

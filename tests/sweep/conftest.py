@@ -6,7 +6,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))  # workers import the functions of jobs.py by name
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # idle it takes a tenth of a core from all tests behind
 def scheduler(tmp_path_factory):
     """The address of a Dask cluster of two workers, as somebody else would have started it."""
     from distributed import LocalCluster

@@ -101,7 +101,7 @@ class Contest:
             self.arranged.errors(unseen),
             self.arranged.errors(base.misfit),
         )
-        outcome = Round(nothing, [])
+        outcome = Round(nothing, [], only=self.only)
         self.noise, outcome.ratios = over_noise(self.problem, self.values)
         outcome.noise = self.noise
         limit = RULES.search.left if self.inserts else RULES.search.clean

@@ -278,3 +278,17 @@ def test_a_second_law_beside_a_part_of_a_curve_has_one_look(monkeypatch):
     contest.looks = SimpleNamespace(ways=[], first=lambda: None, further=more, pairs=more)
     contest._stages(outcome := Round(None, []))
     assert looked == [0] and len(outcome.fitted) == 1
+
+
+def test_where_and_of_what_something_is_missing_is_known_in_all_later_rounds(monkeypatch):
+    """Beside a second law the first was needed no more, and for a third all was looked at once again: 55 s of a ripple's 121."""
+    contest = weighed(only=("here", "x"))
+    contest.problem.values = lambda places: {}
+    contest.arranged = SimpleNamespace(begins=lambda *_: set(), errors=lambda misfit: misfit, names=[])
+    base = SimpleNamespace(misfit=np.ones(2), jacobian=np.ones((2, 0)), places=np.zeros(0))
+    monkeypatch.setattr(Contest, "played", property(lambda self: SimpleNamespace(inserts=())))
+    monkeypatch.setattr(Contest, "_held_out", lambda *_: np.ones(2))
+    monkeypatch.setattr(Contest, "_candidate", lambda *_: SimpleNamespace(losses=np.ones((4, 1))))
+    monkeypatch.setattr(contest_module, "in_units", lambda *_: base)
+    monkeypatch.setattr(contest_module, "over_noise", lambda *_: ({"x": 1.0}, {"x": 1.0}))
+    assert contest.play(None).only == ("here", "x")

@@ -252,7 +252,7 @@ def _advance_extended(p, s, t, motor_torque, output_angle, output_speed, dt, kno
     for i in range(count if dt > 0.0 else 0):
         now = output_angle + output_speed * (step * i)
         fine, after = 0.0, state
-        if state.speed != 0.0 and p.heat_coefficient == 0.0:
+        if state.speed != 0.0:
             fine, after, known = _glided(p, t, state, motor_torque, now, output_speed, step, known)
         if fine > 0.0:
             pieces -= 2
@@ -269,17 +269,30 @@ def _glided(p, t, s, motor_torque, output_angle, output_speed, dt, known):
     ratio = p.gear_ratio
     windup = s.angle / ratio - output_angle
     law = _sliding_law(p, t, s, output_angle, output_speed)
+    loss = 0.0
     if s.effects > 1.0:
         half = 0.5 * dt
         fine, wound, speed, _, _ = _glide(p, law, windup, s.speed, motor_torque, output_speed, half, NONE)
         if fine == 0.0:
             return 0.0, s, known
         moved = ratio * (wound + output_speed * half)
+        then = output_angle + output_speed * half
         middle = State(s.angle + moved, speed, s.effects, s.time + half, s.heat, s.distance + abs(moved))
-        law = _sliding_law(p, t, middle, output_angle + output_speed * half, output_speed)
+        if p.heat_coefficient != 0.0:
+            loss = _lost(p, law, t, s, motor_torque, output_angle, output_speed)
+            middle = _heated(p, middle, loss, half)
+        law = _sliding_law(p, t, middle, then, output_speed)
+        if p.heat_coefficient != 0.0:
+            loss = _lost(p, law, t, middle, motor_torque, then, output_speed)
     fine, wound, speed, _, known = _glide(p, law, windup, s.speed, motor_torque, output_speed, dt, known)
     moved = ratio * (wound + output_speed * dt)
-    return fine, State(s.angle + moved, speed, s.effects, s.time + dt, s.heat, s.distance + abs(moved)), known
+    after = State(s.angle + moved, speed, s.effects, s.time + dt, s.heat, s.distance + abs(moved))
+    return fine, _heated(p, after, loss, dt), known
+
+
+def _lost(p, law, t, s, motor_torque, output_angle, output_speed):
+    """What a sliding shaft loses, W."""
+    return _sliding_outputs(law, p.shaft_damping, t, p.gear_ratio, s, motor_torque, output_angle, output_speed).loss_power
 
 
 def _glide(p, law, windup, speed, motor_torque, output_speed, dt, known):

@@ -378,6 +378,23 @@ def test_what_a_step_before_knew_changes_no_bit(changes, rng):
     assert used > 30
 
 
+def test_a_shaft_that_heats_glides_to_where_it_travels(rng, monkeypatch):
+    """While it runs under load no event is looked for; where one is in each step, it ends at the same place, as warm."""
+    p = P(friction_kinetic=0.02, heat_coefficient=0.05, cooling_time=0.3, wear_rate=1e-4)
+    looked = []
+    monkeypatch.setattr(shaft, "travel", lambda *given: looked.append(given) or travel(*given))
+    one = other = relaxed(p, speed=20.0, output_speed=0.4, torque=3.0)
+    for i, torque in enumerate(rng.uniform(0.1, 0.15, 50).tolist()):
+        one, _ = shaft.advance(p, one, torque, 4e-4 * i, 0.4, 1e-3)
+        assert not looked
+        with monkeypatch.context() as patch:
+            patch.setattr(shaft, "glide", lambda *given: (0.0, 0.0, 0.0, 0.0, given[-1]))
+            other, _ = shaft.advance(p, other, torque, 4e-4 * i, 0.4, 1e-3)
+        assert looked and other == pytest.approx(one, rel=1e-11)
+        looked.clear()
+    assert one.heat > 0.0 and one.speed > 0.0
+
+
 def test_a_gear_without_friction_glides_while_its_torque_keeps_its_sign(rng):
     """Its three lines are one, but for rounding: a third of its steps were looked through for an event, at three times the work."""
     for ratio, windup, forward in zip(rng.uniform(5.0, 200.0, 100), rng.uniform(1e-4, 1e-2, 100), rng.choice([-1.0, 1.0], 100)):

@@ -298,7 +298,9 @@ class SearchRules:
         "chosen on seeds 10 621, 10 654 and 10 655: right causes close 0.77 and more, wrong ones 0.67 and less",
     )
     near_best: float = rule(
-        2.0, "times what the best leaves up to which a whole drive's fits are made again from where they ended", "a limit of time"
+        1.5,
+        "times what the best leaves up to which a whole drive's fits are gone on with, and made again from where they ended",
+        "a limit of time; as for `behind`, of which a quarter is 1.33 times",
     )
     again: int = rule(
         8, "times, at most, that such a fit is made again, while it leaves less by a factor of `alike`", "a limit of time"

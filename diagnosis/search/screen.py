@@ -48,6 +48,15 @@ class Direction:
         names = {p.name for p in self.amplitudes} | set(self.shape) | ({self.phase} if self.phase else set())
         return tuple(p for p in self.hypothesis.free if p.name in names)
 
+    def sets(self, known: dict) -> tuple[tuple[Free, ...], ...]:
+        """What a fit may free beside what is known: the usual, every, and the fewest of its numbers.
+
+        Usual are all but shapes that have a usual value, as no number of waves has; fewest those that the law cannot do without.
+        """
+        every = tuple(p for p in self.free if p.name not in known)
+        usual = tuple(p for p in every if p.role == ORDER or not (p.name in self.shape and 0.0 < p.low < p.nominal < p.high))
+        return usual, every, tuple(p for p in usual if not (p.name in self.shape and p.nominal in (p.low, p.high)))
+
     def little(self) -> dict[str, float]:
         """Values with which it acts, as little as its columns were found with."""
         return {**self.shape, **{p.name: p.nominal + (self.jump or _step(p)) for p in self.amplitudes}}

@@ -264,9 +264,10 @@ class Step:
         late = [candidate.fitted.values[p.name] for p in candidate.free if p.role in LATE]
         return not late or max(late) >= step
 
-    def _each(self, what: str, do: Callable, items: Sequence) -> list:
+    def _each(self, what: str, do: Callable, items: Sequence, before: Sequence[Candidate] = ()) -> list:
         """do(item) of all items, in their order; as many at a time as numba is allowed threads, a few at most.
 
+        before: what was fitted already, which may be the best as yet.
         Of a log whose motions are too long to be remembered one: those of each thread take a quarter of a gigabyte an hour.
         """
         done: list = []
@@ -278,15 +279,15 @@ class Step:
             try:
                 for result in pool.map(do, items):
                     done.append(result)
-                    self.tell(what, len(done) / len(items), self._best([c for c in done if isinstance(c, Candidate) and c.fit]))
+                    self.tell(what, len(done) / len(items), self._best([*before, *done]))
             except BaseException:  # Ctrl-C: what waits its turn is not begun
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise
         return done
 
-    def _best(self, fitted: list[Candidate]) -> str:
+    def _best(self, done: list) -> str:
         """The candidate that leaves least as yet, where it leaves less than the base does; "" where none."""
-        best = min(fitted, key=lambda c: c.errors.mean(), default=None)
+        best = min((c for c in done if isinstance(c, Candidate) and c.fit), key=lambda c: c.errors.mean(), default=None)
         return best.hypothesis.label if best and best.errors.mean() < self.losses.sum(1).mean() else ""
 
     def _look(self, linear: Linear) -> list[Direction]:
@@ -314,14 +315,20 @@ class Step:
             chosen, first = self._entered(groups[:lead], groups[lead:], waves)
         else:
             chosen, first = [ways for ways in groups if ways[0].gain > 0.0][: RULES.search.fits], {}
-        least = min((self.problem.loss(fitted.misfit) for fitted in first.values()), default=np.inf)
+        loss = lambda fitted: self.problem.loss(fitted.misfit)
+        most = RULES.search.behind * min(map(loss, first.values()), default=np.inf)
 
         def judge(ways: list[Direction]) -> Candidate:
             if self.problem.by_channel and waves(ways):
                 return self._judge(*self._raced(ways), np.inf)
-            return self._judge(ways, first.get(ways[0].hypothesis.label), least)
+            return self._judge(ways, first.get(ways[0].hypothesis.label), most)
 
-        candidates = self._each("fits", judge, chosen)
+        # those that are fitted to their end anyway, the best of the first fits among them, say how far others are behind
+        begun = [ways for ways in chosen if ways[0].hypothesis.label in first]
+        ahead = [ways for ways in chosen if ways[0].hypothesis.label not in first] + begun[:1]
+        candidates = self._each("fits", judge, ahead)
+        most = min([most, *(RULES.search.near_best * loss(c.fitted) for c in candidates)])
+        candidates += self._each("other fits", judge, begun[1:], candidates) if begun[1:] else []
         if self.problem.by_channel:
             candidates = arrived(self.problem, candidates, lambda c, fit: self._candidate(c.hypothesis, c.free, fit, c.linear))
         candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]
@@ -341,7 +348,7 @@ class Step:
         entered = self._each("starts", self._best_begun, [ways for ways in groups if not waves(ways)])
         entered = sorted((ways for ways in entered if self._tried(ways[0])[1] < 1.0), key=lambda ways: self._tried(ways[0])[1])
         raced = entered[: rules.begun_by_channel]
-        begin = lambda ways: self._begin(_sets(ways[0], self.base)[0], self._start(ways[0]))
+        begin = lambda ways: self._begin(ways[0].sets(self.base.values)[0], self._start(ways[0]))
         first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
         raced.sort(key=lambda ways: self.problem.loss(first[ways[0].hypothesis.label].misfit))
         return [*shown, *apart, *raced[: rules.fits_by_channel - len(apart)]], first
@@ -361,7 +368,7 @@ class Step:
         entered = [way for way in first if self._on_a_line(way) or way.gain > 0.0][: RULES.search.waves_raced]
         begun, loss = [], {}
         for way in entered:
-            usual = _sets(way, self.base)[0]
+            usual = way.sets(self.base.values)[0]
             orders = tuple(p for p in usual if p.role == ORDER)
             begun.append(self._begin(tuple(p for p in usual if p not in orders), self._start(way), orders))
             loss[id(way)] = self.problem.loss(begun[-1].misfit)
@@ -381,11 +388,11 @@ class Step:
         begin = {p.name: start[p.name] for p in (*extra, *held)}
         return self.problem.fit(drive, self.base.values | begin, RULES.search.effort_begin)
 
-    def _judge(self, ways: list[Direction], first: Fit | None, least: float) -> Candidate:
+    def _judge(self, ways: list[Direction], first: Fit | None, most: float) -> Candidate:
         """The full fit of a hypothesis, from its best starts; more of its numbers are freed only where that helps.
 
-        first: what a first fit of its best way of acting came to, where there was one; what leaves far more than `least`, the
-        loss of the best of these, is fitted no further.
+        first: what a first fit of its best way of acting came to, where there was one; what then leaves more than `most` is
+        fitted no further.
         """
         base, whole, rules = self.base, self.problem.whole, RULES.search
         best: Candidate | None = None
@@ -396,7 +403,7 @@ class Step:
             if not promising or len(seen) >= (rules.starts_whole if whole or self.problem.by_channel else rules.starts):
                 continue
             start = self._start(way) | (first.values if first is not None and way is ways[0] else {})
-            usual, every, fewest = _sets(way, base)
+            usual, every, fewest = way.sets(base.values)
             for extra in (usual, every, fewest):
                 names = tuple(p.name for p in extra)
                 if names in seen:
@@ -407,9 +414,8 @@ class Step:
                 begin = {**base.values, **{name: start[name] for name in names}, **by_itself}
                 if first is not None:
                     one = self._begin(extra, start) if len(seen) > 1 else first
-                    if (
-                        rules.behind * least < self.problem.loss(one.misfit) < self.problem.loss(base.misfit)
-                    ):  # else it went astray, which says nothing
+                    # what leaves more than the base went astray, which says nothing
+                    if most < self.problem.loss(one.misfit) < self.problem.loss(base.misfit):
                         if best is None:
                             return self._candidate(way.hypothesis, extra, one, ways[0].gain)
                         continue
@@ -489,10 +495,3 @@ def delayed(base: Fit, extra: tuple[Free, ...], begin: dict) -> tuple[tuple[Free
         return base.free, begin
     whole = begin[delays[0]] + begin[HOLD]
     return tuple(p for p in base.free if p.name != HOLD), {**begin, HOLD: 0.0, delays[0]: whole}
-
-
-def _sets(way: Direction, base: Fit) -> tuple[tuple[Free, ...], ...]:
-    """What a fit may free: all but shapes that have a usual value (no number of waves has); all; all but what the law can do without, too."""
-    every = tuple(p for p in way.free if p.name not in base.values)
-    usual = tuple(p for p in every if p.role == ORDER or not (p.name in way.shape and 0.0 < p.low < p.nominal < p.high))
-    return usual, every, tuple(p for p in usual if not (p.name in way.shape and p.nominal in (p.low, p.high)))

@@ -11,8 +11,9 @@ from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import load
 from selflock.diagnosis.residuals.channels import Channels
 from selflock.diagnosis.residuals.kernels import kernels
-from selflock.diagnosis.residuals.messages import age, evenly_sent, period, standing, told
+from selflock.diagnosis.residuals.messages import _surest, age, evenly_sent, period, standing, told
 from selflock.diagnosis.residuals.setting import Setting
+from selflock.diagnosis.rules import RULES
 
 STEP = 2e-3
 
@@ -97,3 +98,17 @@ def test_a_command_that_stands_as_long_as_its_controllers_period_is_no_message(a
     ch = channels(time, signals, tmp_path)
     ch = replace(ch, setting=replace(ch.setting, rig=replace(ch.setting.rig, parameters={"controller.sample_period": acts})))
     assert standing("controller.voltage", ch)[0] == 2 and period("controller.voltage", ch)[0] == rows
+
+
+def test_all_phases_at_once_are_each_by_itself(rng):
+    """Rows that have the message of the row before, counted one phase after the other; among them rows behind a gap."""
+    rows, parts = int(rng.integers(1, 8)), int(rng.choice([1, 20]))
+    place = np.cumsum(rng.uniform(0.6, 1.4, 400) + 30.0 * (rng.random(400) < 0.02))
+    equal, wrong = rng.random(399) < rng.uniform(0.1, 0.9), RULES.residuals.message_wrong
+    found = _surest(equal, np.stack([place[:-1], place[1:]]), rows, parts)
+    assert len(found) == rows * parts
+    for k, sure in enumerate(found):
+        again = np.diff(np.floor((place - k / parts) / rows)) == 0
+        chance = np.where(again, 1.0 - wrong, equal[~again].mean() if (~again).any() else 0.0)
+        likely = lambda p: np.log(np.where(equal, p, 1.0 - p)).sum()
+        assert sure == pytest.approx(likely(chance) - likely(equal.mean()), abs=1e-8)

@@ -65,3 +65,28 @@ def test_a_cause_of_which_there_is_nothing_is_none_whatever_it_frees_beside(step
     fitted.values[d.name] = d.nominal
     of = lambda own, beside: Candidate(step.open[0], (own, replace(beside, companion=True)), fitted, step.losses)
     assert step._does_without(of(d, r)) and not step._does_without(of(r, d))
+
+
+@pytest.mark.slow
+def test_what_is_far_behind_one_fitted_to_its_end_is_fitted_no_further(step, rng, monkeypatch):
+    """Though it is not among first fits: what is fitted anyway, as a wave is, has none. The others leave nearly all that there is."""
+    right = way(step, RESISTANCE, 0.35 * R)
+    (r,), base = right.free, step.base
+    first, others = {}, []
+    for label, amount in (("second", 0.03), ("behind", rng.uniform(0.01, 0.02))):
+        others.append(replace(right, hypothesis=replace(right.hypothesis, effect=label)))
+        begin = {**base.values, r.name: r.nominal + amount * R}
+        first[others[-1].hypothesis.label] = step.problem.fit((*base.free, r), begin, effort=1)
+    losses = [step.problem.loss(fitted.misfit) for fitted in (*first.values(), base)]
+    assert losses == sorted(losses) and losses[-1] < RULES.search.behind * losses[0]
+    monkeypatch.setattr("selflock.diagnosis.search.step.arrived", lambda problem, candidates, fitted: candidates)
+
+    def asked(*ways):
+        monkeypatch.setattr(step, "_entered", lambda *_: ([[one] for one in ways], first))
+        return {c.hypothesis.label: c.fit for c in step._fits([*ways]) if c.fit}
+
+    label = others[1].hypothesis.label
+    found = asked(right, *others)
+    end = step.problem.loss(found[right.hypothesis.label].misfit)  # a base that fits well is not far behind
+    assert end < losses[0] and (found[label] is first[label]) == (losses[1] > RULES.search.near_best * end)
+    assert asked(others[1])[label] is not first[label]

@@ -300,7 +300,7 @@ class SearchRules:
     near_best: float = rule(
         1.5,
         "times what the best leaves up to which a whole drive's fits are gone on with, and made again from where they ended",
-        "a limit of time; as for `behind`, of which a quarter is 1.33 times",
+        "a limit of time; where `behind` was looked at fits took away a quarter at most, 1.33 times what they end with",
     )
     again: int = rule(
         8, "times, at most, that such a fit is made again, while it leaves less by a factor of `alike`", "a limit of time"

@@ -148,7 +148,8 @@ class Contest:
                     break
         self.looks.most = self.numbers
         self.looks.first()
-        turned += (signs := self._afresh(("sign",)))
+        signs = self._afresh(("sign",))
+        turned += signs
         best = min(signs, key=lambda r: r.end.loss, default=None)
         outcome.fitted = distinct(turned)
         if best is not None and self._takes(best, 0.0) and not self.more(best):

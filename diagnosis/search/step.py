@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import tau
 
 import numpy as np
@@ -316,9 +316,9 @@ class Step:
         else:
             chosen, first = [ways for ways in groups if ways[0].gain > 0.0][: RULES.search.fits], {}
         loss = lambda fitted: self.problem.loss(fitted.misfit)
-        most = RULES.search.behind * min(map(loss, first.values()), default=np.inf)
+        behind = RULES.search.behind * min(map(loss, first.values()), default=np.inf)
 
-        def judge(ways: list[Direction]) -> Candidate:
+        def judge(most: float, ways: list[Direction]) -> Candidate:
             if self.problem.by_channel and waves(ways):
                 return self._judge(*self._raced(ways), np.inf)
             return self._judge(ways, first.get(ways[0].hypothesis.label), most)
@@ -326,9 +326,10 @@ class Step:
         # those that are fitted to their end anyway, the best of the first fits among them, say how far others are behind
         begun = [ways for ways in chosen if ways[0].hypothesis.label in first]
         ahead = [ways for ways in chosen if ways[0].hypothesis.label not in first] + begun[:1]
-        candidates = self._each("fits", judge, ahead)
-        most = min([most, *(RULES.search.near_best * loss(c.fitted) for c in candidates)])
-        candidates += self._each("other fits", judge, begun[1:], candidates) if begun[1:] else []
+        candidates = self._each("fits", partial(judge, behind), ahead)
+        if others := begun[1:]:
+            near = min([behind, *(RULES.search.near_best * loss(c.fitted) for c in candidates)])
+            candidates += self._each("other fits", partial(judge, near), others, candidates)
         if self.problem.by_channel:
             candidates = arrived(self.problem, candidates, lambda c, fit: self._candidate(c.hypothesis, c.free, fit, c.linear))
         candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]

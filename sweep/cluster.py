@@ -25,6 +25,8 @@ from .errors import SweepError
 from .work import RUNS, Parcel, fingerprint, work
 
 ANSWER = 10.0  # s that a scheduler has to answer
+START = 120.0  # s that a process has to begin, on a busy machine, too: Dask's own wait for one that hangs as it begins has no end
+UNSTARTED = (AssertionError, RuntimeError)  # all that Dask says where its loop or a process of its did not start
 QUIET = {  # what Dask does beside the runs, many times a second if it is let: 6 % of a core, so 1 %
     "distributed.worker.profile.enabled": False,  # looks at the stack every 10 ms
     "distributed.admin.tick.interval": "1s",  # of each event loop, every 20 ms
@@ -113,6 +115,7 @@ def _local(workers: int, folder: Path, stack: ExitStack) -> str:
         dashboard_address="127.0.0.1:0",
         local_directory=str(folder),
         silence_logs=logging.CRITICAL,
+        death_timeout=START,
     )
     return cluster.scheduler_address
 
@@ -136,7 +139,7 @@ def _begun(stack: ExitStack, make: Callable, **given: Any) -> Any:
         resource_tracker.ensure_running()  # which would let the thread hear again
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
         try:
-            return stack.enter_context(_patiently(make, **given))
+            return stack.enter_context(_patiently(make, wrong=(*UNSTARTED, TimeoutError), **given))
         finally:
             if before is not None:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -157,7 +160,7 @@ def _quietly() -> Iterator[None]:
 def _patiently(
     make: Callable,
     *given: Any,
-    wrong: type[Exception] | tuple[type[Exception], ...] = (AssertionError, RuntimeError),  # all that Dask says then
+    wrong: type[Exception] | tuple[type[Exception], ...] = UNSTARTED,
     **more: Any,
 ) -> Any:
     """make(...), tried again once where something is `wrong`: Dask gives its own event loop 10 s to start, which a busy machine may not keep, and a process of its may be killed before it is there."""

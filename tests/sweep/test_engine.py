@@ -8,6 +8,7 @@ import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import dask
 import jobs
 import pandas as pd
 import pytest
@@ -225,7 +226,8 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
     code = (
         "from distributed import LocalCluster\n"
         "if __name__ == '__main__':\n"
-        "    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address='127.0.0.1:0') as cluster:\n"
+        "    at = {'protocol': 'tcp', 'host': '127.0.0.1', 'dashboard_address': '127.0.0.1:0'}\n"
+        "    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, **at) as cluster:\n"
         "        print(cluster.scheduler_address, flush=True); input()\n"
     )
     (tmp_path / "cluster.py").write_text(code)
@@ -238,7 +240,6 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
-        start_new_session=True,
     )
 
     def kill_then(item):
@@ -263,7 +264,7 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
         with pytest.raises(SweepError, match=f"No Dask scheduler answers at {address}"):
             command(address)
     finally:
-        os.killpg(cluster.pid, signal.SIGKILL)  # its worker, too, which would wait for minutes and hold the pipes open
+        cluster.kill()
         cluster.wait()
         cluster.stdin.close()
         cluster.stdout.close()
@@ -294,6 +295,15 @@ def test_a_process_of_dask_that_is_killed_as_it_begins_is_begun_once_more():
     tries.clear()
     with pytest.raises(SweepError, match="Dask did not start, twice"):
         _patiently(make, 2)
+
+
+@pytest.mark.slow
+def test_a_process_of_dask_that_hangs_as_it_begins_is_not_waited_for_without_end(tmp_path, monkeypatch):
+    (tmp_path / "hangs.py").write_text("import time\ntime.sleep(600)\n")
+    monkeypatch.setattr("selflock.sweep.cluster.START", 3.0)
+    with dask.config.set({"distributed.worker.preload": [str(tmp_path / "hangs.py")]}):
+        with pytest.raises(SweepError, match="Dask did not start, twice"):
+            map_runs(jobs.draw, SEEDS[:1], context={"offset": 0.0}, workers=1)
 
 
 def test_processes_of_dask_end_where_a_signal_comes_as_they_begin():

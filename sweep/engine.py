@@ -33,6 +33,7 @@ log = logging.getLogger(__name__)
 BATCH_SECONDS = 1.0  # a batch of short runs: what an interruption may cost, and what hides the cost of a message
 TASKS_PER_SECOND = 200  # what the scheduler is to be burdened with at most: with more workers, batches grow
 PATIENCE = 60.0  # s without any worker until the sweep gives up
+GONE = "The scheduler is gone. What was finished is kept; start a scheduler and give the same command again."
 
 Take = Callable[[list[int], list[Outcome]], None]
 
@@ -170,18 +171,20 @@ def _round(
             future.add_done_callback(done.put)
         came = _come(done)
         if not pool.alive:
-            raise SweepError(
-                "The scheduler is gone. What was finished is kept; start a scheduler and give the same command again."
-            )
+            raise SweepError(GONE)
+        good = [future for future in came if future.status == "finished"]
+        try:
+            results = pool.gather(good)
+            slots = slots if came else pool.slots
+        except (OSError, CancelledError):  # it went between what it told and what it was asked
+            raise SweepError(GONE) from None
         if not came:
-            slots = pool.slots
             waited = 0.0 if slots else waited + 1.0
             if waited > PATIENCE:
                 raise SweepError(
                     "All workers are gone. What was finished is kept; start workers and give the same command again."
                 )
-        good = [future for future in came if future.status == "finished"]
-        for future, (outcomes, took) in zip(good, pool.gather(good)):
+        for future, (outcomes, took) in zip(good, results):
             seconds = took / len(flying[future])
             take(flying.pop(future), outcomes)
         for future in set(came) - set(good):

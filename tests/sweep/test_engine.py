@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import deque
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from distributed.comm.core import CommClosedError
 from selflock.master.stops import Stops
 from selflock.sweep import SweepError, map_runs
 from selflock.sweep.cluster import _begun, _patiently, _refuse_unguarded
-from selflock.sweep.engine import _batch
+from selflock.sweep.engine import _batch, _round
 from selflock.sweep.store import Store
 
 SEEDS = [{"seed": seed} for seed in range(40)]
@@ -272,6 +273,24 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
     assert {0, 1, 2, 3, 4} <= done and len(done) < 20
     assert [row["item"] for row in command(scheduler)] == list(range(20))
     assert all((tmp_path / f"{item}.mark").read_text() == "x" for item in done)
+
+
+def test_a_scheduler_that_dies_as_it_is_asked_for_what_it_told_is_gone():
+    class Future:
+        status = "finished"
+
+        def add_done_callback(self, done):
+            done(self)
+
+    class Pool:
+        slots, alive = 1, True
+        send = staticmethod(lambda items, key: Future())
+
+        def gather(self, futures):
+            raise CommClosedError("in <TCP (closed)>: Stream is closed")
+
+    with pytest.raises(SweepError, match="scheduler is gone.* start a scheduler and give the same command again"):
+        _round(Pool(), [0], deque([0]), lambda numbers, outcomes: None)
 
 
 def test_batches_last_but_leave_nobody_idle():

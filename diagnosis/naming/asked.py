@@ -10,7 +10,8 @@ from .round import Rivalled, Round
 from .whole import Whole, falls, fitted, helps, missed
 from .work import Work
 
-Tried = Callable[[Rivalled], tuple[Work, Whole]]
+Model = tuple[Work, Whole]
+Tried = Callable[[Rivalled], Model]
 
 
 def told_apart(
@@ -25,11 +26,11 @@ def told_apart(
     for other in near[: RULES.naming.vetoed]:
         if enough or EVENT in (first[0].guess.kind, other.guess.kind):
             break
-        work, after = tried(other)
-        more, less = helps(after, first[2]), helps(first[2], after)
+        model = tried(other)
+        more, less = leaves_less(model, first[1:]), leaves_less(first[1:], model)
         if more and not less:
             refuted.append(first[0])
-            first = other, work, after
+            first = other, *model
         elif less and not more:
             refuted.append(other)
     return *first, refuted
@@ -50,8 +51,17 @@ def confirmed(outcome: Round, work: Work, whole_of: Callable[[Rivalled], Whole])
     return [r for r in near[: RULES.naming.vetoed] if event is not None and helps(whole_of(r), event)]
 
 
-def beyond_steps(curve: tuple[Work, Whole], left: tuple[Work, Whole]) -> bool:
-    """Whether a curve leaves less also where no steps miss anything, where they were halved as often as they may be.
+def leaves_less(one: Model, other: Model, kind: str = "") -> bool:
+    """Whether one model leaves less of what judges, and does so where no steps miss anything, too; of an event its own run is asked.
+
+    What steps miss is seen of each otherwise: of a house's room with one more thermal mass they left a sensor 1.27 times its noise,
+    and 1.16 beside another's name for it, which was believed; without what they miss the room's leaves less.
+    """
+    return helps(one[1], other[1], kind) and (kind == EVENT or beyond_steps(one, other))
+
+
+def beyond_steps(curve: Model, left: Model) -> bool:
+    """Whether a curve, or what has a name, leaves less also where no steps miss anything, where they were halved as often as they may be.
 
     What they still miss of a law a curve makes up for: beside a limit of a house's radiator they left 1.25 times the noise.
     """
@@ -61,7 +71,7 @@ def beyond_steps(curve: tuple[Work, Whole], left: tuple[Work, Whole]) -> bool:
     return helps(after, before)
 
 
-def _by_far(curve: tuple[Work, Whole], left: tuple[Work, Whole]) -> bool:
+def _by_far(curve: Model, left: Model) -> bool:
     """Whether it does so though steps missed all that steps twice as long move, for it and against what is left: no fit is asked."""
     (most, least), (after, before) = (missed(*one) for one in (curve, left)), (curve[1].held, left[1].held)
     if most is None or least is None or after is None or before is None:

@@ -27,7 +27,7 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from .answer import told_of
-from .asked import beyond_steps, confirmed, told_apart
+from .asked import beyond_steps, confirmed, leaves_less, told_apart
 from .contest import Contest
 from .extend import extend
 from .extended import Extended, Extending
@@ -354,7 +354,7 @@ def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extendi
         assert winner is not None
         fewer = found.work.but_for(winner.guess)
         less = fitted(fewer, found.best.values, near.fixed)
-        if helps(found.best, less, winner.guess.kind):
+        if leaves_less((found.work, found.best), (fewer, less), winner.guess.kind):
             continue
         winner.candidate.doubt = "beside what was found later it lowers the error of what judges no more"
         outcome.winner, outcome.beside = None, []
@@ -381,7 +381,7 @@ def _one_alone(found: Search) -> None:
     for rival in near[: RULES.naming.vetoed]:
         wider = found.begins.with_also(rival.guess)
         alone = fitted(wider, rival.values, rival.problem.fixed)
-        if not helps(found.best, alone, rival.guess.kind):
+        if not leaves_less((found.work, found.best), (wider, alone), rival.guess.kind):
             first.winner, first.beside = rival, [r for r in first.beside if r is not rival]
             found.outcomes, found.work, found.best = [first], wider, alone
             return
@@ -432,7 +432,7 @@ def _curve_instead(found: Search) -> None:
     instead, around = first.curve, curves_beside(first.curve, first.fitted, level, base)
     for law in [r for r in names_of(first.curve, first.order, level) if r not in named][: RULES.naming.vetoed]:
         other = tried(law)
-        if not helps(after, other[1]):
+        if not leaves_less((wider, after), other):
             instead, (wider, after) = law, other
             around = beside(law, [r for r in first.order if r not in named], level, base)
             break

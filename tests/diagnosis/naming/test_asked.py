@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from rivals import cause
 
+from selflock.diagnosis.naming import asked as asked_module
 from selflock.diagnosis.naming import guesses, run
 from selflock.diagnosis.naming.asked import told_apart
 from selflock.diagnosis.naming.guesses import EVENT, with_state
@@ -24,16 +25,22 @@ def whole(*held):
 
 
 @pytest.mark.parametrize(
-    ("limit", "dead_band", "first", "beside"),
+    ("limit", "dead_band", "beyond", "first", "beside"),
     [
-        ((3.0, 1.0), (1.0, 1.0), "dead band", []),  # the data that judge ask for the other one
-        ((1.0, 1.0), (1.2, 1.0), "limit", []),  # and here they refuse it
-        ((1.0, 1.0), (1.02, 1.0), "limit", ["dead band"]),  # nor here do they tell them apart
-        ((1.0, 2.0), (2.0, 1.0), "limit", ["dead band"]),  # or of each output otherwise
+        ((3.0, 1.0), (1.0, 1.0), True, "dead band", []),  # the data that judge ask for the other one
+        ((1.0, 1.0), (1.2, 1.0), True, "limit", []),  # and here they refuse it
+        ((1.0, 1.0), (1.02, 1.0), True, "limit", ["dead band"]),  # nor here do they tell them apart
+        ((1.0, 2.0), (2.0, 1.0), True, "limit", ["dead band"]),  # or of each output otherwise
+        ((1.2, 1.0), (1.0, 1.0), False, "limit", ["dead band"]),  # what steps miss says nothing
+        ((1.0, 1.0), (1.2, 1.0), False, "limit", ["dead band"]),
     ],
 )
-def test_what_taught_cannot_tell_apart_data_that_judge_may(limit, dead_band, first, beside):
-    """A dead band was named as a limit: what taught went beyond it to one side alone. And a level's overflow as its flow's."""
+def test_what_taught_cannot_tell_apart_data_that_judge_may(monkeypatch, limit, dead_band, beyond, first, beside):
+    """A dead band was named as a limit: what taught went beyond it to one side alone. And a level's overflow as its flow's.
+
+    And one more thermal mass of a house's room as the wall's where the room is read, by what the finest steps missed of each.
+    """
+    monkeypatch.setattr(asked_module, "beyond_steps", lambda *_: beyond)
     one, other = cause("limit", 1.0), cause("dead band", 1.0)
     left = {"limit": whole(*limit), "dead band": whole(*dead_band)}
     tried = lambda rival: (rival.guess.label, left[rival.guess.label])
@@ -52,15 +59,21 @@ def test_of_an_event_other_runs_say_nothing():
 
 
 @pytest.mark.parametrize(
-    ("left", "loss", "one"),
-    [(1.02, 0.1, True), (1.2, 0.1, False), (1.02, 0.5, False)],  # more is left of what judges; of unseen blocks
+    ("left", "loss", "beyond", "one"),
+    [
+        (1.02, 0.1, True, True),
+        (1.2, 0.1, True, False),  # more is left of what judges
+        (1.02, 0.5, True, False),  # of unseen blocks
+        (1.2, 0.1, False, True),  # no more than steps miss
+    ],
 )
-def test_a_second_cause_goes_where_another_name_of_the_first_leaves_nothing_for_it(monkeypatch, left, loss, one):
+def test_a_second_cause_goes_where_another_name_of_the_first_leaves_nothing_for_it(monkeypatch, left, loss, beyond, one):
     """A lag before a body was named, and a state of first order that made up for its sensor's, which was as good a name for the first."""
     first, second, other = cause("lag before", 1.0), cause("state", 1.0), cause("lag behind", 1.0, loss=loss)
     other.problem = SimpleNamespace(fixed={})
     work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
     monkeypatch.setattr(run, "fitted", lambda work, *_: whole(left if work.inserts[0].name == "lag behind" else 0.1))
+    monkeypatch.setattr(asked_module, "beyond_steps", lambda *_: beyond)
     base = Candidate(first.guess.hypothesis, (), None, np.ones((4, 1)))
     rounds = [Round(base, [], first, order=[first, other], beside=[other]), Round(base, [], second, order=[second])]
     both = replace(work, inserts=(*first.guess.inserts, *second.guess.inserts))

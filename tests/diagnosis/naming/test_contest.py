@@ -8,6 +8,7 @@ import pytest
 from rivals import a_law, asked, cause, looks
 
 from selflock.diagnosis.calibration.numbers import Number
+from selflock.diagnosis.naming import asked as asked_module
 from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming import order as order_module
@@ -121,8 +122,8 @@ def test_the_laws_that_the_best_curve_may_be_are_fitted_also_where_others_look_b
     assert "limit of air times heater.command" in asked and len(asked) == len(ways)
 
 
-@pytest.mark.parametrize(("without_first", "stays"), [(1.02, False), (1.5, True)])
-def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, stays):
+@pytest.mark.parametrize(("without_first", "beyond", "stays"), [(1.02, True, False), (1.5, True, True), (1.5, False, False)])
+def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, beyond, stays):
     """An offset was named that stood for part of a leak, and the leak second, beside which it does nothing."""
     first, second = cause("first", 1.0), cause("second", 1.0)
     played = SimpleNamespace(extend=lambda inserts: None)
@@ -135,6 +136,7 @@ def test_what_a_later_cause_makes_unnecessary_goes(monkeypatch, without_first, s
     left = {("first", "second"): 1.0, ("second",): without_first}
     whole = lambda work, *_: Whole(None, None, {}, None, {"x": left[tuple(one.name for one in work.inserts)]}, {})
     monkeypatch.setattr(run, "fitted", whole)
+    monkeypatch.setattr(asked_module, "beyond_steps", lambda *_: beyond)  # what steps miss
     monkeypatch.setattr(run, "without", lambda near, numbers, inserts: SimpleNamespace(numbers=tuple(numbers), free=numbers))
     monkeypatch.setattr(run, "fit_from", lambda near, places, *_: SimpleNamespace(places=places))
     rounds = [Round(None, [], winner) for winner in (first, second)]

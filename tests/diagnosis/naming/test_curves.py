@@ -8,6 +8,7 @@ import pytest
 from rivals import a_law, cause, free_curve
 
 from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.naming import asked as asked_module
 from selflock.diagnosis.naming import looks as looks_module
 from selflock.diagnosis.naming import run
 from selflock.diagnosis.naming import scene as scene_module
@@ -100,14 +101,18 @@ def test_a_law_that_must_be_there_twice_is_none_where_a_curve_leaves_less_than_i
     assert found.best.held == {"x": left_by_curve if instead else 1.0}
 
 
-@pytest.mark.parametrize(("left", "blocks", "named"), [(1.02, 0.1, True), (1.2, 0.1, False), (1.02, 0.2, False)])
-def test_a_law_of_more_numbers_that_does_as_well_as_the_curve_is_its_name(monkeypatch, left, blocks, named):
+@pytest.mark.parametrize(
+    ("left", "blocks", "beyond", "named"),
+    [(1.02, 0.1, True, True), (1.2, 0.1, True, False), (1.02, 0.2, True, False), (1.2, 0.1, False, True)],
+)
+def test_a_law_of_more_numbers_that_does_as_well_as_the_curve_is_its_name(monkeypatch, left, blocks, beyond, named):
     """Stribeck was `unknown`: Coulomb went before it, of fewer numbers and no worse on unseen blocks, and the curve left less than that."""
     first, name, elsewhere = cause("Coulomb", 1.0), cause("Stribeck", 1.0, loss=blocks), cause("far", 1.0, "first.w")
     curve = free_curve("first.u")
     curve.problem = SimpleNamespace(fixed={})
     whole = lambda of: Whole(None, None, {}, None, {"x": {"Coulomb": 2.0, "Stribeck": left, "far": 0.5, "curve": 1.0}[of]}, {})
     monkeypatch.setattr(run, "beyond_steps", lambda *_: True)
+    monkeypatch.setattr(asked_module, "beyond_steps", lambda *_: beyond)  # what its name leaves more
     monkeypatch.setattr(run, "fitted", lambda work, *_: whole(work.inserts[0].name))
     work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
     base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))

@@ -1,7 +1,8 @@
-"""What is late or turned round, looked at from the rig's own values: beside it the base may have found a valley of its own.
+"""What is late, bent or turned round, looked at from the rig's own values: beside it the base may have found a valley of its own.
 
 A sensor that is late is made up for by slower bodies: the base's numbers that fit best without it are far from those beside it, a fit
-from there ends between both, and no linear look can say where they would be. What a rig says its numbers are is nearer. Where a
+from there ends between both, and no linear look can say where they would be. What a rig says its numbers are is nearer. So it is where
+a sensor is cut off for half of its rows: of two bodies in a row either may be the slow one, and the base chose the wrong one. Where a
 command has the wrong sign the base is as slow and weak as it may be, and the fit of a sign from there ended at two fifths of the
 loss, so that a scale of -1 was named instead of it. An event moves the base's numbers as well: at another place it is looked at from
 those that fit beside it.
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from .looks import Looks
     from .round import Rivalled
 
-LATE = "delay", "lag", "rate limit"
+LATE_OR_BENT = "delay", "lag", "rate limit", "saturation (high)", "saturation (low)", "dead zone"
 
 
 def afresh(looks: Looks, laws: Sequence[str]) -> list[tuple[Guess, dict[str, float]]]:

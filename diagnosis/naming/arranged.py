@@ -72,16 +72,22 @@ class Arranged:
         return np.sqrt(np.bincount(self.output, misfit**2, count) / np.maximum(np.bincount(self.output, minlength=count), 1))
 
     def quieter(self, noise: Mapping[str, float], misfit: np.ndarray) -> np.ndarray:
-        """This noise of each output, or what changes of a misfit from sample to sample tell, where that is less; in units of the misfit.
+        """The noise that is left beside a misfit, in units of that."""
+        units = self.problem.units
+        return np.array([size / units[name] for name, size in self.noise(noise, misfit).items()])
+
+    def noise(self, noise: Mapping[str, float], misfit: np.ndarray | None) -> dict[str, float]:
+        """This noise of each output, or what changes of a misfit from sample to sample tell, where that is less.
 
         What a base lacks may change as fast as noise does; of what explains it noise alone is left.
         """
-        problem, found = self.problem, []
+        assert misfit is not None
+        problem, found = self.problem, {}
         for k, name in enumerate(problem.played.outputs):
             mine = misfit[self.output == k]
             own = float(of_samples([mine], [np.ones(len(mine), bool)], every=True)) * problem.units[name]
-            found.append(max(min(noise[name], own), RULES.pipeline.fine * problem.played.spread(name)) / problem.units[name])
-        return np.array(found)
+            found[name] = max(min(noise[name], own), RULES.pipeline.fine * problem.played.spread(name))
+        return found
 
     def begins(self, problem: Calibrating, end: End) -> set[str]:
         """Numbers that a single block tells, as where a run begins: no other block could say them."""

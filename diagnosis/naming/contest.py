@@ -23,7 +23,7 @@ from ..search.hypotheses import Free, Hypothesis
 from ..search.linear import Linear
 from ..search.screen import Direction
 from . import guesses as g
-from .afresh import LATE, afresh, elsewhere
+from .afresh import LATE_OR_BENT, afresh, elsewhere
 from .arranged import Arranged, determined, lasting, over_noise
 from .bent import bent, from_brims, takes_most
 from .chosen import again, chosen, fewest_first
@@ -160,7 +160,7 @@ class Contest:
         if self.only or self.other or (self._wanting(outcome) and self._elsewhere(fits_best(outcome.fitted), 0.0)):
             return
         if self._wanting(outcome):
-            outcome.fitted = distinct(outcome.fitted + self._afresh(LATE))
+            outcome.fitted = distinct(outcome.fitted + self._afresh(LATE_OR_BENT))
         if self._wanting(outcome) and not self.enough():
             self.looks.further()
             outcome.fitted = distinct(outcome.fitted + self._fits(g.DERIVED))
@@ -225,7 +225,7 @@ class Contest:
         found, own, last = rival.moved(at) if at else rival, self.problem, list[Extending]()
         for _ in range(RULES.naming.retold):  # what it is there changes what steps miss of it
             self.played.extend(self.inserts)
-            if (anew := self.told(found, self.noise, *last)) is None:
+            if (anew := self.told(found, self.arranged.noise(self.noise, found.end.misfit), *last)) is None:
                 break
             self.tell(f"fits: {rival.guess.label}", 0.88)
             self.problem, self.looks.problem, self.telling, last = anew, anew, True, [anew]

@@ -13,13 +13,16 @@ from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.screen import Direction
 
+ARRANGED = SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0, noise=lambda noise, misfit: noise)
+"""What is compared, in units of its noise, which is the same beside any rival."""
+
 
 def cause(name, amount, place="first.u", over="first.x", loss=0.1):
     """A rival that was fitted: a law of one number, and what it leaves of each of four blocks."""
     numbers = (Number(f"{name}.a", f"{name}.a", 0.0, -amount, amount),)
     guess = Guess(LAW, "cubic", name, (Insert(name, Place(IN, place), "cubic", False, over),), numbers)
     candidate = Candidate(guess.hypothesis, guess.free, None, np.full((4, 1), loss))
-    return SimpleNamespace(guess=guess, candidate=candidate, values={}, end=SimpleNamespace(loss=loss))
+    return SimpleNamespace(guess=guess, candidate=candidate, values={}, end=SimpleNamespace(loss=loss, misfit=None))
 
 
 def free_curve(place, over="first.x", loss=0.1, points=5):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from rivals import a_law, asked, cause, looks
+from rivals import ARRANGED, a_law, asked, cause, looks
 
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import asked as asked_module
@@ -279,7 +279,7 @@ def test_each_that_comes_near_the_best_is_judged_beside_what_the_steps_change_of
     contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=lambda rival, *_: its if rival is held else None)
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise = SimpleNamespace(problem=own), SimpleNamespace(played=own.played), {}
-    contest.inserts = ()
+    contest.inserts, contest.arranged = (), ARRANGED
     fitted = []
     anew = cause("held", 1.0, loss=0.09)
     monkeypatch.setattr(Contest, "fit", lambda self, guess, start, begun=None: fitted.append((guess.label, self.problem)) or anew)
@@ -305,6 +305,7 @@ def test_what_steps_miss_of_a_rival_is_taken_off_anew_for_as_long_as_that_moves_
     contest, starts = Contest(own, np.zeros(0), "c", lambda what, share: None, told=told), []
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
+    contest.arranged = ARRANGED
     fit = lambda self, guess, start, begun=None: starts.append(start["T"]) or ends[self.problem.number]
     monkeypatch.setattr(Contest, "fit", fit)
     assert contest._retold(ends[0]) is ends[fits] and starts == list(range(fits))
@@ -318,6 +319,7 @@ def test_beside_another_log_slopes_of_its_own_are_asked_for_where_those_before_l
     contest = Contest(own, np.zeros(0), "c", lambda what, share: None, told=lambda rival, noise, *last: None if last else told)
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
+    contest.arranged = ARRANGED
     monkeypatch.setattr(Contest, "fit", lambda self, guess, start, begun=None: lost if begun else right)
     assert contest._retold(first) is right
 
@@ -331,10 +333,7 @@ def test_nothing_more_is_wanted_where_the_best_leaves_no_more_than_what_the_step
     )
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise = SimpleNamespace(), SimpleNamespace(), {}
-    contest.arranged, contest.base = (
-        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
-        SimpleNamespace(misfit=np.ones(1)),
-    )
+    contest.arranged, contest.base = ARRANGED, SimpleNamespace(misfit=np.ones(1))
     contest.inserts = ()
     ends = lambda left: SimpleNamespace(
         guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=left, misfit=np.array([left])), values={}
@@ -356,10 +355,7 @@ def test_what_takes_off_most_and_leaves_something_is_asked_for_other_steps_befor
     own = SimpleNamespace(loss=lambda misfit: 1.0)
     contest = Contest(own, np.zeros(0), "c", lambda what, share: None, steps=lambda rival: "finer" if asks else None)
     monkeypatch.setattr(Contest, "played", property(lambda self: None))
-    contest.arranged, contest.base = (
-        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
-        SimpleNamespace(misfit=np.ones(1)),
-    )
+    contest.arranged, contest.base = ARRANGED, SimpleNamespace(misfit=np.ones(1))
     contest.scene, contest.noise = SimpleNamespace(), {"x": 1.0}
     best = SimpleNamespace(guess=cause("best", 1.0).guess, end=SimpleNamespace(loss=loss, misfit=np.array([leaves])))
     assert contest._elsewhere(best, 0.9) == anew
@@ -374,10 +370,7 @@ def test_limits_are_fitted_from_all_heights_but_where_fewer_numbers_leave_no_mor
         guess=SimpleNamespace(law=name, kind=LAW, count=count), values={}, rough=True, end=SimpleNamespace(loss=loss, misfit=np.array([3.0]))
     )  # fmt: skip
     contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
-    contest.arranged, contest.base = (
-        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
-        SimpleNamespace(misfit=np.ones(1)),
-    )
+    contest.arranged, contest.base = ARRANGED, SimpleNamespace(misfit=np.ones(1))
     contest.noise = {"x": 1.0}
     own = SimpleNamespace(
         guess=SimpleNamespace(law="cubic", kind=LAW, count=1), rough=False, end=SimpleNamespace(loss=0.1, misfit=np.array([left]))
@@ -413,6 +406,7 @@ def test_a_winner_stands_where_it_is_first_also_on_logs_that_are_told_anew(monke
     contest = Contest(None, np.zeros(0), "c", lambda what, share: None)
     monkeypatch.setattr(Contest, "played", property(lambda self: self.problem.played))
     contest.looks, contest.scene, contest.noise, contest.inserts = SimpleNamespace(), SimpleNamespace(), {}, ()
+    contest.arranged = ARRANGED
     fitted = []
     anew = lambda guess: cause(guess.label, 1.0, loss={"won": 0.12, "held": retold}[guess.label])
     monkeypatch.setattr(
@@ -473,11 +467,12 @@ def test_noise_is_no_more_than_what_explains_a_base_leaves_from_sample_to_sample
     """What a house's base lacked changed 3.7 times as fast as its noise: a square root that left 2.4 times of it was taken to leave nothing."""
     noise = 0.01 * rng.standard_normal((2, 2000))
     problem = SimpleNamespace(units={"x": 0.05, "y": 0.02}, played=SimpleNamespace(outputs=["x", "y"], spread=lambda name: 1.0))
-    arranged = SimpleNamespace(problem=problem, output=np.repeat([0, 1], 2000))
+    arranged = Arranged.__new__(Arranged)
+    arranged.problem, arranged.output = problem, np.repeat([0, 1], 2000)
     misfit = np.concatenate([(noise[0] + 0.05 * np.sin(np.arange(2000) / 100.0)) / 0.05, noise[1] / 0.02])
-    found = Arranged.quieter(arranged, {"x": 0.04, "y": 0.005}, misfit)
+    found = arranged.quieter({"x": 0.04, "y": 0.005}, misfit)
     assert found == pytest.approx([0.01 / 0.05, 0.005 / 0.02], rel=0.1)
-    still = Arranged.quieter(arranged, {"x": 0.04, "y": 0.005}, 0.0 * misfit)
+    still = arranged.quieter({"x": 0.04, "y": 0.005}, 0.0 * misfit)
     assert still == pytest.approx([RULES.pipeline.fine / 0.05, RULES.pipeline.fine / 0.02])
 
 

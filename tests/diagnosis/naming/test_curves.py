@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from rivals import a_law, cause, free_curve
+from rivals import ARRANGED, a_law, cause, free_curve
 
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.naming import asked as asked_module
@@ -127,10 +127,7 @@ def test_a_law_of_more_numbers_that_does_as_well_as_the_curve_is_its_name(monkey
 def judging(left):
     """A contest in which a curve leaves so many times the noise, and what it fitted: a limit and an overflow that take much."""
     contest = Contest(SimpleNamespace(loss=lambda misfit: 1.0), np.zeros(0), "c", lambda what, share: None)
-    contest.arranged, contest.base = (
-        SimpleNamespace(deviations=lambda misfit: misfit, quieter=lambda noise, misfit: 1.0),
-        SimpleNamespace(misfit=np.ones(1)),
-    )
+    contest.arranged, contest.base = ARRANGED, SimpleNamespace(misfit=np.ones(1))
     contest.noise = {"x": 1.0}
     made = lambda rival, loss, times: SimpleNamespace(
         guess=rival.guess, values={}, rough=True, end=SimpleNamespace(loss=loss, misfit=np.array([times]))

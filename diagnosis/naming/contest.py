@@ -31,7 +31,7 @@ from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
-from .near import beside_best, carried, refined, starts
+from .near import beside_best, carried, finer, starts, told_over
 from .order import believe, curve_of, distinct, far, fits_best, leading, only_beside, ordered
 from .places import Place
 from .round import Rivalled, Round
@@ -337,12 +337,8 @@ class Contest:
             self.tell(f"fits: {guess.label}", 0.84)
             found += [rival] if (rival := self.fit(guess, self.values | self._start(way, guess), way)) is not None else []
         found = distinct(found)
-        known = {rival.guess.label for rival in found}
-        for curve in refined(found, self.scene, self._far) if not self.enough() else ():
-            if g.words("fine curve", curve.guess.inserts[0]) in known:
-                continue
-            if (finer := self.looks.finer(curve.guess, curve.values, curve.end)) is not None:
-                guess, start = finer
+        for asks_for in (finer, told_over):
+            for guess, start in asks_for(distinct(found), self.looks, self._far) if not self.enough() else ():
                 self.tell(f"fits: {guess.label}", 0.85)
                 found += [rival] if (rival := self.fit(guess, start)) is not None else []
         return self._polished(distinct(found), 0.87, curve)

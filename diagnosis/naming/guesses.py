@@ -106,7 +106,7 @@ def curve(scene: Scene, place: Place, over: str, what: int, multiplies: bool, be
     follows = lambda name: ahead(scene.parts, place, name, scene.smooth)
     carried = 0.5 if what == law.INTEGRAL else 0.0 if what in (law.RATE, law.SINCE_TURN) else follows(over)
     fixed: tuple[tuple[str, float], ...] = (("ahead", carried), ("ahead_beside", follows(beside) if beside else 0.0))
-    return _with_points(Insert(scene.prefix, place, "table", multiplies, over, what, 0, fixed, beside), knots), knots
+    return with_points(Insert(scene.prefix, place, "table", multiplies, over, what, 0, fixed, beside), knots), knots
 
 
 def points_over(x: np.ndarray) -> np.ndarray:
@@ -138,17 +138,17 @@ def coarser(table: Insert, knots: np.ndarray) -> Iterator[tuple[Insert, np.ndarr
     for apart in (1, 2, 4):
         few = knots[np.unique([*range(0, len(knots), apart), len(knots) - 1])]
         heights = np.stack([np.interp(knots, few, unit) for unit in np.eye(len(few))], -1)
-        yield _with_points(table, few), heights
+        yield with_points(table, few), heights
         if len(few) < RULES.naming.coarser:
             return
 
 
 def placed(table: Insert, x: np.ndarray) -> Insert:
     """A table with its points where its variable has these values."""
-    return _with_points(table, points_over(x))
+    return with_points(table, points_over(x))
 
 
-def _with_points(table: Insert, points: np.ndarray) -> Insert:
+def with_points(table: Insert, points: np.ndarray) -> Insert:
     """A table with these points for its own."""
     return replace(
         table, points=len(points), fixed=table.fixed[:2] + tuple((f"x{k + 1}", float(x)) for k, x in enumerate(points))
@@ -164,6 +164,12 @@ def points_of(table: Insert) -> np.ndarray:
 def heights(table: Insert) -> list[str]:
     """The names of a table's heights."""
     return [f"{table.name}.y{k + 1}" for k in range(table.points)]
+
+
+def heights_at(guess: Guess, values: dict[str, float]) -> np.ndarray:
+    """How high the points of a free curve lie with these values of its numbers."""
+    (table,) = guess.inserts
+    return np.array([sum(guess.acts[n.name].get(y, 0.0) * values[n.name] for n in guess.numbers) for y in heights(table)])
 
 
 def words(kind: str, one: Insert) -> str:

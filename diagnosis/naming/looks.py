@@ -331,18 +331,37 @@ class Looks:
         What is missing moves its variable as well: the base goes where the system does not, and the curve lay where that goes.
         """
         (coarse,) = guess.inserts
-        problem = self.trial(guess)
-        x = self._goes(coarse, problem, values)
-        table = g.placed(coarse, x)
-        at = [sum(guess.acts[n.name].get(y, 0.0) * values[n.name] for n in guess.numbers) for y in g.heights(coarse)]
-        heights = dict(zip(g.heights(table), map(float, np.interp(g.points_of(table), g.points_of(coarse), at))))
+        table = g.placed(coarse, self._goes(coarse, self.trial(guess), values))
+        at = np.interp(g.points_of(table), g.points_of(coarse), g.heights_at(guess, values))
+        return self._begun(guess, values, end, table, at, "fine curve")
+
+    def told_over(self, guess: Guess, values: dict[str, float], end: End, other: Insert) -> tuple[Guess, dict[str, float]] | None:
+        """A free curve over what tells its variable, its points where that is at its own; and where its fit starts.
+
+        other: a table of that at the same place.
+        """
+        (one,), problem = guess.inserts, self.trial(guess)
+        both = lambda table: [self.scene.joined(table.over, table.taken, table.beside), self._goes(table, problem, values)]
+        x, y = (np.concatenate(both(table)[: 1 if one.own or other.own else 2]) for table in (one, other))
+        rises = np.argsort(x)
+        points, at = np.interp(g.points_of(one), x[rises], y[rises]), g.heights_at(guess, values)
+        way = slice(None, None, 1 if points[0] < points[-1] else -1)
+        if not (np.diff(points[way]) > 0.0).all():
+            return None
+        return self._begun(guess, values, end, g.with_points(other, points[way]), at[way], guess.label.partition(" of ")[0])
+
+    def _begun(
+        self, guess: Guess, values: dict[str, float], end: End, table: Insert, at: np.ndarray, word: str
+    ) -> tuple[Guess, dict[str, float]] | None:
+        """A free curve in place of one that was fitted, with these heights where its fit starts; None where none is to be had there."""
+        heights = dict(zip(g.heights(table), map(float, at)))
+        known = [n.name for n in self.trial(guess).free]
         rest = {name: value for name, value in values.items() if name not in guess.acts}
         columns = self._moved(table, rest, heights)
         if columns is None or end.jacobian is None:
             return None
-        known = [n.name for n in problem.free]
         mine = [known.index(n.name) for n in self.problem.free]
-        made = self._keep_curve(table, columns, "fine curve", end.jacobian[:, mine])
+        made = self._keep_curve(table, columns, word, end.jacobian[:, mine])
         return made, rest | {n.name: float(sum(made.acts[n.name][y] * h for y, h in heights.items())) for n in made.numbers}
 
     def _goes(self, table: Insert, problem: Extending, values: dict[str, float]) -> np.ndarray:

@@ -39,6 +39,11 @@ def test_the_best_law_and_the_best_curve_are_also_fitted_where_the_look_sees_as_
     told = [*both, *fits(a_law("table", "body.force", "body.v", kind=CURVE), a_law("table", "far.u", "body.v", kind=CURVE))]
     scene.one_thing = lambda a, b: True
     assert near.refined(told, scene, away) == told[:3]
+    same = lambda guess, values, end, other: (guess.place, other.over)
+    for rival in told:
+        rival.values, rival.end = {}, None
+    over = near.told_over(told[1:], SimpleNamespace(scene=scene, told_over=same), away)
+    assert list(over) == [(curves[1].place, "body.v")]  # each variable once, where the best acts
     elsewhere, worse = fits(
         *(
             replace(curves[1], label=name, inserts=(Insert("c", Place(IN, name), "table", over="body.x"),))

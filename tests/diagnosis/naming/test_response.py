@@ -347,8 +347,8 @@ def test_all_that_a_path_does_is_simulated_where_answers_change(problem):
     assert looks.simulated(Direction(None, {}, (), np.zeros((1, 1, 0))), read) is None
 
 
-def test_a_finer_curve_lies_where_its_variable_goes_beside_it_and_not_where_the_base_has_it(problem):
-    """What comes in beside a pump fills a tank higher: beyond what the base reaches a curve stayed as at its last point."""
+def with_a_curve(problem):
+    """Looks over a base, a curve of five points over a level, and the values of its numbers."""
     xs, added = (0.5, 1.5, 2.5, 3.5, 4.5), (0.0, 0.2, 0.5, 0.7, 0.8)
     fixed = (("ahead", 0.5), ("ahead_beside", 0.0), *((f"x{k + 1}", x) for k, x in enumerate(xs)))
     table = Insert("c", Place(IN, "upper.inflow"), "table", over=LEVEL, points=5, fixed=fixed)
@@ -361,9 +361,14 @@ def test_a_finer_curve_lies_where_its_variable_goes_beside_it_and_not_where_the_
     looks.scene = Scene(problem.played.parts, problem.played, problem.played.series([{}], [0]), "c")
     looks.arranged = SimpleNamespace(put=lambda x: x[None])
     looks.linear = SimpleNamespace(look=lambda way, _: setattr(way, "gain", 1.0))
-    values = dict(zip((n.name for n in numbers), added))
+    return looks, curve, dict(zip((n.name for n in numbers), added))
+
+
+def test_a_finer_curve_lies_where_its_variable_goes_beside_it_and_not_where_the_base_has_it(problem):
+    """What comes in beside a pump fills a tank higher: beyond what the base reaches a curve stayed as at its last point."""
+    looks, curve, values = with_a_curve(problem)
     before = looks.trial(curve).errors(values)
-    made, start = looks.finer(curve, values, SimpleNamespace(jacobian=np.zeros((len(base), 5))))
+    made, start = looks.finer(curve, values, SimpleNamespace(jacobian=np.zeros((len(looks.base.misfit), 5))))
     points, beside = points_of(made.inserts[0]), looks.trial(curve).settings(values)
     levels = problem.played.series(beside, [0])[LEVEL][0]
     assert (points[0], points[-1], len(points)) == (levels.min(), levels.max(), 17)
@@ -372,6 +377,27 @@ def test_a_finer_curve_lies_where_its_variable_goes_beside_it_and_not_where_the_
     left = max(abs(after[name][0] - before[name][0]).max() for name in before)
     assert left < 0.02 * max(np.std(before[name][0]) for name in before)
     assert [guess for _, guess in looks.ways] == [made]
+
+
+def test_a_curve_over_what_tells_its_variable_has_its_points_where_that_is_at_its_own(problem, monkeypatch):
+    """Steps of a tank's level were a curve of its flow, alone: of five points over each those of the flow lay better."""
+    looks, curve, values = with_a_curve(problem)
+    curve, end = replace(curve, label="curve of a level"), SimpleNamespace(jacobian=np.zeros((len(looks.base.misfit), 5)))
+    other, flows = replace(curve.inserts[0], over="upper.flow", points=0), 0.15 * np.sqrt(points_of(curve.inserts[0]))
+    before = looks.trial(curve).errors(values)
+    made, start = looks.told_over(curve, values, end, other)
+    assert made.label.startswith("curve of upper.flow") and made.inserts[0].over == "upper.flow"
+    assert points_of(made.inserts[0])[1:-1] == pytest.approx(flows[1:-1], rel=0.005)  # the others may lie beyond what is reached
+    after = looks.trial(made).errors(start)
+    left = max(abs(after[name][0] - before[name][0]).max() for name in before)
+    assert left < 0.05 * max(np.std(before[name][0]) for name in before)
+    goes, series = Looks._goes, looks.scene.series  # and one that falls where the level rises
+    turned = lambda self, table, *at: (-1.0 if table.over == "upper.flow" else 1.0) * goes(self, table, *at)
+    monkeypatch.setattr(Looks, "_goes", turned)
+    monkeypatch.setattr(Looks, "_begun", lambda self, guess, values, end, table, at, word: (points_of(table), at))
+    looks.scene.series = series | {"upper.flow": [-x for x in series["upper.flow"]]}
+    points, at = looks.told_over(curve, values, end, other)
+    assert points[1:-1] == pytest.approx(-flows[-2:0:-1], rel=0.005) and list(at) == list(values.values())[::-1]
 
 
 def test_what_a_tank_takes_away_may_go_on_where_its_level_is_asked_for_by_what_comes_out(problem, monkeypatch):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ from .extended import Extended, Extending
 from .guesses import CURVE, Guess
 from .limit import Limit
 from .looks import Looks, Tell
-from .near import beside_best, carried, finer, starts, told_over
+from .near import as_curve, beside_best, carried, finer, starts, told_over
 from .order import believe, curve_of, distinct, far, fits_best, leading, only_beside, ordered
 from .places import Place
 from .round import Rivalled, Round
@@ -337,8 +337,8 @@ class Contest:
             self.tell(f"fits: {guess.label}", 0.84)
             found += [rival] if (rival := self.fit(guess, self.values | self._start(way, guess), way)) is not None else []
         found = distinct(found)
-        for asks_for in (finer, told_over):
-            for guess, start in asks_for(distinct(found), self.looks, self._far) if not self.enough() else ():
+        for asks_for in (partial(as_curve, more=self.more), partial(finer, far=self._far), partial(told_over, far=self._far)):
+            for guess, start in asks_for(distinct(found), self.looks) if not self.enough() else ():
                 self.tell(f"fits: {guess.label}", 0.85)
                 found += [rival] if (rival := self.fit(guess, start)) is not None else []
         return self._polished(distinct(found), 0.87, curve)

@@ -27,6 +27,7 @@ from .guesses import CURVE, Guess, Trial
 from .places import IN, Insert, Place, ahead
 from .response import Responses
 from .scene import Scene
+from .shape import adds
 
 Tell = Callable[[str, float], None]
 
@@ -350,13 +351,21 @@ class Looks:
             return None
         return self._begun(guess, values, end, g.with_points(other, points[way]), at[way], guess.label.partition(" of ")[0])
 
+    def as_curve(self, guess: Guess, values: dict[str, float], end: End) -> tuple[Guess, dict[str, float]] | None:
+        """A law without a state as a free curve of all points that there may be, and where its fit starts: at what the law adds there."""
+        (one,) = guess.inserts
+        table = g.placed(replace(one, law="table"), self._goes(one, self.trial(guess), values))
+        at = adds(one, values, g.points_of(table))
+        return self._begun(guess, values, end, table, at, "fine curve")
+
     def _begun(
         self, guess: Guess, values: dict[str, float], end: End, table: Insert, at: np.ndarray, word: str
     ) -> tuple[Guess, dict[str, float]] | None:
-        """A free curve in place of one that was fitted, with these heights where its fit starts; None where none is to be had there."""
+        """A free curve in place of what was fitted, with these heights where its fit starts; None where none is to be had there."""
         heights = dict(zip(g.heights(table), map(float, at)))
         known = [n.name for n in self.trial(guess).free]
-        rest = {name: value for name, value in values.items() if name not in guess.acts}
+        own = {n.name for n in guess.numbers}
+        rest = {name: value for name, value in values.items() if name not in own}
         columns = self._moved(table, rest, heights)
         if columns is None or end.jacobian is None:
             return None

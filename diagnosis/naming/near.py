@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from selflock.fmus.correction.law import BY_NAME
+
 from ..rules import RULES
 from ..search.screen import Direction
 from ..systems.parts import Parts
@@ -164,6 +166,21 @@ def refined(found: Sequence[Rivalled], scene: Scene, far: Far) -> list[Rivalled]
     left = lambda rival: rival.candidate.errors.mean()
     alike = [rival for rival in same if left(rival) <= (1.0 + RULES.search.matters) * left(found[0])]
     return list({id(rival): rival for rival in (found[0], nearest, *telling, *alike)}.values())
+
+
+def as_curve(found: Sequence[Rivalled], looks: Looks, more: Callable[[Rivalled], bool]) -> Iterator[Start]:
+    """The free curve that the best law is as well, where that leaves more than noise and less than the curve, which it began elsewhere.
+
+    A bump of a temperature was a limit, and a second one that takes it off again: the curve had ended at three times what one left.
+    """
+    best = found[0] if found else None
+    if best is None or best.guess.kind != LAW or len(best.guess.inserts) > 1 or BY_NAME[best.guess.inserts[0].law].remembers:
+        return
+    what = lambda guess: (guess.place, guess.over, [one.multiplies for one in guess.inserts])
+    curves = [rival for rival in found if rival.guess.kind == CURVE and what(rival.guess) == what(best.guess)]
+    if all(rival.end.loss > best.end.loss for rival in curves) and more(best):
+        if (made := looks.as_curve(best.guess, best.values, best.end)) is not None:
+            yield made
 
 
 def finer(found: Sequence[Rivalled], looks: Looks, far: Far) -> Iterator[Start]:

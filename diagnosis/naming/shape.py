@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,7 +45,7 @@ def _opposed(found: Search, first: Insert, second: Insert) -> bool:
     series = work.played.series(settings, work.which)
     x, y = (gone_through(series, one.over, one.taken, one.beside) for one in (first, second))
     return one_to_one(order(x), order(y)) and against(
-        _does(first, settings[work.which[0]], x), _does(second, settings[work.which[0]], y)
+        adds(first, settings[work.which[0]], x), adds(second, settings[work.which[0]], y)
     )
 
 
@@ -54,7 +54,7 @@ def against(first: np.ndarray, second: np.ndarray) -> bool:
     return bool(np.mean((first - first.mean()) * (second - second.mean())) < 0.0)
 
 
-def _does(one: Insert, settings: dict, x: np.ndarray) -> np.ndarray:
+def adds(one: Insert, settings: Mapping[str, float], x: np.ndarray) -> np.ndarray:
     """What a law without a state adds at these values of its variable."""
     p = [0.0] * law.SIZE
     p[law.LAW] = law.BY_NAME[one.law].code

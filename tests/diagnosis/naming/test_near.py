@@ -5,6 +5,7 @@ from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from rivals import a_law, asked, fits, looks
 
 from selflock.diagnosis.calibration.numbers import Number
@@ -119,3 +120,22 @@ def test_the_best_law_is_held_against_those_of_fewer_numbers_over_its_variable()
     assert sorted(told(guesses[0])) == ["cubic of b.v", "proportional of b.v"]
     assert told(guesses[0], guesses[3]) == ["proportional of b.v"]
     assert told(guesses[3]) == told() == []
+
+
+@pytest.mark.parametrize(
+    ("law", "curve", "left", "asked"),
+    [("limit", 3.0, True, True), ("limit", 0.9, True, False), ("limit", 3.0, False, False), ("Dahl", 3.0, True, False)],
+)
+def test_a_curve_that_leaves_more_than_a_law_of_its_own_variable_is_begun_as_that(law, curve, left, asked):
+    """Two limits at one place were `explained`: the curve that both are had been fitted in another valley alone."""
+    guesses = (
+        a_law(law, "load.u", "load.x"),
+        a_law("table", "load.u", "load.x", kind=CURVE),
+        a_law("table", "u", "x", kind=CURVE),
+    )
+    found = [
+        SimpleNamespace(guess=guess, values={}, end=SimpleNamespace(loss=loss)) for guess, loss in zip(guesses, (1.0, curve, 0.5))
+    ]
+    looks = SimpleNamespace(as_curve=lambda guess, values, end: guess.label)
+    assert list(near.as_curve(found, looks, lambda rival: left)) == ([guesses[0].label] if asked else [])
+    assert list(near.as_curve(found[1:], looks, lambda rival: left)) == list(near.as_curve([], looks, None)) == []

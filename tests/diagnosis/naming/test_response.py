@@ -400,6 +400,20 @@ def test_a_curve_over_what_tells_its_variable_has_its_points_where_that_is_at_it
     assert points[1:-1] == pytest.approx(-flows[-2:0:-1], rel=0.005) and list(at) == list(values.values())[::-1]
 
 
+def test_a_law_is_begun_as_a_curve_where_its_variable_goes(problem):
+    """A bump was a limit, and a second that takes it off again: the curve of five points had ended at three times what one left."""
+    looks, _, _ = with_a_curve(problem)
+    limit = Insert("c", Place(IN, "upper.inflow"), "limit", over=LEVEL, fixed=(("ahead", 0.5), ("ahead_beside", 0.0)))
+    law = Guess(LAW, "limit", "limit", (limit,), (number("c.a", 0.0, -9.0, 9.0), number("c.l", 1.0, 0.0, 9.0)))
+    values = {"c.a": -0.2, "c.l": 2.0}
+    before = looks.trial(law).errors(values)
+    made, start = looks.as_curve(law, values, SimpleNamespace(jacobian=np.zeros((len(looks.base.misfit), 2))))
+    assert made.label.startswith("fine curve") and made.inserts[0].points == 17 and not {"c.a", "c.l"} & set(start)
+    after = looks.trial(made).errors(start)
+    left = max(abs(after[name][0] - before[name][0]).max() for name in before)
+    assert left < 0.02 * max(np.std(before[name][0]) for name in before)
+
+
 def test_what_a_tank_takes_away_may_go_on_where_its_level_is_asked_for_by_what_comes_out(problem, monkeypatch):
     """An overflow was a cubic of the lower level: what comes out went along with the level by 0.995, and for no law there was one of it."""
     series = problem.played.series([{}], [0])

@@ -223,7 +223,7 @@ def test_a_machine_too_busy_to_start_dask_is_given_a_second_chance(fails):
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_path, scheduler):
+def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_path, scheduler, monkeypatch):
     code = (
         "from distributed import LocalCluster\n"
         "if __name__ == '__main__':\n"
@@ -262,7 +262,8 @@ def test_a_scheduler_that_dies_loses_no_finished_run_and_another_goes_on(tmp_pat
         address = cluster.stdout.readline().strip()
         with pytest.raises(SweepError, match="scheduler is gone.* start a scheduler and give the same command again"):
             command(address)
-        with pytest.raises(SweepError, match=f"No Dask scheduler answers at {address}"):
+        with monkeypatch.context() as short, pytest.raises(SweepError, match=f"No Dask scheduler answers at {address}"):
+            short.setattr("selflock.sweep.cluster.ANSWER", 1.0)
             command(address)
     finally:
         cluster.kill()

@@ -329,8 +329,8 @@ class Step:
         candidates = self._each("fits", partial(judge, behind), ahead)
         if others := begun[1:]:
             # a fit to the end, which reads the recorder anew, may take as much of what they leave as of the best's: one law has two names
-            share = min(1.0, loss(candidates[-1].fitted) / max(loss(first[begun[0][0].hypothesis.label]), 1e-300))
-            near = min([behind, *(RULES.search.near_best * loss(c.fitted) / share for c in candidates[:-1])])
+            brought = max(1.0, loss(first[begun[0][0].hypothesis.label]) / max(loss(candidates[-1].fitted), 1e-300))
+            near = min([behind, *(RULES.search.near_best * brought * loss(c.fitted) for c in candidates[:-1])])
             candidates += self._each("other fits", partial(judge, near), others, candidates)
         if self.problem.by_channel:
             candidates = arrived(self.problem, candidates, lambda c, fit: self._candidate(c.hypothesis, c.free, fit, c.linear))

@@ -38,17 +38,19 @@ def left(step, start):
 
 @pytest.mark.slow
 def test_a_fit_begins_with_as_much_as_leaves_no_more_than_nothing_does(step, rng):
-    """Of the cause, ten to a hundred times too much of which the look promised; none of what is there already, but what the look saw."""
+    """Of the cause, ten to a hundred times too much of which the look promised; of another what leaves no more, or what the look saw."""
     right, wrong = way(step, RESISTANCE, rng.uniform(10.0, 100.0) * R), way(step, "load.damping", rng.uniform(10.0, 100.0))
     assert left(step, right.start()) > step.problem.loss(step.base.misfit) > left(step, step._start(right))
     assert DRIVE[RESISTANCE] < step._start(right)[RESISTANCE] < 4.0 * R
-    assert 0.0 < step._start(wrong)["load.damping"] <= wrong.little()["load.damping"] < wrong.start()["load.damping"]
+    begun, seen = step._start(wrong)["load.damping"], wrong.little()["load.damping"]
+    assert 0.0 < begun < 0.01 * wrong.start()["load.damping"] and (begun <= seen or step._tried(wrong)[1] <= 1.0)
 
 
 @pytest.mark.slow
 def test_what_is_fitted_is_told_by_what_is_left_where_it_begins(step, rng):
     """And not by what a linear look sees in it: of two ways, and of two hypotheses, the other one promises more."""
-    amounts = rng.uniform(0.3, 0.4) * R * np.array([0.02, 1.0])
+    # half of what is missing: the base's recorder has made up for some of it, and all of it may then leave as much as nothing does
+    amounts = rng.uniform(0.15, 0.2) * R * np.array([0.02, 1.0])
     small, right, wrong = way(step, RESISTANCE, amounts[0]), way(step, RESISTANCE, amounts[1]), way(step, "load.damping", -1.0)
     for one, gain in ((small, 2.0), (right, 1.0), (wrong, 3.0)):
         one.gain = gain

@@ -23,7 +23,7 @@ Known = dict[tuple, tuple[Hashable, Any]]
 class Look:
     """Looks over a base fit.
 
-    What drifts is looked at in all of a log, all else in an excerpt (of a whole drive, in its first seconds). An excerpt
+    What drifts is looked at in all of a log, all else in an excerpt (of a whole drive, in its first seconds: see Problem.near). An excerpt
     does not show everything: an angle that is integrated, a mean over the log, heat. So the best way of each hypothesis is
     held against what it does to the whole log, and where that is something else the hypothesis is looked at there.
 
@@ -33,7 +33,7 @@ class Look:
     def __init__(self, problem: Problem, base: Fit, linear: Linear, known: Known | None = None):
         self.problem, self.linear, self.known = problem, linear, {} if known is None else known
         self.errors = linear.draws(problem.taught(base.misfit * base.weights))
-        near = problem.glance(False)
+        near = problem.near(base)
         self.near, self.all = Sight(near, base, "near"), Sight(problem.glance(True), base, "all")
         self.asked = not problem.by_channel and near.experiment is not problem.experiment
 

@@ -78,6 +78,19 @@ class Problem:
         seconds = rules.whole_fits if drifting else rules.whole_glance
         return replace(self, experiment=self.experiment.glance(seconds))
 
+    def near(self, base: Fit) -> Problem:
+        """The problem for a first look, over a base, at what does not drift.
+
+        Of a whole drive its first seconds, but where these show little of what the base leaves: what acts later (a play once the
+        load comes to pull the other way) does nothing in them, and no look would see it.
+        """
+        near, least = self.glance(False), RULES.residuals.whole_glance_shows
+        if not self.by_channel:
+            return near
+        whole, first = (problem.excess(base.values) ** 2 - 1.0 for problem in (self, near))
+        worst = int(np.argmax(whole))
+        return near if first[worst] >= least * whole[worst] else self.glance(True)
+
     def with_noise(self) -> Problem:
         """With the noise of each residual's bins, and what no data sheet says as it fits best from several starts.
 

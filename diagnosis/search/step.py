@@ -467,7 +467,7 @@ class Step:
         """Of what drifts, and of what does not: the problem as looks have it, and the base's loss there."""
         found = {}
         for drifts in (False, True):
-            problem = self.problem.glance(drifts)
+            problem = self.problem.glance(True) if drifts else self.problem.near(self.base)
             found[drifts] = problem, max(problem.loss(problem.misfit(dict(self.base.values))), 1e-300)
         return found
 

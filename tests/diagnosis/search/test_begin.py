@@ -12,7 +12,8 @@ from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.screen import Direction
 from selflock.diagnosis.search.step import Step
 
-from ..residuals.test_row_by_row import R
+from ..residuals import test_small_controllers as small
+from ..residuals.test_row_by_row import K, R
 from ..residuals.test_small_controllers import DRIVE, asked_of, simulated, steps
 
 RESISTANCE = "motor.resistance"
@@ -99,3 +100,18 @@ def test_what_is_far_behind_one_fitted_to_its_end_is_fitted_no_further(step, rng
         # a base that fits well is not far behind
         assert end < losses[0] and (found[behind] is first[behind]) == (losses[1] > RULES.search.near_best * brought * end)
     assert asked(others[1])[behind] is not first[behind]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [False, True])
+def test_a_first_look_sees_what_acts_after_its_first_seconds(rng, monkeypatch, late):
+    """Where a drive stands still in these all of its error is in the others: the look is at them, too."""
+    seconds, heights = RULES.residuals.whole_glance, 6.0 * rng.uniform(0.5, 1.0, 40) * (-1.0) ** np.arange(40)
+    monkeypatch.setattr(small, "LASTS", 1.6 * seconds)
+    monkeypatch.setitem(DRIVE, "motor.voltage_constant", rng.uniform(0.6, 0.9) * K)
+    volts = lambda t: 0.0 if late and t < 1.05 * seconds else float(heights[int(t / 0.47)])
+    problem = asked_of(rng, simulated(volts, closed=False), False)().with_noise()
+    base = problem.fit(problem.base_free, problem.nominal)
+    moved = lambda of: np.abs(of.misfit(base.values | {RESISTANCE: 1.1 * R}) - of.misfit(base.values)).sum()
+    first, every, near = problem.glance(False), problem.glance(True), problem.near(base)
+    assert (moved(first) == 0.0) == late and 0.0 < moved(near) == moved(every if late else first)

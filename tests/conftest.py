@@ -33,7 +33,7 @@ sys.dont_write_bytecode = False
 
 sys.path.append(str(Path(__file__).parent / "native"))
 
-TURNS = 7
+TURNS = 14
 """Days in which every test that is marked `in_turn` has had its turn under --turns."""
 
 

@@ -34,6 +34,7 @@ class DriveExperiment(Experiment):
         super().__init__()
         rules = RULES.residuals
         self.rig, self.steady, self.original = rig, rig.kind == "steady", runs
+        self.seconds = rules.whole_fits  # of all runs of a whole drive, on which hypotheses are fitted
         self.runs, owner = points(runs, bool(rig.run)) if self.steady else (runs, None)
         total = sum(len(run) for run in self.runs)
         self.setting = Setting(rig, total, kernels(), dict.fromkeys(rig.drives, rules.usual_window))
@@ -73,7 +74,7 @@ class DriveExperiment(Experiment):
             share = rules.samples_whole / total if total > rules.sampled_from * rules.samples_whole else None
             self.channels = self._channels(takes=[share and self.layout.firsts(i, share) for i in range(len(self.runs))])
         if sampled and rig.simulate == WHOLE:
-            self.channels = self._channels(takes=[self._spread(run, rules.whole_fits) for run in self.runs])
+            self.channels = self._channels(takes=[self._spread(run, self.seconds) for run in self.runs])
         smoothing = {
             prefix: self._smoothing(prefix) for prefix in rig.drives
         }  # of an hour's log by the same stretches everywhere
@@ -137,6 +138,10 @@ class DriveExperiment(Experiment):
         return self.but(
             setting=setting, channels=self._channels(setting, takes=[self._spread(run, seconds) for run in self.runs])
         )
+
+    def over(self, seconds: float) -> Self:
+        """The same residuals over the first so many seconds of all runs, as hypotheses are fitted."""
+        return self.but(seconds=seconds, channels=self._channels(takes=[self._spread(run, seconds) for run in self.runs]))
 
     def _spread(self, run: MeasuredRun, seconds: float) -> np.ndarray | None:
         """Rows of a run's first part, its share of so many seconds of all runs, evenly spread; None for all of them."""

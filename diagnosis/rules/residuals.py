@@ -189,10 +189,13 @@ class ResidualRules:
     whole_fits: float = rule(
         30.0, "s of log on which hypotheses are fitted, the first part of each run; the last fit has all", "a limit of time"
     )
+    whole_longest: float = rule(
+        120.0, "the same where what is off is not in these: twice as many and twice again, at most so many", "a limit of time"
+    )
     whole_glance: float = rule(10.0, "s of log of the first look, but at what drifts", "a limit of time")
-    whole_glance_shows: float = rule(
+    whole_shows: float = rule(
         0.25,
-        "of the mean square above noise, in the channel farthest off, the least that these seconds show of what all do, to be enough",
+        "of the mean square above noise, in the channel farthest off, the least that the first part shows of what all does, to be enough",
         "half of its size; 13 drives of development had 0.2 to 1.5, and a play that nobody saw 0",
     )
     rows_whole: int = rule(

@@ -74,9 +74,9 @@ class Problem:
         """The same problem for a first look at a hypothesis; at what drifts it takes longer."""
         if not self.by_channel:
             return self if drifting or self.whole else self._excerpt
-        rules = RULES.residuals
-        seconds = rules.whole_fits if drifting else rules.whole_glance
-        return replace(self, experiment=self.experiment.glance(seconds))
+        return replace(
+            self, experiment=self.experiment.glance(self.experiment.seconds if drifting else RULES.residuals.whole_glance)
+        )
 
     def near(self, base: Fit) -> Problem:
         """The problem for a first look, over a base, at what does not drift.
@@ -84,12 +84,25 @@ class Problem:
         Of a whole drive its first seconds, but where these show little of what the base leaves: what acts later (a play once the
         load comes to pull the other way) does nothing in them, and no look would see it.
         """
-        near, least = self.glance(False), RULES.residuals.whole_glance_shows
-        if not self.by_channel:
-            return near
-        whole, first = (problem.excess(base.values) ** 2 - 1.0 for problem in (self, near))
-        worst = int(np.argmax(whole))
-        return near if first[worst] >= least * whole[worst] else self.glance(True)
+        near = self.glance(False)
+        return near if not self.by_channel or self._shown_by(near, base) else self.glance(True)
+
+    def longer(self, base: Fit) -> Problem | None:
+        """The problem over as many more seconds of a whole drive's log as show what the base leaves in all of it; None where its own do."""
+        if not self.by_channel or (experiment := self.experiment.whole()) is self.experiment:
+            return None
+        every, found = self.on(experiment), self
+        if every.excess(base.values).max() <= RULES.search.sound:
+            return None
+        while found.experiment.seconds < RULES.residuals.whole_longest and not every._shown_by(found, base):
+            found = self.on(self.experiment.over(2.0 * found.experiment.seconds))
+        return None if found is self else found
+
+    def _shown_by(self, part: Problem, base: Fit) -> bool:
+        """Whether a part of the log shows what the base leaves in all of it, in the channel that is farthest off."""
+        every, shown = (problem.excess(base.values) ** 2 - 1.0 for problem in (self, part))
+        worst = int(np.argmax(every))
+        return bool(shown[worst] >= RULES.residuals.whole_shows * every[worst])
 
     def with_noise(self) -> Problem:
         """With the noise of each residual's bins, and what no data sheet says as it fits best from several starts.

@@ -76,6 +76,9 @@ class ForwardSelection:
         self.tell("fit of the nominal drive", 0.0)
         problem = self.problem = self.problem.with_noise()
         first = base = problem.fit(problem.base_free, problem.nominal)
+        if longer := problem.longer(base):
+            problem = self.problem = longer.with_noise()
+            first = base = problem.fit(problem.base_free, problem.nominal)
         causes: list[Candidate] = []
         stages: list[Stage] = []
         kept: list[Stage] = []

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.candidate import Candidate
+from selflock.diagnosis.search.problem import Problem
 from selflock.diagnosis.search.screen import Direction
 from selflock.diagnosis.search.step import Step
 
@@ -115,3 +117,22 @@ def test_a_first_look_sees_what_acts_after_its_first_seconds(rng, monkeypatch, l
     moved = lambda of: np.abs(of.misfit(base.values | {RESISTANCE: 1.1 * R}) - of.misfit(base.values)).sum()
     first, every, near = problem.glance(False), problem.glance(True), problem.near(base)
     assert (moved(first) == 0.0) == late and 0.0 < moved(near) == moved(every if late else first)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [False, True])
+def test_what_acts_after_the_seconds_that_are_fitted_is_fitted_on_more(rng, monkeypatch, late):
+    """A drive that creeps for as long: it was `unknown`, whatever the rest of its log shows."""
+    seconds, heights = RULES.residuals.whole_fits, 6.0 * rng.uniform(0.5, 1.0, 120) * (-1.0) ** np.arange(120)
+    monkeypatch.setattr(small, "LASTS", 1.8 * seconds)
+    monkeypatch.setitem(DRIVE, "motor.voltage_constant", rng.uniform(0.6, 0.9) * K)
+    volts = lambda t: (0.01 if late and t < 1.1 * seconds else 1.0) * float(heights[int(t / 0.47)])
+    every = asked_of(rng, simulated(volts, closed=False), False)().experiment
+    fitted = DriveExperiment(every.rig, every.original, sampled=True)
+    problem = Problem.of(fitted, np.ones(fitted.layout.count, bool)).with_noise()
+    longer = problem.longer(problem.fit(problem.base_free, problem.nominal))
+    assert (longer is not None) == late
+    if longer:
+        excess = longer.excess(longer.nominal).max()
+        assert longer.experiment.seconds == 2.0 * seconds and excess > 2.0 * problem.excess(problem.nominal).max()
+        assert longer.glance(True).experiment.seconds == 2.0 * seconds

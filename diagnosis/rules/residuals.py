@@ -190,12 +190,12 @@ class ResidualRules:
         30.0, "s of log on which hypotheses are fitted, the first part of each run; the last fit has all", "a limit of time"
     )
     whole_longest: float = rule(
-        120.0, "the same where what is off is not in these: twice as many and twice again, at most so many", "a limit of time"
+        120.0, "the same where these are sound and all are not: twice as many and twice again, at most so many", "a limit of time"
     )
     whole_glance: float = rule(10.0, "s of log of the first look, but at what drifts", "a limit of time")
     whole_shows: float = rule(
         0.25,
-        "of the mean square above noise, in the channel farthest off, the least that the first part shows of what all does, to be enough",
+        "of the mean square above noise, in the channel farthest off, the least that these seconds show of what all do, to be enough",
         "half of its size; 13 drives of development had 0.2 to 1.5, and a play that nobody saw 0",
     )
     rows_whole: int = rule(

@@ -88,15 +88,19 @@ class Problem:
         return near if not self.by_channel or self._shown_by(near, base) else self.glance(True)
 
     def longer(self, base: Fit) -> Problem | None:
-        """The problem over as many more seconds of a whole drive's log as show what the base leaves in all of it; None where its own do."""
+        """The problem over as many more seconds of a whole drive's log as show that it is off; None where its own do, or all do not.
+
+        In a part that is sound nothing would be looked for. Where some of what is off is seen, more of it costs more and tells no more.
+        """
+        sound = lambda problem: problem.excess(base.values).max() <= RULES.search.sound
         if not self.by_channel or (experiment := self.experiment.whole()) is self.experiment:
             return None
-        every, found = self.on(experiment), self
-        if every.excess(base.values).max() <= RULES.search.sound:
+        if not sound(self) or sound(self.on(experiment)):
             return None
-        while found.experiment.seconds < RULES.residuals.whole_longest and not every._shown_by(found, base):
+        found = self
+        while found.experiment.seconds < RULES.residuals.whole_longest and sound(found):
             found = self.on(self.experiment.over(2.0 * found.experiment.seconds))
-        return None if found is self else found
+        return found
 
     def _shown_by(self, part: Problem, base: Fit) -> bool:
         """Whether a part of the log shows what the base leaves in all of it, in the channel that is farthest off."""

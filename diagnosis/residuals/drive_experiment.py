@@ -74,7 +74,7 @@ class DriveExperiment(Experiment):
             share = rules.samples_whole / total if total > rules.sampled_from * rules.samples_whole else None
             self.channels = self._channels(takes=[share and self.layout.firsts(i, share) for i in range(len(self.runs))])
         if sampled and rig.simulate == WHOLE:
-            self.channels = self._channels(takes=[self._spread(run, self.seconds) for run in self.runs])
+            self.channels = self._channels(takes=self._first(self.seconds))
         smoothing = {
             prefix: self._smoothing(prefix) for prefix in rig.drives
         }  # of an hour's log by the same stretches everywhere
@@ -135,21 +135,22 @@ class DriveExperiment(Experiment):
     def glance(self, seconds: float) -> Self:
         """The same residuals over the first so many seconds of all runs, a whole drive in the longest steps that show it."""
         setting = replace(self.setting, whole_step=RULES.residuals.whole_look, shaft_step=RULES.residuals.shaft_look)
-        return self.but(
-            setting=setting, channels=self._channels(setting, takes=[self._spread(run, seconds) for run in self.runs])
-        )
+        return self.but(setting=setting, channels=self._channels(setting, takes=self._first(seconds)))
 
     def over(self, seconds: float) -> Self:
         """The same residuals over the first so many seconds of all runs, as hypotheses are fitted."""
-        return self.but(seconds=seconds, channels=self._channels(takes=[self._spread(run, seconds) for run in self.runs]))
+        return self.but(seconds=seconds, channels=self._channels(takes=self._first(seconds)))
 
-    def _spread(self, run: MeasuredRun, seconds: float) -> np.ndarray | None:
-        """Rows of a run's first part, its share of so many seconds of all runs, evenly spread; None for all of them."""
-        whole = sum(r.time[-1] - r.time[0] for r in self.runs)
-        share = min(1.0, seconds / max(whole, 1e-9))
-        last = int(np.searchsorted(run.time, run.time[0] + share * (run.time[-1] - run.time[0]), side="right"))
+    def _first(self, seconds: float) -> list[np.ndarray | None]:
+        """Rows of each run's first part, its share of so many seconds of all runs, evenly spread; None for all of them."""
+        lasts = [run.time[-1] - run.time[0] for run in self.runs]
+        share = min(1.0, seconds / max(sum(lasts), 1e-9))
         every = max(1, int(np.ceil(share * sum(map(len, self.runs)) / RULES.residuals.rows_whole)))
-        return np.arange(0, last, every) if every > 1 or last < len(run) else None
+        found: list[np.ndarray | None] = []
+        for run, long in zip(self.runs, lasts):
+            last = int(np.searchsorted(run.time, run.time[0] + share * long, side="right"))
+            found.append(np.arange(0, last, every) if every > 1 or last < len(run) else None)
+        return found
 
     def excerpt(self) -> Self:
         """The same residuals at the same samples, computed from those of the log alone that lie about them; this one where that is little less.

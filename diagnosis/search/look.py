@@ -27,15 +27,15 @@ class Look:
     does not show everything: an angle that is integrated, a mean over the log, heat. So the best way of each hypothesis is
     held against what it does to the whole log, and where that is something else the hypothesis is looked at there.
 
-    known: of looks over other bases, taken again where nothing has changed that it depends on; it is brought up to date.
+    views: see `sights`. known: of looks over other bases, taken again where nothing has changed that it depends on; it is
+    brought up to date.
     """
 
-    def __init__(self, problem: Problem, base: Fit, linear: Linear, known: Known | None = None):
+    def __init__(self, problem: Problem, base: Fit, views: tuple[Sight, Sight], linear: Linear, known: Known | None = None):
         self.problem, self.linear, self.known = problem, linear, {} if known is None else known
         self.errors = linear.draws(problem.taught(base.misfit * base.weights))
-        near = problem.near(base)
-        self.near, self.all = Sight(near, base, "near"), Sight(problem.glance(True), base, "all")
-        self.asked = not problem.by_channel and near.experiment is not problem.experiment
+        self.near, self.all = views
+        self.asked = not problem.by_channel and self.near.problem.experiment is not problem.experiment
 
     def ways(self, hypothesis: Hypothesis) -> list[Direction]:
         """Ways in which it acts, with what each gains."""
@@ -87,6 +87,11 @@ class Sight:
     def __init__(self, problem: Problem, base: Fit, name: str):
         self.problem, self.fixed, self.name = problem, dict(base.values), name
         self.at = problem.misfit(self.fixed).reshape(problem.shape)
+
+
+def sights(problem: Problem, base: Fit) -> tuple[Sight, Sight]:
+    """A problem as looks have it over a base: of what does not drift, and of what does."""
+    return Sight(problem.near(base), base, "near"), Sight(problem.glance(True), base, "all")
 
 
 class Touched:

@@ -92,15 +92,16 @@ class Problem:
 
         In a part that is sound nothing would be looked for. Where some of what is off is seen, more of it costs more and tells no more.
         """
-        sound = lambda problem: problem.excess(base.values).max() <= RULES.search.sound
-        if not self.by_channel or (experiment := self.experiment.whole()) is self.experiment:
+        at = self.absolute(base.values)
+        sound = lambda experiment: excess(experiment, at, self.train).max() <= RULES.search.sound
+        if not self.by_channel or not sound(self.experiment):
             return None
-        if not sound(self) or sound(self.on(experiment)):
+        if (whole := self.experiment.whole()) is self.experiment or sound(whole):
             return None
-        found = self
-        while found.experiment.seconds < RULES.residuals.whole_longest and sound(found):
-            found = self.on(self.experiment.over(2.0 * found.experiment.seconds))
-        return found
+        found = self.experiment
+        while found.seconds < RULES.residuals.whole_longest and sound(found):
+            found = self.experiment.over(2.0 * found.seconds)
+        return self.on(found)
 
     def _shown_by(self, part: Problem, base: Fit) -> bool:
         """Whether a part of the log shows what the base leaves in all of it, in the channel that is farthest off."""

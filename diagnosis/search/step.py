@@ -36,7 +36,7 @@ from .candidate import (
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
-from .look import Known, Look
+from .look import Known, Look, Sight, sights
 from .problem import Problem, of_drive
 from .screen import Direction
 from .waves import looked_for
@@ -292,7 +292,7 @@ class Step:
 
     def _look(self, linear: Linear) -> list[Direction]:
         """The first look at all ways of acting of all hypotheses."""
-        problem, look = self.problem, Look(self.problem, self.base, linear, self.known)
+        problem, look = self.problem, Look(self.problem, self.base, self._views, linear, self.known)
         hypotheses = self.open
         if problem.by_channel:
             hypotheses, self.lines = looked_for(problem.experiment, problem.absolute(dict(self.base.values)), hypotheses)
@@ -451,8 +451,9 @@ class Step:
         """
         if id(way) in self.tried:
             return self.tried[id(way)]
-        problem, base = self._view[way.hypothesis.drifts]
-        loss = lambda at: problem.loss(problem.misfit({**self.base.values, **at})) / base
+        view = self._views[way.hypothesis.drifts]
+        base = max(view.problem.loss(view.at.ravel()), 1e-300)
+        loss = lambda at: view.problem.loss(view.problem.misfit({**view.fixed, **at})) / base
         start, little = way.start(), way.little()
         left = loss(start)
         more = lambda p: abs(start[p.name] - p.nominal) > abs(little[p.name] - p.nominal)
@@ -463,13 +464,8 @@ class Step:
         return start, left
 
     @cached_property
-    def _view(self) -> dict[bool, tuple[Problem, float]]:
-        """Of what drifts, and of what does not: the problem as looks have it, and the base's loss there."""
-        found = {}
-        for drifts in (False, True):
-            problem = self.problem.glance(True) if drifts else self.problem.near(self.base)
-            found[drifts] = problem, max(problem.loss(problem.misfit(dict(self.base.values))), 1e-300)
-        return found
+    def _views(self) -> tuple[Sight, Sight]:
+        return sights(self.problem, self.base)
 
     def _candidate(self, hypothesis: Hypothesis, extra: tuple[Free, ...], fitted: Fit, linear: float) -> Candidate:
         problem, unseen = self.problem, self.problem.held_out(fitted)

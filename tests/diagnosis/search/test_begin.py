@@ -104,15 +104,20 @@ def test_what_is_far_behind_one_fitted_to_its_end_is_fitted_no_further(step, rng
     assert asked(others[1])[behind] is not first[behind]
 
 
+def in_open_loop(rng, monkeypatch, seconds, early):
+    """Asks of a drive whose voltage constant is off, under steps of a voltage, until just after so many seconds as small as `early`."""
+    heights = 6.0 * rng.uniform(0.5, 1.0, 120) * (-1.0) ** np.arange(120)
+    monkeypatch.setattr(small, "LASTS", 1.8 * seconds)
+    monkeypatch.setitem(DRIVE, "motor.voltage_constant", rng.uniform(0.6, 0.9) * K)
+    volts = lambda t: (early if t < 1.1 * seconds else 1.0) * float(heights[int(t / 0.47)])
+    return asked_of(rng, simulated(volts, closed=False), False)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("late", [False, True])
 def test_a_first_look_sees_what_acts_after_its_first_seconds(rng, monkeypatch, late):
     """Where a drive stands still in these all of its error is in the others: the look is at them, too."""
-    seconds, heights = RULES.residuals.whole_glance, 6.0 * rng.uniform(0.5, 1.0, 40) * (-1.0) ** np.arange(40)
-    monkeypatch.setattr(small, "LASTS", 1.6 * seconds)
-    monkeypatch.setitem(DRIVE, "motor.voltage_constant", rng.uniform(0.6, 0.9) * K)
-    volts = lambda t: 0.0 if late and t < 1.05 * seconds else float(heights[int(t / 0.47)])
-    problem = asked_of(rng, simulated(volts, closed=False), False)().with_noise()
+    problem = in_open_loop(rng, monkeypatch, RULES.residuals.whole_glance, 0.0 if late else 1.0)().with_noise()
     base = problem.fit(problem.base_free, problem.nominal)
     moved = lambda of: np.abs(of.misfit(base.values | {RESISTANCE: 1.1 * R}) - of.misfit(base.values)).sum()
     first, every, near = problem.glance(False), problem.glance(True), problem.near(base)
@@ -123,11 +128,8 @@ def test_a_first_look_sees_what_acts_after_its_first_seconds(rng, monkeypatch, l
 @pytest.mark.parametrize("late", [False, True])
 def test_what_acts_after_the_seconds_that_are_fitted_is_fitted_on_more(rng, monkeypatch, late):
     """A drive that creeps for as long: it was `unknown`, whatever the rest of its log shows."""
-    seconds, heights = RULES.residuals.whole_fits, 6.0 * rng.uniform(0.5, 1.0, 120) * (-1.0) ** np.arange(120)
-    monkeypatch.setattr(small, "LASTS", 1.8 * seconds)
-    monkeypatch.setitem(DRIVE, "motor.voltage_constant", rng.uniform(0.6, 0.9) * K)
-    volts = lambda t: (0.01 if late and t < 1.1 * seconds else 1.0) * float(heights[int(t / 0.47)])
-    every = asked_of(rng, simulated(volts, closed=False), False)().experiment
+    seconds = RULES.residuals.whole_fits
+    every = in_open_loop(rng, monkeypatch, seconds, 0.01 if late else 1.0)().experiment
     fitted = DriveExperiment(every.rig, every.original, sampled=True)
     problem = Problem.of(fitted, np.ones(fitted.layout.count, bool)).with_noise()
     longer = problem.longer(problem.fit(problem.base_free, problem.nominal))

@@ -7,7 +7,7 @@ import pytest
 
 from selflock.diagnosis.search import look as looks
 from selflock.diagnosis.search.linear import Linear
-from selflock.diagnosis.search.look import Look
+from selflock.diagnosis.search.look import Look, sights
 from selflock.diagnosis.search.problem import Problem
 
 from ..residuals.test_experiment import inverse
@@ -24,7 +24,7 @@ def sampled(tmp_path, rng):
 
 def looked(problem, base, hypothesis, known=None):
     linear = Linear(base.open.reshape(*problem.shape, -1), problem.taught(base.weights), problem.fold_of_block)
-    return Look(problem, base, linear, known).ways(hypothesis)
+    return Look(problem, base, sights(problem, base), linear, known).ways(hypothesis)
 
 
 def of(problem, name):

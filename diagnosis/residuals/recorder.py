@@ -103,13 +103,15 @@ def written_step(name: str, ch: Channels) -> float:
     """The step between the numbers in which somebody wrote a channel, as a controller its command; 0 of one that was measured.
 
     Also 0 of numbers that lie in no step: between those of a law that is computed to its last digit there is a least distance, too.
+    A command that changes in most rows has the noise of its own steps, and no more.
     """
     known, full = ch.run.memory.setdefault("written step", {}), ch.prefix + name
     if full not in known:
         runs = [replace(ch, run=run, take=None) for run in ch.beside or (ch.run,)]
         values = np.concatenate([one.raw(name)[one.good(name)] for one in runs])
-        step = resolution(values) if measured(name, ch) <= RULES.residuals.exact else 0.0
-        known[full] = step if step > 0.0 and _all_in(values, step) else 0.0
+        step = resolution(values)
+        rounds = noise_of(ch.raw(name)) <= RULES.residuals.of_own_steps * step or measured(name, ch) <= RULES.residuals.exact
+        known[full] = step if step > 0.0 and rounds and _all_in(values, step) else 0.0
     return known[full]
 
 

@@ -254,6 +254,11 @@ class ResidualRules:
         "mean distance from a step's whole numbers, in steps, up to which values lie in it",
         "theory: 1/4 where they lie anywhere",
     )
+    of_own_steps: float = rule(
+        0.75,
+        "noise of a voltage, in its steps, up to which it is that of rounding to them; beyond, it was measured",
+        "theory: rounding a ramp of any slope leaves 0.71 at most, as fourth differences tell noise",
+    )
     step_parts: float = rule(4.0, "parts of a channel's own step in which a coarser one is looked for", CLOSED)
     step_places: float = rule(2e5, "places between its least and largest value, at most", "a limit of memory")
     step_padding: int = rule(4, "times the places over which the spectrum of its values is taken", CLOSED)

@@ -10,6 +10,7 @@ import pytest
 from selflock.diagnosis.data.faults import check
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import LogColumn, Rig
+from selflock.diagnosis.data.values import noise_of
 from selflock.diagnosis.pipeline.in_step import whole_where_described
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.recorder import written_step
@@ -34,11 +35,14 @@ RIG = DRIVE | {
 }
 
 
-def logged(rng, gives, gain=1.0, battery=False):
-    """A rig and a log of set-points that jump and a load that follows; `gives` makes a command of what the law says, of `gain` times GAIN."""
+def logged(rng, gives, gain=1.0, battery=False, lag=None):
+    """A rig and a log of set-points that jump and a load that follows; `gives` makes a command of what the law says, of `gain` times GAIN.
+
+    lag: s, of the load.
+    """
     time = ROW * np.arange(N)
-    wanted = np.repeat(rng.uniform(-1.0, 1.0, N // 100), 100)
-    lag = rng.uniform(0.05, 0.2)  # s
+    wanted = np.repeat(rng.uniform(0.3, 1.0, N // 100) * (-1.0) ** np.arange(N // 100), 100)
+    lag = lag or rng.uniform(0.05, 0.2)
     follows, angle = np.exp(-ROW / lag), np.zeros(N)
     for i in range(1, N):
         angle[i] = wanted[i - 1] + (angle[i - 1] - wanted[i - 1]) * follows
@@ -130,6 +134,21 @@ def test_sensors_of_several_channels_that_lag_are_a_command_that_acts_late(chann
     scale = Free("scale", 1.0, 0.0, 2.0)
     beside = Candidate(Hypothesis("sensor", "scale", (scale,), "c"), (scale,), None, np.zeros((1, 1)))
     assert Selection(None, [], [*causes, beside], [], None, None, None).late_at_once == late
+
+
+def test_a_command_that_changes_in_most_rows_was_written_in_steps_and_a_measured_voltage_was_not(rng):
+    """Rounding is noise anew in each row, and all there is; a converter's counts lie in steps, too, but in the noise that it reads."""
+    slow = rng.uniform(0.5, 1.0)
+    for noise, step in ((0.0, STEP), (rng.uniform(1.0, 3.0) * STEP, 0.0)):
+        read = lambda u: STEP * np.round((u + noise * rng.standard_normal(len(u))) / STEP)
+        rig, run = logged(rng, read, lag=slow)
+        assert np.mean(np.diff(run.signals["motor.voltage"]) == 0.0) < 0.5
+        assert written_step("motor.voltage", DriveExperiment(rig, [run]).channels[0, ""]) == pytest.approx(step)
+
+
+def test_rounding_a_ramp_leaves_no_more_noise_than_is_taken_for_its_own(rng):
+    ramps = (rng.uniform(0.0, 3.0) * np.arange(N) + rng.uniform() for _ in range(100))
+    assert max(noise_of(to(ramp)) for ramp in ramps for to in ROUNDED.values()) < RULES.residuals.of_own_steps
 
 
 def test_numbers_of_a_law_that_lie_in_no_step_were_written_in_none(rng):

@@ -35,13 +35,14 @@ RIG = DRIVE | {
 }
 
 
-def logged(rng, gives, gain=1.0, battery=False, lag=None):
+def logged(rng, gives, gain=1.0, battery=False, lag=None, least=0.0):
     """A rig and a log of set-points that jump and a load that follows; `gives` makes a command of what the law says, of `gain` times GAIN.
 
-    lag: s, of the load.
+    lag: s, of the load. least: rad, of jumps to and fro; else they are as drawn.
     """
     time = ROW * np.arange(N)
-    wanted = np.repeat(rng.uniform(0.3, 1.0, N // 100) * (-1.0) ** np.arange(N // 100), 100)
+    jumps = rng.uniform(least, 1.0, N // 100) * (-1.0) ** np.arange(N // 100) if least else rng.uniform(-1.0, 1.0, N // 100)
+    wanted = np.repeat(jumps, 100)
     lag = lag or rng.uniform(0.05, 0.2)
     follows, angle = np.exp(-ROW / lag), np.zeros(N)
     for i in range(1, N):
@@ -82,7 +83,7 @@ ROUNDED = {"to the nearest": np.round, "down": np.floor, "to zero": np.trunc}
 @pytest.mark.parametrize("to", ROUNDED.values(), ids=ROUNDED)
 def test_a_command_in_steps_is_its_law_whichever_way_it_is_rounded_and_a_wrong_gain_is_not(rng, to):
     """Within a step the law is right, to less than the steps' noise in samples and in bins; a gain that is off by a fifth is seen beyond."""
-    sound, wrong = (asked_of(*logged(rng, in_steps(to), gain)) for gain in (1.0, 1.2))
+    sound, wrong = (asked_of(*logged(rng, in_steps(to), gain, least=0.3)) for gain in (1.0, 1.2))
     (place,) = [i for i, one in enumerate(sound.experiment.residuals) if one.kind == "controller"]
     part = sound.experiment.slice(sound.experiment.residuals[place])
     of = lambda problem: problem.misfit(problem.nominal).reshape(problem.shape)[:, part][problem.present[:, part]]
@@ -141,7 +142,7 @@ def test_a_command_that_changes_in_most_rows_was_written_in_steps_and_a_measured
     slow = rng.uniform(0.5, 1.0)
     for noise, step in ((0.0, STEP), (rng.uniform(1.0, 3.0) * STEP, 0.0)):
         read = lambda u: STEP * np.round((u + noise * rng.standard_normal(len(u))) / STEP)
-        rig, run = logged(rng, read, lag=slow)
+        rig, run = logged(rng, read, lag=slow, least=0.3)
         assert np.mean(np.diff(run.signals["motor.voltage"]) == 0.0) < 0.5
         assert written_step("motor.voltage", DriveExperiment(rig, [run]).channels[0, ""]) == pytest.approx(step)
 

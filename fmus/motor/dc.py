@@ -64,6 +64,7 @@ class Condition(NamedTuple):
 active = join(EFFECTS, HOOKS, "active")
 added_resistance = join(EFFECTS, HOOKS, "resistance")
 weakening = join(EFFECTS, HOOKS, "weakening")
+unfelt = join(EFFECTS, HOOKS, "unfelt")
 voltage_drop = join(EFFECTS, HOOKS, "drop")
 knee = join(EFFECTS, HOOKS, "knee")
 lost_voltage = join(EFFECTS, HOOKS, "lost")
@@ -194,7 +195,7 @@ def advance(p, s, voltage, speed, dt):
     if s.effects > 0.0:
         x = Condition(voltage, speed, s.current, angle, heat)
         resistance += added_resistance(p, x)
-        strength = 1.0 / (1.0 + weakening(p, x))
+        strength = 1.0 / (1.0 + weakening(p, x) - unfelt(p, x))
         drop = voltage_drop(p, x)
         lost = lost_voltage(p, x)
     current = s.current

@@ -185,6 +185,16 @@ def test_torque_constant_falls_with_current_and_heat():
     assert warm.torque == pytest.approx(0.3 / 1.06, rel=1e-6)
 
 
+def test_a_weakening_takes_of_the_voltage_constant_what_share_it_is_said_to(rng):
+    """At an even speed U = R I + K_e omega: K_e = K_e0 / (1 + c w), and K_m = K_0 / (1 + w) whatever c is."""
+    share, speed, a = rng.uniform(0.0, 1.0), rng.uniform(20.0, 100.0), rng.uniform(0.005, 0.05)
+    p = dc.Parameters(inductance=0.0, weakening_per_current=a, weakening_of_voltage=share)
+    _, out = stepped(p, 6.0, speed, 1.0, 100)
+    w = a * abs(out.current)
+    assert out.torque == pytest.approx(p.torque_constant * out.current / (1.0 + w))
+    assert 6.0 == pytest.approx(p.resistance * out.current + p.voltage_constant * speed / (1.0 + share * w))
+
+
 def test_supply_sag_shows_at_high_duty_only():
     p = dc.Parameters(supply_resistance=0.4, supply_voltage=24.0)
     assert stepped(p, 24.0, 0.0, 1.0, 1)[1].current == pytest.approx(24.0 / 1.0)

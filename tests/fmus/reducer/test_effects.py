@@ -241,6 +241,18 @@ def test_flank_left_slower_than_rounding_can_tell():
     assert state.speed == -0.002 and out.output_torque == 0.0
 
 
+def test_a_load_that_leaves_the_flank_of_a_resting_gear_slowly(rng):
+    """In all of a step it may go on by less than the wind-up's last bits are from where the torque is none: there was no number."""
+    for _ in range(100):
+        p = P(backlash=10 ** rng.uniform(-3, -1), friction_kinetic=0.03, preload=0.1, shaft_damping=rng.choice([0.0, 2.0]))
+        wound, rate = 10 ** rng.uniform(-12, -6), 10 ** rng.uniform(-9, -3)
+        state = shaft.start(p, 0.0, 0.0, -0.5 * p.backlash - wound, 0.0)
+        after, out = shaft.advance(p, state, 0.0, -0.5 * p.backlash - wound, rate, 1e-3)
+        parted = wound <= rate * (1e-3 + p.shaft_damping / p.shaft_stiffness)
+        assert after.angle == after.speed == 0.0 and out.stuck == 1.0
+        assert (out.output_torque > 0.0) != parted or math.isclose(wound, rate * 1e-3, rel_tol=1e-6)
+
+
 def test_output_that_crosses_the_play_meets_the_resting_gear():
     p = P(backlash=0.01, friction_kinetic=0.03)
     state = shaft.relaxed(p, 0.0, 0.0, 0.0, 0.0)

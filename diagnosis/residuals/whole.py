@@ -244,7 +244,7 @@ def _stepped(values: dict, period: float, ch: Channels, by_rows: bool) -> np.nda
 def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     """Angle and speed of both shafts as a run begins: as measured, the shaft wound up by what the load takes at rest, N.m.
 
-    Or behind a gap, which ended with this row.
+    Or behind a gap, which ended with this row. Where the motor's shaft alone is measured it is the load that is elsewhere by that.
     """
     pr, pl = drive.law("reducer", values, ch), drive.law("load", values, ch)
     stiffness, damping, _ = carried_in(values, ch)
@@ -255,7 +255,9 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     torque, wound = np.empty(1), np.empty(1)
     ch.setting.kernels.load_torque(pl, np.array([angle]), np.array([speed]), np.zeros(1), torque)
     ch.setting.kernels.windup(pr, np.array([angle * pr.gear_ratio]), torque, wound)
-    return np.array([(angle + wound[0]) * pr.gear_ratio, speed * pr.gear_ratio, angle, speed]), float(torque[0])
+    motor = angle if not ch.has("load.angle") and ch.has("reducer.input_angle") else angle + wound[0]
+    turned = np.array([motor * pr.gear_ratio, speed * pr.gear_ratio, motor - wound[0], speed])
+    return turned, float(torque[0])
 
 
 def begins(values: dict, ch: Channels, here: Grid) -> tuple[np.ndarray, np.ndarray]:

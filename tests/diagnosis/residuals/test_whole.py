@@ -24,6 +24,7 @@ from selflock.diagnosis.search.problem import Problem
 from ..plant import recordings
 from ..plant.recorder import Speed, draw
 from ..plant.rig import COLUMNS
+from .test_row_by_row import DRIVE
 
 
 @pytest.fixture
@@ -254,6 +255,34 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     simulated = whole.simulate({}, ch)
     assert simulated["angle"][behind] == starts[1, 2] and simulated["input_angle"][behind] == starts[1, 0]
     assert abs(np.diff(simulated["angle"])[behind:]).max() < 0.01 * travel  # and goes on from there
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_drive_whose_motor_alone_is_measured_begins_with_its_motor_where_it_was(rng, side):
+    """And its load half a play from there, on the side to which it pulls: it was the motor that stood elsewhere."""
+    ratio, play, at = 50.0, rng.uniform(0.01, 0.05), rng.uniform(-20.0, 20.0)
+    columns = tuple(LogColumn(n, n) for n in ("controller.angle_setpoint", "motor.voltage", "reducer.input_angle"))
+    given = DRIVE | {
+        "reducer.gear_ratio": ratio,
+        "load.constant_torque": side,
+        "controller.angle_gain": 1.0,
+        "reducer.backlash": play,
+    }
+    rig = Rig(
+        Path("rig.toml"), "bot", "forward", columns, given, time=LogColumn("time", "time"), loop="motor", simulate=whole.WHOLE
+    )
+    run = MeasuredRun(
+        "log.csv",
+        "",
+        np.arange(100),
+        0.01 * np.arange(100),
+        {c.column: np.full(100, at / ratio if "set" in c.column else at) for c in columns},
+    )
+    check([run], rig)
+    (ch,) = DriveExperiment(rig, [run]).channels.values()
+    motor, _, load, _ = whole.begin({}, ch)[0]
+    stretched = 1.0 / whole.carried_in({}, ch)[0]
+    assert motor == pytest.approx(at) and load == pytest.approx(at / ratio - side * (0.5 * play + stretched))
 
 
 @pytest.mark.slow

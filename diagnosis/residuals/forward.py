@@ -82,12 +82,16 @@ def stable(
     """The same for the simulation of second order: as given, or what most parts carry.
 
     fastest: rad/s, beyond which nobody sees how fast the shaft swings. shaft_step: rad of that swing in a part, at most.
+    A softer shaft swings damped by the same share c / (2 sqrt(k m)), which alone says with how much of their speed flanks part
+    that have met (exp(-pi d / sqrt(1 - d^2)): Nordin and Gutman 2002), however stiff they are.
     """
     rules, together = RULES.residuals, swinging(reducer, load)
     swings = max(np.sqrt(reducer.shaft_stiffness / together), reducer.shaft_damping / together)
     parts = int(np.clip(np.ceil(step * min(swings, fastest) / shaft_step - 1e-9), 1, rules.shaft_parts))
     most = min(shaft_step * parts / step, fastest)
-    return min(reducer.shaft_stiffness, together * most**2), min(reducer.shaft_damping, together * most), parts
+    stiffness = min(reducer.shaft_stiffness, together * most**2)
+    softer = np.sqrt(stiffness / reducer.shaft_stiffness) if reducer.shaft_stiffness > 0.0 else 1.0
+    return stiffness, min(reducer.shaft_damping * softer, together * most), parts
 
 
 def swinging(reducer, load) -> float:

@@ -99,6 +99,21 @@ def test_what_is_not_shown_is_softened_alike_in_steps_of_any_length(rng):
     assert stable(reducer, load, 5e-4) == stable(reducer, load, 5e-4, np.inf)
 
 
+def test_a_softened_shaft_is_damped_as_much(rng):
+    """So that a load leaves a flank as fast as it does that of a stiffer one: damped by as much as before in N.m.s it hardly rebounded."""
+    damped = float(rng.uniform(0.02, 0.5))
+    given = [law(name).Parameters(**{p.name: p.off for p in law(name).BASE}) for name in ("reducer", "load")]
+    stiff = TOGETHER * 5e3**2
+    reducer = given[0]._replace(
+        gear_ratio=RATIO, shaft_inertia=ROTOR, shaft_stiffness=stiff, shaft_damping=2.0 * damped * np.sqrt(stiff * TOGETHER)
+    )
+    load = given[1]._replace(inertia=INERTIA)
+    stiffness, damping, _ = stable(reducer, load, 5e-4, float(rng.uniform(200.0, 900.0)))
+    together = swinging(reducer, load)
+    assert stiffness < 0.1 * stiff and together == pytest.approx(TOGETHER)
+    assert damping / (2.0 * np.sqrt(stiffness * together)) == pytest.approx(damped)
+
+
 @pytest.mark.slow
 def test_a_shaft_of_which_a_rig_says_nothing_is_the_one_that_leaves_only_noise(rng):
     """As stiff as it is; one that the rig says is left as it says."""

@@ -285,6 +285,30 @@ def test_a_drive_whose_motor_alone_is_measured_begins_with_its_motor_where_it_wa
     assert motor == pytest.approx(at) and load == pytest.approx(at / ratio - side * (0.5 * play + stretched))
 
 
+def test_an_arm_that_hangs_within_its_play_begins_where_it_hangs(rng):
+    """Where neither flank holds it: of whichever was said to touch it fell off at once, and swung."""
+    ratio, play = 50.0, rng.uniform(0.02, 0.1)
+    columns = tuple(LogColumn(n, n) for n in ("controller.angle_setpoint", "motor.voltage", "reducer.input_angle"))
+    hangs = float(rng.uniform(-0.4, 0.4)) * play
+    given = {"reducer.gear_ratio": ratio, "controller.angle_gain": 1.0, "reducer.backlash": play}
+    given |= {"load.mass": 1.0, "load.arm": 0.2, "load.arm_angle": -0.5 * np.pi - hangs}
+    rig = Rig(
+        Path("rig.toml"),
+        "bot",
+        "forward",
+        columns,
+        DRIVE | given,
+        time=LogColumn("time", "t"),
+        loop="motor",
+        simulate=whole.WHOLE,
+    )
+    run = MeasuredRun("log.csv", "", np.arange(100), 0.01 * np.arange(100), {c.column: np.zeros(100) for c in columns})
+    check([run], rig)
+    (ch,) = DriveExperiment(rig, [run]).channels.values()
+    motor, _, load, _ = whole.begin({}, ch)[0]
+    assert motor == 0.0 and load == pytest.approx(hangs, abs=1e-3 * play)
+
+
 @pytest.mark.slow
 def test_a_gap_through_which_the_set_point_went_on_is_simulated_through(tmp_path):
     """Some lost rows, and a rest: the drive goes on, and its next rows are compared. Where the set-point turned it begins anew."""

@@ -183,11 +183,15 @@ class Judge:
     def _far_off(self, found: Judgement) -> bool:
         """Whether something is missing beside the causes of a whole drive in what judges, whether or not anything is seen to go with it.
 
-        As where there are none: else what closes little of an error would be all of its cause where that goes with nothing.
+        As where there are none: else what closes little of an error would be all of its cause where that goes with nothing. Of what
+        closes little no more is left, in the comparison that it mends most, than a law of the right name leaves.
         """
-        after, without = found.mending.after, found.mending.before
-        told = self.experiment.by_channel and bool(found.outcome.causes)
-        return told and bool(excess(self.experiment, after, self.judged, without).max() > RULES.judge.excess)
+        if not (self.experiment.by_channel and found.outcome.causes):
+            return False
+        after, without, gain = found.mending.after, found.mending.before, found.gain
+        if gain.closed < RULES.judge.enough and gain.after > RULES.search.natural * gain.noise_floor:
+            return True
+        return bool(excess(self.experiment, after, self.judged, without).max() > RULES.judge.excess)
 
     def _most_off(self, outcome: Selection) -> Residual:
         """The residual that is off most; the gear's where none is."""

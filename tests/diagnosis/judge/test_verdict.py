@@ -100,17 +100,19 @@ def test_what_averages_alone_show_is_no_cause(effect, samples_in_a_bin, shows, r
     assert Step._shows(SimpleNamespace(problem=problem, base=base), SimpleNamespace(fitted=fit)) == shows
 
 
-@pytest.mark.parametrize("off, closed, believed", [
-    ((1.0, 2.4), 0.2, False),
-    ((1.0, 2.4), 0.9, True),  # nature's formula is not the cause's
-    ((1.0, 1.2), 0.2, True),  # as good as noise is left
+@pytest.mark.parametrize("off, closed, left, believed", [
+    ((1.0, 2.4), 0.2, 1.2, False),
+    ((1.0, 2.4), 0.9, 1.2, True),  # nature's formula is not the cause's
+    ((1.0, 1.2), 0.2, 1.2, True),  # as good as noise is left
+    ((1.0, 1.2), 0.2, 1.4, False),  # in each channel, but not in that which it mends most
+    ((1.0, 1.2), 0.9, 1.4, True),
 ])  # fmt: skip
 @pytest.mark.parametrize("causes", [1, 0])
-def test_what_closes_little_is_not_all_where_the_rest_goes_with_nothing(monkeypatch, off, closed, believed, causes):
+def test_what_closes_little_is_not_all_where_the_rest_goes_with_nothing(monkeypatch, off, closed, left, believed, causes):
     """Of a whole drive: a dent was a preload. Where no cause is named there is none to doubt."""
     judge = Judge(SimpleNamespace(by_channel=True, residuals=[]), None, None, [], None)
     monkeypatch.setattr(verdict, "excess", lambda *_: np.array(off))
-    gain = SimpleNamespace(closed=closed)
+    gain = SimpleNamespace(closed=closed, after=0.1 * left, noise_floor=0.1)
     outcome = Selection(None, [], [SimpleNamespace(drop=0.5)] * causes, [], None, None, None)
     found = Judgement(outcome, SimpleNamespace(before={}, after={}), gain, [])
     doubted = judge._far_off(found) and bool(judge._doubted(found, [], False))

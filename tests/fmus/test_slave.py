@@ -88,6 +88,7 @@ def refused(it, call, words):
     ("name", "values", "words"),
     [
         ("Motor", {"resistance": -1.0}, "resistance = -1 Ohm is outside its range"),
+        ("Motor", {"weakening_of_voltage": 1.5}, "weakening_of_voltage = 1.5 must be at most 1"),
         ("Motor", {"inductance": math.nan}, "inductance = nan is not a finite number"),
         ("Motor", {"torque_constant": math.inf}, "not a finite number"),
         ("Motor", {"voltage": math.nan}, "voltage = nan is not a finite number"),

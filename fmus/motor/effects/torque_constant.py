@@ -22,6 +22,11 @@ def unfelt(p, x):
     return (1.0 - p.weakening_of_voltage) * weakening(p, x)
 
 
+def check(p):
+    """A share is no more than all."""
+    return f"weakening_of_voltage = {p.weakening_of_voltage:.9g} must be at most 1" if p.weakening_of_voltage > 1.0 else ""
+
+
 EFFECT = Effect(
     component="motor",
     name="torque_constant",
@@ -47,4 +52,5 @@ EFFECT = Effect(
     frees=("thermal_time",),
     advice="standstill against a force gauge at several currents",
     shown_over="current",
+    check=check,
 )

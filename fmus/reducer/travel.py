@@ -171,9 +171,8 @@ def _rest(law, ratio, windup, rate, push, left):
             look = ((law.half_play if rate > 0.0 else -law.half_play) - windup) / rate
         if not 0.0 <= look:
             look = left
-        look = (
-            look * (1.0 + 1e-12) + 1e-15 + 4.0 * ULP * abs(windup) / abs(rate)
-        )  # a wind-up moves by its last bits, or not at all
+        bits = 4.0 * ULP * abs(windup) / abs(rate)  # in less the wind-up does not move
+        look = look * (1.0 + 1e-12) + 1e-15 + bits
     rest = min(look, left, forward, backward)
     if rest == forward:
         return rest, 1.0

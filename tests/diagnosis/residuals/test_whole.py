@@ -257,29 +257,24 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     assert abs(np.diff(simulated["angle"])[behind:]).max() < 0.01 * travel  # and goes on from there
 
 
+def of_motor_alone(ratio, given, at):
+    """A drive at rest where it is asked to be, of which the motor's shaft alone is measured: at `at`, rad."""
+    columns = tuple(LogColumn(n, n) for n in ("controller.angle_setpoint", "motor.voltage", "reducer.input_angle"))
+    given = DRIVE | {"reducer.gear_ratio": ratio, "controller.angle_gain": 1.0} | given
+    time = LogColumn("time", "time")
+    rig = Rig(Path("rig.toml"), "bot", "forward", columns, given, time=time, loop="motor", simulate=whole.WHOLE)
+    rows = [np.full(100, x) for x in (at / ratio, 0.0, at)]
+    run = MeasuredRun("log.csv", "", np.arange(100), 0.01 * np.arange(100), {c.column: x for c, x in zip(columns, rows)})
+    check([run], rig)
+    (ch,) = DriveExperiment(rig, [run]).channels.values()
+    return ch
+
+
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_drive_whose_motor_alone_is_measured_begins_with_its_motor_where_it_was(rng, side):
     """And its load half a play from there, on the side to which it pulls: it was the motor that stood elsewhere."""
     ratio, play, at = 50.0, rng.uniform(0.01, 0.05), rng.uniform(-20.0, 20.0)
-    columns = tuple(LogColumn(n, n) for n in ("controller.angle_setpoint", "motor.voltage", "reducer.input_angle"))
-    given = DRIVE | {
-        "reducer.gear_ratio": ratio,
-        "load.constant_torque": side,
-        "controller.angle_gain": 1.0,
-        "reducer.backlash": play,
-    }
-    rig = Rig(
-        Path("rig.toml"), "bot", "forward", columns, given, time=LogColumn("time", "time"), loop="motor", simulate=whole.WHOLE
-    )
-    run = MeasuredRun(
-        "log.csv",
-        "",
-        np.arange(100),
-        0.01 * np.arange(100),
-        {c.column: np.full(100, at / ratio if "set" in c.column else at) for c in columns},
-    )
-    check([run], rig)
-    (ch,) = DriveExperiment(rig, [run]).channels.values()
+    ch = of_motor_alone(ratio, {"load.constant_torque": side, "reducer.backlash": play}, at)
     motor, _, load, _ = whole.begin({}, ch)[0]
     stretched = 1.0 / whole.carried_in({}, ch)[0]
     assert motor == pytest.approx(at) and load == pytest.approx(at / ratio - side * (0.5 * play + stretched))
@@ -287,25 +282,10 @@ def test_a_drive_whose_motor_alone_is_measured_begins_with_its_motor_where_it_wa
 
 def test_an_arm_that_hangs_within_its_play_begins_where_it_hangs(rng):
     """Where neither flank holds it: of whichever was said to touch it fell off at once, and swung."""
-    ratio, play = 50.0, rng.uniform(0.02, 0.1)
-    columns = tuple(LogColumn(n, n) for n in ("controller.angle_setpoint", "motor.voltage", "reducer.input_angle"))
+    play = rng.uniform(0.02, 0.1)
     hangs = float(rng.uniform(-0.4, 0.4)) * play
-    given = {"reducer.gear_ratio": ratio, "controller.angle_gain": 1.0, "reducer.backlash": play}
-    given |= {"load.mass": 1.0, "load.arm": 0.2, "load.arm_angle": -0.5 * np.pi - hangs}
-    rig = Rig(
-        Path("rig.toml"),
-        "bot",
-        "forward",
-        columns,
-        DRIVE | given,
-        time=LogColumn("time", "t"),
-        loop="motor",
-        simulate=whole.WHOLE,
-    )
-    run = MeasuredRun("log.csv", "", np.arange(100), 0.01 * np.arange(100), {c.column: np.zeros(100) for c in columns})
-    check([run], rig)
-    (ch,) = DriveExperiment(rig, [run]).channels.values()
-    motor, _, load, _ = whole.begin({}, ch)[0]
+    arm = {"load.mass": 1.0, "load.arm": 0.2, "load.arm_angle": -0.5 * np.pi - hangs}
+    motor, _, load, _ = whole.begin({}, of_motor_alone(50.0, {"reducer.backlash": play} | arm, 0.0))[0]
     assert motor == 0.0 and load == pytest.approx(hangs, abs=1e-3 * play)
 
 

@@ -82,11 +82,12 @@ class Look:
 
 
 class Sight:
-    """A problem as looks have it, of an excerpt or of all of a log, around a base."""
+    """A problem as looks have it, of an excerpt or of all of a log, around a base, which leaves `loss` of it."""
 
     def __init__(self, problem: Problem, base: Fit, name: str):
         self.problem, self.fixed, self.name = problem, dict(base.values), name
         self.at = problem.misfit(self.fixed).reshape(problem.shape)
+        self.loss = max(problem.loss(self.at.ravel()), 1e-300)
 
 
 def sights(problem: Problem, base: Fit) -> tuple[Sight, Sight]:

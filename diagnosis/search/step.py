@@ -452,8 +452,7 @@ class Step:
         if id(way) in self.tried:
             return self.tried[id(way)]
         view = self._views[way.hypothesis.drifts]
-        base = max(view.problem.loss(view.at.ravel()), 1e-300)
-        loss = lambda at: view.problem.loss(view.problem.misfit({**view.fixed, **at})) / base
+        loss = lambda at: view.problem.loss(view.problem.misfit({**view.fixed, **at})) / view.loss
         start, little = way.start(), way.little()
         left = loss(start)
         more = lambda p: abs(start[p.name] - p.nominal) > abs(little[p.name] - p.nominal)

@@ -19,7 +19,7 @@ def weakening(p, x):
 
 def unfelt(p, x):
     """Of w what the voltage constant has not: K_e = K_e0 / (1 + c w)."""
-    return (1.0 - p.weakening_of_voltage) * weakening(p, x)
+    return (1.0 - p.weakening_of_voltage) * weakening(p, x) if p.weakening_of_voltage != 1.0 else 0.0
 
 
 def check(p):

@@ -109,6 +109,7 @@ class Effect(NamedTuple):
     needs: tuple[str, ...] = ()  # "time", "angle": without these, in steady-state points, nothing is seen of it
     drifts: bool = False  # it changes in time: where nothing was seen to, a constant does as much
     says: tuple[str, ...] = ()  # base parameters whose error this effect is: no causes beside it
+    takes: tuple[str, ...] = ()  # base parameters that are others where it acts: one that is off beside it is a number of it
     check: Callable[[Any], str] = nothing  # what is wrong with its parameters, as a sentence; "" when they are fit
 
 

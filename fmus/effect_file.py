@@ -139,8 +139,8 @@ def gaps(effect: Any, base: tuple[Parameter, ...], hooks: Any) -> list[str]:
         "active" not in hooks or "active" in effect.hooks,
         f"no hook active: the {effect.component} asks no other hook of an effect that does not say when it is on",
     )
-    for name in (*effect.frees, *effect.says):
-        demand(name in names, f"frees or says {name!r}, which is no parameter of the {effect.component}'s law")
+    for name in (*effect.frees, *effect.says, *effect.takes):
+        demand(name in names, f"frees, says or takes {name!r}, which is no parameter of the {effect.component}'s law")
     for p in effect.parameters:
         found += _parameter_gaps(p)
     for p in effect.parameters:  # what belongs to a wave falls with it

@@ -70,6 +70,7 @@ class Hypothesis:
     advice: str = ""  # the run that would tell it from others
     shown_over: str = "speed"  # the variable over which it is seen best
     drifts: bool = False  # it changes in time
+    takes: tuple[str, ...] = ()  # nominal values that are others where it acts, with the component
 
     @property
     def label(self) -> str:
@@ -78,7 +79,8 @@ class Hypothesis:
         return f"{self.component} {self.effect}" + (f" ({self.channel})" if self.channel else "")
 
     def same_cause(self, other: Hypothesis) -> bool:
-        return self.label == other.label
+        """Whether the other is this, or of two one is a nominal value that is another where the other acts."""
+        return self.label == other.label or other.label in self.takes or self.label in other.takes
 
 
 def base(component: str) -> tuple[Parameter, ...]:
@@ -217,7 +219,7 @@ def _effect(rig: Rig, name: str, component: str, effect: Effect, most: dict[str,
 def _of(effect: Effect, component: str, free: tuple[Free, ...], channel: str = "") -> Hypothesis:
     """The hypothesis of an effect, with what the effect says of itself."""
     said = effect.summary, effect.source, effect.advice, effect.shown_over, effect.drifts
-    return Hypothesis(component, effect.name, free, channel, *said)
+    return Hypothesis(component, effect.name, free, channel, *said, tuple(f"{component}.{name}" for name in effect.takes))
 
 
 def _free(full: str, p: Parameter, nominal: float, low: float, high: float, linear: bool = False) -> Free:

@@ -98,7 +98,8 @@ class ForwardSelection:
                 causes.append(stage.winner)
                 kept.append(stage)
             else:  # what hid some of its numbers is found by now
-                causes[again] = replace(causes[again], free=causes[again].free + stage.winner.free)
+                named = min(causes[again].hypothesis, stage.winner.hypothesis, key=lambda h: not h.takes)  # not by what it takes
+                causes[again] = replace(causes[again], hypothesis=named, free=causes[again].free + stage.winner.free)
                 kept[again] = replace(kept[again], winner=causes[again])
         standing = (stages[-1].winner or stages[-1].base) if causes else None
         if standing and len(causes) > 1:

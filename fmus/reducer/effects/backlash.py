@@ -21,4 +21,5 @@ EFFECT = Effect(
     advice="reversals under a load that changes its side, both shafts' angles measured",
     shown_over="load",
     needs=("angle",),
+    takes=("shaft_damping",),  # what flanks lose when they meet is on no data sheet, and not what a shaft loses that winds up
 )

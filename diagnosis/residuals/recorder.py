@@ -170,13 +170,24 @@ def _jumps(ch: Channels, rows: int = 1) -> tuple[np.ndarray, np.ndarray]:
     return abs(command[rows:] - command[:-rows]), 0.5 * (time[rows:] + time[:-rows])
 
 
-def lies_in(name: str, ch: Channels) -> float:
-    """The step in which a channel's values lie; 0 where they lie in none above their own resolution. See step_of."""
+def lies_in(name: str, ch: Channels) -> tuple[float, ...]:
+    """The step in which a channel's values lie, and another that they lie in as well; none above their own resolution. See steps_of."""
     known, full = ch.run.memory.setdefault("lies in", {}), ch.prefix + name
     if full not in known:
         x = ch.raw(name)[ch.good(name)]
-        known[full] = step_of(x, resolution(x))
+        known[full] = steps_of(x, resolution(x))
     return known[full]
+
+
+def steps_of(x: np.ndarray, least: float) -> tuple[float, ...]:
+    """The steps in which the values of x may lie, above `least`: one, two or none.
+
+    Of whole numbers n of `least` the mean of exp(2 pi i n least f) is as long at f = 1 / least - 1 / q as at 1 / q: of steps of about
+    two of their own the values alone do not tell which of both it is.
+    """
+    step = step_of(x, least)
+    other = 1.0 / (1.0 / least - 1.0 / step) if step > least else 0.0
+    return tuple(q for q in (step, other) if q > RULES.residuals.step_above * least)
 
 
 def step_of(x: np.ndarray, least: float) -> float:

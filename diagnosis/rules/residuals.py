@@ -275,7 +275,11 @@ class ResidualRules:
         "times the first frequency at which that mean is long, within which the best is taken",
         "theory: side lobes of few steps lie before it, the step's half is at twice",
     )
-    step_above: float = rule(2.5, "own steps that a coarser one has, at least", CLOSED)
+    step_above: float = rule(
+        1.66,
+        "own steps that a coarser one has, at least",
+        "theory: rounded to its own steps s what lies in steps of q has a mean of sinc(s / q), which is `step_like` at 1.66",
+    )
     step_like: float = rule(0.5, "length of the mean of exp(2 pi i x / q) above which values lie in steps of q", CLOSED)
     zeros: tuple[float, ...] = rule(
         (0.1, 0.35, 0.6, 0.85), "counts by which an encoder's zero is moved to know its rounding", CLOSED

@@ -145,7 +145,7 @@ def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, .
         if p.role == PERIOD and p.low < (of_command := period(ch)) < p.high:
             found.add(of_command)
         if p.role == STEP:
-            found.add(lies_in(channel, ch))
+            found |= set(lies_in(channel, ch))
     return tuple(sorted(found - {0.0}))
 
 

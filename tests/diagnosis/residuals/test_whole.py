@@ -15,7 +15,7 @@ from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.residuals import driven, whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.mending import excess
-from selflock.diagnosis.residuals.recorder import counts, period, step_of, ticks
+from selflock.diagnosis.residuals.recorder import counts, period, step_of, steps_of, ticks
 from selflock.diagnosis.residuals.rounding import rounding, sees_counts
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search import hypotheses
@@ -70,7 +70,7 @@ def at_rows(bench):
     return {name: np.interp(time, whole.grid(ch).time, x) for name, x in rows.items()}
 
 
-def steps_of(bench):
+def parts_of(bench):
     (ch,) = bench.channels.values()
     return len(whole.grid(ch).time)
 
@@ -85,7 +85,7 @@ def test_the_simulation_converges_with_its_step(seed, tmp_path):
     """
     bench = experiment(recordings.hide([], seed, longest=6.0, duration=6.0), tmp_path)
     coarse, used, finer = (in_steps(bench, step) for step in (8e-4, 4e-4, 2e-4))
-    while steps_of(finer) < 4 * steps_of(coarse):
+    while parts_of(finer) < 4 * parts_of(coarse):
         finer = in_steps(bench, 0.9 * finer.setting.whole_step)
     fine = at_rows(in_steps(bench, 0.1 * finer.setting.whole_step))
     off = [{name: np.sort((x - fine[name]) ** 2) for name, x in at_rows(b).items()} for b in (coarse, used, finer)]
@@ -371,6 +371,18 @@ def test_the_step_of_a_coarse_sensor_is_found_behind_noise_and_a_finer_rounding(
     read = np.round((step * np.round(x / step) + noise * rng.standard_normal(len(x))) / 0.01) * 0.01
     assert step_of(read, 0.01) == pytest.approx(step, rel=5e-3)
     assert step_of(np.round((x + noise * rng.standard_normal(len(x))) / 0.01) * 0.01, 0.01) == 0.0
+
+
+def test_of_steps_of_about_two_counts_both_are_told_in_which_the_values_lie(rng):
+    """What an encoder reads in steps of 1.885 of its counts lies in steps of 2.13 of them as well; an angle that is off twice its rounding has 1.73."""
+    count, times = rng.uniform(1e-4, 1e-2), rng.uniform(1.75, 2.45)
+    turned = count * rng.uniform(1000.0, 3000.0) * np.sin(np.linspace(0.0, rng.uniform(5.0, 9.0), 8000) + rng.uniform(0.0, 6.0))
+    read = lambda x: np.round(x / count) * count
+    coarse = times * count
+    found = steps_of(read(coarse * np.round(turned / coarse)), count)
+    assert min(abs(q / coarse - 1.0) for q in found) < 2e-3
+    assert all(1.66 < q / count < 2.52 for q in found)
+    assert steps_of(read(turned), count) == ()
 
 
 @pytest.mark.alike

@@ -134,6 +134,14 @@ def jumped(ch: Channels) -> np.ndarray:
     return ch.memory["jumped"]
 
 
+def between_jumps(ch: Channels) -> np.ndarray:
+    """Which rows of a run show no jump of what the drive is asked for."""
+    found = np.ones(len(ch.run), bool)
+    for first, last in jumped(ch):
+        found[first : last + 1] = False
+    return found
+
+
 def sooner(ch: Channels) -> dict[int, float]:
     """Of rows behind a jump: the share of the rows before by which it came sooner, once that is found.
 
@@ -167,7 +175,7 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
     if of(ch) == VOLTAGE:
         first, *supply = (ch.true(name, values)[:n] for name in inputs(ch))
         if volts_of_noise := values.get(NOISE, 0.0):
-            noise = np.random.default_rng(len(ch.run)).standard_normal(len(ch.run))[:n] * lively(first)
+            noise = np.random.default_rng(len(ch.run)).standard_normal(len(ch.run))[:n] * lively(first, between_jumps(ch)[:n])
             first = first + volts_of_noise * noise / (np.maximum(abs(supply[0]), 1e-9) if supply else 1.0)
         times = [time - age(name, ch)[:n] for name in inputs(ch)]
 
@@ -184,10 +192,13 @@ def asked(time: np.ndarray, values: dict, ch: Channels) -> Callable[[np.ndarray]
     return lambda when: np.stack([between(when, time, x, known) for x in both])
 
 
-def lively(x: np.ndarray) -> np.ndarray:
-    """By how much noise a row has more than all have on average: none where a command stays as it is, as at rest or at a limit."""
+def lively(x: np.ndarray, told: np.ndarray) -> np.ndarray:
+    """By how much noise a row has more than all have on average: none where a command stays as it is, as at rest or at a limit.
+
+    told: rows of which noise tells anything; where a command jumps it is no noise.
+    """
     stays = x[1:] == x[:-1]
-    moves = ~(np.append(True, stays) & np.append(stays, True))
+    moves = ~(np.append(True, stays) & np.append(stays, True)) & told
     return moves / np.sqrt(max(float(moves.mean()), 1e-12))
 
 

@@ -310,6 +310,11 @@ class ResidualRules:
     )
     near: int = rule(8, "rows about whose mean noise is told in a whole drive: what lasts longer is no noise", CLOSED)
     near_tail: float = rule(0.98, "quantile of these variances that may be noise; what is above may be a fault's", CLOSED)
+    seldom: float = rule(
+        0.1,
+        "share of the rows of a driving voltage in which its noise is seen, at least: what is in fewer is an event, no noise",
+        "theory: of white noise nine in ten groups of `near` rows have less than 1.7 times the mean (chi-square of 7), so that it is none's limit",
+    )
     noise_samples: int = rule(10, "differences of samples without which nothing is said: the floor is 0 then", NOISE)
     coarse: float = rule(0.1, "a resolution beyond this share of the differences shows in them", NOISE)
     coarse_steps: float = rule(4.0, "of a coarse channel, steps up to which a difference is noise", NOISE)

@@ -123,10 +123,35 @@ def test_what_is_new_in_each_row_is_missed_by_as_much_over_many_of_them(case, rn
 def test_a_command_that_stays_as_it_is_has_no_noise(rng):
     """And the others as much more, so that all have as much on average."""
     command = np.concatenate([np.zeros(40), rng.standard_normal(50), np.full(30, 5.0)])
-    times = driven.lively(command)
+    every = np.ones(len(command), bool)
+    times = driven.lively(command, every)
     assert not times[:39].any() and not times[91:].any() and (times[40:90] > 1.0).all()
     assert np.mean(times**2) == pytest.approx(1.0)
-    assert not driven.lively(np.full(9, 2.0)).any()
+    assert not driven.lively(np.full(9, 2.0), every[:9]).any()
+
+
+def test_a_command_of_steps_has_no_noise_where_it_jumps(rng):
+    """Jogs of a duty: what few rows in which it changes would have had was all of the noise, as spikes of a hundred times as much."""
+    command = np.repeat(rng.uniform(-5.0, 5.0, 12), 60)
+    told = np.abs((np.arange(len(command)) + 30) % 60 - 30) > 1
+    assert not driven.lively(command, told).any()
+
+
+@pytest.mark.slow
+def test_what_few_rows_of_a_current_have_is_no_noise_of_the_voltage(case, rng, tmp_path):
+    """As flanks of a play that meet: what the simulated current has there and the measured one has not, of a log without any noise."""
+    bench = experiment(case, tmp_path / "clean", 0.0, rng)
+    ((simulated, measured, good),) = bench.compare(of(bench, "motor.current"), {})
+    size, rows = 200.0 * float(np.std(measured - simulated)), rng.choice(len(measured) - 1, len(measured) // 200, replace=False)
+    for few in (rows, np.arange(len(measured))):
+        spikes = np.zeros(len(measured))
+        spikes[few] = size * rng.choice([-1.0, 1.0], len(few))
+        bench.compare = lambda *_: [(simulated + spikes, measured, good)]
+        noise = told(bench) / size
+        if few is rows:
+            assert noise < 0.015  # the mean of all rows has 0.07
+        else:
+            assert noise == pytest.approx(1.0, rel=0.1)
 
 
 @pytest.mark.slow

@@ -215,10 +215,15 @@ def row_by_row(ch: Channels) -> bool:
 
 
 def places(when: np.ndarray, time: np.ndarray, ch: Channels) -> np.ndarray:
-    """Angle of the load at these instants as it was measured; nothing where a controller holds it."""
+    """Angle of the load at these instants as it was measured, or of the motor behind the gear; nothing where a controller holds it."""
     if of(ch) == ANGLE:
         return np.full(len(when), np.nan)
     return np.interp(when, time, drive.both({}, ch)[1].angle[: len(time)])
+
+
+def of_motor(ch: Channels) -> bool:
+    """Whether places are the motor's: the load, which was not measured, is behind it by its play and what the shaft winds up."""
+    return not (ch.has("load.angle") or ch.has("load.speed"))
 
 
 def by_change(name: str, ch: Channels) -> bool:

@@ -238,14 +238,14 @@ def _in_steps(command, least):
 
 
 def closed(
-    pc, pm, pr, pl, pa, ps, sensed, at_motor, looped, powered, supply, asked, ahead, turned, acts, dt, parts, ticked, stepped, at,
+    pc, pm, pr, pl, pa, ps, sensed, at_motor, looped, powered, supply, asked, ahead, turned, behind, acts, dt, parts, ticked, stepped, at,
     starts, place, over, knots, heights, out,
 ):  # fmt: skip
     """A drive from its set-points with the loop closed; the controller acts as its period says, or all the time.
 
     With looped = 0 it is driven by a voltage, in the place of the set-point of angle in asked and ahead. turned: angle of the load
     at the samples as it was measured, which no controller holds, else no number: waves and weights are met there, both shafts are
-    turned as one, and rows of `out` go on as if they were not.
+    turned as one, and rows of `out` go on as if they were not. behind > 0: it is the input shaft's, seen through the gear's ratio.
 
     One that acts all the time is asked at every sample, and what it does until the next is what it makes of the middle of the step,
     as speeds and accelerations foretell it. asked, ahead: set-points of angle and speed at the samples, and in the middle of the
@@ -311,10 +311,10 @@ def closed(
             rise = 0.0
             put += 1
         if turned[i] == turned[i]:
-            by = turned[i] - l.angle
+            by = turned[i] - (g.angle / ratio if behind > 0.0 else l.angle)
             m = dc.State(m.current, m.angle + by * ratio, m.heat, m.effects)
             g = shaft.State(g.angle + by * ratio, g.speed, g.effects, g.time, g.heat, g.distance)
-            l = load.State(turned[i], l.speed)
+            l = load.State(l.angle + by, l.speed)
             strayed -= by
         angle, speed, gained = l.angle, l.speed, pull
         if at_motor > 0.0:

@@ -216,8 +216,8 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
         asked, then = volts(here.time), volts(ahead(here.time, here.dt))
     ch.setting.kernels.closed(
         pc, pm, pr, pl, *(laws.no_sensor() if p is None else p for p in sensors), float(any(p is not None for p in sensors)),
-        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, supply, asked, then, here.places, here.acts, here.dt, parts,
-        ticked, stepped, at, starts, place, over, knots, heights, out,
+        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, supply, asked, then, here.places,
+        float(driven.of_motor(ch)), here.acts, here.dt, parts, ticked, stepped, at, starts, place, over, knots, heights, out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out if here is told else (np.interp(told.time, here.time, x) for x in out)))
     if supply.any():
@@ -423,11 +423,12 @@ def along(variable: str, rows: dict[str, np.ndarray], ch: Channels) -> np.ndarra
 
 
 def turned(which: str, rows: dict[str, np.ndarray], ch: Channels) -> np.ndarray:
-    """The place of a shaft in a simulation: of one that no controller holds as the load was measured."""
+    """The place of a shaft in a simulation: of one that no controller holds as the load was measured, or the motor."""
     if driven.of(ch) == driven.ANGLE:
         return rows[which]
-    gears = ch.setting.value("reducer.gear_ratio", {}) if which != "angle" else 1.0
-    return rows[which] + (grid(ch).places - rows["angle"]) * gears
+    ratio = ch.setting.value("reducer.gear_ratio", {})
+    there = rows["input_angle"] / ratio if driven.of_motor(ch) else rows["angle"]
+    return rows[which] + (grid(ch).places - there) * (ratio if which != "angle" else 1.0)
 
 
 def _freely(name: str, x: np.ndarray, when: np.ndarray, values: dict, ch: Channels) -> np.ndarray:

@@ -43,14 +43,17 @@ def wanted(t):
     return np.stack([0.4 * np.sin(5.0 * t) ** 3, 6.0 * np.sin(5.0 * t) ** 2 * np.cos(5.0 * t)])
 
 
-def simulated(
-    step, last, p, ticked=0.0, looped=1.0, given=wanted, turned=lambda t: np.full(len(t), np.nan), supply=np.zeros_like
-):
+def nowhere(t):
+    """Where a load was measured that was not."""
+    return np.full(len(t), np.nan)
+
+
+def simulated(step, last, p, ticked=0.0, looped=1.0, given=wanted, turned=nowhere, supply=np.zeros_like, behind=0.0):
     """Rows of the compiled simulation, from rest at 0, its steps in one part."""
     time = step * np.arange(round(last / step) + 1)
     dt, out, off, nothing = np.full(len(time), step), np.empty((8, len(time))), laws.no_sensor(), free_law.none()
     kernels().closed(
-        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), supply(time), given(time), given(time + 0.5 * step), turned(time), np.ones(len(time)), dt, 1, ticked, np.zeros(5),
+        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), supply(time), given(time), given(time + 0.5 * step), turned(time), behind, np.ones(len(time)), dt, 1, ticked, np.zeros(5),
         np.zeros(1, int),
         np.zeros((1, 4)), nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
@@ -150,6 +153,18 @@ def test_a_weight_on_an_arm_pulls_where_the_arm_was_measured(rng):
     assert rate == pytest.approx(-GRAVITY * np.sin(angle) / (LOAD + J * RATIO**2), rel=0.02)
 
 
+def test_a_weight_behind_a_play_pulls_where_the_load_is_and_not_where_its_motor_is(rng):
+    """Of an arm of which the motor's shaft alone was measured: told where that was a drive goes as it went, in its play and beyond."""
+    p, last = parameters(reducer__backlash=rng.uniform(0.05, 0.2), reducer__shaft_damping=5.0), 1.2
+    time, alone = simulated(2.5e-4, last, p, looped=0.0, given=volts)
+    motor, load = alone[3] / RATIO, alone[6]
+    assert np.ptp(motor - load) > 0.9 * p[2].backlash
+    told = lambda angle, **more: simulated(2.5e-4, last, p, looped=0.0, given=volts, turned=lambda t: angle, **more)[1]
+    off = lambda one: np.max(abs(one[7] - alone[7])) / np.max(abs(alone[7]))
+    assert off(told(load)) < 1e-6 and off(told(motor, behind=1.0)) < 1e-6
+    assert off(told(motor)) > 1e-3  # as if there were no play between them
+
+
 def test_a_shaft_that_swings_undamped_neither_grows_nor_fades():
     """Two inertias on a spring: angle = A cos(w t), w^2 = k (1/J_out + 1/(J r^2)), for a hundred waves."""
     p = parameters(
@@ -165,7 +180,7 @@ def test_a_shaft_that_swings_undamped_neither_grows_nor_fades():
     share = LOAD / (LOAD + behind)  # of the wind-up at the input
     start = np.array([share * wound * RATIO, 0.0, -(1.0 - share) * wound, 0.0])
     kernels().closed(
-        *p, off, off, 0.0, 0.0, 1.0, np.ones(len(time)), zero[0], zero, zero, np.full(len(time), np.nan), np.ones(len(time)), np.full(len(time), step), parts, 0.0, np.zeros(5),
+        *p, off, off, 0.0, 0.0, 1.0, np.ones(len(time)), zero[0], zero, zero, nowhere(time), 0.0, np.ones(len(time)), np.full(len(time), step), parts, 0.0, np.zeros(5),
         np.zeros(1, int), start[None], nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
     twist = out[3] / RATIO - out[6]

@@ -222,6 +222,7 @@ NUMBERS = {
     "sensed": 1.0,
     "at_motor": 0.0,
     "looped": 1.0,
+    "behind": 1.0,
     "ticked": 0.0,
     "at": np.array([0, 20]),
 }

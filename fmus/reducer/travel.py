@@ -129,10 +129,12 @@ def travel(law, ratio, inertia, angle, speed, motor_torque, output_angle, output
             left = dt - time
         else:
             s = 1.0 if speed > 0.0 else -1.0
+        before = speed
         taken, wound, speed, rounds = _slide(law, ratio, inertia, s, windup, speed, push, output_speed, left, least)
         pieces -= rounds // ROUNDS
         moved = ratio * (wound + output_speed * taken)
-        lost = taken < 1e-9 * dt or windup + wound == windup
+        same = taken < left and speed == before != 0.0  # a torque that is rounding alone goes from one line to the next and back
+        lost = taken < 1e-9 * dt or windup + wound == windup or same
         windup += wound
         turned += moved
         distance += abs(moved)

@@ -152,6 +152,24 @@ def test_converges_with_the_communication_step():
     assert errors[0] > 1.6 * errors[1] > 2.5 * errors[2] and errors[2] < 1e-3
 
 
+@pytest.mark.parametrize("damping", [200.0, 50.0])
+@pytest.mark.parametrize("speed", [1.234375, 1.1, -3.7])
+def test_a_torque_of_rounding_alone_ends_no_step_without_a_number(speed, damping):
+    """Of a gear that goes with its load, damped in 20 ns; it goes from the line of driving to that of being driven and back.
+
+    The least that drives it locks the gear.
+    """
+    p = P(
+        gear_ratio=2.0, friction_kinetic=1.0, friction_static=1.0, preload=0.0, shaft_stiffness=1.0, shaft_damping=damping,
+        shaft_inertia=1e-6,
+    )  # fmt: skip
+    state = relaxed(p, 0.0, 0.5, speed, 0.0)
+    for i in range(20):
+        state, out = shaft.advance(p, state, 0.0, 0.5e-4 * i, 0.5, 1e-4)
+        goes = state.speed == pytest.approx(1.0, abs=1e-6) and abs(out.output_torque) < 1e-8
+        assert goes or (state.speed == 0.0 and out.output_torque == pytest.approx(-0.5 * damping, rel=1e-3))
+
+
 @pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(

@@ -47,6 +47,7 @@ from benchmarks.cases import (
 from tests.diagnosis.plant import recordings, score
 from tests.diagnosis.plant.forms import told
 from tests.diagnosis.plant.outside import BEYOND
+from tests.diagnosis.plant.rig import COLUMNS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -108,18 +109,6 @@ def kind(row: dict) -> str:
     return "pair" if len(row["hidden"]) == 2 else "outside" if row["hidden"][0] in BEYOND else "single"
 
 
-COMPARED = {
-    "controller.voltage": "voltage",
-    "motor.current": "current",
-    "reducer.output_torque": "output_torque",
-    "reducer.input_angle": "twist",
-    "reducer.input_speed": "motor_speed",
-    "load.angle": "angle",
-    "load.speed": "speed",
-}
-"""The product's channel: the plant's. An angle of the motor is compared by the wind-up beside one of the load."""
-
-
 def left(row: dict) -> tuple[float, float]:
     """Error of the log that judges, of the channel that the answer mends most (of the one that is off most where it names nothing),
     over the true model's: without the answer, and with it; no numbers where parts were compared.
@@ -128,10 +117,10 @@ def left(row: dict) -> tuple[float, float]:
     found, the true drive's through the one that there was.
     """
     gain = row.get("gain") or {"metric": ""}
-    channel = re.search(r" of (\S+) \(whole ", gain["metric"])
-    name = COMPARED.get(channel[1]) if channel else None
-    if name == "twist" and name not in row["floor"]:
-        name = "motor_angle"
+    told = re.search(r" of (\S+) \(whole ", gain["metric"])
+    name = next((name for name, (signal, _) in COLUMNS.items() if told and signal == told[1]), "")
+    if name == "motor_angle" and "twist" in row["floor"]:  # compared by the wind-up beside the load's angle
+        name = "twist"
     floor = row["floor"].get(name, np.nan)
     return (gain["before"] / floor, gain["after"] / floor) if np.isfinite(floor) else (np.nan, np.nan)
 

@@ -145,8 +145,8 @@ def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, .
         if p.role == PERIOD and p.low < (of_command := period(ch)) < p.high:
             found.add(of_command)
         if p.role == STEP:
-            found |= set(lies_in(channel, ch))
-    return tuple(sorted(found - {0.0}))
+            found.update(lies_in(channel, ch))
+    return tuple(sorted(found))
 
 
 def _even(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, ...]:

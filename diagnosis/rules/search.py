@@ -247,7 +247,9 @@ class SearchRules:
     small: float = rule(0.01, "share of its range within which a number of a whole drive starts", NONLINEAR)
     small_look: float = rule(0.1, "share of what the linear look says that it starts from", NONLINEAR)
     threads: int = rule(
-        2, "hypotheses looked at or fitted at a time, at most", "not studied; the machine of the development has two cores"
+        2,
+        "hypotheses of a whole drive looked at or fitted at a time, at most",
+        "not studied; the machine of the development has two cores",
     )
 
     # --- what is believed: search.step, search.candidate

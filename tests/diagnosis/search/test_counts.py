@@ -1,6 +1,7 @@
 """What a diagnosis costs, in simulations, which do not depend on the machine: a bound is between what is and its double."""
 
 from collections import Counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -46,17 +47,24 @@ def test_simulations_of_a_small_diagnosis(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_log_too_long_to_be_remembered_is_looked_at_by_one_thread_and_answered_alike(tmp_path, rng, monkeypatch):
-    """An hour's motions do not stand in the memory twice, nor longer than they are asked for."""
-    threads: list[int] = []
-    pool = step.ThreadPoolExecutor
-    monkeypatch.setattr(step, "ThreadPoolExecutor", lambda most: threads.append(most) or pool(most))
+def test_a_log_too_long_to_be_remembered_is_answered_alike(tmp_path, rng, monkeypatch):
+    """An hour's motions do not stay in the memory longer than they are asked for."""
     inverse(tmp_path, rng, friction=0.04, noise=2e-3, n=300)
     answers = []
     for most in (10**6, 200):
         monkeypatch.setitem(vars(RULES.residuals), "motions_remembered", most)
         found = diagnose(tmp_path / "rig.toml", [tmp_path / "log.csv"], out=None, seed=3).data()
         answers.append({what: told for what, told in found.items() if what != "rules"})
-        assert set(threads) == {min(RULES.search.threads, config.NUMBA_NUM_THREADS) if most > 300 else 1}
-        threads.clear()
     assert answers[0] == answers[1]
+
+
+@pytest.mark.parametrize(("by_channel", "long"), [(False, False), (False, True), (True, False), (True, True)])
+def test_only_loops_that_are_worth_it_are_run_by_more_than_one_thread(by_channel, long, monkeypatch):
+    """Those of a whole drive; of one that is too long to be remembered its motions would be there twice."""
+    threads: list[int] = []
+    pool = step.ThreadPoolExecutor
+    monkeypatch.setattr(step, "ThreadPoolExecutor", lambda most: threads.append(most) or pool(most))
+    problem = SimpleNamespace(by_channel=by_channel, experiment=SimpleNamespace(long=long))
+    stepping = SimpleNamespace(problem=problem, tell=lambda *told: None, _best=lambda done: "")
+    assert step.Step._each(stepping, "halves", lambda x: x / 2, [1, 2, 3]) == [0.5, 1.0, 1.5]
+    assert threads == [min(RULES.search.threads, config.NUMBA_NUM_THREADS) if by_channel and not long else 1]

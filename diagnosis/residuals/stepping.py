@@ -23,6 +23,17 @@ if TYPE_CHECKING:
     from .residual import Residual
 
 
+MADE = "noise of steps"
+
+
+def anew(experiment: Experiment) -> None:
+    """Let go of what counts and steps make: it is asked for again with the values that are known by now.
+
+    Where values are far off, as before anything was fitted, the loop does something else, and so do its steps.
+    """
+    experiment.remembered(MADE).clear()
+
+
 def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float, float]:
     """Noise (root mean square) that a whole drive's channel has of counts and steps in its loop: of rows what is slow and fast, of bins.
 
@@ -32,7 +43,7 @@ def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float
     if residual.kind != "whole" or driven.of(ch) == driven.VOLTAGE or not (command := commanded(ch)):
         return 0.0, 0.0, 0.0
     told = next(r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + command)
-    known = experiment.remembered("noise of steps")
+    known = experiment.remembered(MADE)
     if residual.name not in known:
         known[residual.name] = made_by(experiment, residual, values, {driven.STEPS: RULES.residuals.zeros[1]})
     if told.name not in known:

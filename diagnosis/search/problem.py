@@ -15,7 +15,7 @@ from ..residuals.mending import excess
 from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding, of_written
 from ..residuals.phase import name, parameter
 from ..residuals.propagated import of_inputs
-from ..residuals.stepping import of_steps
+from ..residuals.stepping import anew, of_steps
 from ..residuals.whole import HOLD, MOVING
 from ..rules import RULES
 from .candidate import Candidate
@@ -162,6 +162,7 @@ class Problem:
         values: of what no data sheet says.
         """
         experiment = self.experiment
+        anew(experiment)
         noise, quiet = self.noise.copy(), self.quiet.copy()
         for number, residual in enumerate(experiment.residuals):
             r, count = experiment.binned(residual, self.absolute(values))

@@ -252,14 +252,14 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     angle, speed = _as_measured(row, values, ch)
     if driven.of(ch) == driven.ANGLE and not ch.has("load.angle"):  # counted from anywhere
         angle += zero(values, ch)
-    of_motor, half, wound = not ch.has("load.angle") and ch.has("reducer.input_angle"), 0.5 * pr.backlash, np.empty(1)
+    at_motor, half, wound = not ch.has("load.angle") and ch.has("reducer.input_angle"), 0.5 * pr.backlash, np.empty(1)
     at, torque = angle + np.array([-half, 0.0, half]), np.empty(3)
     ch.setting.kernels.load_torque(pl, at, np.full(3, speed), np.zeros(3), torque)
-    if of_motor and torque[0] < 0.0 < torque[2]:  # it hangs between the flanks
+    if at_motor and torque[0] < 0.0 < torque[2]:  # it hangs between the flanks
         load = angle - half * (torque[0] + torque[2]) / (torque[2] - torque[0])
         return np.array([angle * pr.gear_ratio, speed * pr.gear_ratio, load, speed]), 0.0
     ch.setting.kernels.windup(pr, np.array([angle * pr.gear_ratio]), torque[1:2], wound)
-    motor = angle if of_motor else angle + wound[0]
+    motor = angle if at_motor else angle + wound[0]
     return np.array([motor * pr.gear_ratio, speed * pr.gear_ratio, motor - wound[0], speed]), float(torque[1])
 
 

@@ -96,7 +96,7 @@ def test_a_shaft_in_motion_is_as_fast_as_it_was_when_its_log_began(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [pytest.param(111, marks=pytest.mark.in_turn(1)), 116])
+@pytest.mark.parametrize("seed", [pytest.param(111, marks=pytest.mark.in_turn(8)), 116])
 def test_jumps_are_placed_by_noise_and_not_by_what_a_drive_at_rest_errs(seed, tmp_path):
     """A spindle that rests for most of its log: in units of its median error there all places of a jump were as wrong.
 

@@ -69,7 +69,7 @@ def test_nothing_is_found_in_nothing(seed, tmp_path):
     assert score.answers(result) == ["none"], _told(result, case)
 
 
-@pytest.mark.in_turn(5)
+@pytest.mark.in_turn(12)
 @pytest.mark.parametrize("name", [name for name in OUTSIDE if name != "unknown.end_stop"])
 def test_what_no_hypothesis_explains_is_unknown_with_what_it_depends_on(name, tmp_path):
     case = bench.hide([name], seed=8, target=6.0)

@@ -213,7 +213,7 @@ def test_a_supply_that_is_in_the_motors_voltage_already_is_not_compared(volts, t
     assert "supply" not in [r.kind for r in experiment.residuals]
 
 
-@pytest.mark.in_turn(3)
+@pytest.mark.in_turn(10)
 @pytest.mark.slow
 def test_a_sampling_period_between_rows_is_found(tmp_path):
     case = _hidden(

@@ -35,7 +35,7 @@ def hidden(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.in_turn(6)
+@pytest.mark.in_turn(13)
 def test_a_right_cause_makes_the_whole_drive_better(tmp_path):
     """None of them gets worse. Where a drive stops short of its set-point rounding decides, and the voltage that holds it there."""
     halved = 0

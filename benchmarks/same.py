@@ -1,6 +1,6 @@
 """The same log told otherwise, and more or less of it: does the diagnosis answer the same?
 
-    python -m benchmarks.same [--seeds 2] [--first 300] [--longest 40] [--only reducer.viscous ...]
+    python -m benchmarks.same [--seeds 2] [--first 300] [--longest 40] [--only reducer.viscous ...] [--ways "first 10 s" ...]
     python -m benchmarks.same --draw           only write the document from the rows at hand
 
 Each case is one of benchmarks.recordings, on seeds for development. Its log is given as it is; with other units, other times,
@@ -138,6 +138,9 @@ def main() -> None:
     parser = arguments(__doc__, 2, 2, 0)
     parser.add_argument("--first", type=int, default=300, help="number of the first seed")
     parser.add_argument("--longest", type=float, default=0.0, help="cut all logs to this length, s, for a quick look")
+    parser.add_argument(
+        "--ways", nargs="+", choices=[*WAYS], default=[*WAYS], metavar="WAY", help="ways of telling a log: these alone"
+    )
     chosen = parser.parse_args()
     folder = ROOT / "out" / "same"
     if not chosen.draw:
@@ -146,7 +149,7 @@ def main() -> None:
         kinds = [([name], chosen.seeds) for name in chosen.only or EFFECTS if name != "none"] + [([], chosen.none)]
         items = [
             {"hidden": names, "seed": recordings.DEVELOPMENT + chosen.first + number, "faulty": False, "longest": chosen.longest, "way": way}
-            for names, count in kinds for number in range(count) for way in WAYS
+            for names, count in kinds for number in range(count) for way in chosen.ways
         ]  # fmt: skip
         collect(one, items, folder, {"strengths": STRENGTHS}, chosen.workers, chosen.scheduler)
     (ROOT / "docs" / "same.md").write_text(document(rows(folder), folder))

@@ -23,15 +23,21 @@ if TYPE_CHECKING:
     from .residual import Residual
 
 
-MADE = "noise of steps"
+WHERE, MADE = "values for steps", "noise of steps"
 
 
-def anew(experiment: Experiment) -> None:
-    """Let go of what counts and steps make: it is asked for again with the values that are known by now.
+def anew(experiment: Experiment, values: dict[str, float]) -> None:
+    """What counts and steps make is asked for with these values, too, in the place of those given here before.
 
-    Where values are far off, as before anything was fitted, the loop does something else, and so do its steps.
+    Where values are far off, as before anything was fitted, a loop may swing as the drive never did, and so does what its steps
+    make. Where each comes to rest is chance in either, so that there are two looks at it: the less is believed, for noise that is
+    told too large hides causes, and of noise told too small chance tells.
     """
-    experiment.remembered(MADE).clear()
+    where = experiment.remembered(WHERE)
+    where["near" if where else "first"] = values
+    made = experiment.remembered(MADE)
+    for key in [key for key in made if key[0] == "near"]:
+        del made[key]
 
 
 def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float]) -> tuple[float, float, float]:
@@ -43,17 +49,26 @@ def of_steps(experiment: Experiment, residual: Residual, values: dict[str, float
     if residual.kind != "whole" or driven.of(ch) == driven.VOLTAGE or not (command := commanded(ch)):
         return 0.0, 0.0, 0.0
     told = next(r for r in experiment.residuals if r.kind == "whole" and r.output == residual.prefix + command)
-    known = experiment.remembered(MADE)
-    if residual.name not in known:
-        known[residual.name] = made_by(experiment, residual, values, {driven.STEPS: RULES.residuals.zeros[1]})
-    if told.name not in known:
-        of_steps(experiment, told, values)
-    made, left = known[told.name][1], experiment.remembered("fast command")
-    if made <= 0.0:
-        return 0.0, 0.0, 0.0
-    share = min(1.0, memory.kept(left, frozenset(values.items()), lambda: _left(experiment, told, values), 1) / made)
-    slow, quick, bins = known[residual.name]
-    return slow * share, quick * share, bins * share
+    where, left = experiment.remembered(WHERE), experiment.remembered("fast command")
+    if not where:
+        anew(experiment, values)
+    found = []
+    for which in where:
+        (slow, quick, bins), made = _made(experiment, residual, which), _made(experiment, told, which)[1]
+        if made <= 0.0:
+            return 0.0, 0.0, 0.0
+        share = min(1.0, memory.kept(left, frozenset(values.items()), lambda: _left(experiment, told, values), 1) / made)
+        found.append((slow * share, quick * share, bins * share))
+    return min(found)
+
+
+def _made(experiment: Experiment, residual: Residual, which: str) -> tuple[float, float, float]:
+    """What counts and steps make of a channel with the values first asked for, or near the fit."""
+    made = experiment.remembered(MADE)
+    if (which, residual.name) not in made:
+        at = experiment.remembered(WHERE)[which]
+        made[which, residual.name] = made_by(experiment, residual, at, {driven.STEPS: RULES.residuals.zeros[1]})
+    return made[which, residual.name]
 
 
 def _left(experiment: Experiment, command: Residual, values: dict[str, float]) -> float:

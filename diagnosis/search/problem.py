@@ -162,7 +162,7 @@ class Problem:
         values: of what no data sheet says.
         """
         experiment = self.experiment
-        anew(experiment)
+        anew(experiment, self.absolute(values))
         noise, quiet = self.noise.copy(), self.quiet.copy()
         for number, residual in enumerate(experiment.residuals):
             r, count = experiment.binned(residual, self.absolute(values))

@@ -23,6 +23,7 @@ from .propagated import of_inputs, of_means
 from .recorder import written_step
 from .residual import Residual
 from .rounding import rounded, rounding
+from .sheet import of_sheet
 from .stepping import of_steps
 
 
@@ -33,7 +34,11 @@ def floor(experiment: Experiment, residual: Residual, values: dict, errors: list
     if residual.kind == "whole":
         of_loop, fast, _ = of_steps(experiment, residual, values)
         own = max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0], fast)
-        slow = of_formulas(experiment, residual), of_driving(experiment, residual, values)[0], of_loop  # of which it has nothing
+        slow = (
+            of_formulas(experiment, residual, values),
+            of_driving(experiment, residual, values)[0],
+            of_loop,
+        )  # of which it has nothing
         return float(np.sqrt(own**2 + sum(x**2 for x in slow)))
     reach = experiment.reach(residual)
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])
@@ -122,8 +127,13 @@ def of_written(experiment: Experiment, residual: Residual, values: dict) -> floa
     return float(np.sqrt(np.mean([of_means(experiment, residual, list(one), trusted) ** 2 for one in zip(*errors)])))
 
 
-def of_formulas(experiment: Experiment, residual: Residual) -> float:
-    """What no formula and no step tells better, whatever the recorder: a share of the signal.
+def of_formulas(experiment: Experiment, residual: Residual, values: dict) -> float:
+    """What no formula, no step and no data sheet tells better, whatever the recorder: a share of the signal, or what that makes of it."""
+    return max(_of_signal(experiment, residual), of_sheet(experiment, residual, values))
+
+
+def _of_signal(experiment: Experiment, residual: Residual) -> float:
+    """A share of the signal.
 
     Of the angle that is controlled as much as makes the controller's voltage by that share another; of a wind-up its own size,
     about its mean, is the signal.

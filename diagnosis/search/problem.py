@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..residuals import sheet, stepping
 from ..residuals.dilution import of_driving
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.experiment import Experiment
@@ -15,7 +16,6 @@ from ..residuals.mending import excess
 from ..residuals.noise import of_bins, of_formulas, of_quiet_bins, of_rounding, of_written
 from ..residuals.phase import name, parameter
 from ..residuals.propagated import of_inputs
-from ..residuals.stepping import anew, of_steps
 from ..residuals.whole import HOLD, MOVING
 from ..rules import RULES
 from .candidate import Candidate
@@ -162,7 +162,8 @@ class Problem:
         values: of what no data sheet says.
         """
         experiment = self.experiment
-        anew(experiment, self.absolute(values))
+        stepping.anew(experiment, self.absolute(values))
+        sheet.anew(experiment)
         noise, quiet = self.noise.copy(), self.quiet.copy()
         for number, residual in enumerate(experiment.residuals):
             r, count = experiment.binned(residual, self.absolute(values))
@@ -175,8 +176,9 @@ class Problem:
             if residual.kind == "whole":
                 rounding = of_rounding(experiment, residual, self.absolute(values))[1]
                 driving = of_driving(experiment, residual, self.absolute(values))[1]
-                stepping = of_steps(experiment, residual, self.absolute(values))[2]
-                noise[number] = max(noise[number], rounding, of_formulas(experiment, residual), driving, stepping)
+                formulas = of_formulas(experiment, residual, self.absolute(values))
+                of_steps = stepping.of_steps(experiment, residual, self.absolute(values))[2]
+                noise[number] = max(noise[number], rounding, formulas, driving, of_steps)
             if not experiment.steady:
                 quiet[number] = min(1.0, max(of_quiet_bins(r, told, lag), recorded) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)

@@ -129,10 +129,10 @@ def of_written(experiment: Experiment, residual: Residual, values: dict) -> floa
 
 def of_formulas(experiment: Experiment, residual: Residual, values: dict) -> float:
     """What no formula, no step and no data sheet tells better, whatever the recorder: a share of the signal, or what that makes of it."""
-    return max(_of_signal(experiment, residual), of_sheet(experiment, residual, values))
+    return max(of_signal(experiment, residual), of_sheet(experiment, residual, values))
 
 
-def _of_signal(experiment: Experiment, residual: Residual) -> float:
+def of_signal(experiment: Experiment, residual: Residual) -> float:
     """A share of the signal.
 
     Of the angle that is controlled as much as makes the controller's voltage by that share another; of a wind-up its own size,

@@ -14,6 +14,8 @@ from selflock.diagnosis.data.signals import MOVES
 from selflock.diagnosis.residuals.drive import between
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.mending import sizes
+from selflock.diagnosis.residuals.noise import of_signal
+from selflock.diagnosis.residuals.sheet import of_sheet
 from selflock.diagnosis.search.problem import Problem
 from selflock.diagnosis.search.step import CHANCE
 
@@ -450,3 +452,26 @@ def test_a_play_that_makes_its_loop_hunt_is_found_part_by_part(longest, trusted,
     assert result["recorder"]["mode"] == "parts" and "hunts" in result["recorder"]["why"]
     (found,) = score.amounts(result, case)
     assert found.found == pytest.approx(found.hidden, rel=0.25)
+
+
+@pytest.mark.slow
+@pytest.mark.in_turn
+def test_a_sound_drive_that_judders_as_it_lets_its_load_down_has_nothing_missing(tmp_path):
+    """Of a thousandth of its friction it makes as much as others of ten: 1.9 times its noise were left, and something was missing."""
+    case, (made, told) = recordings.hide([], 53, longest=20.0), _of_sheet_and_signal(53, tmp_path / "alone")
+    assert made > told
+    assert score.answers(_answer(case, tmp_path)) == ["none"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [10_101, 10_105])
+def test_what_a_data_sheet_is_off_by_is_no_more_than_its_share_of_a_drive_that_follows(seed, tmp_path):
+    made, told = _of_sheet_and_signal(seed, tmp_path)
+    assert 0.0 < made < 0.5 * told
+
+
+def _of_sheet_and_signal(seed, folder):
+    """Of the angle that is controlled, of a sound drive without a recorder: what the sheet's error makes of it, and the share of its signal."""
+    experiment, _ = _experiment(_hidden(seed=seed), folder, 'simulate = "closed"')
+    (residual,) = experiment.residuals
+    return of_sheet(experiment, residual, _problem(experiment).nominal), of_signal(experiment, residual)

@@ -299,7 +299,7 @@ class ResidualRules:
     formulas: float = rule(
         0.003,
         "share of a channel's size below which no simulation of a whole drive is asked to be right; of the controlled angle what "
-        "makes the voltage by that share another, of a wind-up its own size",
+        "makes the voltage by that share another, of a wind-up its own size; and of the gear's friction and stiffness",
         "a data sheet is no better; " + CLOSED,
     )
     own_formulas: float = rule(

@@ -211,7 +211,7 @@ class Looks:
         """An orthonormal base of what the base's numbers move, where runs begin among them."""
         assert self.base.jacobian is not None
         columns = self.arranged.put(self.base.jacobian) * self.linear.weights[..., None]
-        flat = columns.reshape(-1, columns.shape[-1]).astype(float)
+        flat = columns.reshape(np.prod(columns.shape[:-1], dtype=int), columns.shape[-1]).astype(float)
         lengths = np.sqrt((flat**2).sum(0))
         flat = flat[:, lengths > 0.0] / lengths[lengths > 0.0]
         found, sizes, _ = np.linalg.svd(flat, full_matrices=False)

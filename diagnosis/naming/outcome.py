@@ -26,7 +26,7 @@ READS_AS = {  # laws that feed what an FMU gives back to what it is given, in wo
     "first order": "one more state of first order, as a thermal mass",
     "limit": "a limit: beyond it something is taken away, as by an overflow",
     "limit below": "a limit from below, as a stop",
-    "dead band": "stops to both sides, or a play",
+    "dead band": "stops to both sides, or a play; with a near -1, and added to what it goes with, a limit to both sides",
     "overflow": "an overflow: beyond its limit a surplus leaves the one and goes on to the other",
 }
 
@@ -177,7 +177,8 @@ class Naming:
             ends = "" if e.low is None or e.high is None else f" [{e.low:.4g}, {e.high:.4g}]"
             before, after = ("failed" if size is None else f"{size:.4g}" for size in (e.before, e.after))
             yield (
-                f"  {e.name}, held out ({self.held_out}): {before} -> {after}{ends} {e.unit}".rstrip() + f" (noise {e.noise:.2g})"
+                f"  {e.name}, held out ({self.held_out}): {before} -> {after}{ends} {e.unit}".rstrip()
+                + f" (noise of what taught {e.noise:.2g})"
             )
         if self.remainder.get("significant"):
             yield "  what remains is more than noise"

@@ -16,10 +16,11 @@ from scipy.interpolate import make_interp_spline
 from selflock.master import load, values
 from selflock.master.simulation import run as run_system
 from selflock.master.system import Component, Connection, System, did_you_mean
+from selflock.master.units import unit
 from selflock.master.wiring import wire
 
 from ..data.log import MeasuredRun
-from ..data.rig import HELD, Rig
+from ..data.rig import HELD, LogColumn, Rig
 from ..errors import DataError
 from ..output.playback import Playback
 
@@ -98,6 +99,25 @@ class Parts:
             elif name.split(".")[0] in self.system.components:
                 near = did_you_mean(name, self.variables)
                 raise DataError(f"{self.rig.path}: [columns] {name!r}: {self.path.name} has no such variable{near}")
+
+    def check_units(self, columns: Sequence[LogColumn]) -> None:
+        """Refuse a unit that asks for a conversion of what no FMU says the unit of: it would be taken as it is, without a word."""
+        for column in columns:
+            variable = self.variables.get(column.signal)
+            if variable is None or variable.unit or not column.unit:
+                continue
+            known = unit(column.unit)
+            if known is None or known.factor != 1.0:
+                raise DataError(
+                    f"{self.rig.path}: [columns] {column.signal!r}: unit = {column.unit!r} cannot be converted, for the FMU says no unit "
+                    "of it. Leave it out where the log has what the FMU has, else write factor = (what 1 of the log is there)."
+                )
+
+    def open_inputs(self, group: Group) -> list[str]:
+        """A sentence on the inputs of a group that nothing gives, no column and no other component; none where there are none."""
+        given = {*self.links, *(feed.target for feed in group.feeds)}
+        left = [name for member in group.members for name in self.inputs[member] if name not in given]
+        return [f"no column gives {', '.join(left)}: taken to stay as the FMU starts"] if left else []
 
     def group(self, wanted: list[str], measured: set[str]) -> Group:
         """The components in `wanted` with all that the log must be helped out with."""

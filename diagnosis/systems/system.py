@@ -102,6 +102,7 @@ def prepare(rig: Rig) -> tuple[Rig, Parts]:
     """The rig with its system's units, and the system."""
     parts = Parts(rig)
     parts.check(column.signal for column in rig.columns)
+    parts.check_units(rig.columns)
     return replace(rig, units={name: variable.unit for name, variable in parts.variables.items()}), parts
 
 

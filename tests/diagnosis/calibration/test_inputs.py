@@ -66,6 +66,23 @@ def test_nothing_measured_is_told(refused):
     refused("no column is an output", "oscillator.position", columns={"oscillator.force": "u"})
 
 
+@pytest.mark.parametrize("unit", ["mm", "furlongs"])
+def test_a_unit_that_cannot_be_converted_for_want_of_the_fmus_is_refused(refused, unit):
+    """It was taken as it is, without a word."""
+    columns = {"oscillator.force": "u", "oscillator.position": {"column": "position", "unit": unit}}
+    refused("oscillator.position", f"unit = '{unit}' cannot be converted", "write factor", columns=columns)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("asked", [calibrate, naming])
+def test_inputs_that_no_column_gives_are_told(tmp_path, oscillator, rng, asked):
+    """With nothing that moves the system no number moves anything, which ended a naming with a traceback."""
+    log = oscillators.log(tmp_path / "log.csv", oscillator, rng, count=400)
+    step = f"step = {oscillators.STEP}"
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", columns={"oscillator.position": "position"}, more=step)
+    assert "no column gives oscillator.force: taken to stay as the FMU starts" in asked(rig, [log], out=None).summary()
+
+
 def test_a_system_without_inputs_of_which_no_number_is_free_is_told(native, tmp_path):
     shutil.copy(native("fall"), tmp_path / "fall.fmu")
     (tmp_path / "log.csv").write_text("time,h\n" + "".join(f"{0.01 * k:g},{1.0 - 4.9e-4 * k * k:g}\n" for k in range(40)))

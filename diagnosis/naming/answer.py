@@ -36,7 +36,7 @@ def told_of(found: Search, seed: int) -> Naming:
     ratios = last.ratios if last else {name: size / noise[name] for name, size in (best.taught or {}).items() if noise[name]}
     worst = max(ratios.values(), default=0.0)
     significant = bool(last.off.any()) if last and last.winner is None else worst > RULES.judge.excess
-    verdict, why = _verdict(causes, worst)
+    verdict, why = _verdict(causes, worst, significant)
     if not found.outcomes:
         verdict, why = "unknown", "The time limit came before anything was held against the base"
     effort = work.played.effort
@@ -45,6 +45,7 @@ def told_of(found: Search, seed: int) -> Naming:
     if effort.runs and sum(effort.failed.values()) > RULES.naming.broken * effort.runs:
         ((reason, _),) = effort.failed.most_common(1)
         notes.append(f"{sum(effort.failed.values())} of {effort.runs} simulations broke off, most with: {reason}")
+    notes += _unseen(verdict, errors)
     return Naming(
         verdict,
         why,
@@ -67,10 +68,26 @@ def told_of(found: Search, seed: int) -> Naming:
     )
 
 
-def _verdict(causes: list[NamedCause], worst: float) -> tuple[str, str]:
+def _unseen(verdict: str, errors: list[NamedError]) -> list[str]:
+    """What the data that judge say against an answer that nothing is missing, as sentences."""
+    if verdict != "none":
+        return []
+    off = {e.name: e.before / e.noise for e in errors if e.before is not None and e.before > RULES.judge.excess * e.noise > 0.0}
+    return [
+        f"{name} is off by {times:.2g} times the noise of the data that teach in those that judge: the former say too little of it"
+        for name, times in off.items()
+    ]
+
+
+def _verdict(causes: list[NamedCause], worst: float, significant: bool) -> tuple[str, str]:
     if not causes:
         if worst > RULES.judge.excess:
             return "unknown", "Something is missing, and no rival predicts unseen data better than chance does"
+        if significant:
+            return (
+                "none",
+                f"What remains is {worst:.2g} times its noise, and no rival predicts unseen data better than chance does",
+            )
         return "none", "Nothing is missing that these data could show"
     if causes[0].kind == CURVE:
         return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"

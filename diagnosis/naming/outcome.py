@@ -12,6 +12,7 @@ from selflock.fmus.shown import one_line, printed
 
 from ..calibration.result import finite
 from ..rules import RULES
+from .guesses import EVENT
 
 EXIT = {"explained": 0, "ambiguous": 0, "none": 3, "unknown": 4}
 READS_AS = {  # laws that feed what an FMU gives back to what it is given, in words of mechanics
@@ -157,7 +158,7 @@ class Naming:
                 yield f"{cause.place} is off: give it under [parameters] of the rig, or let it be fitted under [calibrate]"
         if self.verdict == "unknown" and self.curve is not None:
             yield f"Look for what depends on {self.curve.over} and acts on {self.curve.place}: the curve shows how much it is"
-        if self.remainder.get("significant"):
+        if self.remainder.get("significant") and self.verdict != "none":  # of which the verdict says it
             yield "What remains is more than noise: look at the errors over time below"
 
     def lines(self) -> Iterator[str]:
@@ -169,6 +170,8 @@ class Naming:
                 if cause.kind != "curve"
                 else "    a curve, and no cause: see the report"
             )
+            if cause.kind == EVENT:
+                yield "    it belongs to the runs in which it was: of others it lowers no error"
             if cause.same:
                 yield f"    the same by other names, whatever the inputs: {', '.join(cause.same)}"
             if cause.beside:
@@ -180,7 +183,7 @@ class Naming:
                 f"  {e.name}, held out ({self.held_out}): {before} -> {after}{ends} {e.unit}".rstrip()
                 + f" (noise of what taught {e.noise:.2g})"
             )
-        if self.remainder.get("significant"):
+        if self.remainder.get("significant") and self.verdict != "none":  # of which the verdict says it
             yield "  what remains is more than noise"
         if self.extension:
             told = self.extension

@@ -1,0 +1,29 @@
+"""An answer says what contradicts it, and no two of its sentences contradict each other."""
+
+import pytest
+
+from selflock.diagnosis.naming.answer import _unseen, _verdict
+from selflock.diagnosis.naming.outcome import NamedError
+from selflock.diagnosis.rules import RULES
+
+
+@pytest.mark.parametrize("verdict, times, told", [("none", 5.0, True), ("none", 1.2, False), ("explained", 5.0, False)])
+def test_that_nothing_is_missing_is_held_against_the_data_that_judge(rng, verdict, times, told):
+    """A log of half a second determined nothing: the other was off by five times the noise, and nothing was missing."""
+    noise = rng.uniform(0.1, 10.0)
+    errors = [NamedError("body.position", "m", times * noise, times * noise, None, None, noise)]
+    said = _unseen(verdict, errors)
+    assert bool(said) == told
+    assert all(f"body.position is off by {times:.2g} times the noise" in sentence for sentence in said)
+
+
+def test_a_run_that_breaks_off_or_has_no_noise_is_off_by_nothing():
+    errors = [NamedError("a", "", None, None, None, None, 1.0), NamedError("b", "", 1.0, 1.0, None, None, 0.0)]
+    assert _unseen("none", errors) == []
+
+
+def test_what_remains_beside_nothing_that_is_missing_is_told_in_one_sentence():
+    assert _verdict([], 1.1, False) == ("none", "Nothing is missing that these data could show")
+    verdict, why = _verdict([], 1.12, True)
+    assert verdict == "none" and why.startswith("What remains is 1.1 times its noise")
+    assert _verdict([], RULES.judge.excess + 0.1, True)[0] == "unknown"

@@ -13,7 +13,7 @@ from ..calibration import told
 from ..calibration.fit import remaining
 from ..calibration.slopes import Slopes
 from ..rules import RULES
-from .guesses import CURVE, begins, heights, points_of
+from .guesses import CURVE, KINDS, begins, heights, points_of
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .plan import open_models
 from .round import Round
@@ -140,7 +140,16 @@ def _cause(outcome: Round, numbers: dict[str, Fitted], same: list[str]) -> Named
         c.chance,
         [r.guess.label for r in outcome.beside if r.guess.label not in same],
         same,
+        _closer(outcome, same),
     )
+
+
+def _closer(outcome: Round, same: list[str]) -> list[str]:
+    """What has a name and leaves less than the winner with more numbers, best first, a few: the simplest is named, and may not be nature's."""
+    ahead = outcome.fitted[: next((i for i, r in enumerate(outcome.fitted) if r is outcome.winner), 0)]
+    told = {r.guess.label for r in outcome.beside} | {*same}
+    named = [r.guess.label for r in ahead if r.guess.kind in KINDS and not r.candidate.doubt and r.guess.label not in told]
+    return named[: RULES.naming.closer]
 
 
 def _error(name: str, found: Search, noise: float, rng: np.random.Generator) -> NamedError:

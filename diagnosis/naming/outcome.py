@@ -79,6 +79,7 @@ class NamedCause:
     chance: float
     beside: list[str] = field(default_factory=list)  # what does as well with as few numbers, and other inputs may tell apart
     same: list[str] = field(default_factory=list)  # the same by other names: no inputs tell them apart
+    closer: list[str] = field(default_factory=list)  # what leaves less with more numbers, too little less to be believed for it
 
     def sentence(self) -> str:
         """In words."""
@@ -176,6 +177,8 @@ class Naming:
                 yield f"    the same by other names, whatever the inputs: {', '.join(cause.same)}"
             if cause.beside:
                 yield f"    cannot be told from: {', '.join(cause.beside)}"
+            if cause.closer:
+                yield f"    with more numbers a little less is left by: {', '.join(cause.closer)}"
         for e in self.errors:
             ends = "" if e.low is None or e.high is None else f" [{e.low:.4g}, {e.high:.4g}]"
             before, after = ("failed" if size is None else f"{size:.4g}" for size in (e.before, e.after))

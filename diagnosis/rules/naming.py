@@ -222,6 +222,9 @@ class NamingRules:
     enough: float = rule(
         0.8, "share of the time limit after which nothing more is looked at: the answer and its report need the rest", TIME
     )
+    closer: int = rule(
+        3, "rivals that leave less than a cause with more numbers, that are told beside it, at most", "a limit of lines"
+    )
     broken: float = rule(0.2, "share of simulations that broke off from which on that is told", "not studied")
 
     # --- what is one thing by several names: naming.same

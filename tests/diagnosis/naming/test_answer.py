@@ -1,9 +1,13 @@
 """An answer says what contradicts it, and no two of its sentences contradict each other."""
 
+from types import SimpleNamespace
+
 import pytest
 
-from selflock.diagnosis.naming.answer import _unseen, _verdict
+from selflock.diagnosis.naming.answer import _closer, _unseen, _verdict
+from selflock.diagnosis.naming.guesses import CURVE, LAW
 from selflock.diagnosis.naming.outcome import NamedError
+from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.rules import RULES
 
 
@@ -27,3 +31,22 @@ def test_what_remains_beside_nothing_that_is_missing_is_told_in_one_sentence():
     verdict, why = _verdict([], 1.12, True)
     assert verdict == "none" and why.startswith("What remains is 1.1 times its noise")
     assert _verdict([], RULES.judge.excess + 0.1, True)[0] == "unknown"
+
+
+def test_what_leaves_less_with_more_numbers_is_told_beside_the_simplest():
+    """Coulomb friction is named as a square root of the speed where that does nearly as well with a number less: both are seen."""
+
+    def rival(label, kind=LAW, doubt=""):
+        return SimpleNamespace(guess=SimpleNamespace(label=label, kind=kind), candidate=SimpleNamespace(doubt=doubt))
+
+    winner = rival("square root")
+    ahead = [
+        rival("Coulomb"),
+        rival("a curve", CURVE),
+        rival("Dahl", doubt="chance finds as much"),
+        rival("drag"),
+        rival("cubic"),
+    ]
+    outcome = Round(None, [*ahead, winner, rival("proportional")], winner, beside=[ahead[-1]])
+    assert _closer(outcome, ["drag"]) == ["Coulomb"]
+    assert _closer(Round(None, [winner, *ahead], winner), []) == []

@@ -93,6 +93,8 @@ def _verdict(causes: list[NamedCause], worst: float, significant: bool) -> tuple
         return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
     if any(cause.beside for cause in causes):
         return "ambiguous", "What is missing has more than one name that does as well"
+    if significant and worst > RULES.judge.excess:
+        return "explained", f"Some of what is missing has a name: what remains is {worst:.2g} times its noise"
     return "explained", "What is missing has a name"
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from selflock.diagnosis.naming.answer import _closer, _unseen, _verdict
 from selflock.diagnosis.naming.guesses import CURVE, LAW
-from selflock.diagnosis.naming.outcome import NamedError
+from selflock.diagnosis.naming.outcome import NamedCause, NamedError
 from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.rules import RULES
 
@@ -31,6 +31,13 @@ def test_what_remains_beside_nothing_that_is_missing_is_told_in_one_sentence():
     verdict, why = _verdict([], 1.12, True)
     assert verdict == "none" and why.startswith("What remains is 1.1 times its noise")
     assert _verdict([], RULES.judge.excess + 0.1, True)[0] == "unknown"
+
+
+def test_a_name_of_a_part_is_told_as_that_of_a_part():
+    cause = NamedCause("law", "cubic", "cubic of x on y", "y", "in", "x", False, "a x^3", [], 0.3, 0.005)
+    assert _verdict([cause], 1.0, False) == ("explained", "What is missing has a name")
+    verdict, why = _verdict([cause], 6.2, True)
+    assert verdict == "explained" and why == "Some of what is missing has a name: what remains is 6.2 times its noise"
 
 
 def test_what_leaves_less_with_more_numbers_is_told_beside_the_simplest():

@@ -173,7 +173,7 @@ def _first_look(problem: Calibrating, origin: np.ndarray) -> list[str]:
         notes.append(
             f"the system goes in steps of {step:g} s, and the log has a row every {rows:.4g} s: with step = {rows:.4g} under [rig] it is as fine"
         )
-    notes += played.parts.open_inputs(played.group)
+    notes += played.parts.left_open(played.group)
     if played.still():
         channels = ", ".join(feed.channel for feed in played.group.feeds)
         if not _moving(problem):

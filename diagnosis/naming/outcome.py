@@ -159,8 +159,13 @@ class Naming:
                 yield f"{cause.place} is off: give it under [parameters] of the rig, or let it be fitted under [calibrate]"
         if self.verdict == "unknown" and self.curve is not None:
             yield f"Look for what depends on {self.curve.over} and acts on {self.curve.place}: the curve shows how much it is"
-        if self.remainder.get("significant") and self.verdict != "none":  # of which the verdict says it
+        if self._remains:
             yield "What remains is more than noise: look at the errors over time below"
+
+    @property
+    def _remains(self) -> bool:
+        """Whether more than noise remains beside an answer; of `none` its own sentence says so."""
+        return bool(self.remainder.get("significant")) and self.verdict != "none"
 
     def lines(self) -> Iterator[str]:
         yield f"Verdict: {self.verdict}. {self.why}"
@@ -186,7 +191,7 @@ class Naming:
                 f"  {e.name}, held out ({self.held_out}): {before} -> {after}{ends} {e.unit}".rstrip()
                 + f" (noise of what taught {e.noise:.2g})"
             )
-        if self.remainder.get("significant") and self.verdict != "none":  # of which the verdict says it
+        if self._remains:
             yield "  what remains is more than noise"
         if self.extension:
             told = self.extension

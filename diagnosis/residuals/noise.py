@@ -34,11 +34,8 @@ def floor(experiment: Experiment, residual: Residual, values: dict, errors: list
     if residual.kind == "whole":
         of_loop, fast, _ = of_steps(experiment, residual, values)
         own = max(of_rows(errors, trusted), of_rounding(experiment, residual, values)[0], fast)
-        slow = (
-            of_formulas(experiment, residual, values),
-            of_driving(experiment, residual, values)[0],
-            of_loop,
-        )  # of which it has nothing
+        formulas, driving = of_formulas(experiment, residual, values), of_driving(experiment, residual, values)[0]
+        slow = formulas, driving, of_loop  # of which it has nothing
         return float(np.sqrt(own**2 + sum(x**2 for x in slow)))
     reach = experiment.reach(residual)
     measured = np.concatenate([run.signals[residual.output][run.usable(residual.output)] for run in experiment.runs])

@@ -33,7 +33,7 @@ def of_sheet(experiment: Experiment, residual: Residual, values: dict[str, float
     """By how much (root mean square, in its unit) a channel moves with a share of what makes a drive swing, with the values first asked for."""
     made = experiment.remembered(MADE)
     if residual.name not in made:
-        made[residual.name] = max((_moved(experiment, residual, values, name) for name in SWINGS), default=0.0)
+        made[residual.name] = max(_moved(experiment, residual, values, name) for name in SWINGS)
     return made[residual.name]
 
 

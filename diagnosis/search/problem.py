@@ -161,24 +161,24 @@ class Problem:
 
         values: of what no data sheet says.
         """
-        experiment = self.experiment
-        stepping.anew(experiment, self.absolute(values))
+        experiment, known = self.experiment, self.absolute(values)
+        stepping.anew(experiment, known)
         sheet.anew(experiment)
         noise, quiet = self.noise.copy(), self.quiet.copy()
         for number, residual in enumerate(experiment.residuals):
-            r, count = experiment.binned(residual, self.absolute(values))
+            r, count = experiment.binned(residual, known)
             told = count > 0
             if residual.kind == "shafts":  # the mean of a stretch stands in all its bins, and is one value
                 told[:, 1:] &= np.diff(r, axis=1) != 0.0
             lag = 1 + experiment.reach(residual) // experiment.layout.per_bin
-            recorded = max(of_inputs(experiment, residual)[1], of_written(experiment, residual, self.absolute(values)))
+            recorded = max(of_inputs(experiment, residual)[1], of_written(experiment, residual, known))
             noise[number] = max(of_bins(r, told, experiment.steady, lag), recorded)
             if residual.kind == "whole":
-                rounding = of_rounding(experiment, residual, self.absolute(values))[1]
-                driving = of_driving(experiment, residual, self.absolute(values))[1]
-                formulas = of_formulas(experiment, residual, self.absolute(values))
-                of_steps = stepping.of_steps(experiment, residual, self.absolute(values))[2]
-                noise[number] = max(noise[number], rounding, formulas, driving, of_steps)
+                rounding = of_rounding(experiment, residual, known)[1]
+                driving = of_driving(experiment, residual, known)[1]
+                formulas = of_formulas(experiment, residual, known)
+                steps = stepping.of_steps(experiment, residual, known)[2]
+                noise[number] = max(noise[number], rounding, formulas, driving, steps)
             if not experiment.steady:
                 quiet[number] = min(1.0, max(of_quiet_bins(r, told, lag), recorded) / noise[number])
         found = replace(self, noise=noise, quiet=quiet, nominal=self.nominal | values)

@@ -113,7 +113,7 @@ class Parts:
                     "of it. Leave it out where the log has what the FMU has, else write factor = (what 1 of the log is there)."
                 )
 
-    def open_inputs(self, group: Group) -> list[str]:
+    def left_open(self, group: Group) -> list[str]:
         """A sentence on the inputs of a group that nothing gives, no column and no other component; none where there are none."""
         given = {*self.links, *(feed.target for feed in group.feeds)}
         left = [name for member in group.members for name in self.inputs[member] if name not in given]

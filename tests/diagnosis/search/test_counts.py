@@ -63,8 +63,9 @@ def test_only_loops_that_are_worth_it_are_run_by_more_than_one_thread(by_channel
     """Those of a whole drive; of one that is too long to be remembered its motions would be there twice."""
     threads: list[int] = []
     pool = step.ThreadPoolExecutor
+    monkeypatch.setattr(config, "NUMBA_NUM_THREADS", 3)  # tests are allowed one, with which all would be alike
     monkeypatch.setattr(step, "ThreadPoolExecutor", lambda most: threads.append(most) or pool(most))
     problem = SimpleNamespace(by_channel=by_channel, experiment=SimpleNamespace(long=long))
     stepping = SimpleNamespace(problem=problem, tell=lambda *told: None, _best=lambda done: "")
     assert step.Step._each(stepping, "halves", lambda x: x / 2, [1, 2, 3]) == [0.5, 1.0, 1.5]
-    assert threads == [min(RULES.search.threads, config.NUMBA_NUM_THREADS) if by_channel and not long else 1]
+    assert threads == [RULES.search.threads if by_channel and not long else 1]

@@ -105,6 +105,7 @@ class Played:
         self.group = parts.group(sorted({parts.owner(name) for name in self.outputs}), given)
         self.systems: list[System] = [parts.played(self.group, run, self.outputs) for run in runs]
         self.recorded = {name: name for name in self.outputs}  # what stands for an output in the table of results
+        self.early: frozenset[str] = frozenset()  # outputs that were read before the step that computes them
         self.base = [parts.given(self.group, run) for run in runs]
         import_module("selflock.master.convoy")  # once loaded, it steps short runs too: there will be many
         self.reusable = True  # FMUs can be reset
@@ -156,8 +157,8 @@ class Played:
         self.effort.seconds += result.duration
         if not whole:
             return None
-        time, grid = run.time - run.time[0], result.column("time")
-        return {name: np.interp(time, grid, result.column(self.recorded[name])) for name in self.outputs}
+        grid = result.column("time")
+        return {name: np.interp(self.times(i, name), grid, result.column(self.recorded[name])) for name in self.outputs}
 
     def forget(self) -> None:
         """Simulate what comes next anew."""
@@ -243,6 +244,11 @@ class Played:
 
     # --- what is compared ----------------------------------------------------------------------------------------
 
+    def times(self, i: int, name: str) -> np.ndarray:
+        """The times of run i at which an output is compared: what was read before the step that computes it, at the end of that."""
+        time = self.runs[i].time - self.runs[i].time[0]
+        return time + self.systems[i].run.step if name in self.early else time
+
     def errors(self, settings: Sequence[Settings], which: Sequence[int]) -> dict[str, list[np.ndarray]] | None:
         """measured - simulated of each output in the runs `which`; None where one of them broke off."""
         found: dict[str, list[np.ndarray]] = {name: [] for name in self.outputs}
@@ -258,10 +264,13 @@ class Played:
         """Which samples of an output count.
 
         The first row of a run is before any step. What is no start value there, an FMU that computes in its steps has not
-        computed yet: it says nothing of the model.
+        computed yet: it says nothing of the model. Nor does what was read before a step behind the last row.
         """
         found = [self.runs[i].usable(name) & np.isfinite(self.runs[i].signals[name]) for i in which]
-        if self.parts.variables[name].initial not in ("exact", "approx"):
+        if name in self.early:
+            for i, good in zip(which, found):
+                good &= self.times(i, name) <= self.systems[i].run.stop * (1.0 + 1e-9)
+        elif self.parts.variables[name].initial not in ("exact", "approx"):
             for good in found:
                 good[0] = False
         return found

@@ -91,7 +91,6 @@ def _again(result: Naming, work: Work, best: Whole, i: int, made: Any) -> None:
     """The FMUs themselves on the log, beside what the fit promised."""
     system, moved = extended(work.played.plain[i], work.parts, work.inserts, made)
     run, most = work.runs[i], RULES.naming.again
-    time = run.time - run.time[0]
     steps = min(most, round(system.run.stop / system.run.step))
     stop = steps * system.run.step
     system = replace(system, run=replace(system.run, stop=stop))
@@ -109,10 +108,10 @@ def _again(result: Naming, work: Work, best: Whole, i: int, made: Any) -> None:
         return
     if promised is None:
         return
-    here = time <= stop + 1e-9 * max(1.0, stop)
     worst: tuple[float, float, float] = (-1.0, 0.0, 0.0)
     for name in work.played.outputs:
-        good = here & work.played.trusted(name, [i])[0]
+        time = work.played.times(i, name)
+        good = (time <= stop + 1e-9 * max(1.0, stop)) & work.played.trusted(name, [i])[0]
         simulated = np.interp(time, table["time"].to_numpy(), table[moved.get(name, name)].to_numpy(float))
         again = run.signals[name] - simulated
         apart = rms([(again - promised[name][0])[good]])

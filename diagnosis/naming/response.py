@@ -83,12 +83,12 @@ class Responses:
             added = self._added(one, settings[i], heard, step)
             if added is None:
                 return None
-            run = problem.runs[i]
             grid = step * np.arange(len(added) + 1)
             mine = kernel(added) if added.any() else {}
             for name, rows in answers.items():
                 answer = mine.get(name)  # of what is corrected as it is recorded no other output knows
-                rows.append(np.zeros(len(run)) if answer is None else np.interp(run.time - run.time[0], grid, answer))
+                times = self.played.times(i, name)
+                rows.append(np.zeros(len(times)) if answer is None else np.interp(times, grid, answer))
         parts = [-a[t] / problem.units[name] for name in answers for a, t in zip(answers[name], problem.trusted[name])]
         return np.concatenate(parts)
 

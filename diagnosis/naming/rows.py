@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
-
 import numpy as np
 
 from ..calibration.fit import Calibrating
-from ..data.log import MeasuredRun
 from ..residuals.mending import rms
 from ..rules import RULES
 
@@ -36,13 +32,3 @@ def followed(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[
         if now > RULES.search.clean * noise and then < now and jumps[1] < 0.5 * jumps[0]:
             found[name] = now, then
     return found
-
-
-def down(run: MeasuredRun, names: Iterable[str]) -> MeasuredRun:
-    """A run whose channels of these names are a row later; their first row, which nothing says, is not trusted."""
-    signals, good = dict(run.signals), dict(run.good)
-    for name in names:
-        usable = run.usable(name)
-        signals[name] = np.concatenate([signals[name][:1], signals[name][:-1]])
-        good[name] = np.concatenate([[False], usable[:-1]])
-    return replace(run, signals=signals, good=good)

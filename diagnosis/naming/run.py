@@ -208,20 +208,20 @@ def _as_much(found: Search, work: Work, near: Extending) -> bool:
 
 
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:
-    """The heads of the runs with what the rig sets free fitted to them, where what was recorded a row early is a row later."""
+    """The heads of the runs with what the rig sets free fitted to them, where what was read before the step that computes it is compared behind that."""
     near = heads(work)
     assert isinstance(near.played, Extended)
     places, told_of_base = _base(work, near, near.played, starts, seed)
     asked.notes += told_of_base
     if told := followed(near, near.values(places)):
-        work.moved(told)
+        work.read_early(told)
         near.played.close()
         near = heads(work)
         assert isinstance(near.played, Extended)
         places, _ = _base(work, near, near.played, starts, seed)
         asked.notes += [
-            f"{name} was read in the row of an input that it follows at once: it is compared with what the model computes for the "
-            f"next row ({now:.3g} -> {then:.3g})"
+            f"{name} was read in the row of an input that it follows at once: it is compared with what the model computes in "
+            f"the next step ({now:.3g} -> {then:.3g})"
             for name, (now, then) in told.items()
         ]
     if _later(work, near, near.values(places)):

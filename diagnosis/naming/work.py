@@ -22,7 +22,6 @@ from .extended import Extended, Extending
 from .guesses import Guess, begins
 from .places import Insert
 from .rounding import Rounded, rounded
-from .rows import down
 
 
 @dataclass
@@ -53,17 +52,13 @@ class Work:
         """A system of one's own on these runs. logged: as they were recorded, where that is something else."""
         played = Extended(self.rig, parts, runs, numbers)
         played.effort, played.reusable = self.played.effort, self.played.reusable  # of all together
-        played.rounded, played.logged = self.rounded, logged or runs
+        played.rounded, played.logged, played.early = self.rounded, logged or runs, self.played.early
         self.opened.callback(played.close)
         return played
 
-    def moved(self, names: Iterable[str]) -> None:
-        """From now on these outputs are compared a row later (rows.followed)."""
-        names = list(names)
-        self.runs = [down(run, names) for run in self.runs]
-        vars(self).pop("rounded", None)  # of the rows that are left
-        self.played.close()
-        self.played = self.played_on(self.parts, self.runs, self.numbers)
+    def read_early(self, names: Iterable[str]) -> None:
+        """From now on these outputs are compared a step later (rows.followed)."""
+        self.played.early = frozenset(names)
 
     @property
     def which(self) -> list[int]:

@@ -58,6 +58,11 @@ class CalibrateRules:
         "share of a channel's spread by which it must change with a number, or the number changes nothing",
         "theory: digits of a double, with room",
     )
+    steps_between: float = rule(
+        300.0,
+        "steps of a system that rows lie apart from which on the rig must say in which unit their times are",
+        "theory: ms read as s are 1000, of rows as far apart as three steps or one; the rig says it, and goes on",
+    )
     elsewhere: float = rule(
         0.38,
         "of every number's range: the other place about which it is asked whether a number changes anything",

@@ -23,6 +23,7 @@ from ..data.log import MeasuredRun
 from ..data.rig import HELD, LogColumn, Rig
 from ..errors import DataError
 from ..output.playback import Playback
+from ..rules import RULES
 
 LOG = "the_log"
 """Name of the part that plays the log."""
@@ -158,6 +159,18 @@ class Parts:
         given = self.rig.parameters | self.rig.of_log(run.log)
         return {name: value for name, value in given.items() if name not in self.shared and self.owner(name) in group.members}
 
+    def _check_rows(self, run: MeasuredRun) -> None:
+        """Refuse rows that lie as many steps apart as where ms are read as s, unless the rig says which of the two they are."""
+        apart = float(np.median(np.diff(run.time))) / self.rig.rows.every if len(run) > 1 else 0.0
+        step = self.system.run.step
+        if apart < RULES.calibrate.steps_between * step or self.rig.time.unit or self.rig.rows.step:
+            return
+        raise DataError(
+            f"{run.log}: its rows lie {apart:.4g} s apart, which is {apart / step:.0f} steps of {step:.4g} s. Write "
+            f'unit = "ms" under [time] in {self.rig.path.name} where that is what column {self.rig.time.column!r} is in, or unit = "s" '
+            "where it is in seconds."
+        )
+
     def _steps(self, time: np.ndarray) -> np.ndarray:
         """The steps that a run of these times takes, and its end, s."""
         step = self.system.run.step
@@ -180,6 +193,7 @@ class Parts:
         """
         time = run.time - run.time[0]
         step = self.system.run.step
+        self._check_rows(run)
         steps = self._steps(time)
         stop = max(1, int(np.ceil(time[-1] / step - 1e-9))) * step
         grid = steps if self.rig.inputs else time

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import oscillators
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -71,6 +72,17 @@ def test_a_unit_that_cannot_be_converted_for_want_of_the_fmus_is_refused(refused
     """It was taken as it is, without a word."""
     columns = {"oscillator.force": "u", "oscillator.position": {"column": "position", "unit": unit}}
     refused("oscillator.position", f"unit = '{unit}' cannot be converted", "write factor", columns=columns)
+
+
+def test_times_in_ms_that_pass_for_seconds_are_refused_until_the_rig_says_what_they_are(refused, tmp_path, oscillator, rng):
+    """A thousand times as many steps were taken, and a naming ended at its time limit with nothing."""
+    table = pd.read_csv(oscillators.log(tmp_path / "s.csv", oscillator, rng, count=400))
+    table["time"] *= 1e3
+    table.to_csv(log := tmp_path / "ms.csv", index=False)
+    refused("rows lie 5 s apart, which is 1000 steps of 0.005 s", 'unit = "ms" under [time]', 'or unit = "s"', log=log)
+    step = f"step = {oscillators.STEP}"
+    rig = oscillators.rig(tmp_path / "rig.toml", "oscillator.fmu", more=f'{step}\n[time]\nunit = "ms"')
+    assert calibrate(rig, [log], out=None, starts=1).numbers
 
 
 @pytest.mark.slow

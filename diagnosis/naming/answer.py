@@ -101,7 +101,8 @@ def _verdict(causes: list[NamedCause], worst: float, significant: bool) -> tuple
 def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     """All numbers with their 95 % intervals, of what taught."""
     problem, end = best.problem, best.end
-    found = {name: Fitted(name, value, None, None) for name, value in best.values.items()}
+    own = {n.name for n in problem.numbers if n.run is not None}
+    found = {name: Fitted(name, value, None, None, name in own) for name, value in best.values.items()}
     if end.misfit is None or not problem.free:
         return found
     slopes = Slopes(problem.misfit, problem.free)  # to both sides, where those of the fit were to one
@@ -112,7 +113,7 @@ def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     for n, place, error, free in zip(problem.free, end.places, errors, loose):
         if not free:
             ends = n.at(max(0.0, place - width * error)), n.at(min(1.0, place + width * error))
-            found[n.name] = Fitted(n.name, best.values[n.name], min(ends), max(ends))
+            found[n.name] = replace(found[n.name], low=min(ends), high=max(ends))
     return found
 
 

@@ -40,10 +40,11 @@ class Fitted:
     value: float
     low: float | None
     high: float | None
+    each_run: bool = False  # one of a run alone
 
     def __str__(self) -> str:
-        ends = "" if self.low is None else f" [{self.low:.4g}, {self.high:.4g}]"
-        return f"{self.name} = {self.value:.4g}{ends}"
+        ends = "not determined" if self.low is None else f"{self.low:.4g}, {self.high:.4g}"
+        return f"{self.name} = {self.value:.4g} [{ends}]"
 
 
 @dataclass
@@ -118,7 +119,7 @@ class Naming:
     curve: FreeCurve | None
     remainder: dict[str, Any]  # {significant, ratios: of error to noise}
     rivals: list[dict[str, Any]]  # of each round {base, rows: [{label, kind, numbers, loss, drop, chance, doubt}]}
-    numbers: list[Fitted]  # of the base
+    numbers: list[Fitted]  # of the base, fitted with what was found
     effort: dict[str, Any]
     extension: dict[str, Any] = field(default_factory=dict)
     faults: list[dict] = field(default_factory=list)
@@ -184,6 +185,8 @@ class Naming:
                 yield f"    cannot be told from: {', '.join(cause.beside)}"
             if cause.closer:
                 yield f"    with more numbers a little less is left by: {', '.join(cause.closer)}"
+        if whole := [number for number in self.numbers if not number.each_run]:
+            yield f"  fitted with it: {', '.join(map(str, whole))}"
         for e in self.errors:
             ends = "" if e.low is None or e.high is None else f" [{e.low:.4g}, {e.high:.4g}]"
             before, after = ("failed" if size is None else f"{size:.4g}" for size in (e.before, e.after))

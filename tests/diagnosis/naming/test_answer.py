@@ -6,7 +6,7 @@ import pytest
 
 from selflock.diagnosis.naming.answer import _closer, _unseen, _verdict
 from selflock.diagnosis.naming.guesses import CURVE, LAW
-from selflock.diagnosis.naming.outcome import NamedCause, NamedError
+from selflock.diagnosis.naming.outcome import Fitted, NamedCause, NamedError, Naming
 from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.rules import RULES
 
@@ -38,6 +38,19 @@ def test_a_name_of_a_part_is_told_as_that_of_a_part():
     assert _verdict([cause], 1.0, False) == ("explained", "What is missing has a name")
     verdict, why = _verdict([cause], 6.2, True)
     assert verdict == "explained" and why == "Some of what is missing has a name: what remains is 6.2 times its noise"
+
+
+def test_a_number_that_the_logs_do_not_determine_is_told_as_such():
+    """It stood there as a value like any other."""
+    assert str(Fitted("a", 0.81583, None, None)) == "a = 0.8158 [not determined]"
+    assert str(Fitted("a", 0.81583, 0.8, 0.9)) == "a = 0.8158 [0.8, 0.9]"
+
+
+def test_the_numbers_that_were_fitted_with_what_was_found_are_told_but_for_those_of_a_run():
+    numbers = [Fitted("body.damping", 3.0, 2.9, 3.1), Fitted("body.begin of train.csv", 0.1, 0.0, 0.2, each_run=True)]
+    effort = {"simulations": 1, "steps_per_second": 1.0, "elapsed": 1.0}
+    found = Naming("none", "", "", "", [], "", [], [], None, {}, [], numbers, effort)
+    assert "  fitted with it: body.damping = 3 [2.9, 3.1]" in found.summary().splitlines()
 
 
 def test_what_leaves_less_with_more_numbers_is_told_beside_the_simplest():

@@ -180,7 +180,7 @@ class Naming:
             if cause.kind == EVENT:
                 yield "    it belongs to the runs in which it was: of others it lowers no error"
             if cause.same:
-                yield f"    the same by other names, whatever the inputs: {', '.join(cause.same)}"
+                yield f"    the same by other names, whatever inputs within the range of these logs: {', '.join(cause.same)}"
             if cause.beside:
                 yield f"    cannot be told from: {', '.join(cause.beside)}"
             if cause.closer:

@@ -13,7 +13,7 @@ from ..calibration import told
 from ..calibration.fit import remaining
 from ..calibration.slopes import Slopes
 from ..rules import RULES
-from .guesses import CURVE, KINDS, begins, heights, points_of
+from .guesses import CURVE, EVENT, KINDS, begins, heights, points_of
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
 from .plan import open_models
 from .round import Round
@@ -36,7 +36,7 @@ def told_of(found: Search, seed: int) -> Naming:
     ratios = last.ratios if last else {name: size / noise[name] for name, size in (best.taught or {}).items() if noise[name]}
     worst = max(ratios.values(), default=0.0)
     significant = bool(last.off.any()) if last and last.winner is None else worst > RULES.judge.excess
-    verdict, why = _verdict(causes, worst, significant)
+    verdict, why = _verdict(causes, worst, significant, _closed(errors, causes))
     if not found.outcomes:
         verdict, why = "unknown", "The time limit came before anything was held against the base"
     effort = work.played.effort
@@ -79,7 +79,22 @@ def _unseen(verdict: str, errors: list[NamedError]) -> list[str]:
     ]
 
 
-def _verdict(causes: list[NamedCause], worst: float, significant: bool) -> tuple[str, str]:
+def _closed(errors: list[NamedError], causes: list[NamedCause]) -> float:
+    """Share of the squares of an error above its noise that is gone, of the output of which most is; 1 where what is left is near noise.
+
+    Of data that judge; what happened in the runs that teach is theirs.
+    """
+    most, closed = 0.0, 1.0
+    for e in errors:
+        was, now = (e.taught_before, e.taught_after) if causes and causes[0].kind == EVENT else (e.before, e.after)
+        if was is None or now is None or not e.noise or (was**2 - now**2) / e.noise**2 <= most:
+            continue
+        most = (was**2 - now**2) / e.noise**2
+        closed = (was**2 - now**2) / (was**2 - e.noise**2) if now > RULES.search.natural * e.noise else 1.0
+    return closed
+
+
+def _verdict(causes: list[NamedCause], worst: float, significant: bool, closed: float = 1.0) -> tuple[str, str]:
     if not causes:
         if worst > RULES.judge.excess:
             return "unknown", "Something is missing, and no rival predicts unseen data better than chance does"
@@ -91,6 +106,8 @@ def _verdict(causes: list[NamedCause], worst: float, significant: bool) -> tuple
         return "none", "Nothing is missing that these data could show"
     if causes[0].kind == CURVE:
         return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
+    if closed < RULES.judge.enough:
+        return "unknown", f"What has a name closes {100.0 * closed:.0f} % of the error, too little to be what is missing"
     if any(cause.beside for cause in causes):
         return "ambiguous", "What is missing has more than one name that does as well"
     if significant and worst > RULES.judge.excess:

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from selflock.diagnosis.naming.answer import _closer, _unseen, _verdict
-from selflock.diagnosis.naming.guesses import CURVE, LAW
+from selflock.diagnosis.naming.answer import _closed, _closer, _unseen, _verdict
+from selflock.diagnosis.naming.guesses import CURVE, EVENT, LAW
 from selflock.diagnosis.naming.outcome import Fitted, NamedCause, NamedError, Naming
 from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.rules import RULES
@@ -51,6 +51,22 @@ def test_the_numbers_that_were_fitted_with_what_was_found_are_told_but_for_those
     effort = {"simulations": 1, "steps_per_second": 1.0, "elapsed": 1.0}
     found = Naming("none", "", "", "", [], "", [], [], None, {}, [], numbers, effort)
     assert "  fitted with it: body.damping = 3 [2.9, 3.1]" in found.summary().splitlines()
+
+
+@pytest.mark.parametrize(
+    "kind, after, closed",
+    [(LAW, 0.0378, 0.35), (LAW, 0.0075, 1.0), (EVENT, 0.0378, 0.9867)],
+)
+def test_what_closes_little_is_not_what_is_missing(kind, after, closed):
+    """A bump that gives a plant two places of rest was a limit and a Coulomb friction, `explained`, with six times its noise left."""
+    cause = NamedCause(kind, "limit", "limit of x on y", "y", "in", "x", False, "", [], 0.3, 0.005)
+    errors = [
+        NamedError("force", "N", 0.3, 0.3, None, None, 0.3),
+        NamedError("position", "m", 0.0467, after, None, None, 0.0061, 0.07, 0.01),
+    ]
+    assert _closed(errors, [cause]) == pytest.approx(closed, abs=0.005)
+    verdict, why = _verdict([cause], 4.0, True, _closed(errors, [cause]))
+    assert verdict == ("unknown" if closed < 0.5 else "explained") and ("closes 35 % of the error" in why) == (closed < 0.5)
 
 
 def test_what_leaves_less_with_more_numbers_is_told_beside_the_simplest():

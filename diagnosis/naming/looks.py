@@ -127,7 +127,26 @@ class Looks:
     def _wanted(self, guess: Guess) -> bool:
         return guess.kind == CURVE or guess.count <= self.most
 
-    def _column(self, trial: Trial) -> None:
+    def _paths(self, place: Place) -> None:
+        """What a path at a place may do. Of its roundings, of which there may be a thousand, those that look best are simulated."""
+        roundings = []
+        for trial in g.paths(self.scene, place):
+            if trial.guess.law == "quantisation" and not self._rounds(trial.guess):
+                roundings.append(trial)
+            else:
+                self._column(trial)
+        few = len(roundings) <= RULES.naming.simulated or self.responses.steady(place)
+        begin = len(self.ways)
+        for trial in roundings:
+            self._column(trial, few)
+        if few:
+            return
+        looked = sorted(self.ways[begin:], key=lambda pair: -pair[0].gain)
+        self.ways[begin:] = looked[RULES.naming.simulated :]
+        for way, guess in looked[: RULES.naming.simulated]:
+            self._column(Trial(guess, way.shape))
+
+    def _column(self, trial: Trial, whole: bool = True) -> None:
         guess = trial.guess
         if not self._wanted(guess):
             return
@@ -146,7 +165,7 @@ class Looks:
             frees = [f for f in guess.free if f.name in trial.acting]
             self._keep(guess, trial.at, frees, np.stack(columns, -1))
         else:
-            moved = self._misfit(guess, off, True)
+            moved = self._misfit(guess, off, whole)
             if moved is not None and self.base.misfit is not None:
                 self._keep(guess, trial.at, [Free("amount", 0.0, 0.0, 1.0)], (moved - self.base.misfit)[:, None], jump=1.0)
 
@@ -227,8 +246,8 @@ class Looks:
             if self.ways and self.enough():
                 return
             self.tell(f"first look at {place}", 0.05 + 0.35 * k / len(places))
-            for trial in g.paths(scene, place) if g.PATH in self.kinds else ():
-                self._column(trial)
+            if g.PATH in self.kinds:
+                self._paths(place)
             scene.played.extend(self.inserts)
             if g.EVENT in self.kinds:
                 self._events(place, next(g.shifts(scene, place)))

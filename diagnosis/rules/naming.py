@@ -121,6 +121,11 @@ class NamingRules:
         "theory: values are then no more than a twentieth of a step from where they would be told, and a fortieth count otherwise",
     )
     gathered: int = rule(5, "steps that a recorded signal gathers at that are looked at, those where it does so most", TIME)
+    simulated: int = rule(
+        20,
+        "roundings of a place, those that look best by how outputs answer, that are simulated where answers change as a run goes on",
+        TIME,
+    )
     on_steps: float = rule(
         0.5,
         "mean of cos(2 pi y / q) of values that just passed to another number of steps, from which on they were rounded to q",

@@ -73,6 +73,7 @@ class Parts:
                 )
         if rig.step:
             self.system.run.step = rig.step
+        self.step = self.system.run.step  # s, which a search may make finer in the system
         wiring = wire(replace(self.system, run=replace(self.system.run, open_inputs=True)), parameters)
         try:
             self.variables = {f"{name}.{v.name}": v for name, part in wiring.parts.items() for v in part.variables.values()}
@@ -162,11 +163,10 @@ class Parts:
     def _check_rows(self, run: MeasuredRun) -> None:
         """Refuse rows that lie as many steps apart as where ms are read as s, unless the rig says which of the two they are."""
         apart = float(np.median(np.diff(run.time))) / self.rig.rows.every if len(run) > 1 else 0.0
-        step = self.system.run.step
-        if apart < RULES.calibrate.steps_between * step or self.rig.time.unit or self.rig.rows.step:
+        if apart < RULES.calibrate.steps_between * self.step or self.rig.time.unit or self.rig.rows.step:
             return
         raise DataError(
-            f"{run.log}: its rows lie {apart:.4g} s apart, which is {apart / step:.0f} steps of {step:.4g} s. Write "
+            f"{run.log}: its rows lie {apart:.4g} s apart, which is {apart / self.step:.0f} steps of {self.step:.4g} s. Write "
             f'unit = "ms" under [time] in {self.rig.path.name} where that is what column {self.rig.time.column!r} is in, or unit = "s" '
             "where it is in seconds."
         )

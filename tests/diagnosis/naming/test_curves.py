@@ -174,7 +174,7 @@ def test_beside_a_first_cause_only_laws_of_such_a_curves_variable_at_its_place_a
     linear, put = SimpleNamespace(draws=lambda misfit: None), SimpleNamespace(put=lambda misfit: misfit)
     asked = []
     monkeypatch.setattr(Looks, "_curve", lambda *_: None)
-    monkeypatch.setattr(Looks, "_column", lambda self, trial: asked.append(trial))
+    monkeypatch.setattr(Looks, "_column", lambda self, trial, whole=True: asked.append(trial))
     monkeypatch.setattr(looks_module.g, "sines", lambda *_: ["sine"])
     monkeypatch.setattr(looks_module.g, "with_state", lambda *_: ["Dahl"])
     looks = Looks(None, base, {}, put, linear, still, (), set(), list(KINDS), lambda *_: None)

@@ -46,8 +46,9 @@ LATE = (DELAY, LAG, PERIOD)
 """Roles of what acts late: told from a log to a sample at best."""
 
 
-OF_DRIVE = ("N.m", "N.m.s/rad", "rad/N.m", "kg.m2", "kg", "m", "Ohm", "1/A", "1/W")
-"""Units of which a drive has an amount of its own: what its motor gives and takes at rest, how that falls with speed, what it yields and holds."""
+OF_DRIVE = ("N.m", "N.m.s/rad", "rad/N.m", "kg.m2", "kg", "m", "Ohm", "1/A", "1/W", "1/rad")
+"""Units of which a drive has an amount of its own: what its motor gives and takes at rest, how that falls with speed, what it yields and holds,
+and how far its shafts went."""
 
 
 class Above(NamedTuple):

@@ -68,7 +68,7 @@ class Hypothesis:
     summary: str = ""
     source: str = ""
     advice: str = ""  # the run that would tell it from others
-    shown_over: str = "speed"  # the variable over which it is seen best
+    shown_over: str = ""  # the variable over which it is seen best; "" of a nominal value, which is no function of one
     drifts: bool = False  # it changes in time
     takes: tuple[str, ...] = ()  # nominal values that are others where it acts, with the component
 

@@ -57,22 +57,24 @@ def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExper
     Torque: what the motor gives at rest at the highest voltage, K_m U / R (eq 15 to 17), at the load r times that. Its fall with
     speed, K_m K_e / R; the yielding by a radian under it; the inertia of load and shaft together; the mass that it holds on
     the load's arm, and the arm on which it holds the load's mass. The winding's resistance; one over the current and the copper loss
-    at rest, U / R and U^2 / R.
+    at rest, U / R and U^2 / R. One over the way that the shaft went in the longest of the runs, which no motor need tell.
     """
     prefix, here = split(component, rig.drives)
     value = lambda of, name: rig.parameters.get(f"{prefix}{of}.{name}", next(p.off for p in law(of).BASE if p.name == name))
     constant, resistance = value("motor", "torque_constant"), value("motor", "resistance")
+    ratio, arm, mass = value("reducer", "gear_ratio"), value("load", "arm"), value("load", "mass")
+    over = lambda a, b: a / b if b > 0.0 else inf
+    way = max(_way(run, prefix, ratio) for run in experiment.runs) / (ratio if here == "load" else 1.0)
+    found = {"1/rad": over(1.0, way)}
     known = prefix + "motor" in experiment.components or f"{prefix}motor.torque_constant" in rig.parameters
     if not (known and resistance > 0.0):
-        return {}
+        return _told(found)
     voltage = _voltage(rig, prefix, value, channels, experiment)
     torque = constant * voltage / resistance
     falls = constant * value("motor", "voltage_constant") / resistance
-    ratio, arm, mass = value("reducer", "gear_ratio"), value("load", "arm"), value("load", "mass")
     delivered, weight = torque * ratio, value("load", "gravity")
     inertia = value("load", "inertia") + mass * arm**2 + value("reducer", "shaft_inertia") * ratio**2
-    over = lambda a, b: a / b if b > 0.0 else inf
-    found = {
+    found |= {
         "N.m": delivered if here == "load" else torque,
         "N.m.s/rad": falls * ratio**2 if here == "load" else falls,
         "rad/N.m": over(1.0, delivered),
@@ -83,7 +85,25 @@ def amounts(rig: Rig, component: str, channels: set[str], experiment: DriveExper
         "1/A": over(resistance, voltage),
         "1/W": over(resistance, voltage**2),
     }
+    return _told(found)
+
+
+def _told(found: dict[str, float]) -> dict[str, float]:
     return {unit: most for unit, most in found.items() if 0.0 < most < inf}
+
+
+def _way(run: MeasuredRun, prefix: str, ratio: float) -> float:
+    """How far the input shaft went in a run, rad, to and fro: by the first of its channels that tell; 0 where none does."""
+    for name, factor in (
+        ("reducer.input_angle", 1.0),
+        ("load.angle", ratio),
+        ("reducer.input_speed", 1.0),
+        ("load.speed", ratio),
+    ):
+        if (values := run.signals.get(prefix + name)) is not None:
+            steps = np.diff(values) if name.endswith("angle") else values[1:] * np.diff(run.time)
+            return factor * float(np.nansum(abs(steps)))
+    return 0.0
 
 
 def _voltage(rig: Rig, prefix: str, value: Callable[[str, str], float], channels: set[str], experiment: DriveExperiment) -> float:

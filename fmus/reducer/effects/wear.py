@@ -23,7 +23,16 @@ EFFECT = Effect(
     name="wear",
     summary="dry friction times 1 + w D, D the distance of the input shaft, levelling off at a reach",
     parameters=(
-        Parameter("wear_rate", "1/rad", 0.0, -0.1, 0.1, "w, change of friction per distance; negative: running-in", AMPLITUDE),
+        Parameter(
+            "wear_rate",
+            "1/rad",
+            0.0,
+            -0.1,
+            0.1,
+            "w, change of friction per distance; negative: running-in",
+            AMPLITUDE,
+            of_drive=3.0,
+        ),
         Parameter("wear_reach", "rad", 0.0, 0.0, 1e6, "distance over which the drift levels off; 0: never", SHAPE),
     ),
     source="Bittencourt, Axelsson, Modeling and experiment design for wear in a robot joint, IEEE/ASME T-Mech 19(5), 2014",

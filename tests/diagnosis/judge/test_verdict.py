@@ -9,6 +9,7 @@ from selflock.diagnosis.judge import verdict
 from selflock.diagnosis.judge.depends import Dependence
 from selflock.diagnosis.judge.verdict import Judge, Judgement, _ahead, _beyond_noise
 from selflock.diagnosis.residuals.mending import Mending
+from selflock.diagnosis.search.hypotheses import Hypothesis
 from selflock.diagnosis.search.selection import Selection
 from selflock.diagnosis.search.step import Step
 
@@ -63,6 +64,8 @@ def test_a_free_law_in_the_drive_speaks_against_a_cause_where_it_does_more(named
     law = left(free)
     law.hypothesis = SimpleNamespace(effect=f"free torque over {over}", shown_over=over)
     assert (_ahead(law, outcome) == "") == believed
+    cause.hypothesis = Hypothesis("load", "parameter", ())  # a nominal value bends over nothing, and none is its own
+    assert (_ahead(law, outcome) == "") == (believed and over != "speed")
 
 
 def _goes_with(*variables):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -59,6 +60,28 @@ def test_what_a_drive_has_of_each_unit(rng):
     assert motor["rad/N.m"] * load["N.m"] == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("channel, factor", [("load.angle", 40.0), ("reducer.input_angle", 1.0)])
+def test_wear_is_looked_for_within_what_a_shaft_went(rng, channel, factor):
+    """Of a worm's long way a hundredth of all that any drive may wear was twice its friction: the look never saw it."""
+    bench = drive(rng, 0.004, 6.0)
+    (run,) = bench.runs
+    run.signals[channel] = angle = 1e3 * run.signals["load.angle"]
+    way = factor * float(abs(np.diff(angle)).sum())
+    found = numbers(bench)["reducer.wear_rate"]
+    assert amounts(bench.rig, "reducer", bench.measured, bench)["1/rad"] == pytest.approx(1.0 / way)
+    assert (found.low, found.high) == pytest.approx((-3.0 / way, 3.0 / way))
+    assert RULES.search.leading * RULES.search.difference * scale(found, 0.0) * way < 0.1  # of the friction
+
+
+@pytest.mark.parametrize("channel, factor", [("reducer.input_speed", 1.0), ("load.speed", 40.0)])
+def test_a_shafts_way_is_told_by_its_speed_where_no_angle_is_measured(rng, channel, factor):
+    bench = drive(rng, 0.004, 6.0)
+    speed = rng.normal(0.0, 30.0, 500)
+    run = MeasuredRun("log.csv", "", np.arange(500), 0.01 * np.arange(500), {channel: speed})
+    found = amounts(bench.rig, "load", set(), SimpleNamespace(runs=[run], components={}, rig=bench.rig))
+    assert found["1/rad"] == pytest.approx(40.0 / (factor * 0.01 * abs(speed[1:]).sum()))
+
+
 def test_a_derivative_is_taken_over_a_small_part_of_what_the_drive_has(rng):
     """Of a small motor K_m K_e / R was less than what its friction was moved by, so that nothing was seen of it."""
     bench = drive(rng, 0.004, 6.0)
@@ -82,7 +105,7 @@ def test_where_nothing_tells_of_a_motor_bounds_are_the_laws_own(rng):
     signals["reducer.output_torque"] = rng.normal(0.0, 9.0, 200)
     rig = replace(bench.rig, kind="inverse", parameters=apart, columns=tuple(LogColumn(n, n) for n in signals))
     gear = DriveExperiment(rig, [replace(bench.runs[0], signals=signals)])
-    assert amounts(rig, "reducer", gear.measured, gear) == {}
+    assert amounts(rig, "reducer", gear.measured, gear).keys() == {"1/rad"}
     free = {p.name: p for h in vocabulary(rig, {"reducer"}, gear.measured, gear) for p in h.free}
     assert free["reducer.viscous_damping"].high == 1.0 < inf
 

@@ -129,7 +129,8 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     would tell and a torque feels it: a drive that jerks from row to row of a slow log.
     """
     bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
-    spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
+    asked = {name: bare for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
+    spikes = {name: _spikes(run, name, bare in SPEED_OF) for name, bare in asked.items()}
     spikes |= {name: _beyond(run, name, rig) for name, bare in bares.items() if bare == "controller.voltage"}
     speeds = {name: name.removesuffix(bares[name]) + ANGLE_OF[bares[name]] for name in spikes if bares[name] in ANGLE_OF}
     spikes |= {name: spikes[name] & ~_of_a_count(run, name, angle) | _over_lost_rows(run, name) for name, angle in speeds.items()}
@@ -227,10 +228,10 @@ def _over_lost_rows(run: MeasuredRun, name: str) -> np.ndarray:
     return bad
 
 
-def _spikes(run: MeasuredRun, name: str) -> np.ndarray:
+def _spikes(run: MeasuredRun, name: str, angle: bool) -> np.ndarray:
     """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %.
 
-    Among many neighbours first, then among few, until there are no more: of those close together one hides another.
+    An angle's may be nearer than others': as far as a dozen of its own fast steps, for no shaft goes there and back. Among many neighbours first, then among few, until there are no more: of those close together one hides another.
     """
     bad, good = np.zeros(len(run), bool), run.good[name]
     if good.sum() < RULES.data.spike_samples:
@@ -238,19 +239,22 @@ def _spikes(run: MeasuredRun, name: str) -> np.ndarray:
     for reach in (2 * RULES.data.spike + 1, RULES.data.spike):
         more = good
         while more.any():
-            more = _farthest(_filled(run, name, bad), reach) & good & ~bad
+            more = _farthest(_filled(run, name, bad), reach, angle) & good & ~bad
             bad |= more
     return bad
 
 
-def _farthest(x: np.ndarray, reach: int) -> np.ndarray:
+def _farthest(x: np.ndarray, reach: int, angle: bool) -> np.ndarray:
     """Samples of a channel without gaps that are far from so many neighbours on each side, which have nothing of them."""
     rules = RULES.data
     away = abs(x - median_filter(x, size=2 * reach + 1, mode="reflect"))
     tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
     scale = max(rules.deviation * float(np.median(away)), tail, resolution(x) / np.sqrt(12.0))
     width = spread(x, rules.range_quantiles)
-    suspect = (away > rules.corrupted * scale) & (away > rules.spike_range * width)
+    least = rules.spike_range * width
+    if angle and len(moved := abs(np.diff(x))[np.diff(x) != 0.0]):
+        least = min(least, rules.corrupted * float(np.quantile(moved, rules.spike_tail)))
+    suspect = (away > rules.corrupted * scale) & (away > least)
     ends = np.ones(len(x), bool)
     ends[reach:-reach] = False  # there a step looks like a spike: it must be larger than the signal itself
     suspect &= ~ends | (away > rules.spike_range_at_ends * width)

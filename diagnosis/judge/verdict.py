@@ -13,11 +13,13 @@ from ..residuals.mending import Mending, excess, most_mended, sizes
 from ..residuals.phase import name, parameter
 from ..residuals.residual import Residual
 from ..rules import RULES
-from ..search.candidate import Candidate, worse
+from ..search.candidate import Candidate, amount, pressed, worse
 from ..search.fit import Fit
 from ..search.freely import free_laws
+from ..search.hypotheses import Free
 from ..search.problem import Problem
 from ..search.selection import Selection
+from ..search.starts import collinear
 from ..search.step import CHANCE
 from . import advice
 from .cause import Cause, doubts, weakening
@@ -307,6 +309,7 @@ def named(outcome: Selection) -> list[Cause]:
     intervals = outcome.final.intervals(problem.rows, problem.blocks)
     values = problem.absolute(outcome.final.values)
     step, (of_range, of_value) = problem.experiment.step, RULES.judge.determined
+    together_with, ended = collinear(outcome.final, problem.rows), ended_in_base(outcome)
     found = []
     for candidate, stage in zip(outcome.causes, outcome.kept):
         parameters, spans = {}, {p.name: intervals[p.name] for p in candidate.free}
@@ -329,14 +332,19 @@ def named(outcome: Selection) -> list[Cause]:
             }
         h, rivals = candidate.hypothesis, [c.hypothesis for c in stage.tied]
         sure, together, closest = confidence(candidate, stage, outcome.searched)
+        amounts = [p.name for p in candidate.free if amount(p)]
+        known = (
+            {other for name in amounts for other in together_with.get(name, ())} if all(n in doubted for n in amounts) else set()
+        )
+        narrow = [p for p in ended if p.name in known]
         found.append(
             Cause(
                 h.component,
                 h.effect,
                 parameters,
                 sure,
-                [rival.label for rival in rivals],
-                advice.separate(h, rivals),
+                [rival.label for rival in rivals] + [advice.beyond(p) for p in narrow],
+                " ".join(filter(None, [advice.separate(h, rivals), advice.widen(narrow)])),
                 h.channel,
                 weakening(candidate.free, doubted),
                 closest,
@@ -344,6 +352,13 @@ def named(outcome: Selection) -> list[Cause]:
             )
         )
     return found
+
+
+def ended_in_base(outcome: Selection) -> list[Free]:
+    """Uncertain values that ended where their ranges do before anything was found, but for 0: what is missing may be more of them."""
+    values = outcome.base.values
+    felt = [(p, values[p.name]) for p in outcome.problem.asked if p.name in values]
+    return [p for p, value in felt if pressed(p, value) and (p.high if p.high - value < value - p.low else p.low) != 0.0]
 
 
 def of_runs(found: Judgement) -> list[dict]:

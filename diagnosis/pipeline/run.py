@@ -39,7 +39,7 @@ from ..rules import RULES
 from ..search.instants import place_acts, place_again, place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
-from ..search.reach import with_supply
+from ..search.reach import told_of_supply, with_supply
 from ..search.selection import ForwardSelection, Selection
 from ..search.starts import correlated, told
 from ..search.step import so_far
@@ -148,7 +148,9 @@ def _diagnosed(
     rng, given, apart = np.random.default_rng(seed), rig, other[0] == PARTED
     again = lambda *way: _diagnosed(given, runs, faults, held, out, tell, seed, blamed, sanity, kept, search, way)
     rig, why = (replace(rig, simulate=other[0]), other[1]) if other[0] else whole_where_described(rig, runs)
-    rig = with_supply(rig, runs)
+    supplied = with_supply(rig, runs)
+    box = sanity and replace(sanity, made=(*sanity.made, *told_of_supply(rig, supplied)))
+    rig = supplied
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     experiment, train, names, problem = _asked(rig, runs, held, kept)
@@ -183,7 +185,7 @@ def _diagnosed(
     result = Diagnosis(answer, [fault.row() for fault in faults], shares, causes, found.gain, remainder, step=step)
     result.extension["seed"] = seed
     result.about = about(rig, runs, held) | {"searched": search}
-    result.sanity = sanity
+    result.sanity = box
     result.recorder = recorded(problem, found.outcome.final, why, given)
     result.correlations = correlated(found.outcome.final, problem.rows)
     result.uncertain = told(found.outcome.final, problem.asked, problem.endings, problem.rows, problem.blocks)

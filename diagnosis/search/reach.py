@@ -46,6 +46,12 @@ def with_supply(rig: Rig, runs: list[MeasuredRun]) -> Rig:
     return replace(rig, parameters=rig.parameters | found) if found else rig
 
 
+def told_of_supply(rig: Rig, supplied: Rig) -> list[str]:
+    """What `with_supply` took for the voltage of each motor's supply, in words: an inner resistance goes with its square."""
+    more = {name: value for name, value in supplied.parameters.items() if name not in rig.parameters}
+    return [f"{name} as the highest that the motor may be given, {value:.4g} V" for name, value in more.items()]
+
+
 def _limits(prefix: str) -> list[str]:
     """Parameters that limit what a drive's controller commands."""
     return [f"{prefix}controller.{name}" for name in ("voltage_min", "voltage_max")]

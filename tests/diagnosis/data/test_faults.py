@@ -75,6 +75,34 @@ def test_corrupted_samples_close_together_do_not_hide_each_other(rig, run, spike
     assert set(np.flatnonzero(~run.good["motor.torque"])) == set(spikes)
 
 
+@pytest.mark.parametrize("share", [0.05, 0.15, 0.4])
+def test_an_angle_that_drops_to_zero_for_a_few_rows_is_corrupted_however_near_zero_is(rig, run, rng, share):
+    """Below a quarter of its range such rows were trusted: a sound drive was `unknown`, by nine of them."""
+    angle = run.signals["reducer.input_angle"]
+    width = np.ptp(angle)
+    first = int(rng.choice(np.flatnonzero(abs(abs(angle[100:-100]) - share * width) < 0.01 * width))) + 100
+    angle[first : first + 3] = 0.0
+    assert [(f.kind, f.channel, f.first, f.last) for f in check([run], rig)] == [
+        ("corrupted", "reducer.input_angle", first, first + 2)
+    ]
+
+
+@pytest.mark.parametrize("counts", [0, 48, 2000])
+def test_a_shaft_that_rings_behind_a_blow_is_sound(rig, run, rng, counts):
+    """As fast as it turns all the time, and faster for a few rows."""
+    time = run.time
+    angle = np.sin(2.0 * time) + sum(
+        rng.uniform(0.005, 0.05) * (time > at) * np.exp(-(time - at) / 0.02) * np.sin(rng.uniform(300.0, 800.0) * (time - at))
+        for at in rng.uniform(0.2, 3.8, 5)
+    )
+    if counts:
+        angle = np.floor(angle * counts / (2.0 * np.pi)) * 2.0 * np.pi / counts
+    run.signals["reducer.input_angle"] = angle
+    rate = np.gradient(angle, time) if not counts else 2.0 * np.cos(2.0 * time)
+    run.signals["reducer.input_speed"] = rate + 0.01 * rng.standard_normal(N)
+    assert not any(f.channel == "reducer.input_angle" for f in check([run], rig))
+
+
 def test_a_ring_that_crosses_zero_is_no_row_of_corrupted_samples(rig, run):
     """Every other sample of it is quiet, and what it ends in is too small for a spike."""
     run.signals["motor.torque"][600:628:2] += 1.5 * (-0.7) ** np.arange(14)

@@ -11,12 +11,12 @@ from selflock.diagnosis.judge.cause import Cause, doubts, weakening
 from selflock.diagnosis.judge.gain import Gain
 from selflock.diagnosis.judge.likely import confidence
 from selflock.diagnosis.judge.result import Diagnosis
-from selflock.diagnosis.judge.verdict import named
+from selflock.diagnosis.judge.verdict import named, verdict
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.fit import Fit
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.diagnosis.search.step import Stage
-from selflock.fmus.effect import AMPLITUDE, SHAPE
+from selflock.fmus.effect import AMPLITUDE, SHAPE, VALUE
 
 DROP = Free("motor.brush_voltage", 0.0, 0.0, 5.0, "V", role=AMPLITUDE)
 OTHER = Free("motor.other", 0.0, -5.0, 5.0, role=AMPLITUDE)
@@ -150,9 +150,37 @@ def test_the_interval_of_the_last_fit_decides(size, weak, rng):
     free = (Free("load.tilt", 0.0, -5.0, 5.0, "rad", role=AMPLITUDE),)
     fit = Fit(free, {"load.tilt": size}, noise, -column[:, None], np.ones(n))
     problem = SimpleNamespace(
-        rows=np.ones(n, bool), blocks=np.arange(n) // 10, absolute=dict, experiment=SimpleNamespace(step=1e-3)
+        rows=np.ones(n, bool), blocks=np.arange(n) // 10, absolute=dict, experiment=SimpleNamespace(step=1e-3), asked=()
     )
     candidate = Candidate(Hypothesis("load", "tilt", free), free, fit, MENDS, chance=0.005)
     kept = contest(candidate, base=NOTHING)
-    (cause,) = named(SimpleNamespace(causes=[candidate], kept=[kept], problem=problem, final=fit, searched=ENTRIES))
+    base = SimpleNamespace(values={})
+    (cause,) = named(SimpleNamespace(causes=[candidate], kept=[kept], problem=problem, final=fit, searched=ENTRIES, base=base))
     assert (cause.mark == "weak") == weak and bool(cause.parameters["load.tilt"]["doubt"]) == weak
+
+
+@pytest.mark.parametrize("ended, alike, told", [(14.0, True, True), (9.0, True, False), (14.0, False, False), (0.0, True, False)])
+def test_what_is_more_of_an_uncertain_value_than_its_range_has_is_told_as_that(ended, alike, told, rng):
+    """A guide's friction beyond what the rig gave the gear's was a warm-up of ten hours, `explained` with a confidence of 0.995."""
+    n = 400
+    column, other, noise = rng.standard_normal((3, n))
+    beside = column + 1e-3 * other if alike else other
+    excess = Free("reducer.cold_excess", 0.0, -0.9, 5.0, "", role=AMPLITUDE)
+    drag = Free("reducer.drag_torque", 8.0, 0.0, 14.0, "N", role=VALUE)
+    fit = Fit((drag, excess), {drag.name: 13.9, excess.name: 0.4}, noise, -np.stack([beside, column], -1), np.ones(n))
+    problem = SimpleNamespace(
+        rows=np.ones(n, bool),
+        blocks=np.arange(n) // 10,
+        absolute=dict,
+        experiment=SimpleNamespace(step=1e-3),
+        asked=(drag,),
+    )
+    candidate = Candidate(Hypothesis("reducer", "warm_up", (excess,)), (excess,), fit, MENDS, chance=0.005)
+    outcome = SimpleNamespace(causes=[candidate], kept=[contest(candidate, base=NOTHING)], problem=problem, final=fit)
+    outcome.searched, outcome.base = ENTRIES, SimpleNamespace(values={drag.name: ended})
+    (cause,) = named(outcome)
+    assert bool(cause.indistinguishable_from) == told
+    assert verdict([cause], [], outcome) == ("ambiguous" if told else "explained")
+    if told:
+        assert cause.indistinguishable_from == ["reducer.drag_torque outside of its range, 0 to 14"]
+        assert cause.separate_by == "Widen reducer.drag_torque under [uncertain], and diagnose again."

@@ -16,7 +16,7 @@ from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.fit import scale
 from selflock.diagnosis.search.hypotheses import vocabulary
-from selflock.diagnosis.search.reach import amounts, with_supply
+from selflock.diagnosis.search.reach import amounts, told_of_supply, with_supply
 
 VOLTS = 12.0
 
@@ -131,6 +131,10 @@ def test_a_supply_of_which_nothing_is_said_has_the_highest_voltage_that_the_moto
         bench.rig, parameters=bench.rig.parameters | {"controller.voltage_min": -15.0, "controller.voltage_max": 9.0}
     )
     assert with_supply(limited, bench.runs).parameters[name] == 15.0
+    assert told_of_supply(limited, with_supply(limited, bench.runs)) == [
+        f"{name} as the highest that the motor may be given, 15 V"
+    ]
+    assert told_of_supply(limited, limited) == []
     said = replace(bench.rig, parameters=bench.rig.parameters | {name: 48.0})
     assert with_supply(said, bench.runs) is said
     uncertain = replace(bench.rig, uncertain={name: (6.0, 24.0)})

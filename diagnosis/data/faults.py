@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from ..rules import RULES
@@ -129,8 +130,8 @@ def _corrupted(run: MeasuredRun, rig: Rig) -> dict[str, np.ndarray]:
     would tell and a torque feels it: a drive that jerks from row to row of a slow log.
     """
     bares = {name: split(name, rig.drives)[1] for name in run.signals if name != VALID}
-    asked = {name: bare for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
-    spikes = {name: _spikes(run, name, bare in SPEED_OF) for name, bare in asked.items()}
+    spikes = {name: _spikes(run, name) for name, bare in bares.items() if bare not in COMMANDS and name not in rig.commanded}
+    spikes |= {name: spikes[name] | _off_its_way(run, name) for name in spikes if bares[name] in SPEED_OF}
     spikes |= {name: _beyond(run, name, rig) for name, bare in bares.items() if bare == "controller.voltage"}
     speeds = {name: name.removesuffix(bares[name]) + ANGLE_OF[bares[name]] for name in spikes if bares[name] in ANGLE_OF}
     spikes |= {name: spikes[name] & ~_of_a_count(run, name, angle) | _over_lost_rows(run, name) for name, angle in speeds.items()}
@@ -228,10 +229,37 @@ def _over_lost_rows(run: MeasuredRun, name: str) -> np.ndarray:
     return bad
 
 
-def _spikes(run: MeasuredRun, name: str, angle: bool) -> np.ndarray:
+def _off_its_way(run: MeasuredRun, name: str) -> np.ndarray:
+    """Samples of an angle, a few in a row, far from the parabola through those before and behind, which lie on it.
+
+    Far beside how far all are from theirs, and by a fast step of it, however near by that is: no shaft goes there and back. Nor are
+    they on the line of either side, as where one is struck.
+    """
+    rules, x, bad = RULES.data, _filled(run, name), np.zeros(len(run), bool)
+    step = float(np.quantile(abs(np.diff(x)), rules.spike_tail)) if len(x) > 1 else 0.0
+    for length in range(1, rules.spike + 1):
+        width = 2 * rules.spike + length
+        if len(x) < max(width, rules.spike_samples):
+            break
+        powers = np.vander(np.arange(width) - 0.5 * (width - 1), 3, increasing=True)
+        inside = np.zeros(width, bool)
+        inside[rules.spike : -rules.spike] = True
+        left, seen = np.arange(width) < rules.spike, sliding_window_view(x, width)
+        sides = ((3, ~inside), (2, left), (2, left[::-1]))
+        apart = [abs(seen - seen[:, of] @ (powers[:, :n] @ np.linalg.pinv(powers[of, :n])).T) for n, of in sides]
+        off = np.min([one[:, inside] for one in apart], axis=(0, 2))
+        tail = float(np.quantile(off, rules.spike_tail)) / rules.spike_tail_deviations
+        least = max(rules.corrupted * max(rules.deviation * float(np.median(off)), tail, resolution(x) / np.sqrt(12.0)), step)
+        alone = np.max(apart[0][:, ~inside], 1) < rules.spike_beside * off
+        for begin in np.flatnonzero((off > least) & alone) + rules.spike:
+            bad[begin : begin + length] = True
+    return bad & run.good[name]
+
+
+def _spikes(run: MeasuredRun, name: str) -> np.ndarray:
     """Samples far from their neighbours on both sides (Hampel), alone or a few in a row, farther than all but 2 %.
 
-    An angle's may be nearer than others': as far as a dozen of its own fast steps, for no shaft goes there and back. Among many neighbours first, then among few, until there are no more: of those close together one hides another.
+    Among many neighbours first, then among few, until there are no more: of those close together one hides another.
     """
     bad, good = np.zeros(len(run), bool), run.good[name]
     if good.sum() < RULES.data.spike_samples:
@@ -239,22 +267,19 @@ def _spikes(run: MeasuredRun, name: str, angle: bool) -> np.ndarray:
     for reach in (2 * RULES.data.spike + 1, RULES.data.spike):
         more = good
         while more.any():
-            more = _farthest(_filled(run, name, bad), reach, angle) & good & ~bad
+            more = _farthest(_filled(run, name, bad), reach) & good & ~bad
             bad |= more
     return bad
 
 
-def _farthest(x: np.ndarray, reach: int, angle: bool) -> np.ndarray:
+def _farthest(x: np.ndarray, reach: int) -> np.ndarray:
     """Samples of a channel without gaps that are far from so many neighbours on each side, which have nothing of them."""
     rules = RULES.data
     away = abs(x - median_filter(x, size=2 * reach + 1, mode="reflect"))
     tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
     scale = max(rules.deviation * float(np.median(away)), tail, resolution(x) / np.sqrt(12.0))
     width = spread(x, rules.range_quantiles)
-    least = rules.spike_range * width
-    if angle and len(moved := abs(np.diff(x))[np.diff(x) != 0.0]):
-        least = min(least, rules.corrupted * float(np.quantile(moved, rules.spike_tail)))
-    suspect = (away > rules.corrupted * scale) & (away > least)
+    suspect = (away > rules.corrupted * scale) & (away > rules.spike_range * width)
     ends = np.ones(len(x), bool)
     ends[reach:-reach] = False  # there a step looks like a spike: it must be larger than the signal itself
     suspect &= ~ends | (away > rules.spike_range_at_ends * width)

@@ -44,6 +44,8 @@ def recorded(problem: Problem, final: Fit, why: str, given: Rig) -> dict:
     found["assumed"] = _assumed_of_whole(ch) + _shaft(ch, given)
     if whole.seen_by_controller(ch):
         found["controller"] = _controller(rig, ch, numbers)
+    if told := loop(ch):
+        found["loop"] = told
     found["channels"] = [_channel(residual.output, ch, numbers, final, problem) for residual in experiment.residuals]
     return found
 
@@ -144,6 +146,18 @@ def _ripples(mine: str, final: Fit, problem: Problem) -> list[dict]:
         half = RULES.search.interval * float(np.sqrt(max(0.0, slope @ spread[np.ix_(places, places)] @ slope)))
         found.append({"waves": waves, "value": size, "low": max(0.0, size - half), "high": size + half, "unit": "1"})
     return found
+
+
+def loop(ch: Channels) -> str:
+    """At which shaft a controller of angle is taken to see what it is told, where both shafts are logged; "" where there is no question."""
+    if driven.of(ch) != driven.ANGLE or not all(
+        ch.has(f"{side}angle") or ch.has(f"{side}speed") for side in ("load.", "reducer.input_")
+    ):
+        return ""
+    seen = " and ".join(whole.seen_by_controller(ch))
+    return (
+        f"the controller is taken to see {seen}; one that sees its angle at one shaft and its speed at the other is not simulated"
+    )
 
 
 def _assumed_of_whole(ch: Channels) -> list[str]:

@@ -151,6 +151,8 @@ class Diagnosis:
             each = [f"{row['value']:.4g} ({' '.join(filter(None, (row['log'], row['run'])))})" for row in mine]
             lines.append(f"  {name} of each run: {', '.join(each)}")
         lines += [f"  {sentence}" for one in self.uncertain for sentence in one.sentences()]
+        if self.recorder.get("loop"):
+            lines.append(f"  {self.recorder['loop']}")
         if self.faults:
             kinds = sorted({fault["kind"] for fault in self.faults})
             lines.append(f"  {len(self.faults)} faults in the data ({', '.join(kinds)}), left out of every fit")

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from lxml import html
 from selflock.diagnosis import diagnose
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import load
-from selflock.diagnosis.judge.recorded import recorded
+from selflock.diagnosis.judge.recorded import loop, recorded
 from selflock.diagnosis.pipeline.run import whole_where_described
+from selflock.diagnosis.residuals import driven
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.whole import WHOLE
 from selflock.diagnosis.search import problem as ground
@@ -100,6 +102,25 @@ def test_the_reason_for_the_way_of_comparing_is_told(recorder, more, mode, said,
     rig = replace(load(path), **more)
     found, why = whole_where_described(rig, read(train, rig))
     assert found.simulate == mode and said in why
+
+
+@pytest.mark.parametrize(
+    "channels, at, seen",
+    [
+        (("load.angle", "reducer.input_speed"), "", "load.angle and load.speed"),
+        (("load.angle", "reducer.input_angle"), "motor", "reducer.input_angle and reducer.input_speed"),
+        (("load.angle", "load.speed"), "", ""),
+        (("reducer.input_angle", "reducer.input_speed"), "", ""),
+    ],
+)
+@pytest.mark.parametrize("way", [driven.ANGLE, driven.SPEED, driven.VOLTAGE])
+def test_at_which_shaft_a_controller_sees_is_told_where_both_are_logged(way, channels, at, seen):
+    """A sound drive that has its angle of the load and its speed of a tacho had two numbers of its shaft off, both certain."""
+    setting = SimpleNamespace(rig=SimpleNamespace(loop=at))
+    ch = SimpleNamespace(has=lambda name: name in channels, memory={"way": way}, setting=setting)
+    told = loop(ch)
+    assert bool(told) == bool(seen and way == driven.ANGLE)
+    assert not told or f"is taken to see {seen};" in told
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from math import degrees, pi
+from math import degrees, inf, pi
 
 import numpy as np
 
@@ -132,11 +132,19 @@ def _slips(u, i, w, r: float, k: float, said: Said, names) -> Iterator[tuple[str
         yield f"{said(u_name)} and {said(i_name)} may be exchanged: swap their columns", i, r * u + v
         for times, what in ((1e-3, "mOhm given as Ohm"), (1e3, "kOhm given as Ohm")):
             yield f"{what}? {said.prefix}{R} = {r * times:.4g} would do", u, r * i * times + v
-    if w_name == SPEED:
-        for times, what, unit in ((RPM, "rpm read as rad/s", "rpm"), (1 / RPM, "rad/s read as rpm", "rad/s"),
-                                  (DEGREE, "deg/s read as rad/s", "deg/s"), (1 / DEGREE, "rad/s read as deg/s", "rad/s")):  # fmt: skip
+    turning = () if said.linear else (
+        ((RPM, "rpm read as rad/s", "rpm"), (1 / RPM, "rad/s read as rpm", "rad/s"),
+         (DEGREE, "deg/s read as rad/s", "deg/s"), (1 / DEGREE, "rad/s read as deg/s", "rad/s"))
+        if w_name.endswith("speed") else
+        ((DEGREE, "degrees read as rad", "deg"), (1 / DEGREE, "rad read as degrees", "rad"))
+    )  # fmt: skip
+    for times, what, unit in turning:
+        if not said.read_in(w_name, unit):
             yield f'{what}? Write unit = "{unit}" for {said(w_name)}', u, r * i + times * v
-    for value, what in constants(k):
+    alike = (
+        said.given(KE) and said.given(KT) and near(said.value(KE) / (said.value(KT) or inf), 1.0)
+    )  # a slip of both, it would be
+    for value, what in () if alike else constants(k):
         yield f"{what} given as V.s/rad? {said.prefix}{KE} = {value:.4g} would do", u, r * i + value * w
 
 

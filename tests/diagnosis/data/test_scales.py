@@ -88,6 +88,14 @@ SLIPS = {  # as it was written, whether it stops, and words of the sentence
 }  # fmt: skip
 
 
+def test_an_angle_that_alone_tells_the_speed_may_be_in_degrees(tmp_path):
+    """They were a voltage constant in mV/rpm, although the torque constant, which is the same number, spoke against that."""
+    channels = ("motor.voltage", "motor.current", "reducer.input_angle")
+    (finding,) = boxed(tmp_path, channels, LOG.assign(a=np.degrees(LOG.a))).findings
+    words = "degrees read as rad? Write unit = \"deg\" for column 'a' (reducer.input_angle)"
+    assert finding.gross and words in finding.sentence and "mV/rpm" not in finding.sentence, finding.sentence
+
+
 @pytest.mark.alike
 @pytest.mark.parametrize("slip", SLIPS)
 def test_a_unit_that_the_log_contradicts_is_told_in_a_sentence(slip, tmp_path):

@@ -135,8 +135,18 @@ def other_ratio(found: list[Relation], said: Said) -> list[Finding]:
         ):
             rig = f"the rig says {ratio:g}" if given else f"nobody gave {said.prefix}{RATIO}, so that {ratio:g} was assumed"
             text = f"{said(one.first)} and {said(one.second)} turn in a ratio of {number(one.factor * ratio)}, and {rig}"
-            return [Finding(f"{text}: write {said.prefix}{RATIO} = {number(one.factor * ratio)}.", False, (RATIO,))]
+            mend = f"write {said.prefix}{RATIO} = {number(one.factor * ratio)}"
+            return [Finding(f"{text}: {mend}{_lines(one, said)}.", False, (RATIO,))]
     return []
+
+
+def _lines(one: Relation, said: Said) -> str:
+    """What else shafts may be that turn two or four times as far, or as little: an encoder counts both edges of one or two tracks."""
+    for times in (4.0, 2.0):
+        for name, factor in ((one.first, one.factor), (one.second, 1.0 / one.factor)):
+            if near(factor, times):
+                return f"; or {said(name)} counts each line of its encoder {times:g} times: divide its factor by {times:g}"
+    return ""
 
 
 def _alike(off: Relation, names: list[str], found: list[Relation], said: Said, rig: Rig) -> str:

@@ -89,6 +89,13 @@ class ForwardSelection:
                 problem = self.problem = anew[0]
                 first = base = problem.fit(first.free, {p.name: anew[1].values[p.name] for p in first.free})
                 stage = self.step(base, [], first)
+            if stage.winner and causes and (other := self._deeper(base, stage.winner.fitted)):
+                base = other
+                if len(causes) == 1:  # what its first fit left is no word on it
+                    causes[0] = replace(causes[0], fit=other, losses=self._standing(other).losses)
+                    tied = [c for c in kept[0].tied if not worse(c, causes[0], self.chance_level)]
+                    kept[0] = replace(kept[0], winner=causes[0], tied=tied)
+                stage = self.step(base, [c.hypothesis for c in causes], first)
             stages.append(stage)
             if stage.winner is None:
                 break
@@ -122,6 +129,16 @@ class ForwardSelection:
         stage = Step(self.problem, base, found, clean, self.chance_level, self.tell, first, self.known).play(self.rng)
         self.chance_level = stage.chance_level
         return stage
+
+    def _deeper(self, base: Fit, wider: Fit) -> Fit | None:
+        """The causes so far fitted from where they are beside another that was found, where that leaves less than their own fit did.
+
+        Of a play a fit may end in a valley that any other number leads out of: five took 95 % of what it left, and one became a number
+        of it. None where the base is as good.
+        """
+        found = self.problem.fit(base.free, {p.name: wider.values[p.name] for p in base.free})
+        left, before = (self.problem.loss(one.misfit) for one in (found, base))
+        return found if left < (1.0 - RULES.search.matters) * before else None
 
     def _prune(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Drop causes that later ones have made needless: an early guess may stand for a later, better one."""

@@ -141,9 +141,8 @@ def _slips(u, i, w, r: float, k: float, said: Said, names) -> Iterator[tuple[str
     for times, what, unit in turning:
         if not said.read_in(w_name, unit):
             yield f'{what}? Write unit = "{unit}" for {said(w_name)}', u, r * i + times * v
-    alike = (
-        said.given(KE) and said.given(KT) and near(said.value(KE) / (said.value(KT) or inf), 1.0)
-    )  # a slip of both, it would be
+    both = said.given(KE) and said.given(KT)
+    alike = both and near(said.value(KE) / (said.value(KT) or inf), 1.0)  # one number of a motor, and both would have to slip
     for value, what in () if alike else constants(k):
         yield f"{what} given as V.s/rad? {said.prefix}{KE} = {value:.4g} would do", u, r * i + value * w
 

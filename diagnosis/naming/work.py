@@ -59,6 +59,7 @@ class Work:
     def read_early(self, names: Iterable[str]) -> None:
         """From now on these outputs are compared a step later (rows.followed)."""
         self.played.early = frozenset(names)
+        self.played.forget()
 
     @property
     def which(self) -> list[int]:

@@ -39,6 +39,9 @@ class Problem:
     def longer(self, base):
         return None
 
+    def loss(self, misfit):
+        return float(misfit @ misfit)
+
     @property
     def experiment(self):
         return self

@@ -99,7 +99,12 @@ def test_the_same_seed_makes_the_same_log_and_says_little(tmp_path, seed):
 @pytest.mark.slow
 def test_the_true_model_leaves_the_noise_and_the_strength_is_what_it_mends(seed):
     case = recordings.hide(["load.mass"], seed, target=4.0, duration=10.0)
-    assert case.ratios[0] == pytest.approx(4.0, rel=0.15) and case.strong
+    (ratio,), (strength,), (hidden,) = case.ratios, case.strengths, case.hidden
+    if strength > hidden.extent[0]:
+        assert ratio == pytest.approx(4.0, rel=0.15)
+    else:  # a torque sensor of little noise feels the least that makes sense more than that
+        assert ratio > 4.0
+    assert case.strong
     best = max(case.off[name] / case.floor[name] for name in case.floor if name in recordings.SHOWN)
     assert best > 0.8 * case.ratios[0]  # the log that judges shows it at least as well as the weaker of the two
     if case.recorder.noise["current"] and "current" in case.floor:

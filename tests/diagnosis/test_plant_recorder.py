@@ -99,7 +99,7 @@ def test_the_same_seed_makes_the_same_log_and_says_little(tmp_path, seed):
 @pytest.mark.slow
 def test_the_true_model_leaves_the_noise_and_the_strength_is_what_it_mends(seed):
     case = recordings.hide(["load.mass"], seed, target=4.0, duration=10.0)
-    (ratio,), (strength,), (hidden,) = case.ratios, case.strengths, case.hidden
+    (ratio,), (strength,), (hidden,) = case.ratios, case.strengths, case.causes
     if strength > hidden.extent[0]:
         assert ratio == pytest.approx(4.0, rel=0.15)
     else:  # a torque sensor of little noise feels the least that makes sense more than that

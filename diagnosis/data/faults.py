@@ -248,8 +248,7 @@ def _off_its_way(run: MeasuredRun, name: str) -> np.ndarray:
         sides = ((3, ~inside), (2, left), (2, left[::-1]))
         apart = [abs(seen - seen[:, of] @ (powers[:, :n] @ np.linalg.pinv(powers[of, :n])).T) for n, of in sides]
         off = np.min([one[:, inside] for one in apart], axis=(0, 2))
-        tail = float(np.quantile(off, rules.spike_tail)) / rules.spike_tail_deviations
-        least = max(rules.corrupted * max(rules.deviation * float(np.median(off)), tail, resolution(x) / np.sqrt(12.0)), step)
+        least = max(rules.corrupted * _usual(off, x), step)
         alone = np.max(apart[0][:, ~inside], 1) < rules.spike_beside * off
         for begin in np.flatnonzero((off > least) & alone) + rules.spike:
             bad[begin : begin + length] = True
@@ -276,10 +275,8 @@ def _farthest(x: np.ndarray, reach: int) -> np.ndarray:
     """Samples of a channel without gaps that are far from so many neighbours on each side, which have nothing of them."""
     rules = RULES.data
     away = abs(x - median_filter(x, size=2 * reach + 1, mode="reflect"))
-    tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
-    scale = max(rules.deviation * float(np.median(away)), tail, resolution(x) / np.sqrt(12.0))
     width = spread(x, rules.range_quantiles)
-    suspect = (away > rules.corrupted * scale) & (away > rules.spike_range * width)
+    suspect = (away > rules.corrupted * _usual(away, x)) & (away > rules.spike_range * width)
     ends = np.ones(len(x), bool)
     ends[reach:-reach] = False  # there a step looks like a spike: it must be larger than the signal itself
     suspect &= ~ends | (away > rules.spike_range_at_ends * width)
@@ -295,6 +292,13 @@ def _farthest(x: np.ndarray, reach: int) -> np.ndarray:
             suspect[a:b] = False
         places = [place for place in places if suspect[place[0]]]
     return suspect
+
+
+def _usual(away: np.ndarray, x: np.ndarray) -> float:
+    """The deviation of distances of a channel's samples from where others have them: robust, of all but 2 %, or its resolution's."""
+    rules = RULES.data
+    tail = float(np.quantile(away, rules.spike_tail)) / rules.spike_tail_deviations
+    return max(rules.deviation * float(np.median(away)), tail, resolution(x) / np.sqrt(12.0))
 
 
 def _alone(x: np.ndarray, suspect: np.ndarray, first: int, end: int) -> bool:

@@ -72,6 +72,11 @@ class Gain:
         return f"{100 * self.share_before:.3g} -> {100 * self.share_after:.3g} % of the signal"
 
 
+def closed(was: float, now: float, noise: float) -> float:
+    """Share of the squares of an error above its noise that is gone: independent errors add in squares."""
+    return float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
+
+
 def measure(mending: Mending, names: list[str], rng: np.random.Generator, new: list[np.ndarray] | None = None) -> Gain:
     """The gain over blocks that are called `names`; `new`: errors after, where something else than values made them."""
     experiment, residual = mending.experiment, mending.residual
@@ -88,11 +93,12 @@ def measure(mending: Mending, names: list[str], rng: np.random.Generator, new: l
     low, high = np.sqrt(np.quantile(sums[picks].sum(1) / counts[picks].sum(1), RULES.judge.interval))
     off = Errors.of(mending, new)
     was, now, noise = off.before, off.after, off.noise_floor
-    closed = float(np.clip((was**2 - now**2) / (was**2 - noise**2), 0.0, 1.0)) if was > noise and was > now else 0.0
     what = residual.quantity if residual.quantity == residual.output else f"the {residual.quantity}"
     metric = f"root mean square error of {what} ({residual.name})"
     regimes = _regimes(mending, old, new, trusted)
-    return Gain(metric, residual.unit, was, now, float(low), float(high), closed, noise, names, regimes, **off.beside())
+    return Gain(
+        metric, residual.unit, was, now, float(low), float(high), closed(was, now, noise), noise, names, regimes, **off.beside()
+    )
 
 
 def comparisons(mending: Mending, gain: Gain) -> list[dict]:

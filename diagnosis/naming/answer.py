@@ -12,6 +12,7 @@ from selflock.fmus.correction import law
 from ..calibration import told
 from ..calibration.fit import remaining
 from ..calibration.slopes import Slopes
+from ..judge.gain import closed
 from ..rules import RULES
 from .guesses import CURVE, EVENT, KINDS, begins, heights, points_of
 from .outcome import Fitted, FreeCurve, NamedCause, NamedError, Naming
@@ -84,17 +85,16 @@ def _closed(errors: list[NamedError], causes: list[NamedCause]) -> float:
 
     Of data that judge; what happened in the runs that teach is theirs.
     """
-    most, closed = 0.0, 1.0
+    most, share = 0.0, 1.0
     for e in errors:
         was, now = (e.taught_before, e.taught_after) if causes and causes[0].kind == EVENT else (e.before, e.after)
-        if was is None or now is None or not e.noise or (was**2 - now**2) / e.noise**2 <= most:
+        if was is None or now is None or not e.noise or (gone := (was**2 - now**2) / e.noise**2) <= most:
             continue
-        most = (was**2 - now**2) / e.noise**2
-        closed = (was**2 - now**2) / (was**2 - e.noise**2) if now > RULES.search.natural * e.noise else 1.0
-    return closed
+        most, share = gone, closed(was, now, e.noise) if now > RULES.search.natural * e.noise else 1.0
+    return share
 
 
-def _verdict(causes: list[NamedCause], worst: float, significant: bool, closed: float = 1.0) -> tuple[str, str]:
+def _verdict(causes: list[NamedCause], worst: float, significant: bool, share: float = 1.0) -> tuple[str, str]:
     if not causes:
         if worst > RULES.judge.excess:
             return "unknown", "Something is missing, and no rival predicts unseen data better than chance does"
@@ -106,8 +106,8 @@ def _verdict(causes: list[NamedCause], worst: float, significant: bool, closed: 
         return "none", "Nothing is missing that these data could show"
     if causes[0].kind == CURVE:
         return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
-    if closed < RULES.judge.enough:
-        return "unknown", f"What has a name closes {100.0 * closed:.0f} % of the error, too little to be what is missing"
+    if share < RULES.judge.enough:
+        return "unknown", f"What has a name closes {100.0 * share:.0f} % of the error, too little to be what is missing"
     if any(cause.beside for cause in causes):
         return "ambiguous", "What is missing has more than one name that does as well"
     if significant and worst > RULES.judge.excess:

@@ -497,19 +497,3 @@ def test_a_ratio_that_is_not_the_logs_is_remarked_on(ratio, words, tmp_path):
     text = text if ratio else text.replace('"reducer.gear_ratio" = 60.0\n', "")
     about = [f for f in boxed(tmp_path, text).findings if "turn in a ratio of 60" in f.sentence]
     assert [all(word in f.sentence for word in words) and not f.gross for f in about] == [True] * bool(words)
-
-
-@pytest.mark.parametrize(
-    "ratio, words",
-    [
-        (15.0, "or column 'n' (reducer.input_speed) counts each line of its encoder 4 times: divide its factor by 4"),
-        (120.0, "or column 'phi' (load.angle) counts each line of its encoder 2 times: divide its factor by 2"),
-        (45.0, ""),
-    ],
-)
-def test_shafts_that_turn_four_times_or_twice_as_far_may_be_an_encoders_counts(ratio, words, tmp_path):
-    """Only another ratio was told, and a user whose encoder counts four to a line was asked to write it."""
-    found = [
-        f.sentence for f in boxed(tmp_path, written("inverse", reducer__gear_ratio=ratio)).findings if "turn in" in f.sentence
-    ]
-    assert len(found) == 1 and (words in found[0] if words else "encoder" not in found[0]), found

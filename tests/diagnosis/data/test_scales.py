@@ -190,3 +190,17 @@ def test_a_duty_is_held_against_gains_of_a_duty(tmp_path):
     (finding,) = boxed(tmp_path, channels, log).findings  # as for a voltage
     assert "controller.voltage_min = -24 and controller.voltage_max = 24, and what drives this log" in finding.sentence
     assert set(finding.about) == {"controller.voltage_min", "controller.voltage_max"} and not finding.gross
+
+
+@pytest.mark.parametrize(
+    "ratio, words",
+    [
+        (15.0, "or column 'a' (reducer.input_angle) counts each line of its encoder 4 times: divide its factor by 4"),
+        (120.0, "or column 'phi' (load.angle) counts each line of its encoder 2 times: divide its factor by 2"),
+        (45.0, ""),
+    ],
+)
+def test_shafts_that_turn_four_times_or_twice_as_far_may_be_an_encoders_counts(ratio, words, tmp_path):
+    """Only another ratio was told, and a user whose encoder counts four to a line was asked to write it."""
+    found = [f.sentence for f in boxed(tmp_path, reducer__gear_ratio=ratio).findings if "turn in" in f.sentence]
+    assert len(found) == 1 and (words in found[0] if words else "encoder" not in found[0]), found

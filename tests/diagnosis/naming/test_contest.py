@@ -10,7 +10,6 @@ from rivals import ARRANGED, a_law, asked, cause, looks
 from selflock.diagnosis.calibration.numbers import Number
 from selflock.diagnosis.naming import asked as asked_module
 from selflock.diagnosis.naming import contest as contest_module
-from selflock.diagnosis.naming import looks as looks_module
 from selflock.diagnosis.naming import near, run
 from selflock.diagnosis.naming import order as order_module
 from selflock.diagnosis.naming.arranged import Arranged, determined
@@ -18,8 +17,7 @@ from selflock.diagnosis.naming.asked import confirmed
 from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.chosen import fewest_first
 from selflock.diagnosis.naming.contest import Contest
-from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, PATH, Guess, Trial, relatives
-from selflock.diagnosis.naming.looks import Looks
+from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, Guess, relatives
 from selflock.diagnosis.naming.order import nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
 from selflock.diagnosis.naming.round import Round
@@ -185,51 +183,6 @@ def test_of_what_does_as_well_a_law_before_a_state_comes_before_one_of_what_only
     far = cause("far", 1.0, loss=0.5)
     assert order_module.ordered([computed, moved, far], 0.0, 1.0, contest._far) == [moved, computed, far]
     assert nearest([computed, moved], 0.0, contest._far, contest.scene.parts) is moved
-
-
-def test_of_what_a_way_changes_that_is_left_which_neither_base_nor_begin_make_up_for(rng):
-    base, begin, missing, noise = rng.standard_normal((4, BLOCKS, SAMPLES, 1))
-    begin[2:] = 0.0
-    jacobian = np.concatenate([base, begin, np.zeros_like(base)], -1).reshape(-1, 3)
-    put = lambda entries: entries.reshape(BLOCKS, SAMPLES, -1)
-    look = object.__new__(Looks)
-    look.linear, look.base = SimpleNamespace(weights=np.ones((BLOCKS, SAMPLES))), SimpleNamespace(jacobian=jacobian)
-    look.arranged = SimpleNamespace(put=put)
-
-    def alone(columns, amount):
-        way = Direction(None, {}, (Free("c", 0.0, -10.0, 10.0),), columns)
-        way.amounts = np.array([amount])
-        return look.alone(way)
-
-    one, other = alone(missing, 0.1), alone(-3.0 * missing + 7.0 * base + 5.0 * begin, 2.0)
-    assert np.linalg.norm(one) == pytest.approx(1.0) and one @ other == pytest.approx(-1.0, abs=1e-5)
-    assert abs(one @ alone(noise, 1.0)) < 0.2
-    assert not alone(2.0 * base - begin, 1.0).any()  # nothing but rounding is left
-
-
-@pytest.mark.parametrize("steady", [False, True])
-def test_of_many_roundings_those_that_look_best_are_simulated(monkeypatch, steady):
-    """A thousand of them at each place of a loop that answers otherwise as it goes on took 100 s, and it was looked at three times."""
-    place, count, best = Place(IN, "heater.power"), 300, RULES.naming.simulated
-    rounding, offset = (Guess(PATH, law, "", (Insert("c", place, law),), ()) for law in ("quantisation", "offset"))
-    trials = [Trial(offset, {"c.b": 1.0}), *(Trial(rounding, {"c.q": float(q)}) for q in range(count))]
-    monkeypatch.setattr(looks_module.g, "paths", lambda scene, place: trials)
-    look, simulated = object.__new__(Looks), []
-    look.scene, look.ways = None, []
-    look.responses = SimpleNamespace(steady=lambda place: steady)
-    look._rounds = lambda guess: False
-
-    def column(trial, whole=True):
-        simulated.extend([trial.at] * whole)
-        look.ways.append((SimpleNamespace(shape=trial.at, gain=-abs(trial.at.get("c.q", 0.0) - 150.2), whole=whole), trial.guess))
-
-    look._column = column
-    look._paths(place)
-    nearest_of_all = {float(q) for q in sorted(range(count), key=lambda q: abs(q - 150.2))[:best]}
-    assert simulated[0] == {"c.b": 1.0}
-    assert len(simulated) == 1 + (count if steady else best)
-    assert steady or {at["c.q"] for at in simulated[1:]} == nearest_of_all
-    assert len(look.ways) == 1 + count  # all of them pay for chance
 
 
 def test_stribeck_is_fitted_from_the_coulomb_law_that_fits():
